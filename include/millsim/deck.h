@@ -1,0 +1,85 @@
+/* The deck: an INI text, read, checked and turned into SI numbers. What a key means, its unit, default
+ * and range stand in one table (deck_table.c); reading, checking, printing and saving all use it. */
+#ifndef MILLSIM_DECK_H
+#define MILLSIM_DECK_H
+
+#include "millsim/impact.h"
+#include "millsim/kinds.h"
+#include "millsim/status.h"
+#include "millsim/vec3.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+#define MILL_NAME_LENGTH 64
+
+struct mill_deck_balls {
+    char name[MILL_NAME_LENGTH]; /* NAME of [balls.NAME]; "balls" for the plain section */
+    long count;
+    double diameter; /* [m] */
+    double density;  /* [kg/m^3] */
+};
+
+struct mill_deck_blade {
+    char name[MILL_NAME_LENGTH]; /* NAME of [blade.NAME]; "1", "2", ... for those of [blades] */
+    double position;             /* [m] x of its centre */
+    double angle;                /* [rad] in the rotor's frame, from +y towards +z */
+    double tip_radius;           /* [m] */
+    double width;                /* [m] along the axis before pitching */
+    double thickness;            /* [m] around the axis before pitching */
+    double pitch;                /* [rad] */
+};
+
+struct mill_deck_text; /* the entries as read: section, key, value, line */
+
+struct mill_deck {
+    double time;        /* [s] */
+    double sample_from; /* [s] */
+    unsigned long seed;
+    vec3 gravity; /* [m/s^2] */
+    int kinds;    /* of balls */
+    struct mill_deck_balls *balls;
+    char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
+    double speed; /* [m/s] of every ball, random start only */
+    double drum_radius, drum_length; /* [m] */
+    bool rotor;
+    double rotor_speed;  /* [rad/s], positive turns about +x */
+    double shaft_radius; /* [m] 0 = no shaft */
+    double rotor_angle;  /* [rad] at t = 0 */
+    int blades;          /* those of [blades] first, then the [blade.NAME] in their order */
+    struct mill_deck_blade *blade;
+    struct mill_law law[MILL_KINDS];
+    double rebound_floor; /* [m/s] */
+    double frames;        /* [s] 0 = none */
+    double series;        /* [s] */
+    bool log_impacts;
+    double strike_window; /* [s] */
+    double checkpoint;    /* [s] of wall time */
+    struct mill_deck_text *text;
+};
+
+/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. NULL and a
+ * filled error on failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be read
+ * or no memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the caller. */
+enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
+                                void (*warn)(const char *line), struct mill_deck **deck,
+                                struct mill_error *error);
+void mill_deck_free(struct mill_deck *deck);
+
+/* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls overlap):
+ * a key that came by --set or by default is named accordingly. Returns MILL_BAD_DECK. */
+enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
+                                 const char *section, const char *key, const char *format, ...)
+    __attribute__((format(printf, 5, 6)));
+
+/* Hands every entry of the full deck (defaults filled in) to `entry`, in the order of the table, as text
+ * that reads back to the same bits: section, key, value with unit, and what the key means. */
+void mill_deck_each(const struct mill_deck *deck,
+                    void (*entry)(void *self, const char *section, const char *key,
+                                  const char *value, const char *meaning),
+                    void *self);
+
+/* Prints the full deck, itself a deck. */
+void mill_deck_print(const struct mill_deck *deck, FILE *out);
+
+#endif

@@ -1,0 +1,32 @@
+/* The contact law: Walton's rough spheres (physics.md: equations of the contact law). */
+#ifndef MILLSIM_IMPACT_H
+#define MILLSIM_IMPACT_H
+
+#include "millsim/kinds.h"
+#include "millsim/vec3.h"
+
+#include <stdbool.h>
+
+struct mill_law {
+    double restitution; /* e_n, 0..1 */
+    double friction;    /* Coulomb's mu, >= 0 */
+    double tangential;  /* beta0 of a sticking contact, -1..1 */
+};
+
+struct mill_blow {
+    vec3 impulse;              /* [N s] taken from body 1, given to body 2 */
+    double normal_speed;       /* [m/s] approach speed just before, >= 0 */
+    double tangential_speed;   /* [m/s] slip of the surfaces just before */
+    double dissipation;        /* [J] all of it; negative where the rebound floor adds energy */
+    double dissipation_normal; /* [J] its normal part */
+    bool floored;              /* the rebound floor acted */
+};
+
+/* Resolves one impact. n: unit normal from body 1 to body 2. slip: velocity of body 1's surface
+ * relative to body 2's at the contact [m/s], spins included. reduced_mass: m1 m2/(m1 + m2), or m of the
+ * ball at a wall [kg]. rebound_floor [m/s]: least normal speed afterwards. Both bodies are uniform
+ * spheres or immovable. smooth: leave out the tangential part (mu = 0). */
+struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,
+                                     double reduced_mass, vec3 n, vec3 slip);
+
+#endif

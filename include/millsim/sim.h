@@ -1,0 +1,30 @@
+/* The event loop: jumps the world from one contact to the next. */
+#ifndef MILLSIM_SIM_H
+#define MILLSIM_SIM_H
+
+#include "millsim/observer.h"
+#include "millsim/status.h"
+#include "millsim/world.h"
+
+#include <signal.h>
+
+struct mill_sim;
+
+/* The world stays the caller's and must outlive the sim. */
+enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
+                                 struct mill_error *error);
+void mill_sim_free(struct mill_sim *sim);
+
+/* Observers are called in the order of their addition and stay the caller's. */
+enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer);
+
+/* Runs on to simulated time `until` [s] (samples due exactly then are taken), or until *stop becomes
+ * non-zero (MILL_STOPPED), or an observer fails, or time stands still (MILL_FAILED). */
+enum mill_status mill_sim_run(struct mill_sim *sim, double until,
+                              const volatile sig_atomic_t *stop, struct mill_error *error);
+
+/* Simulated time reached [s]; local time of the same. */
+double mill_sim_time(const struct mill_sim *sim);
+double mill_sim_local_time(const struct mill_sim *sim);
+
+#endif

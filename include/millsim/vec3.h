@@ -1,0 +1,60 @@
+/* Three-vectors, inline: they sit in the hottest loops. Frame: x along the drum's axis. */
+#ifndef MILLSIM_VEC3_H
+#define MILLSIM_VEC3_H
+
+#include <math.h>
+
+typedef struct {
+    double x, y, z;
+} vec3;
+
+static inline vec3 vec3_make(double x, double y, double z)
+{
+    vec3 v = {x, y, z};
+    return v;
+}
+
+static inline vec3 vec3_add(vec3 a, vec3 b)
+{
+    return vec3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+static inline vec3 vec3_sub(vec3 a, vec3 b)
+{
+    return vec3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+static inline vec3 vec3_scale(vec3 a, double s)
+{
+    return vec3_make(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + s b */
+static inline vec3 vec3_axpy(vec3 a, double s, vec3 b)
+{
+    return vec3_make(a.x + s * b.x, a.y + s * b.y, a.z + s * b.z);
+}
+
+static inline double vec3_dot(vec3 a, vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline vec3 vec3_cross(vec3 a, vec3 b)
+{
+    return vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline double vec3_norm(vec3 a)
+{
+    return sqrt(vec3_dot(a, a));
+}
+
+/* r + v t + g t^2 / 2: where a ball is after t seconds of free flight */
+static inline vec3 vec3_fly(vec3 r, vec3 v, vec3 g, double t)
+{
+    const double h = 0.5 * t * t;
+    return vec3_make(r.x + v.x * t + g.x * h, r.y + v.y * t + g.y * h, r.z + v.z * t + g.z * h);
+}
+
+#endif

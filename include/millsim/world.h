@@ -1,0 +1,97 @@
+/* The state of the mill between two events, and its books. The loop owns it; observers get it const. */
+#ifndef MILLSIM_WORLD_H
+#define MILLSIM_WORLD_H
+
+#include "millsim/deck.h"
+#include "millsim/kinds.h"
+#include "millsim/status.h"
+#include "millsim/vec3.h"
+
+#include <stdint.h>
+
+/* The hot record: one cache line. The ball is at r with v at its own time t and flies on freely. */
+struct mill_ball {
+    vec3 r;            /* [m] */
+    vec3 v;            /* [m/s] */
+    double t;          /* [s] local time of r and v */
+    uint32_t contacts; /* so far, modulo 2^32: tells a stale prediction */
+    int32_t species;
+};
+
+struct mill_species {
+    char name[MILL_NAME_LENGTH];
+    double radius;  /* [m] */
+    double mass;    /* [kg] */
+    double inertia; /* [kg m^2] about any diameter */
+};
+
+/* Cumulative since t = 0. Rotor work = change of energy + dissipation. */
+struct mill_account {
+    double rotor_work;         /* [J] done on the balls */
+    double rotor_work_gross;   /* [J] sum of |work| of the single impacts */
+    double rotor_impulse;      /* [N m s] angular impulse about +x given to the balls by the rotor */
+    double dissipation[MILL_KINDS];        /* [J] */
+    double dissipation_normal[MILL_KINDS]; /* [J] its normal part */
+    double dissipation_gross;              /* [J] sum of |dissipation| */
+    uint64_t collisions[MILL_KINDS];
+    uint64_t floored[MILL_KINDS]; /* of these: the rebound floor acted */
+};
+
+struct mill_counts {
+    uint64_t cell_crossings;
+    uint64_t stale;         /* events dropped because the partner had changed course */
+    uint64_t predictions;   /* full ones */
+    uint64_t pair_tests;
+    uint64_t not_closing;   /* anomaly: a due contact found itself opening; the floor was applied */
+    uint64_t reliefs;       /* anomaly: balls let go that were pinched by a blade */
+    uint64_t overlaps;      /* anomaly: balls found deeper than 1e-9 m in another body */
+    uint64_t quartics;      /* solved */
+    uint64_t quartic_fallbacks; /* of these: the Sturm sequence took over */
+    double largest_overlap; /* [m] ever seen at a contact or an audit */
+};
+
+struct mill_energy {
+    double kinetic;    /* [J] translational */
+    double rotational; /* [J] */
+    double potential;  /* [J] 0 for a ball at the origin */
+};
+
+struct mill_world {
+    double base; /* [s] simulated time at local time 0: local times stay small and exact */
+    vec3 g;
+    int32_t balls;
+    struct mill_ball *ball;
+    vec3 *spin; /* [rad/s] */
+    int species_count;
+    struct mill_species *species;
+    double drum_radius, drum_length;  /* [m] */
+    double rotor_speed;               /* [rad/s] 0: no rotor or standing */
+    double turn;                      /* [rad] rotor's angle at local time 0, modulo 2 pi */
+    int shapes;
+    struct mill_shape **shape;
+    struct mill_law law[MILL_KINDS];
+    double rebound_floor; /* [m/s] */
+    struct mill_energy start; /* at t = 0 */
+    struct mill_account account;
+    struct mill_counts counts;
+};
+
+/* Builds the world of a deck: shapes, species, start positions, all checked. Owner: the caller. */
+enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_world **world,
+                                   struct mill_error *error);
+void mill_world_free(struct mill_world *world);
+
+/* Where ball i is, and how fast, at local time t >= its own time. */
+vec3 mill_world_position(const struct mill_world *world, int32_t i, double t);
+vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);
+
+/* Energies of all balls at local time t. */
+struct mill_energy mill_world_energy(const struct mill_world *world, double t);
+
+/* |rotor work - change of energy - dissipation| and the energy turned over until local time t [J]. */
+void mill_world_balance(const struct mill_world *world, double t, double *error, double *turnover);
+
+/* Least gap of a point (radius 0) to any shape at rotor angle `turn` [m]: > 0 in the free volume. */
+double mill_world_gap(const struct mill_world *world, vec3 point, double radius, double turn);
+
+#endif
