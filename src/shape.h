@@ -5,6 +5,7 @@
 #define MILLSIM_SHAPE_H
 
 #include "millsim/kinds.h"
+#include "millsim/poly.h"
 #include "millsim/vec3.h"
 
 #include <stdbool.h>
@@ -20,6 +21,7 @@ struct mill_contact {
     vec3 normal;   /* unit, from the surface into the ball */
     vec3 point;    /* [m] where ball and surface touch */
     vec3 velocity; /* [m/s] of the surface there */
+    double gap;    /* [m] between the ball's surface and the shape, < 0: overlap */
 };
 
 struct mill_shape;
@@ -27,7 +29,9 @@ struct mill_shape;
 struct mill_shape_ops {
     enum mill_kind kind;
     /* Seconds from now to the first contact within [0, horizon], INFINITY when there is none. turn: the
-     * rotor's angle now [rad]. touching: the ball has just been in contact with this shape, now. */
+     * rotor's angle now [rad]. touching: the ball has just been in contact with this shape, now. May
+     * return a time at which the gap is still open when the search took too long: there is no contact
+     * before it, and the caller asks again from there. */
     double (*next_contact)(const struct mill_shape *, const struct mill_flight *, double radius,
                            double turn, double horizon, bool touching);
     /* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */
@@ -45,6 +49,7 @@ struct mill_shape {
     const struct mill_shape_ops *ops;
     int number; /* which of its kind: end wall 0 (x < 0) or 1, blade 0.. ; -1 where there is only one */
     bool turns; /* moves with the rotor */
+    struct mill_poly_counts *counts; /* where its solver counts; may be NULL */
 };
 
 #endif

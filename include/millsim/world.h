@@ -4,6 +4,7 @@
 
 #include "millsim/deck.h"
 #include "millsim/kinds.h"
+#include "millsim/poly.h"
 #include "millsim/status.h"
 #include "millsim/vec3.h"
 
@@ -45,8 +46,7 @@ struct mill_counts {
     uint64_t not_closing;   /* anomaly: a due contact found itself opening; the floor was applied */
     uint64_t reliefs;       /* anomaly: balls let go that were pinched by a blade */
     uint64_t overlaps;      /* anomaly: balls found deeper than 1e-9 m in another body */
-    uint64_t quartics;      /* solved */
-    uint64_t quartic_fallbacks; /* of these: the Sturm sequence took over */
+    struct mill_poly_counts quartics;
     double largest_overlap; /* [m] ever seen at a contact or an audit */
 };
 
@@ -55,6 +55,8 @@ struct mill_energy {
     double rotational; /* [J] */
     double potential;  /* [J] 0 for a ball at the origin */
 };
+
+struct mill_shape; /* src/shape.h */
 
 struct mill_world {
     double base; /* [s] simulated time at local time 0: local times stay small and exact */

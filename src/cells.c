@@ -1,0 +1,219 @@
+/* The cell grid. A layer of empty cells surrounds the box so that neighbourhoods need no bounds check;
+ * the outermost inner cells reach to infinity, so a ball that rounding puts a hair outside is still
+ * somewhere. A ball's cell follows from the faces it crossed, never from its rounded position. */
+#include "cells.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, int32_t iz)
+{
+    return (ix * c->n[1] + iy) * c->n[2] + iz;
+}
+
+/* Offsets of the 27 neighbours, and of the 9 new ones behind each face. */
+static void make_offsets(struct mill_cells *c)
+{
+    int32_t all = 0;
+    int32_t ahead[6] = {0};
+    for (int32_t i = -1; i <= 1; i++) {
+        for (int32_t j = -1; j <= 1; j++) {
+            for (int32_t k = -1; k <= 1; k++) {
+                const int32_t d[3] = {i, j, k};
+                const int32_t offset = cell_index(c, i, j, k);
+                c->around[all++] = offset;
+                for (int32_t axis = 0; axis < 3; axis++) {
+                    if (d[axis] == -1)
+                        c->ahead[2 * axis][ahead[2 * axis]++] = offset;
+                    if (d[axis] == 1)
+                        c->ahead[2 * axis + 1][ahead[2 * axis + 1]++] = offset;
+                }
+            }
+        }
+    }
+}
+
+bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter,
+                     double least_diameter, int32_t balls)
+{
+    memset(c, 0, sizeof *c);
+    c->lo = lo;
+    c->balls = balls;
+    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
+    /* Smallest cells cost least (measured), but a huge empty box must not be cut into more cells than
+     * some 16 a ball. A hair more than a diameter, so that rounding cannot hide a touching pair. */
+    double side = diameter * (1.0 + 1e-9);
+    const double most = 16.0 * (double)balls + 4096.0;
+    const double volume = extent[0] * extent[1] * extent[2];
+    if (volume / (side * side * side) > most)
+        side = cbrt(volume / most);
+    int64_t cells = 1;
+    for (int axis = 0; axis < 3; axis++) {
+        const double inner = fmin(fmax(floor(extent[axis] / side), 1.0), 1e6);
+        c->side[axis] = extent[axis] / inner;
+        c->n[axis] = (int32_t)inner + 2;
+        cells *= c->n[axis];
+    }
+    if (cells > INT32_MAX)
+        return false;
+    /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack densely */
+    const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
+    double room = widest < 1.3 ? 7.0 : 1.35 * pow(widest + 1.0, 3.0) / 8.0 * 1.5 + 7.0;
+    room = fmin(room, (double)balls + 7.0);
+    c->row = MILL_CELL_ROW * (int32_t)ceil((room + 1.0) / MILL_CELL_ROW);
+    /* one row more: the gather reads whole rows */
+    c->bucket = calloc(((size_t)cells + 1) * (size_t)c->row, sizeof *c->bucket);
+    c->cell = malloc(sizeof *c->cell * ((size_t)balls + 1));
+    c->slot = malloc(sizeof *c->slot * ((size_t)balls + 1));
+    if (!c->bucket || !c->cell || !c->slot) {
+        mill_cells_release(c);
+        return false;
+    }
+    make_offsets(c);
+    return true;
+}
+
+void mill_cells_release(struct mill_cells *c)
+{
+    free(c->bucket);
+    free(c->cell);
+    free(c->slot);
+    memset(c, 0, sizeof *c);
+}
+
+int32_t mill_cells_count(const struct mill_cells *c)
+{
+    return c->n[0] * c->n[1] * c->n[2];
+}
+
+static int32_t coordinate(const struct mill_cells *c, int axis, double x)
+{
+    const double i = floor(x / c->side[axis]) + 1.0;
+    return (int32_t)fmin(fmax(i, 1.0), (double)(c->n[axis] - 2));
+}
+
+int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
+{
+    return cell_index(c, coordinate(c, 0, r.x - c->lo.x), coordinate(c, 1, r.y - c->lo.y),
+                      coordinate(c, 2, r.z - c->lo.z));
+}
+
+static void split(const struct mill_cells *c, int32_t cell, int32_t i[3])
+{
+    i[2] = cell % c->n[2];
+    i[1] = cell / c->n[2] % c->n[1];
+    i[0] = cell / c->n[2] / c->n[1];
+}
+
+static void face_pair(const struct mill_cells *c, int axis, double origin, int32_t i, double *lo,
+                      double *hi)
+{
+    *lo = i <= 1 ? -INFINITY : origin + (double)(i - 1) * c->side[axis];
+    *hi = i >= c->n[axis] - 2 ? INFINITY : origin + (double)i * c->side[axis];
+}
+
+void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
+{
+    int32_t i[3];
+    split(c, cell, i);
+    face_pair(c, 0, c->lo.x, i[0], &lo->x, &hi->x);
+    face_pair(c, 1, c->lo.y, i[1], &lo->y, &hi->y);
+    face_pair(c, 2, c->lo.z, i[2], &lo->z, &hi->z);
+}
+
+/* Twice the room for every cell: mixtures of very unequal balls may need it, seldom. */
+static bool widen(struct mill_cells *c)
+{
+    const int32_t row = 2 * c->row;
+    const size_t cells = (size_t)mill_cells_count(c);
+    int32_t *bucket = calloc((cells + 1) * (size_t)row, sizeof *bucket);
+    if (!bucket)
+        return false;
+    for (size_t k = 0; k < cells; k++)
+        memcpy(bucket + k * (size_t)row, c->bucket + k * (size_t)c->row,
+               sizeof *bucket * (size_t)c->row);
+    free(c->bucket);
+    c->bucket = bucket;
+    c->row = row;
+    return true;
+}
+
+bool mill_cells_insert(struct mill_cells *c, int32_t ball, int32_t cell)
+{
+    int32_t *b = c->bucket + (int64_t)cell * c->row;
+    if (b[0] + 1 >= c->row) {
+        if (!widen(c))
+            return false;
+        b = c->bucket + (int64_t)cell * c->row;
+    }
+    c->cell[ball] = cell;
+    c->slot[ball] = ++b[0];
+    b[b[0]] = ball;
+    return true;
+}
+
+void mill_cells_remove(struct mill_cells *c, int32_t ball)
+{
+    int32_t *b = c->bucket + (int64_t)c->cell[ball] * c->row;
+    const int32_t last = b[b[0]--];
+    b[c->slot[ball]] = last;
+    c->slot[last] = c->slot[ball];
+}
+
+/* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at or
+ * beyond it), reaches the face moving outwards; v, g counted positive outwards. */
+static double reach_face(double gap, double v, double g)
+{
+    if (gap <= 0.0) {
+        if (v > 0.0 || (v == 0.0 && g > 0.0))
+            return 0.0;
+        if (g <= 0.0)
+            return INFINITY;
+        /* moving inwards, turning back: the later root, or the turning point if it never gets inside */
+        return (-v + sqrt(fmax(v * v + 2.0 * g * gap, 0.0))) / g;
+    }
+    if (g == 0.0)
+        return v > 0.0 ? gap / v : INFINITY;
+    const double square = v * v + 2.0 * g * gap;
+    if (square < 0.0)
+        return INFINITY;
+    const double root = sqrt(square);
+    if (v > 0.0)
+        return 2.0 * gap / (v + root);
+    return g > 0.0 ? (root - v) / g : INFINITY;
+}
+
+static void try_face(struct mill_cell_exit *best, int32_t face, double gap, double v, double g)
+{
+    if (gap == INFINITY)
+        return;
+    const double dt = reach_face(gap, v, g);
+    if (dt < best->dt) {
+        best->dt = dt;
+        best->face = face;
+    }
+}
+
+struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
+                                      vec3 g)
+{
+    struct mill_cell_exit best = {INFINITY, 0};
+    vec3 lo, hi;
+    mill_cells_box(c, cell, &lo, &hi);
+    try_face(&best, 0, r.x - lo.x, -v.x, -g.x);
+    try_face(&best, 1, hi.x - r.x, v.x, g.x);
+    try_face(&best, 2, r.y - lo.y, -v.y, -g.y);
+    try_face(&best, 3, hi.y - r.y, v.y, g.y);
+    try_face(&best, 4, r.z - lo.z, -v.z, -g.z);
+    try_face(&best, 5, hi.z - r.z, v.z, g.z);
+    return best;
+}
+
+bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)
+{
+    const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
+    const int32_t to = c->cell[ball] + (face % 2 ? step[face / 2] : -step[face / 2]);
+    mill_cells_remove(c, ball);
+    return mill_cells_insert(c, ball, to);
+}

@@ -1,0 +1,34 @@
+/* The contact law of Walton's rough spheres (O. R. Walton, in Particulate Two-Phase Flow, 1993): normal
+ * restitution, a tangential restitution while the contact sticks, Coulomb's bound when it slides. With
+ * mu = 0 it is the smooth inelastic law of Reichardt & Wiechert 2007, equation (3). docs/physics.md
+ * derives the formulas. */
+#include "millsim/impact.h"
+
+struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,
+                                     double reduced_mass, vec3 n, vec3 slip)
+{
+    struct mill_blow blow;
+    const double g_n = fmax(vec3_dot(slip, n), 0.0);
+    const vec3 g_t = vec3_axpy(slip, -vec3_dot(slip, n), n);
+    const double s_t = vec3_norm(g_t);
+
+    blow.floored = law->restitution * g_n < rebound_floor;
+    const double rebound = blow.floored ? rebound_floor : law->restitution * g_n;
+    const double j_n = reduced_mass * (g_n + rebound);
+    blow.impulse = vec3_scale(n, j_n);
+    blow.normal_speed = g_n;
+    blow.tangential_speed = s_t;
+    /* loss = impulse . (slip before + slip after) / 2, exact for any impulse */
+    blow.dissipation_normal = 0.5 * j_n * (g_n - rebound);
+    blow.dissipation = blow.dissipation_normal;
+
+    if (law->friction > 0.0 && s_t > 0.0) {
+        /* uniform spheres: the tangential reduced mass is 2/7 of the normal one */
+        const double sticking = (2.0 / 7.0) * reduced_mass * (1.0 + law->tangential) * s_t;
+        const double j_t = fmin(sticking, law->friction * j_n);
+        const double after = s_t - 3.5 * j_t / reduced_mass;
+        blow.impulse = vec3_axpy(blow.impulse, j_t / s_t, g_t);
+        blow.dissipation += 0.5 * j_t * (s_t + after);
+    }
+    return blow;
+}

@@ -1,0 +1,253 @@
+/* Contact prediction for one ball. All balls fall alike, so the relative motion of two is a straight line
+ * and their contact a quadratic; it is evaluated for every neighbour at once without branches, and only
+ * the few that are closing and will touch before the best one known get a square root. Surfaces are
+ * searched no further than the window the best pair and the cell leave. The earliest event of the ball
+ * goes into the calendar; a partner is not told, its contact counter shows later whether it changed. */
+#include "predict.h"
+
+#include "shape.h"
+
+#include <stdlib.h>
+
+static enum mill_status no_memory(struct mill_predict *p, struct mill_error *error)
+{
+    mill_predict_free(p);
+    return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
+}
+
+/* Which shapes a ball in each cell can meet at all. */
+static bool list_surfaces(struct mill_predict *p, double widest)
+{
+    const struct mill_world *w = p->world;
+    const int32_t cells = mill_cells_count(&p->cells);
+    p->surface_start = malloc(sizeof *p->surface_start * ((size_t)cells + 1));
+    if (!p->surface_start)
+        return false;
+    size_t n = 0, room = 0;
+    for (int32_t cell = 0; cell < cells; cell++) {
+        vec3 lo, hi;
+        mill_cells_box(&p->cells, cell, &lo, &hi);
+        p->surface_start[cell] = (int32_t)n;
+        if (n + (size_t)w->shapes > room) {
+            room = 2 * room + (size_t)w->shapes + 1024;
+            int32_t *more = realloc(p->surface, sizeof *more * room);
+            if (!more)
+                return false;
+            p->surface = more;
+        }
+        for (int32_t k = 0; k < w->shapes; k++) {
+            if (w->shape[k]->ops->reachable(w->shape[k], lo, hi, widest))
+                p->surface[n++] = k;
+        }
+    }
+    p->surface_start[cells] = (int32_t)n;
+    return true;
+}
+
+static bool allocate(struct mill_predict *p, double *widest)
+{
+    const struct mill_world *w = p->world;
+    const size_t n = (size_t)w->balls + MILL_CELL_ROW;
+    double least = INFINITY;
+    p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
+    p->plan = malloc(sizeof *p->plan * n);
+    p->near = malloc(sizeof *p->near * n);
+    p->kept = malloc(sizeof *p->kept * n);
+    p->b = malloc(sizeof *p->b * n);
+    p->c = malloc(sizeof *p->c * n);
+    p->square = malloc(sizeof *p->square * n);
+    p->calendar = mill_calendar_create(w->balls);
+    if (!p->radius || !p->plan || !p->near || !p->kept || !p->b || !p->c || !p->square ||
+        !p->calendar)
+        return false;
+    *widest = 0.0;
+    for (int k = 0; k < w->species_count; k++) {
+        p->radius[k] = w->species[k].radius;
+        *widest = fmax(*widest, p->radius[k]);
+        least = fmin(least, p->radius[k]);
+    }
+    const double r = w->drum_radius, l = 0.5 * w->drum_length;
+    return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), 2.0 * *widest,
+                           2.0 * least, w->balls);
+}
+
+enum mill_status mill_predict_create(struct mill_world *world, struct mill_predict **predict,
+                                     struct mill_error *error)
+{
+    double widest;
+    struct mill_predict *p = calloc(1, sizeof *p);
+    *predict = NULL;
+    if (!p)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
+    p->world = world;
+    if (!allocate(p, &widest) || !list_surfaces(p, widest))
+        return no_memory(p, error);
+    for (int32_t i = 0; i < world->balls; i++) {
+        p->plan[i].let_go = MILL_NOBODY;
+        if (!mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, world->ball[i].r)))
+            return no_memory(p, error);
+    }
+    *predict = p;
+    return MILL_OK;
+}
+
+void mill_predict_free(struct mill_predict *p)
+{
+    if (!p)
+        return;
+    mill_calendar_free(p->calendar);
+    mill_cells_release(&p->cells);
+    free(p->radius);
+    free(p->plan);
+    free(p->near);
+    free(p->kept);
+    free(p->b);
+    free(p->c);
+    free(p->square);
+    free(p->surface_start);
+    free(p->surface);
+    free(p);
+}
+
+/* For n candidates: relative position d and velocity u at `now`; b = d.u (< 0: closing),
+ * c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: they meet). */
+static void relate(struct mill_predict *p, int32_t i, double now, int32_t n)
+{
+    const struct mill_world *w = p->world;
+    const struct mill_ball *restrict ball = w->ball;
+    const struct mill_ball me = ball[i];
+    const vec3 g = w->g;
+    const double my_radius = p->radius[me.species];
+    const int32_t *restrict near = p->near;
+    double *restrict out_b = p->b, *restrict out_c = p->c, *restrict out_square = p->square;
+    for (int32_t k = 0; k < n; k++) {
+        const struct mill_ball *o = &ball[near[k]];
+        const double dt = now - o->t;
+        const double half = 0.5 * dt * dt;
+        const double s = my_radius + p->radius[o->species];
+        const double dx = o->r.x + o->v.x * dt + g.x * half - me.r.x;
+        const double dy = o->r.y + o->v.y * dt + g.y * half - me.r.y;
+        const double dz = o->r.z + o->v.z * dt + g.z * half - me.r.z;
+        const double ux = o->v.x + g.x * dt - me.v.x;
+        const double uy = o->v.y + g.y * dt - me.v.y;
+        const double uz = o->v.z + g.z * dt - me.v.z;
+        const double b = dx * ux + dy * uy + dz * uz;
+        const double c = dx * dx + dy * dy + dz * dz - s * s;
+        out_b[k] = b;
+        out_c[k] = c;
+        out_square[k] = b * b - (ux * ux + uy * uy + uz * uz) * c;
+    }
+}
+
+/* Looks through the n candidates in p->near and improves the plan's pair contact. The ball itself is
+ * among them and drops out: d = u = 0 is not closing. */
+static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
+{
+    struct mill_plan *plan = &p->plan[i];
+    double best = plan->pair_t - now;
+    int32_t partner = MILL_NOBODY;
+    int32_t kept = 0;
+    relate(p, i, now, n);
+    p->world->counts.pair_tests += (uint64_t)n;
+    for (int32_t k = 0; k < n; k++) {
+        p->kept[kept] = k;
+        /* the contact is not earlier than c / -2b: keeps those that may beat the best */
+        kept += (p->b[k] < 0.0) & (p->square[k] > 0.0) & !(p->c[k] >= -2.0 * p->b[k] * best);
+    }
+    for (int32_t m = 0; m < kept; m++) {
+        const int32_t k = p->kept[m];
+        const double dt = fmax(p->c[k], 0.0) / (sqrt(p->square[k]) - p->b[k]);
+        if (dt < best || (dt == best && partner > p->near[k])) {
+            best = dt;
+            partner = p->near[k];
+        }
+    }
+    if (partner != MILL_NOBODY) {
+        plan->pair_t = now + best;
+        plan->partner = partner;
+        plan->partner_contacts = p->world->ball[partner].contacts;
+    }
+}
+
+/* Cell exit, then surfaces within the window that is left, then the calendar. */
+static void complete(struct mill_predict *p, int32_t i, double now, int32_t touched)
+{
+    const struct mill_world *w = p->world;
+    struct mill_plan *plan = &p->plan[i];
+    const struct mill_ball *ball = &w->ball[i];
+    const int32_t cell = p->cells.cell[i];
+    const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g);
+    plan->exit_t = now + out.dt;
+    plan->face = out.face;
+    plan->shape_t = INFINITY;
+    plan->shape = MILL_NOBODY;
+
+    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
+    if (first < end) {
+        const double radius = p->radius[ball->species];
+        const double turn = w->turn + w->rotor_speed * now;
+        const struct mill_flight flight = {ball->r, ball->v, w->g};
+        double window = fmin(fmin(plan->pair_t, plan->exit_t), p->horizon) - now;
+        for (int32_t k = first; k < end; k++) {
+            const int32_t s = p->surface[k];
+            const struct mill_shape *shape = w->shape[s];
+            if (s == plan->let_go) {
+                if (shape->ops->gap(shape, ball->r, radius, turn) <= 0.0)
+                    continue;
+                plan->let_go = MILL_NOBODY;
+            }
+            const double dt =
+                shape->ops->next_contact(shape, &flight, radius, turn, window, s == touched);
+            if (dt <= window) {
+                window = dt;
+                plan->shape_t = now + dt;
+                plan->shape = s;
+            }
+        }
+    }
+    mill_calendar_set(p->calendar, i, fmin(fmin(plan->pair_t, plan->shape_t), plan->exit_t));
+}
+
+void mill_predict_ball(struct mill_predict *p, int32_t i, double now, int32_t touched)
+{
+    p->world->counts.predictions++;
+    p->plan[i].pair_t = INFINITY;
+    p->plan[i].partner = MILL_NOBODY;
+    const int32_t n = mill_cells_gather(&p->cells, p->cells.cell[i], p->cells.around, 27, p->near);
+    scan(p, i, now, n);
+    complete(p, i, now, touched);
+}
+
+bool mill_predict_cross(struct mill_predict *p, int32_t i, double now)
+{
+    const int32_t face = p->plan[i].face;
+    if (!mill_cells_cross(&p->cells, i, face))
+        return false;
+    p->world->counts.cell_crossings++;
+    const int32_t n =
+        mill_cells_gather(&p->cells, p->cells.cell[i], p->cells.ahead[face], 9, p->near);
+    scan(p, i, now, n);
+    complete(p, i, now, MILL_NOBODY);
+    return true;
+}
+
+double mill_predict_overlap(struct mill_predict *p, int32_t i, double turn)
+{
+    const struct mill_world *w = p->world;
+    const struct mill_ball *me = &w->ball[i];
+    const int32_t cell = p->cells.cell[i];
+    const double radius = p->radius[me->species];
+    double deepest = -INFINITY;
+    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, p->near);
+    for (int32_t k = 0; k < n; k++) {
+        const struct mill_ball *o = &w->ball[p->near[k]];
+        if (o != me)
+            deepest = fmax(deepest, radius + p->radius[o->species] -
+                                        vec3_norm(vec3_sub(o->r, me->r)));
+    }
+    for (int k = 0; k < w->shapes; k++) {
+        if (k != p->plan[i].let_go)
+            deepest = fmax(deepest, -w->shape[k]->ops->gap(w->shape[k], me->r, radius, turn));
+    }
+    return deepest;
+}

@@ -1,0 +1,163 @@
+/* First positions from a text file, and the check that nothing overlaps. */
+#include "start.h"
+
+#include "cells.h"
+#include "shape.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* [m] rounding of a decimal position may make touching balls overlap by this much */
+#define SLACK 1e-12
+
+static const char *shape_name(const struct mill_shape *shape)
+{
+    static const char *const name[MILL_KINDS] = {"another ball", "the drum", "an end wall",
+                                                 "the shaft", "a blade"};
+    return name[shape->ops->kind];
+}
+
+/* Reads up to nine numbers of a line; -1: something else stands there. */
+static int read_numbers(char *line, double value[10])
+{
+    int n = 0;
+    char *hash = strchr(line, '#');
+    if (hash)
+        *hash = '\0';
+    for (char *p = line;;) {
+        p += strspn(p, " \t\r\n\f\v,");
+        if (!*p)
+            return n;
+        char *end;
+        const double x = strtod(p, &end);
+        if (end == p || !isfinite(x) || (*end && !strchr(" \t\r\n\f\v,", *end)) || n == 9)
+            return -1;
+        value[n++] = x;
+        p = end;
+    }
+}
+
+static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct mill_world *world,
+                                  long *line_of, struct mill_error *error)
+{
+    char *line = NULL;
+    size_t room = 0;
+    int32_t rows = 0;
+    enum mill_status status = MILL_OK;
+    for (long number = 1; status == MILL_OK && getline(&line, &room, in) >= 0; number++) {
+        double x[10] = {0.0};
+        const int n = read_numbers(line, x);
+        if (n == 0)
+            continue;
+        if (n != 3 && n != 6 && n != 9) {
+            status = mill_error_set(error, MILL_BAD_DECK,
+                                    "%s:%ld: expected 3, 6 or 9 numbers "
+                                    "'x y z [vx vy vz [wx wy wz]]' in SI units",
+                                    deck->start, number);
+        } else if (rows == world->balls) {
+            status = mill_error_set(error, MILL_BAD_DECK,
+                                    "%s:%ld: more rows than the %ld balls of the deck", deck->start,
+                                    number, (long)world->balls);
+        } else {
+            world->ball[rows].r = vec3_make(x[0], x[1], x[2]);
+            world->ball[rows].v = vec3_make(x[3], x[4], x[5]);
+            world->spin[rows] = vec3_make(x[6], x[7], x[8]);
+            line_of[rows++] = number;
+        }
+    }
+    const int failed = ferror(in), why = errno;
+    free(line);
+    if (status == MILL_OK && failed)
+        status = mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(why));
+    if (status == MILL_OK && rows != world->balls)
+        status = mill_deck_fault(deck, error, "balls", "start",
+                                 "'%s' has %ld rows, but the deck has %ld balls", deck->start,
+                                 (long)rows, (long)world->balls);
+    return status;
+}
+
+static enum mill_status check_shapes(const struct mill_deck *deck, const struct mill_world *world,
+                                     const long *line_of, struct mill_error *error)
+{
+    for (int32_t i = 0; i < world->balls; i++) {
+        const struct mill_ball *b = &world->ball[i];
+        const double radius = world->species[b->species].radius;
+        for (int k = 0; k < world->shapes; k++) {
+            const struct mill_shape *s = world->shape[k];
+            const double gap = s->ops->gap(s, b->r, radius, world->turn);
+            if (!(gap >= -SLACK))
+                return mill_error_set(error, MILL_BAD_DECK,
+                                      "%s:%ld: ball overlaps %s by %.4g m: move it", deck->start,
+                                      line_of[i], shape_name(s), -gap);
+        }
+    }
+    return MILL_OK;
+}
+
+static enum mill_status check_pair(const struct mill_deck *deck, const struct mill_world *world,
+                                   const long *line_of, int32_t i, int32_t j,
+                                   struct mill_error *error)
+{
+    const struct mill_ball *a = &world->ball[i], *b = &world->ball[j];
+    const double reach = world->species[a->species].radius + world->species[b->species].radius;
+    const double gap = vec3_norm(vec3_sub(a->r, b->r)) - reach;
+    if (gap >= -SLACK)
+        return MILL_OK;
+    return mill_error_set(error, MILL_BAD_DECK,
+                          "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them",
+                          deck->start, line_of[i], line_of[j], -gap);
+}
+
+static enum mill_status check_pairs(const struct mill_deck *deck, const struct mill_world *world,
+                                    const long *line_of, struct mill_error *error)
+{
+    double widest = 0.0, least = INFINITY;
+    for (int k = 0; k < world->species_count; k++) {
+        widest = fmax(widest, 2.0 * world->species[k].radius);
+        least = fmin(least, 2.0 * world->species[k].radius);
+    }
+    const double r = world->drum_radius, l = 0.5 * world->drum_length;
+    struct mill_cells cells;
+    int32_t *near = malloc(sizeof *near * ((size_t)world->balls + MILL_CELL_ROW));
+    enum mill_status status = MILL_OK;
+    if (!near || !mill_cells_init(&cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), widest, least,
+                                  world->balls)) {
+        free(near);
+        return mill_error_set(error, MILL_FAILED, "out of memory for the cell grid");
+    }
+    for (int32_t i = 0; i < world->balls && status == MILL_OK; i++) {
+        const int32_t cell = mill_cells_at(&cells, world->ball[i].r);
+        const int32_t n = mill_cells_gather(&cells, cell, cells.around, 27, near);
+        for (int32_t k = 0; k < n && status == MILL_OK; k++)
+            status = check_pair(deck, world, line_of, i, near[k], error);
+        if (status == MILL_OK && !mill_cells_insert(&cells, i, cell))
+            status = mill_error_set(error, MILL_FAILED, "out of memory for the cell grid");
+    }
+    mill_cells_release(&cells);
+    free(near);
+    return status;
+}
+
+enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world *world,
+                                 struct mill_error *error)
+{
+    FILE *in = fopen(deck->start, "r");
+    if (!in)
+        return mill_deck_fault(deck, error, "balls", "start", "cannot read '%s': %s", deck->start,
+                               strerror(errno));
+    long *line_of = malloc(sizeof *line_of * ((size_t)world->balls + 1));
+    enum mill_status status = MILL_OK;
+    if (!line_of)
+        status = mill_error_set(error, MILL_FAILED, "out of memory for %ld balls",
+                                (long)world->balls);
+    if (status == MILL_OK)
+        status = read_rows(deck, in, world, line_of, error);
+    if (status == MILL_OK)
+        status = check_shapes(deck, world, line_of, error);
+    if (status == MILL_OK)
+        status = check_pairs(deck, world, line_of, error);
+    fclose(in);
+    free(line_of);
+    return status;
+}
