@@ -1,16 +1,17 @@
-/* A rotating box blade. In the rotor's frame the box stands still and the gap is the distance of the
- * ball's centre to it less the radius: exact for faces, edges and corners, and not polynomial in time.
- * The first contact is found with a certificate: the distance to a convex body is a convex function of
- * place, so along a path the gap d obeys d'' >= -A, A a bound of the acceleration in the rotor's frame
- * (gravity, Coriolis and centrifugal parts). From (d, d') the gap cannot vanish before
- * t = (d' + sqrt(d'^2 + 2 A d)) / A; stepping there and asking again never overshoots the first contact
- * and converges quadratically on it. */
+/* A rotating box blade. In the rotor's frame the box stands still and the gap is the distance of
+ * the ball's centre to it less the radius: exact for faces, edges and corners, and not polynomial
+ * in time. The first contact is found with a certificate: the distance to a convex body is a convex
+ * function of place, so along a path the gap d obeys d'' >= -A, A a bound of the acceleration in
+ * the rotor's frame (gravity, Coriolis and centrifugal parts). From (d, d') the gap cannot vanish
+ * before t = (d' + sqrt(d'^2 + 2 A d)) / A; stepping there and asking again never overshoots the
+ * first contact and converges quadratically on it. */
 #include "blade.h"
 
 #include <stdlib.h>
 
-#define TOUCH 1e-15   /* [m] a gap below this has closed: some 50 roundings of a position */
-#define STILL 1e-9    /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
+#define TOUCH 1e-15 /* [m] a gap below this has closed: some 50 roundings of a position */
+#define STILL                                                                                      \
+    1e-9 /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
 #define MOST_STEPS 400 /* of one search; one or two are usual */
 
 struct blade {
@@ -19,15 +20,15 @@ struct blade {
     double half_w, half_s, half_h; /* [m] half width, half length (radial), half thickness */
     double cos_p, sin_p;           /* of the pitch */
     double speed;                  /* [rad/s] */
-    double reach_x, reach_rho;     /* [m] extent along the axis from `position`, and from the axis */
-    double mill_radius;            /* [m] */
+    double reach_x, reach_rho; /* [m] extent along the axis from `position`, and from the axis */
+    double mill_radius;        /* [m] */
 };
 
 /* The rotor's frame at one moment, and the vector from the box to the ball's centre in it */
 struct view {
-    double c, s;     /* cos and sin of the blade's angle in space */
-    double d;        /* [m] signed distance of the centre to the box */
-    vec3 n;          /* unit, world frame: from the box to the centre */
+    double c, s; /* cos and sin of the blade's angle in space */
+    double d;    /* [m] signed distance of the centre to the box */
+    vec3 n;      /* unit, world frame: from the box to the centre */
 };
 
 static double clamp_out(double q, double half)
@@ -86,7 +87,8 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
     const struct blade *b = (const struct blade *)shape;
     const double g = vec3_norm(f->g);
     const double omega = fabs(b->speed);
-    (void)touching; /* a contact just resolved has its gap opening: the steps below leave it by themselves */
+    (void)touching; /* a contact just resolved has its gap opening: the steps below leave it by
+                       themselves */
     const double v_perp = sqrt(f->v.y * f->v.y + f->v.z * f->v.z) + g * horizon;
     /* |a| in the rotor's frame <= g + 2 Omega v + Omega^2 rho, v in the frame at rest */
     const double a = g + omega * (2.0 * v_perp + omega * b->mill_radius) + 1e-9;
@@ -116,7 +118,8 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
         else
             t = nextafter(t, INFINITY);
     }
-    return t; /* a ball that hops along the blade: certainly no contact before t, ask again from there */
+    return t; /* a ball that hops along the blade: certainly no contact before t, ask again from
+                 there */
 }
 
 static double gap(const struct mill_shape *shape, vec3 centre, double radius, double turn)
@@ -154,8 +157,8 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_BLADE, next_contact, gap, contact, reachable,
-                                          release};
+static const struct mill_shape_ops ops = {MILL_BALL_BLADE, next_contact, gap,
+                                          contact,         reachable,    release};
 
 struct mill_shape *mill_blade_create(const struct mill_deck_blade *spec, int number, double speed,
                                      double mill_radius)

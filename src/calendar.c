@@ -1,8 +1,8 @@
-/* The event list. Time is cut into days of equal width; a year of days is held in an array of unordered
- * lists, what lies beyond the year in one overflow list. Only today's events are ordered, in a small
- * binary heap. Inserting and removing is O(1) for all but today's events, of which there are about
- * EVENTS_A_DAY whatever the number of balls: the width follows the event rate.
- * Method: G. Paul, J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat exactly. */
+/* The event list. Time is cut into days of equal width; a year of days is held in an array of
+ * unordered lists, what lies beyond the year in one overflow list. Only today's events are ordered,
+ * in a small binary heap. Inserting and removing is O(1) for all but today's events, of which there
+ * are about EVENTS_A_DAY whatever the number of balls: the width follows the event rate. Method: G.
+ * Paul, J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat exactly. */
 #include "calendar.h"
 
 #include <math.h>
@@ -28,15 +28,15 @@ struct entry {
 
 struct mill_calendar {
     int32_t items;
-    int32_t days;       /* in a year, a power of two */
-    int32_t today;      /* 0 .. days - 1 */
-    int32_t in_year;    /* events in lists after today */
+    int32_t days;    /* in a year, a power of two */
+    int32_t today;   /* 0 .. days - 1 */
+    int32_t in_year; /* events in lists after today */
     int32_t heap_size;
-    int32_t overflow;   /* head of the overflow list */
+    int32_t overflow; /* head of the overflow list */
     double width, per_width;
-    double year_start;  /* [s] */
-    uint64_t taken;     /* events that came up in this year */
-    int32_t last_item;  /* the event handed out last, so that asking twice counts once */
+    double year_start; /* [s] */
+    uint64_t taken;    /* events that came up in this year */
+    int32_t last_item; /* the event handed out last, so that asking twice counts once */
     double last_t;
     struct node *node;
     int32_t *head;
@@ -128,8 +128,8 @@ static void take_out(struct mill_calendar *c, int32_t item)
     n->place = NOWHERE;
 }
 
-/* Files an event that is in no list. The day is a monotone function of t, so the order between days is
- * the order of times whatever the rounding. */
+/* Files an event that is in no list. The day is a monotone function of t, so the order between days
+ * is the order of times whatever the rounding. */
 static void file(struct mill_calendar *c, int32_t item)
 {
     struct node *n = &c->node[item];
@@ -221,7 +221,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
     }
     take_out(c, item);
     n->t = t;
-    if (t < INFINITY)
+    if (t < HUGE_VAL)
         file(c, item);
 }
 
@@ -255,7 +255,8 @@ void mill_calendar_set_width(struct mill_calendar *c, double width)
     refile_all(c, now);
 }
 
-/* Changes the width when days have become too full or too empty: `days_passed` held c->taken events. */
+/* Changes the width when days have become too full or too empty: `days_passed` held c->taken
+ * events. */
 static bool adapt(struct mill_calendar *c, double days_passed)
 {
     const double load = (double)c->taken / days_passed;
@@ -272,11 +273,11 @@ static bool adapt(struct mill_calendar *c, double days_passed)
 /* Begins the next year, or the one of the earliest event when nothing happens until then. */
 static void next_year(struct mill_calendar *c)
 {
-    double first = INFINITY;
+    double first = HUGE_VAL;
     for (int32_t i = c->overflow; i >= 0; i = c->node[i].next)
         first = fmin(first, c->node[i].t);
     const double next = c->year_start + (double)c->days * c->width;
-    if (first < INFINITY && first - next > (double)c->days * c->width)
+    if (first < HUGE_VAL && first - next > (double)c->days * c->width)
         c->year_start = first;
     else
         c->year_start = next;

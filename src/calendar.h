@@ -1,5 +1,5 @@
-/* The event list: a calendar queue (G. Paul, J. Comput. Phys. 221 (2007) 615) that holds at most one
- * event per ball. */
+/* The event list: a calendar queue (G. Paul, J. Comput. Phys. 221 (2007) 615) that holds at most
+ * one event per ball. */
 #ifndef MILLSIM_CALENDAR_H
 #define MILLSIM_CALENDAR_H
 
@@ -14,12 +14,12 @@ void mill_calendar_free(struct mill_calendar *calendar);
 /* Empties the calendar; times from `start` [s] on may follow. */
 void mill_calendar_clear(struct mill_calendar *calendar, double start);
 
-/* Puts item's event at time t [s], moving it if it had one; INFINITY removes it. A t before the last
- * event taken is allowed and comes out next. */
+/* Puts item's event at time t [s], moving it if it had one; INFINITY removes it. A t before the
+ * last event taken is allowed and comes out next. */
 void mill_calendar_set(struct mill_calendar *calendar, int32_t item, double t);
 
-/* The item with the earliest event and its time, ties by the smaller item; -1 when there is none. The
- * event stays until it is set anew. */
+/* The item with the earliest event and its time, ties by the smaller item; -1 when there is none.
+ * The event stays until it is set anew. */
 int32_t mill_calendar_next(struct mill_calendar *calendar, double *t);
 
 /* Width of a day [s], for tests and tuning; setting it re-sorts everything. */

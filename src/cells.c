@@ -1,6 +1,7 @@
-/* The cell grid. A layer of empty cells surrounds the box so that neighbourhoods need no bounds check;
- * the outermost inner cells reach to infinity, so a ball that rounding puts a hair outside is still
- * somewhere. A ball's cell follows from the faces it crossed, never from its rounded position. */
+/* The cell grid. A layer of empty cells surrounds the box so that neighbourhoods need no bounds
+ * check; the outermost inner cells reach to infinity, so a ball that rounding puts a hair outside
+ * is still somewhere. A ball's cell follows from the faces it crossed, never from its rounded
+ * position. */
 #include "cells.h"
 
 #include <math.h>
@@ -34,15 +35,16 @@ static void make_offsets(struct mill_cells *c)
     }
 }
 
-bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter,
-                     double least_diameter, int32_t balls)
+bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, double least_diameter,
+                     int32_t balls)
 {
     memset(c, 0, sizeof *c);
     c->lo = lo;
     c->balls = balls;
     const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
-    /* Smallest cells cost least (measured), but a huge empty box must not be cut into more cells than
-     * some 16 a ball. A hair more than a diameter, so that rounding cannot hide a touching pair. */
+    /* Smallest cells cost least (measured), but a huge empty box must not be cut into more cells
+     * than some 16 a ball. A hair more than a diameter, so that rounding cannot hide a touching
+     * pair. */
     double side = diameter * (1.0 + 1e-9);
     const double most = 16.0 * (double)balls + 4096.0;
     const double volume = extent[0] * extent[1] * extent[2];
@@ -57,7 +59,8 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter,
     }
     if (cells > INT32_MAX)
         return false;
-    /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack densely */
+    /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack
+     * densely */
     const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
     double room = widest < 1.3 ? 7.0 : 1.35 * pow(widest + 1.0, 3.0) / 8.0 * 1.5 + 7.0;
     room = fmin(room, (double)balls + 7.0);
@@ -109,8 +112,8 @@ static void split(const struct mill_cells *c, int32_t cell, int32_t i[3])
 static void face_pair(const struct mill_cells *c, int axis, double origin, int32_t i, double *lo,
                       double *hi)
 {
-    *lo = i <= 1 ? -INFINITY : origin + (double)(i - 1) * c->side[axis];
-    *hi = i >= c->n[axis] - 2 ? INFINITY : origin + (double)i * c->side[axis];
+    *lo = i <= 1 ? -HUGE_VAL : origin + (double)(i - 1) * c->side[axis];
+    *hi = i >= c->n[axis] - 2 ? HUGE_VAL : origin + (double)i * c->side[axis];
 }
 
 void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
@@ -161,32 +164,33 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     c->slot[last] = c->slot[ball];
 }
 
-/* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at or
- * beyond it), reaches the face moving outwards; v, g counted positive outwards. */
+/* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at
+ * or beyond it), reaches the face moving outwards; v, g counted positive outwards. */
 static double reach_face(double gap, double v, double g)
 {
     if (gap <= 0.0) {
         if (v > 0.0 || (v == 0.0 && g > 0.0))
             return 0.0;
         if (g <= 0.0)
-            return INFINITY;
-        /* moving inwards, turning back: the later root, or the turning point if it never gets inside */
+            return HUGE_VAL;
+        /* moving inwards, turning back: the later root, or the turning point if it never gets
+         * inside */
         return (-v + sqrt(fmax(v * v + 2.0 * g * gap, 0.0))) / g;
     }
     if (g == 0.0)
-        return v > 0.0 ? gap / v : INFINITY;
+        return v > 0.0 ? gap / v : HUGE_VAL;
     const double square = v * v + 2.0 * g * gap;
     if (square < 0.0)
-        return INFINITY;
+        return HUGE_VAL;
     const double root = sqrt(square);
     if (v > 0.0)
         return 2.0 * gap / (v + root);
-    return g > 0.0 ? (root - v) / g : INFINITY;
+    return g > 0.0 ? (root - v) / g : HUGE_VAL;
 }
 
 static void try_face(struct mill_cell_exit *best, int32_t face, double gap, double v, double g)
 {
-    if (gap == INFINITY)
+    if (gap == HUGE_VAL)
         return;
     const double dt = reach_face(gap, v, g);
     if (dt < best->dt) {
@@ -198,7 +202,7 @@ static void try_face(struct mill_cell_exit *best, int32_t face, double gap, doub
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
                                       vec3 g)
 {
-    struct mill_cell_exit best = {INFINITY, 0};
+    struct mill_cell_exit best = {HUGE_VAL, 0};
     vec3 lo, hi;
     mill_cells_box(c, cell, &lo, &hi);
     try_face(&best, 0, r.x - lo.x, -v.x, -g.x);

@@ -1,5 +1,5 @@
-/* The cell grid: which balls may meet soon. Cells are cubes not smaller than the largest ball, so only
- * the 27 cells around a ball's centre hold balls it can touch before it changes cell. */
+/* The cell grid: which balls may meet soon. Cells are cubes not smaller than the largest ball, so
+ * only the 27 cells around a ball's centre hold balls it can touch before it changes cell. */
 #ifndef MILLSIM_CELLS_H
 #define MILLSIM_CELLS_H
 
@@ -11,14 +11,15 @@
 #define MILL_CELL_ROW 8 /* int32 words of a cell that never overflowed: its count and 7 balls */
 
 struct mill_cells {
-    vec3 lo;        /* [m] corner of the first inner cell */
-    double side[3]; /* [m] */
-    int32_t n[3];   /* cells along x, y, z, one layer of empty ones on each side included */
-    int32_t around[27];    /* offsets of a cell's neighbourhood, itself included */
-    int32_t ahead[6][9];   /* offsets of the new neighbours after crossing a face, from the new cell */
-    int32_t row;           /* words of one cell in `bucket`: its count, then its balls */
-    int32_t *bucket;       /* [cells * row] */
-    int32_t *cell, *slot;  /* of each ball */
+    vec3 lo;            /* [m] corner of the first inner cell */
+    double side[3];     /* [m] */
+    int32_t n[3];       /* cells along x, y, z, one layer of empty ones on each side included */
+    int32_t around[27]; /* offsets of a cell's neighbourhood, itself included */
+    int32_t ahead[6]
+                 [9]; /* offsets of the new neighbours after crossing a face, from the new cell */
+    int32_t row;      /* words of one cell in `bucket`: its count, then its balls */
+    int32_t *bucket;  /* [cells * row] */
+    int32_t *cell, *slot; /* of each ball */
     int32_t balls;
 };
 
@@ -27,8 +28,8 @@ struct mill_cell_exit {
     int32_t face; /* 0 -x, 1 +x, 2 -y, 3 +y, 4 -z, 5 +z */
 };
 
-/* A grid over the box [lo, hi] with cells of at least `diameter`, not many more cells than balls; all
- * balls unplaced. False when out of memory; mill_cells_release frees what init took. */
+/* A grid over the box [lo, hi] with cells of at least `diameter`, not many more cells than balls;
+ * all balls unplaced. False when out of memory; mill_cells_release frees what init took. */
 bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, double diameter,
                      double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);
@@ -45,16 +46,16 @@ void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 
-/* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which a
- * face is reached or passed and the motion is outwards. */
+/* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
+ * a face is reached or passed and the motion is outwards. */
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t cell, vec3 r, vec3 v,
                                       vec3 g);
 
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
-/* Copies the balls of `count` cells (offsets from `cell`) to `out`, returns how many. `out` must have
- * room for all plus MILL_CELL_ROW. */
+/* Copies the balls of `count` cells (offsets from `cell`) to `out`, returns how many. `out` must
+ * have room for all plus MILL_CELL_ROW. */
 static inline int32_t mill_cells_gather(const struct mill_cells *cells, int32_t cell,
                                         const int32_t *offset, int32_t count, int32_t *out)
 {

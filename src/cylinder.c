@@ -1,7 +1,7 @@
 /* Drum and shaft. With the axis projected out, a ball's centre p(t) is a parabola in the plane, and
- * |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where gravity has no component
- * across the axis). rho is the radius at which the centre touches: R - a in the drum, R + a at the shaft.
- * The sign is chosen so that the quartic rises where the gap closes. */
+ * |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where gravity has no
+ * component across the axis). rho is the radius at which the centre touches: R - a in the drum, R +
+ * a at the shaft. The sign is chosen so that the quartic rises where the gap closes. */
 #include "cylinder.h"
 
 #include <stdlib.h>
@@ -96,10 +96,10 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap, contact,
-                                               reachable,      release};
-static const struct mill_shape_ops shaft_ops = {MILL_BALL_SHAFT, next_contact, gap, contact,
-                                                reachable,       release};
+static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap,
+                                               contact,        reachable,    release};
+static const struct mill_shape_ops shaft_ops = {MILL_BALL_SHAFT, next_contact, gap,
+                                                contact,         reachable,    release};
 
 static struct mill_shape *create(const struct mill_shape_ops *ops, double radius, double speed,
                                  double inward)

@@ -1,8 +1,8 @@
-/* First positions: random, without overlap. Dilute charges are dropped in one by one, each at a random
- * place that is free (random sequential addition). That jams near a solid fraction of 0.38, so denser
- * ones are dropped in as smaller balls and then grown to full size while overlapping neighbours push each
- * other apart, in small alternating steps, until nothing touches (as in position-based relaxation of
- * hard-sphere packings). Everything follows from the seed. */
+/* First positions: random, without overlap. Dilute charges are dropped in one by one, each at a
+ * random place that is free (random sequential addition). That jams near a solid fraction of 0.38,
+ * so denser ones are dropped in as smaller balls and then grown to full size while overlapping
+ * neighbours push each other apart, in small alternating steps, until nothing touches (as in
+ * position-based relaxation of hard-sphere packings). Everything follows from the seed. */
 #include "fill.h"
 
 #include "cells.h"
@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define DROP_FRACTION 0.24 /* of the free volume that single drops fill quickly */
+#define DROP_FRACTION 0.18 /* of the free volume that single drops fill quickly */
 #define DENSEST 0.60       /* of the free volume: beyond it no random packing is tried */
 #define DROPS 4000         /* tries for one ball */
 #define SPACING 2e-3       /* relative: the gap that pushing apart aims at */
@@ -25,10 +25,26 @@ struct fill {
     struct mill_cells cells;
     gsl_rng *rng;
     int32_t *near;
-    int32_t balls;     /* how many of the world's, in the order `order` */
-    int32_t *order;    /* large balls first: they find no room later */
-    double *radius;    /* [m] of each ball, at full size */
+    int32_t balls;  /* how many of the world's, in the order `order` */
+    int32_t *order; /* large balls first: they find no room later */
+    double *radius; /* [m] of each ball, at full size */
+    bool *moved;    /* in the last round of pushing: only these and what they hit are looked at */
 };
+
+/* qsort has no context, so the keys travel with the items */
+struct keyed {
+    double key;
+    int32_t ball;
+    vec3 r;
+};
+
+static int by_key(const void *a, const void *b)
+{
+    const struct keyed *x = a, *y = b;
+    if (x->key != y->key)
+        return x->key < y->key ? -1 : 1;
+    return (x->ball > y->ball) - (x->ball < y->ball);
+}
 
 /* Volume that balls may fill [m^3], by a lattice of points; the drum's box is sampled. */
 static double free_volume(const struct mill_world *w)
@@ -96,30 +112,26 @@ static bool drop_all(struct fill *f, double scale)
     return true;
 }
 
-/* Moves ball i away from surfaces that are nearer than `margin`; true if it had to. */
-static bool push_from_shapes(struct fill *f, int32_t i, double margin)
+/* Moves ball i away from surfaces that are nearer than the spacing. */
+static void push_from_shapes(struct fill *f, int32_t i)
 {
     const struct mill_world *w = f->world;
-    bool moved = false;
+    const double margin = SPACING * f->radius[i];
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        const struct mill_contact c =
-            s->ops->contact(s, w->ball[i].r, f->radius[i], w->turn);
+        const struct mill_contact c = s->ops->contact(s, w->ball[i].r, f->radius[i], w->turn);
         if (c.gap < margin) {
             w->ball[i].r = vec3_axpy(w->ball[i].r, margin - c.gap, c.normal);
-            moved = true;
+            f->moved[i] = true;
         }
     }
-    return moved;
 }
 
-/* Moves ball i and its neighbours apart where they are nearer than the spacing; true if they were. */
-static bool push_from_balls(struct fill *f, int32_t i)
+/* Moves ball i and its neighbours apart where they are nearer than the spacing. */
+static void push_from_balls(struct fill *f, int32_t i)
 {
     struct mill_ball *ball = f->world->ball;
-    bool moved = false;
-    const int32_t n =
-        mill_cells_gather(&f->cells, f->cells.cell[i], f->cells.around, 27, f->near);
+    const int32_t n = mill_cells_gather(&f->cells, f->cells.cell[i], f->cells.around, 27, f->near);
     for (int32_t k = 0; k < n; k++) {
         const int32_t j = f->near[k];
         const double s = (1.0 + SPACING) * (f->radius[i] + f->radius[j]);
@@ -129,13 +141,11 @@ static bool push_from_balls(struct fill *f, int32_t i)
             continue;
         const double distance = sqrt(square);
         /* two centres at one place part along any fixed direction */
-        const vec3 n_ij =
-            distance > 0.0 ? vec3_scale(d, 1.0 / distance) : vec3_make(1.0, 0.0, 0.0);
+        const vec3 n_ij = distance > 0.0 ? vec3_scale(d, 1.0 / distance) : vec3_make(1.0, 0.0, 0.0);
         ball[i].r = vec3_axpy(ball[i].r, -0.5 * (s - distance), n_ij);
         ball[j].r = vec3_axpy(ball[j].r, 0.5 * (s - distance), n_ij);
-        moved = true;
+        f->moved[i] = f->moved[j] = true;
     }
-    return moved;
 }
 
 /* Is every ball clear of all others and of all surfaces at full size? */
@@ -158,26 +168,40 @@ static bool all_clear(struct fill *f)
     return true;
 }
 
+/* Puts the moved balls into the cells they are in now; how many they are, -1: out of memory. */
+static int32_t rehouse(struct fill *f)
+{
+    int32_t count = 0;
+    for (int32_t i = 0; i < f->world->balls; i++) {
+        if (!f->moved[i])
+            continue;
+        count++;
+        const int32_t cell = mill_cells_at(&f->cells, f->world->ball[i].r);
+        if (cell == f->cells.cell[i])
+            continue;
+        mill_cells_remove(&f->cells, i);
+        if (!mill_cells_insert(&f->cells, i, cell))
+            return -1;
+    }
+    return count;
+}
+
 static bool push_apart(struct fill *f)
 {
-    struct mill_ball *ball = f->world->ball;
+    for (int32_t m = 0; m < f->balls; m++)
+        f->moved[f->order[m]] = true;
     for (int round = 0; round < PUSHES; round++) {
-        bool moved = false;
-        for (int32_t m = 0; m < f->balls; m++) {
-            const int32_t i = f->order[m];
-            moved |= push_from_balls(f, i);
-            moved |= push_from_shapes(f, i, SPACING * f->radius[i]);
-        }
-        for (int32_t m = 0; m < f->balls; m++) {
-            const int32_t i = f->order[m];
-            const int32_t cell = mill_cells_at(&f->cells, ball[i].r);
-            if (cell == f->cells.cell[i])
+        for (int32_t i = 0; i < f->world->balls; i++) {
+            if (!f->moved[i])
                 continue;
-            mill_cells_remove(&f->cells, i);
-            if (!mill_cells_insert(&f->cells, i, cell))
-                return false;
+            f->moved[i] = false;
+            push_from_balls(f, i);
+            push_from_shapes(f, i);
         }
-        if (!moved || (round % 8 == 7 && all_clear(f)))
+        const int32_t moved = rehouse(f);
+        if (moved < 0)
+            return false;
+        if (moved == 0 || (round % 16 == 15 && all_clear(f)))
             return true;
     }
     return false;
@@ -186,8 +210,35 @@ static bool push_apart(struct fill *f)
 static void empty(struct fill *f)
 {
     memset(f->cells.bucket, 0,
-           sizeof *f->cells.bucket * (size_t)f->cells.row *
-               (size_t)mill_cells_count(&f->cells));
+           sizeof *f->cells.bucket * (size_t)f->cells.row * (size_t)mill_cells_count(&f->cells));
+}
+
+/* Numbers equal balls by place: neighbours in space become neighbours in memory. */
+static bool sort_by_place(struct fill *f)
+{
+    struct mill_ball *ball = f->world->ball;
+    struct keyed *item = malloc(sizeof *item * (size_t)f->balls);
+    if (!item)
+        return false;
+    int32_t n = 0;
+    for (int32_t i = 0; i < f->balls; i++) {
+        item[n].key = (double)f->cells.cell[i];
+        item[n].ball = i;
+        item[n++].r = ball[i].r;
+        if (i + 1 < f->balls && ball[i + 1].species == ball[i].species)
+            continue;
+        qsort(item, (size_t)n, sizeof *item, by_key);
+        for (int32_t k = 0; k < n; k++)
+            ball[i + 1 - n + k].r = item[k].r;
+        n = 0;
+    }
+    free(item);
+    empty(f);
+    for (int32_t i = 0; i < f->balls; i++) {
+        if (!mill_cells_insert(&f->cells, i, mill_cells_at(&f->cells, ball[i].r)))
+            return false;
+    }
+    return true;
 }
 
 /* Tries to place the first f->balls of the order, whose solid fraction is `fraction`. */
@@ -199,23 +250,10 @@ static bool place(struct fill *f, double fraction)
     for (; scale > 0.4; scale *= 0.93) {
         empty(f);
         if (drop_all(f, scale))
-            return scale == 1.0 || (push_apart(f) && all_clear(f));
+            return (f->balls < f->world->balls || sort_by_place(f)) &&
+                   (scale == 1.0 || (push_apart(f) && all_clear(f)));
     }
     return false;
-}
-
-/* qsort has no context, so the keys travel with the items */
-struct sized {
-    double radius;
-    int32_t ball;
-};
-
-static int by_size(const void *a, const void *b)
-{
-    const struct sized *x = a, *y = b;
-    if (x->radius != y->radius)
-        return x->radius > y->radius ? -1 : 1;
-    return (x->ball > y->ball) - (x->ball < y->ball);
 }
 
 static bool prepare(struct fill *f, struct mill_world *w, unsigned long seed)
@@ -229,8 +267,9 @@ static bool prepare(struct fill *f, struct mill_world *w, unsigned long seed)
     f->near = malloc(sizeof *f->near * (n + MILL_CELL_ROW));
     f->order = malloc(sizeof *f->order * n);
     f->radius = malloc(sizeof *f->radius * n);
-    struct sized *sized = malloc(sizeof *sized * n);
-    if (!f->rng || !f->near || !f->order || !f->radius || !sized) {
+    f->moved = malloc(n);
+    struct keyed *sized = calloc(n, sizeof *sized);
+    if (!f->rng || !f->near || !f->order || !f->radius || !f->moved || !sized) {
         free(sized);
         return false;
     }
@@ -239,10 +278,10 @@ static bool prepare(struct fill *f, struct mill_world *w, unsigned long seed)
         f->radius[i] = w->species[w->ball[i].species].radius;
         widest = fmax(widest, f->radius[i]);
         least = fmin(least, f->radius[i]);
-        sized[i].radius = f->radius[i];
+        sized[i].key = -f->radius[i];
         sized[i].ball = i;
     }
-    qsort(sized, n, sizeof *sized, by_size);
+    qsort(sized, n, sizeof *sized, by_key);
     for (size_t i = 0; i < n; i++)
         f->order[i] = sized[i].ball;
     free(sized);
@@ -258,6 +297,7 @@ static void release(struct fill *f)
     free(f->near);
     free(f->order);
     free(f->radius);
+    free(f->moved);
     mill_cells_release(&f->cells);
 }
 
@@ -279,6 +319,7 @@ static enum mill_status say_what_fits(struct fill *f, const struct mill_deck *de
     if (deck->kinds > 1 || strcmp(deck->balls[0].name, "balls") != 0)
         snprintf(section, sizeof section, "balls.%s", deck->balls[0].name);
     gsl_ran_shuffle(f->rng, f->order, (size_t)asked, sizeof *f->order);
+    memset(f->moved, 0, (size_t)asked);
     for (double part = fmin(0.97, 0.56 / fraction); part * asked >= 1.0; part *= 0.95) {
         f->balls = (int32_t)(part * asked);
         if (place(f, solid_volume(f) / room))

@@ -1,7 +1,7 @@
-/* The contact law of Walton's rough spheres (O. R. Walton, in Particulate Two-Phase Flow, 1993): normal
- * restitution, a tangential restitution while the contact sticks, Coulomb's bound when it slides. With
- * mu = 0 it is the smooth inelastic law of Reichardt & Wiechert 2007, equation (3). docs/physics.md
- * derives the formulas. */
+/* The contact law of Walton's rough spheres (O. R. Walton, in Particulate Two-Phase Flow, 1993):
+ * normal restitution, a tangential restitution while the contact sticks, Coulomb's bound when it
+ * slides. With mu = 0 it is the smooth inelastic law of Reichardt & Wiechert 2007, equation (3).
+ * docs/physics.md derives the formulas. */
 #include "millsim/impact.h"
 
 struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,

@@ -1,4 +1,5 @@
-/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel to it. */
+/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel to
+ * it. */
 #include "plate.h"
 
 #include <stdlib.h>
@@ -50,8 +51,8 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap, contact, reachable,
-                                          release};
+static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap,
+                                          contact,        reachable,    release};
 
 struct mill_shape *mill_plate_create(int number, double length)
 {

@@ -1,8 +1,9 @@
-/* Contact prediction for one ball. All balls fall alike, so the relative motion of two is a straight line
- * and their contact a quadratic; it is evaluated for every neighbour at once without branches, and only
- * the few that are closing and will touch before the best one known get a square root. Surfaces are
- * searched no further than the window the best pair and the cell leave. The earliest event of the ball
- * goes into the calendar; a partner is not told, its contact counter shows later whether it changed. */
+/* Contact prediction for one ball. All balls fall alike, so the relative motion of two is a
+ * straight line and their contact a quadratic; it is evaluated for every neighbour at once without
+ * branches, and only the few that are closing and will touch before the best one known get a square
+ * root. Surfaces are searched no further than the window the best pair and the cell leave. The
+ * earliest event of the ball goes into the calendar; a partner is not told, its contact counter
+ * shows later whether it changed. */
 #include "predict.h"
 
 #include "shape.h"
@@ -139,8 +140,8 @@ static void relate(struct mill_predict *p, int32_t i, double now, int32_t n)
     }
 }
 
-/* Looks through the n candidates in p->near and improves the plan's pair contact. The ball itself is
- * among them and drops out: d = u = 0 is not closing. */
+/* Looks through the n candidates in p->near and improves the plan's pair contact. The ball itself
+ * is among them and drops out: d = u = 0 is not closing. */
 static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
 {
     struct mill_plan *plan = &p->plan[i];
@@ -242,8 +243,8 @@ double mill_predict_overlap(struct mill_predict *p, int32_t i, double turn)
     for (int32_t k = 0; k < n; k++) {
         const struct mill_ball *o = &w->ball[p->near[k]];
         if (o != me)
-            deepest = fmax(deepest, radius + p->radius[o->species] -
-                                        vec3_norm(vec3_sub(o->r, me->r)));
+            deepest =
+                fmax(deepest, radius + p->radius[o->species] - vec3_norm(vec3_sub(o->r, me->r)));
     }
     for (int k = 0; k < w->shapes; k++) {
         if (k != p->plan[i].let_go)

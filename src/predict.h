@@ -14,7 +14,8 @@ struct mill_plan {
     double shape_t; /* searched within the cell only */
     double exit_t;
     int32_t partner;
-    uint32_t partner_contacts; /* the partner's count when this was found: another one now = stale */
+    uint32_t
+        partner_contacts; /* the partner's count when this was found: another one now = stale */
     int32_t shape;
     int32_t face;
     int32_t let_go; /* the blade whose pinch was relieved, ignored until clear; or MILL_NOBODY */
@@ -25,9 +26,9 @@ struct mill_predict {
     struct mill_cells cells;
     struct mill_calendar *calendar;
     struct mill_plan *plan;
-    double horizon;          /* [s] local time beyond which surfaces need not be searched */
-    double *radius;          /* [m] of each species */
-    int32_t *surface_start;  /* [cells + 1] into surface: the shapes within reach of each cell */
+    double horizon;         /* [s] local time beyond which surfaces need not be searched */
+    double *radius;         /* [m] of each species */
+    int32_t *surface_start; /* [cells + 1] into surface: the shapes within reach of each cell */
     int32_t *surface;
     /* scratch of the pair scan, as long as there may be candidates */
     int32_t *near, *kept;
@@ -39,16 +40,17 @@ enum mill_status mill_predict_create(struct mill_world *world, struct mill_predi
                                      struct mill_error *error);
 void mill_predict_free(struct mill_predict *predict);
 
-/* Plans ball i anew at local time `now`; its record must stand at `now`. touched: the shape it has just
- * met, or MILL_NOBODY. */
+/* Plans ball i anew at local time `now`; its record must stand at `now`. touched: the shape it has
+ * just met, or MILL_NOBODY. */
 void mill_predict_ball(struct mill_predict *predict, int32_t i, double now, int32_t touched);
 
-/* Takes ball i through the face of its plan: looks only into the cells that came near and keeps the pair
- * contact known so far. Its record must stand at `now`. False when out of memory. */
+/* Takes ball i through the face of its plan: looks only into the cells that came near and keeps the
+ * pair contact known so far. Its record must stand at `now`. False when out of memory. */
 bool mill_predict_cross(struct mill_predict *predict, int32_t i, double now);
 
-/* Deepest overlap of ball i's neighbourhood and surfaces [m], <= 0: none; balls at their own records,
- * which must all stand at the same time, rotor at `turn`. A blade that was let go does not count. */
+/* Deepest overlap of ball i's neighbourhood and surfaces [m], <= 0: none; balls at their own
+ * records, which must all stand at the same time, rotor at `turn`. A blade that was let go does not
+ * count. */
 double mill_predict_overlap(struct mill_predict *predict, int32_t i, double turn);
 
 #endif

@@ -1,6 +1,7 @@
-/* A surface that balls meet: drum, end wall, shaft, blade. One shape = one file behind this interface.
- * Shapes never change; the rotor's angle is handed in. All of them keep one contract for a contact: the
- * first time at which gap <= 0 and the gap is closing (Bannerman et al. 2014, arXiv 1211.6718). */
+/* A surface that balls meet: drum, end wall, shaft, blade. One shape = one file behind this
+ * interface. Shapes never change; the rotor's angle is handed in. All of them keep one contract for
+ * a contact: the first time at which gap <= 0 and the gap is closing (Bannerman et al. 2014, arXiv
+ * 1211.6718). */
 #ifndef MILLSIM_SHAPE_H
 #define MILLSIM_SHAPE_H
 
@@ -28,18 +29,18 @@ struct mill_shape;
 
 struct mill_shape_ops {
     enum mill_kind kind;
-    /* Seconds from now to the first contact within [0, horizon], INFINITY when there is none. turn: the
-     * rotor's angle now [rad]. touching: the ball has just been in contact with this shape, now. May
-     * return a time at which the gap is still open when the search took too long: there is no contact
-     * before it, and the caller asks again from there. */
+    /* Seconds from now to the first contact within [0, horizon], INFINITY when there is none. turn:
+     * the rotor's angle now [rad]. touching: the ball has just been in contact with this shape,
+     * now. May return a time at which the gap is still open when the search took too long: there is
+     * no contact before it, and the caller asks again from there. */
     double (*next_contact)(const struct mill_shape *, const struct mill_flight *, double radius,
                            double turn, double horizon, bool touching);
     /* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */
     double (*gap)(const struct mill_shape *, vec3 centre, double radius, double turn);
     struct mill_contact (*contact)(const struct mill_shape *, vec3 centre, double radius,
                                    double turn);
-    /* false: no ball of this radius with its centre in the box [lo, hi] ever touches the shape, whatever
-     * the rotor's angle. May be true too often, never false wrongly. */
+    /* false: no ball of this radius with its centre in the box [lo, hi] ever touches the shape,
+     * whatever the rotor's angle. May be true too often, never false wrongly. */
     bool (*reachable)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
     void (*free)(struct mill_shape *);
 };
@@ -47,7 +48,8 @@ struct mill_shape_ops {
 /* Every shape starts with this. */
 struct mill_shape {
     const struct mill_shape_ops *ops;
-    int number; /* which of its kind: end wall 0 (x < 0) or 1, blade 0.. ; -1 where there is only one */
+    int number; /* which of its kind: end wall 0 (x < 0) or 1, blade 0.. ; -1 where there is only
+                   one */
     bool turns; /* moves with the rotor */
     struct mill_poly_counts *counts; /* where its solver counts; may be NULL */
 };

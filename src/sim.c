@@ -1,7 +1,8 @@
-/* The event loop. Each event has the same four lines: bring the balls to it, change their velocities, tell
- * the observers, predict anew. Local time restarts at regular intervals of simulated time, fixed by
- * nothing but the clock: then every ball is brought to the same instant, checked for overlap, and planned
- * afresh, so local times stay small and precise and no output option can change the run. */
+/* The event loop. Each event has the same four lines: bring the balls to it, change their
+ * velocities, tell the observers, predict anew. Local time restarts at regular intervals of
+ * simulated time, fixed by nothing but the clock: then every ball is brought to the same instant,
+ * checked for overlap, and planned afresh, so local times stay small and precise and no output
+ * option can change the run. */
 #include "millsim/sim.h"
 
 #include "predict.h"
@@ -10,10 +11,12 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define EPOCH 0.0625   /* [s] between restarts of local time; a power of two, so that the sum is exact */
-#define DEEP 1e-9      /* [m] an overlap beyond this is an anomaly */
-#define NOT_YET 1e-12  /* [m] a surface contact due with a gap above this: the search gave up early */
-#define PINCH_TIME 1e-5     /* [s] pinch relief: more than ... */
+#define EPOCH                                                                                      \
+    0.0625        /* [s] between restarts of local time; a power of two, so that the sum is exact */
+#define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
+#define NOT_YET                                                                                    \
+    1e-12 /* [m] a surface contact due with a gap above this: the search gave up early */
+#define PINCH_TIME 1e-5      /* [s] pinch relief: more than ... */
 #define PINCH_CONTACTS 30000 /* ... contacts of one ball within that time ... */
 #define PINCH_BLOWS 20       /* ... this many of them with one blade */
 #define MOST_OBSERVERS 8
@@ -26,7 +29,7 @@ struct pinch {
 };
 
 struct watch {
-    double last;      /* [s] local time of the last event that advanced time */
+    double last;       /* [s] local time of the last event that advanced time */
     uint64_t standing; /* events since then */
     double since;      /* [s] local start of the present millisecond */
     uint64_t events;   /* in it */
@@ -196,15 +199,13 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     const double distance = vec3_norm(d);
     const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
     const vec3 u = vec3_sub(a->v, b->v);
-    const vec3 spin =
-        vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
+    const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
     const vec3 slip = vec3_add(u, vec3_cross(spin, n));
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
     const struct mill_blow blow =
         mill_impact_resolve(&w->law[MILL_BALL_BALL], w->rebound_floor, reduced, n, slip);
     w->counts.not_closing += vec3_dot(u, n) <= 0.0;
-    w->counts.largest_overlap =
-        fmax(w->counts.largest_overlap, sa->radius + sb->radius - distance);
+    w->counts.largest_overlap = fmax(w->counts.largest_overlap, sa->radius + sb->radius - distance);
     struct mill_impact impact;
     impact.ball = i;
     impact.partner = j;
@@ -329,8 +330,7 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
             sim->error, MILL_FAILED,
             "time hardly moves at t = %.9g s: %llu events within a millisecond, now at ball %ld; "
             "raise contact.rebound_floor (now %g m/s) or contact.restitution",
-            mill_sim_time(sim), (unsigned long long)w->events, (long)i,
-            sim->world->rebound_floor);
+            mill_sim_time(sim), (unsigned long long)w->events, (long)i, sim->world->rebound_floor);
     }
 }
 

@@ -149,8 +149,8 @@ enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world
     long *line_of = malloc(sizeof *line_of * ((size_t)world->balls + 1));
     enum mill_status status = MILL_OK;
     if (!line_of)
-        status = mill_error_set(error, MILL_FAILED, "out of memory for %ld balls",
-                                (long)world->balls);
+        status =
+            mill_error_set(error, MILL_FAILED, "out of memory for %ld balls", (long)world->balls);
     if (status == MILL_OK)
         status = read_rows(deck, in, world, line_of, error);
     if (status == MILL_OK)

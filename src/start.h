@@ -6,8 +6,9 @@
 #include "millsim/status.h"
 #include "millsim/world.h"
 
-/* Reads deck->start, one ball a line: x y z [vx vy vz [wx wy wz]] in SI, # comments. Every fault (too few
- * or too many rows, not a number, a ball outside the mill or overlapping) is named with file and line. */
+/* Reads deck->start, one ball a line: x y z [vx vy vz [wx wy wz]] in SI, # comments. Every fault
+ * (too few or too many rows, not a number, a ball outside the mill or overlapping) is named with
+ * file and line. */
 enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world *world,
                                  struct mill_error *error);
 

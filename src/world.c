@@ -1,4 +1,5 @@
-/* The state of the mill: built from a deck, asked for positions, energies and the balance of its books. */
+/* The state of the mill: built from a deck, asked for positions, energies and the balance of its
+ * books. */
 #include "millsim/world.h"
 
 #include "fill.h"

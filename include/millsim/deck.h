@@ -1,5 +1,6 @@
-/* The deck: an INI text, read, checked and turned into SI numbers. What a key means, its unit, default
- * and range stand in one table (deck_table.c); reading, checking, printing and saving all use it. */
+/* The deck: an INI text, read, checked and turned into SI numbers. What a key means, its unit,
+ * default and range stand in one table (deck_table.c); reading, checking, printing and saving all
+ * use it. */
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
@@ -58,22 +59,26 @@ struct mill_deck {
     struct mill_deck_text *text;
 };
 
-/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. NULL and a
- * filled error on failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be read
- * or no memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the caller. */
+/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. NULL and
+ * a filled error on failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be
+ * read or no memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the
+ * caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), struct mill_deck **deck,
                                 struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
-/* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls overlap):
- * a key that came by --set or by default is named accordingly. Returns MILL_BAD_DECK. */
+/* The deck's file as its user named it. */
+const char *mill_deck_file(const struct mill_deck *deck);
+
+/* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls
+ * overlap): a key that came by --set or by default is named accordingly. Returns MILL_BAD_DECK. */
 enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
                                  const char *section, const char *key, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 
-/* Hands every entry of the full deck (defaults filled in) to `entry`, in the order of the table, as text
- * that reads back to the same bits: section, key, value with unit, and what the key means. */
+/* Hands every entry of the full deck (defaults filled in) to `entry`, in the order of the table, as
+ * text that reads back to the same bits: section, key, value with unit, and what the key means. */
 void mill_deck_each(const struct mill_deck *deck,
                     void (*entry)(void *self, const char *section, const char *key,
                                   const char *value, const char *meaning),

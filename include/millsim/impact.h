@@ -23,9 +23,9 @@ struct mill_blow {
 };
 
 /* Resolves one impact. n: unit normal from body 1 to body 2. slip: velocity of body 1's surface
- * relative to body 2's at the contact [m/s], spins included. reduced_mass: m1 m2/(m1 + m2), or m of the
- * ball at a wall [kg]. rebound_floor [m/s]: least normal speed afterwards. Both bodies are uniform
- * spheres or immovable. smooth: leave out the tangential part (mu = 0). */
+ * relative to body 2's at the contact [m/s], spins included. reduced_mass: m1 m2/(m1 + m2), or m of
+ * the ball at a wall [kg]. rebound_floor [m/s]: least normal speed afterwards. Both bodies are
+ * uniform spheres or immovable. smooth: leave out the tangential part (mu = 0). */
 struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                      double reduced_mass, vec3 n, vec3 slip);
 

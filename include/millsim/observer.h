@@ -1,5 +1,5 @@
-/* What watches the mill. The loop calls observers at impacts and at the times they ask for; they cannot
- * change the world, so no output option changes the run. */
+/* What watches the mill. The loop calls observers at impacts and at the times they ask for; they
+ * cannot change the world, so no output option changes the run. */
 #ifndef MILLSIM_OBSERVER_H
 #define MILLSIM_OBSERVER_H
 
@@ -22,8 +22,8 @@ struct mill_observer {
     /* NULL where impacts are not wanted */
     enum mill_status (*impact)(struct mill_observer *, const struct mill_impact *,
                                struct mill_error *);
-    /* World at simulated time `next` = world->base + t; must move `next` on. NULL where next is INFINITY.
-     * A sample sees every event before its time and none at it. */
+    /* World at simulated time `next` = world->base + t; must move `next` on. NULL where next is
+     * INFINITY. A sample sees every event before its time and none at it. */
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
                                struct mill_error *);
 };

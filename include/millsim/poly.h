@@ -14,17 +14,20 @@ struct mill_poly_counts {
  * gives the linear root; a double root counts once). */
 int mill_poly_quadratic(double a, double b, double c, double x[2]);
 
-/* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, as re[k] + i im[k]; conjugate pairs adjacent. */
+/* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, as re[k] + i im[k]; conjugate pairs adjacent.
+ */
 void mill_poly_quartic_roots(const double c[5], double re[4], double im[4]);
 
-/* Number of distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros allowed. */
+/* Number of distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros
+ * allowed. */
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi);
 
-/* First t in [0, t_end] at which p(t) >= 0 and p is rising (the first derivative that does not vanish
- * is positive), INFINITY when there is none. p(0) >= 0 and rising gives 0; p(0) >= 0 and falling waits
- * until p is next rising with p >= 0. With at_root, p(0) is zero by construction (a contact has just
- * happened): c[0] is taken as exactly zero whatever its value and t = 0 is divided out, so the contact
- * that was just resolved can return only if p rises at once. t_end may be INFINITY. counts may be NULL. */
+/* First t in [0, t_end] at which p(t) >= 0 and p is rising (the first derivative that does not
+ * vanish is positive), INFINITY when there is none. p(0) >= 0 and rising gives 0; p(0) >= 0 and
+ * falling waits until p is next rising with p >= 0. With at_root, p(0) is zero by construction (a
+ * contact has just happened): c[0] is taken as exactly zero whatever its value and t = 0 is divided
+ * out, so the contact that was just resolved can return only if p rises at once. t_end may be
+ * INFINITY. counts may be NULL. */
 double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
                             struct mill_poly_counts *counts);
 

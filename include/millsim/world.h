@@ -1,4 +1,5 @@
-/* The state of the mill between two events, and its books. The loop owns it; observers get it const. */
+/* The state of the mill between two events, and its books. The loop owns it; observers get it
+ * const. */
 #ifndef MILLSIM_WORLD_H
 #define MILLSIM_WORLD_H
 
@@ -28,9 +29,9 @@ struct mill_species {
 
 /* Cumulative since t = 0. Rotor work = change of energy + dissipation. */
 struct mill_account {
-    double rotor_work;         /* [J] done on the balls */
-    double rotor_work_gross;   /* [J] sum of |work| of the single impacts */
-    double rotor_impulse;      /* [N m s] angular impulse about +x given to the balls by the rotor */
+    double rotor_work;       /* [J] done on the balls */
+    double rotor_work_gross; /* [J] sum of |work| of the single impacts */
+    double rotor_impulse;    /* [N m s] angular impulse about +x given to the balls by the rotor */
     double dissipation[MILL_KINDS];        /* [J] */
     double dissipation_normal[MILL_KINDS]; /* [J] its normal part */
     double dissipation_gross;              /* [J] sum of |dissipation| */
@@ -40,12 +41,12 @@ struct mill_account {
 
 struct mill_counts {
     uint64_t cell_crossings;
-    uint64_t stale;         /* events dropped because the partner had changed course */
-    uint64_t predictions;   /* full ones */
+    uint64_t stale;       /* events dropped because the partner had changed course */
+    uint64_t predictions; /* full ones */
     uint64_t pair_tests;
-    uint64_t not_closing;   /* anomaly: a due contact found itself opening; the floor was applied */
-    uint64_t reliefs;       /* anomaly: balls let go that were pinched by a blade */
-    uint64_t overlaps;      /* anomaly: balls found deeper than 1e-9 m in another body */
+    uint64_t not_closing; /* anomaly: a due contact found itself opening; the floor was applied */
+    uint64_t reliefs;     /* anomaly: balls let go that were pinched by a blade */
+    uint64_t overlaps;    /* anomaly: balls found deeper than 1e-9 m in another body */
     struct mill_poly_counts quartics;
     double largest_overlap; /* [m] ever seen at a contact or an audit */
 };
@@ -66,13 +67,13 @@ struct mill_world {
     vec3 *spin; /* [rad/s] */
     int species_count;
     struct mill_species *species;
-    double drum_radius, drum_length;  /* [m] */
-    double rotor_speed;               /* [rad/s] 0: no rotor or standing */
-    double turn;                      /* [rad] rotor's angle at local time 0, modulo 2 pi */
+    double drum_radius, drum_length; /* [m] */
+    double rotor_speed;              /* [rad/s] 0: no rotor or standing */
+    double turn;                     /* [rad] rotor's angle at local time 0, modulo 2 pi */
     int shapes;
     struct mill_shape **shape;
     struct mill_law law[MILL_KINDS];
-    double rebound_floor; /* [m/s] */
+    double rebound_floor;     /* [m/s] */
     struct mill_energy start; /* at t = 0 */
     struct mill_account account;
     struct mill_counts counts;
@@ -90,10 +91,12 @@ vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);
 /* Energies of all balls at local time t. */
 struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 
-/* |rotor work - change of energy - dissipation| and the energy turned over until local time t [J]. */
+/* |rotor work - change of energy - dissipation| and the energy turned over until local time t [J].
+ */
 void mill_world_balance(const struct mill_world *world, double t, double *error, double *turnover);
 
-/* Least gap of a point (radius 0) to any shape at rotor angle `turn` [m]: > 0 in the free volume. */
+/* Least gap of a point (radius 0) to any shape at rotor angle `turn` [m]: > 0 in the free volume.
+ */
 double mill_world_gap(const struct mill_world *world, vec3 point, double radius, double turn);
 
 #endif

@@ -1,0 +1,184 @@
+/* What no single key can tell: do times fit together, do balls, shaft and blades fit into the drum?
+ * A blade is a box from the axis to tip_radius, turned by its pitch about its radial mid-line, so
+ * it is (w |cos p| + t |sin p|) long along the axis and (w |sin p| + t |cos p|) wide around it, and
+ * its corners reach further out than tip_radius. */
+#include "deck_private.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MOST_BALLS = 50000000 };
+
+static const double most_samples = 1e8;
+static const double rounding =
+    1e-12; /* of the drum's length: blades may just touch the end walls */
+static const double densest =
+    0.7404804896930611; /* pi / sqrt(18): no packing of equal balls is denser */
+
+static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
+{
+    if (deck->sample_from >= deck->time)
+        return mill_deck_fault(deck, error, "run", "sample_from",
+                               "must be before the end of the run, %g s", deck->time);
+    if (deck->time / deck->series > most_samples)
+        return mill_deck_fault(deck, error, "output", "series",
+                               "too short: more than 1e8 samples until %g s", deck->time);
+    if (deck->frames > 0.0 && deck->time / deck->frames > most_samples)
+        return mill_deck_fault(deck, error, "output", "frames",
+                               "too short: more than 1e8 frames until %g s", deck->time);
+    return MILL_OK;
+}
+
+/* "balls" or "balls.NAME" */
+static void name_kind(const struct mill_deck *deck, int kind, char title[80])
+{
+    const bool mixture = mill_deck_text_section(deck->text, DECK_BALLS_NAME, NULL) != NULL;
+    snprintf(title, 80, "%s%s", mixture ? "balls." : "balls",
+             mixture ? deck->balls[kind].name : "");
+}
+
+static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
+{
+    char title[80];
+    for (int k = 0; k < deck->kinds; k++) {
+        const double d = deck->balls[k].diameter;
+        name_kind(deck, k, title);
+        if (d > 2.0 * deck->drum_radius)
+            return mill_deck_fault(deck, error, title, "diameter",
+                                   "a ball of %g m does not fit into a drum of radius %g m", d,
+                                   deck->drum_radius);
+        if (d > deck->drum_length)
+            return mill_deck_fault(deck, error, title, "diameter",
+                                   "a ball of %g m does not fit into a drum %g m long", d,
+                                   deck->drum_length);
+        if (deck->rotor && d > deck->drum_radius - deck->shaft_radius)
+            return mill_deck_fault(deck, error, title, "diameter",
+                                   "a ball of %g m does not fit between the shaft and the drum, "
+                                   "%g m apart",
+                                   d, deck->drum_radius - deck->shaft_radius);
+    }
+    return MILL_OK;
+}
+
+static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
+{
+    const double pi = 3.141592653589793, shaft = deck->rotor ? deck->shaft_radius : 0.0;
+    const double room =
+        pi * (deck->drum_radius * deck->drum_radius - shaft * shaft) * deck->drum_length;
+    double volume = 0.0;
+    long total = 0;
+    char title[80];
+    for (int k = 0; k < deck->kinds; k++) {
+        const double d = deck->balls[k].diameter;
+        name_kind(deck, k, title);
+        total += deck->balls[k].count;
+        if (total > MOST_BALLS)
+            return mill_deck_fault(deck, error, title, "count", "more than %d balls in all",
+                                   MOST_BALLS);
+        volume += (double)deck->balls[k].count * pi / 6.0 * d * d * d;
+        if (volume > (deck->kinds == 1 ? densest : 1.0) * room)
+            return mill_deck_fault(deck, error, title, "count",
+                                   "%ld balls do not fit: they fill %.3g litres of the drum's %.3g",
+                                   total, 1e3 * volume, 1e3 * room);
+    }
+    if (deck->start && deck->speed != 0.0)
+        return mill_deck_fault(deck, error, "balls", "speed",
+                               "is for a random start only; the start file holds its own speeds");
+    return MILL_OK;
+}
+
+/* Largest distance of a blade's corner from the axis [m]. */
+static double blade_reach(const struct mill_deck_blade *blade)
+{
+    const double across =
+        0.5 * (blade->width * fabs(sin(blade->pitch)) + blade->thickness * fabs(cos(blade->pitch)));
+    return hypot(blade->tip_radius, across);
+}
+
+static enum mill_status check_blade(const struct mill_deck *deck, const char *title, int number,
+                                    struct mill_error *error)
+{
+    const struct mill_deck_blade *blade = &deck->blade[number];
+    const double reach = blade_reach(blade);
+    const double along =
+        0.5 * (blade->width * fabs(cos(blade->pitch)) + blade->thickness * fabs(sin(blade->pitch)));
+    const bool turned = sin(blade->pitch) != 0.0;
+    if (blade->tip_radius <= deck->shaft_radius)
+        return mill_deck_fault(deck, error, title, "tip_radius",
+                               "must be greater than the shaft's radius, %g m, got %g m",
+                               deck->shaft_radius, blade->tip_radius);
+    if (blade->tip_radius >= deck->drum_radius)
+        return mill_deck_fault(deck, error, title, "tip_radius",
+                               "must be less than the drum's radius, %g m, got %g m",
+                               deck->drum_radius, blade->tip_radius);
+    if (reach >= deck->drum_radius)
+        return mill_deck_fault(deck, error, title, "tip_radius",
+                               "the blade's corners reach %g m and stand out of the drum, %g m",
+                               reach, deck->drum_radius);
+    if (fabs(blade->position) + along > (0.5 + rounding) * deck->drum_length)
+        return mill_deck_fault(
+            deck, error, title, strcmp(title, "blades") == 0 ? "width" : "position",
+            "blade %s reaches from x = %g m to %g m%s, out of the drum's "
+            "%g m to %g m",
+            blade->name, blade->position - along, blade->position + along,
+            turned ? " with its pitch" : "", -0.5 * deck->drum_length, 0.5 * deck->drum_length);
+    return MILL_OK;
+}
+
+static void warn_gap(const struct mill_deck *deck, const char *title, int number,
+                     void (*warn)(const char *line))
+{
+    double diameter = 0.0;
+    for (int k = 0; k < deck->kinds; k++)
+        diameter = fmax(diameter, deck->balls[k].diameter);
+    const double gap = deck->drum_radius - blade_reach(&deck->blade[number]);
+    struct mill_error line;
+    if (!warn || gap >= diameter)
+        return;
+    mill_deck_fault(deck, &line, title, "tip_radius",
+                    "the gap of %.3g mm between blade and drum is less than a ball's diameter of "
+                    "%.3g mm: balls can be pinched in it",
+                    1e3 * gap, 1e3 * diameter);
+    warn(line.text);
+}
+
+static enum mill_status check_rotor(const struct mill_deck *deck, void (*warn)(const char *line),
+                                    struct mill_error *error)
+{
+    const long equal = deck->text->blades.count;
+    if (!deck->rotor && deck->blades > 0) {
+        char title[80];
+        snprintf(title, sizeof title, "%s%s", equal ? "blades" : "blade.",
+                 equal ? "" : deck->blade[0].name);
+        return mill_deck_fault(deck, error, title, NULL,
+                               "blades need a section [rotor] that carries them");
+    }
+    if (deck->rotor && deck->shaft_radius >= deck->drum_radius)
+        return mill_deck_fault(deck, error, "rotor", "shaft_radius",
+                               "must be less than the drum's radius, %g m", deck->drum_radius);
+    for (int k = 0; k < deck->blades; k++) {
+        char title[80];
+        snprintf(title, sizeof title, "%s%s", k < equal ? "blades" : "blade.",
+                 k < equal ? "" : deck->blade[k].name);
+        const enum mill_status status = check_blade(deck, title, k, error);
+        if (status != MILL_OK)
+            return status;
+        if (k == 0 || k >= equal)
+            warn_gap(deck, title, k, warn);
+    }
+    return MILL_OK;
+}
+
+enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
+                                 struct mill_error *error)
+{
+    enum mill_status status = check_times(deck, error);
+    if (status == MILL_OK)
+        status = check_rotor(deck, warn, error);
+    if (status == MILL_OK)
+        status = check_sizes(deck, error);
+    if (status == MILL_OK)
+        status = check_amount(deck, error);
+    return status;
+}

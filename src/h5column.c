@@ -1,0 +1,202 @@
+/* Datasets that grow by rows. Single rows are gathered in memory and written a chunk at a time,
+ * because one call to HDF5 costs microseconds; a chunk holds about 64 KiB, the compromise between
+ * the cost per chunk and the cost of reading one frame. Shuffled, deflated at level 1. */
+#include "h5internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define CHUNK_BYTES 65536
+#define MAX_ROW_RANK 2
+
+struct mill_h5_column {
+    struct mill_h5 *file;
+    hid_t set;
+    char *path;
+    enum mill_h5_type type;
+    int rank;                         /* of a row */
+    hsize_t extent[MAX_ROW_RANK + 1]; /* rows in the file, then those of a row */
+    size_t row_bytes;
+    size_t capacity, gathered; /* [rows] */
+    unsigned char *buffer;
+};
+
+static size_t choose_chunk(size_t row_bytes)
+{
+    size_t rows = 1;
+    while (2 * rows * row_bytes <= CHUNK_BYTES && rows < CHUNK_BYTES)
+        rows *= 2;
+    return rows;
+}
+
+static hid_t chunked(const struct mill_h5_column *column)
+{
+    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
+    hsize_t chunk[MAX_ROW_RANK + 1];
+    memcpy(chunk, column->extent, sizeof chunk);
+    chunk[0] = column->capacity;
+    if (list < 0 || H5Pset_chunk(list, column->rank + 1, chunk) < 0 || H5Pset_shuffle(list) < 0 ||
+        H5Pset_deflate(list, 1) < 0)
+        return -1;
+    return list;
+}
+
+static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout *layout)
+{
+    hsize_t most[MAX_ROW_RANK + 1];
+    hid_t space, list;
+    bool done;
+    memcpy(most, column->extent, sizeof most);
+    most[0] = H5S_UNLIMITED;
+    space = H5Screate_simple(column->rank + 1, column->extent, most);
+    list = chunked(column);
+    if (space < 0 || list < 0)
+        return false;
+    column->set = H5Dcreate2(column->file->id, column->path, mill_h5_file_type(column->type), space,
+                             H5P_DEFAULT, list, H5P_DEFAULT);
+    done = column->set >= 0 && mill_h5_label(column->set, layout->unit, layout->description);
+    if (done) { /* else the error stack must live on until it is read */
+        H5Pclose(list);
+        H5Sclose(space);
+    }
+    return done;
+}
+
+static bool take_up(struct mill_h5_column *column, uint64_t keep)
+{
+    hsize_t extent[MAX_ROW_RANK + 1];
+    hid_t space;
+    column->set = H5Dopen2(column->file->id, column->path, H5P_DEFAULT);
+    if (column->set < 0)
+        return false;
+    space = H5Dget_space(column->set);
+    if (H5Sget_simple_extent_ndims(space) != column->rank + 1 ||
+        H5Sget_simple_extent_dims(space, extent, NULL) < 0)
+        return false;
+    H5Sclose(space);
+    column->extent[0] = extent[0] < keep ? extent[0] : keep;
+    return H5Dset_extent(column->set, column->extent) >= 0;
+}
+
+static struct mill_h5_column *allocate(struct mill_h5 *file, const char *path,
+                                       const struct mill_h5_layout *layout)
+{
+    struct mill_h5_column *column = calloc(1, sizeof *column);
+    int i;
+    if (!column)
+        return NULL;
+    column->file = file;
+    column->set = -1;
+    column->type = layout->type;
+    column->rank = layout->rank;
+    column->row_bytes = mill_h5_type_size(layout->type);
+    for (i = 0; i < layout->rank; i++) {
+        column->extent[i + 1] = layout->dims[i];
+        column->row_bytes *= layout->dims[i];
+    }
+    column->capacity = layout->chunk ? layout->chunk : choose_chunk(column->row_bytes);
+    column->buffer = malloc(column->capacity * column->row_bytes);
+    column->path = malloc(strlen(path) + 1);
+    if (!column->buffer || !column->path) {
+        mill_h5_column_free(column);
+        return NULL;
+    }
+    strcpy(column->path, path);
+    return column;
+}
+
+enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
+                                       const struct mill_h5_layout *layout, uint64_t keep,
+                                       struct mill_h5_column **out, struct mill_error *error)
+{
+    enum mill_status status = mill_h5_parents(file, path, error);
+    struct mill_h5_column *column;
+    *out = NULL;
+    if (status != MILL_OK)
+        return status;
+    column = allocate(file, path, layout);
+    if (!column)
+        return mill_error_set(error, MILL_FAILED, "%s: out of memory for %s", file->path, path);
+    if (!(mill_h5_exists(file, path) ? take_up(column, keep) : make_set(column, layout))) {
+        status = mill_h5_fail(file, error, "write", path);
+        mill_h5_column_free(column);
+        return status;
+    }
+    *out = column;
+    return MILL_OK;
+}
+
+static bool write_block(struct mill_h5_column *column, hid_t memory, size_t count, const void *rows)
+{
+    const hsize_t first[MAX_ROW_RANK + 1] = {column->extent[0], 0, 0};
+    hsize_t size[MAX_ROW_RANK + 1];
+    hid_t place;
+    memcpy(size, column->extent, sizeof size);
+    size[0] = count;
+    column->extent[0] += count;
+    if (memory < 0 || H5Dset_extent(column->set, column->extent) < 0)
+        return false;
+    place = H5Dget_space(column->set);
+    if (place < 0 || H5Sselect_hyperslab(place, H5S_SELECT_SET, first, NULL, size, NULL) < 0 ||
+        H5Dwrite(column->set, mill_h5_memory_type(column->type), memory, place, H5P_DEFAULT, rows) <
+            0)
+        return false;
+    H5Sclose(place);
+    return true;
+}
+
+static enum mill_status write_rows(struct mill_h5_column *column, size_t count, const void *rows,
+                                   struct mill_error *error)
+{
+    enum mill_status status = mill_h5_check(column->file, error);
+    hsize_t size[MAX_ROW_RANK + 1];
+    hid_t memory;
+    if (status != MILL_OK || count == 0)
+        return status;
+    memcpy(size, column->extent, sizeof size);
+    size[0] = count;
+    memory = H5Screate_simple(column->rank + 1, size, NULL);
+    if (!write_block(column, memory, count, rows))
+        status = mill_h5_fail(column->file, error, "write", column->path);
+    H5Sclose(memory);
+    return status;
+}
+
+enum mill_status mill_h5_column_append(struct mill_h5_column *column, size_t count,
+                                       const void *rows, struct mill_error *error)
+{
+    if (column->gathered + count > column->capacity) {
+        enum mill_status status = mill_h5_column_flush(column, error);
+        if (status != MILL_OK)
+            return status;
+    }
+    if (count >= column->capacity)
+        return write_rows(column, count, rows, error);
+    memcpy(column->buffer + column->gathered * column->row_bytes, rows, count * column->row_bytes);
+    column->gathered += count;
+    return MILL_OK;
+}
+
+uint64_t mill_h5_column_rows(const struct mill_h5_column *column)
+{
+    return column->extent[0] + column->gathered;
+}
+
+enum mill_status mill_h5_column_flush(struct mill_h5_column *column, struct mill_error *error)
+{
+    const enum mill_status status = write_rows(column, column->gathered, column->buffer, error);
+    if (status == MILL_OK)
+        column->gathered = 0;
+    return status;
+}
+
+void mill_h5_column_free(struct mill_h5_column *column)
+{
+    if (!column)
+        return;
+    if (column->set >= 0)
+        H5Dclose(column->set);
+    free(column->path);
+    free(column->buffer);
+    free(column);
+}

@@ -1,0 +1,150 @@
+/* Datasets written in one piece, each with its unit and description; and views, which show the
+ * elements of another dataset of the file under another shape (HDF5 virtual datasets, since 1.10).
+ */
+#include "h5internal.h"
+
+#include <string.h>
+
+#define MAX_RANK 8
+
+hid_t mill_h5_memory_type(enum mill_h5_type type)
+{
+    const hid_t types[MILL_H5_TYPES] = {H5T_NATIVE_DOUBLE, H5T_NATIVE_FLOAT,  H5T_NATIVE_INT64,
+                                        H5T_NATIVE_INT32,  H5T_NATIVE_UINT64, H5T_NATIVE_UINT8};
+    return types[type];
+}
+
+hid_t mill_h5_file_type(enum mill_h5_type type)
+{
+    const hid_t types[MILL_H5_TYPES] = {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_STD_I64LE,
+                                        H5T_STD_I32LE,  H5T_STD_U64LE,  H5T_STD_U8LE};
+    return types[type];
+}
+
+size_t mill_h5_type_size(enum mill_h5_type type)
+{
+    static const size_t size[MILL_H5_TYPES] = {8, 4, 8, 4, 8, 1};
+    return size[type];
+}
+
+hid_t mill_h5_text_type(void)
+{
+    const hid_t type = H5Tcopy(H5T_C_S1);
+    if (type >= 0 &&
+        (H5Tset_size(type, H5T_VARIABLE) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0)) {
+        H5Tclose(type);
+        return -1;
+    }
+    return type;
+}
+
+static void to_extent(int rank, const size_t *dims, hsize_t *extent)
+{
+    int i;
+    for (i = 0; i < rank; i++)
+        extent[i] = dims[i];
+}
+
+static hid_t make_space(int rank, const size_t *dims)
+{
+    hsize_t extent[MAX_RANK];
+    if (rank == 0)
+        return H5Screate(H5S_SCALAR);
+    to_extent(rank, dims, extent);
+    return H5Screate_simple(rank, extent, NULL);
+}
+
+/* Makes the dataset with its labels and, where values is not NULL, its content. */
+static enum mill_status store(struct mill_h5 *file, const char *path, hid_t file_type,
+                              hid_t memory_type, hid_t space, hid_t list, const void *values,
+                              const char *unit, const char *description, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    hid_t set = -1;
+    if (space >= 0 && list >= 0 && file_type >= 0)
+        set = H5Dcreate2(file->id, path, file_type, space, H5P_DEFAULT, list, H5P_DEFAULT);
+    if (set < 0 || !mill_h5_label(set, unit, description) ||
+        (values && H5Sget_simple_extent_npoints(space) > 0 &&
+         H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0))
+        status = mill_h5_fail(file, error, "write", path);
+    if (set >= 0 && H5Dclose(set) < 0 && status == MILL_OK)
+        status = mill_h5_fail(file, error, "write", path);
+    return status;
+}
+
+static enum mill_status make_way(struct mill_h5 *file, const char *path, struct mill_error *error)
+{
+    enum mill_status status = mill_h5_parents(file, path, error);
+    return status == MILL_OK ? mill_h5_remove(file, path, error) : status;
+}
+
+enum mill_status mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type,
+                               int rank, const size_t *dims, const void *values, const char *unit,
+                               const char *description, struct mill_error *error)
+{
+    enum mill_status status = make_way(file, path, error);
+    hid_t space, list;
+    if (status != MILL_OK)
+        return status;
+    space = make_space(rank, dims);
+    list = mill_h5_timeless(H5P_DATASET_CREATE);
+    status = store(file, path, mill_h5_file_type(type), mill_h5_memory_type(type), space, list,
+                   values, unit, description, error);
+    H5Pclose(list);
+    H5Sclose(space);
+    return status;
+}
+
+enum mill_status mill_h5_write_double(struct mill_h5 *file, const char *path, double value,
+                                      const char *unit, const char *description,
+                                      struct mill_error *error)
+{
+    return mill_h5_write(file, path, MILL_H5_F64, 0, NULL, &value, unit, description, error);
+}
+
+enum mill_status mill_h5_write_count(struct mill_h5 *file, const char *path, uint64_t value,
+                                     const char *description, struct mill_error *error)
+{
+    return mill_h5_write(file, path, MILL_H5_U64, 0, NULL, &value, "1", description, error);
+}
+
+enum mill_status mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
+                                    const char *description, struct mill_error *error)
+{
+    enum mill_status status = make_way(file, path, error);
+    hid_t type, space, list;
+    if (status != MILL_OK)
+        return status;
+    type = mill_h5_text_type();
+    space = H5Screate(H5S_SCALAR);
+    list = mill_h5_timeless(H5P_DATASET_CREATE);
+    status = store(file, path, type, type, space, list, &text, "", description, error);
+    H5Pclose(list);
+    H5Sclose(space);
+    H5Tclose(type);
+    return status;
+}
+
+enum mill_status mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type,
+                              int rank, const size_t *dims, const char *source, int source_rank,
+                              const size_t *source_dims, const char *unit, const char *description,
+                              struct mill_error *error)
+{
+    enum mill_status status = make_way(file, path, error);
+    hid_t space, origin, list;
+    if (status != MILL_OK)
+        return status;
+    space = make_space(rank, dims);
+    origin = make_space(source_rank, source_dims);
+    list = mill_h5_timeless(H5P_DATASET_CREATE);
+    /* "." is this file, whatever its name will be */
+    if (space < 0 || origin < 0 || list < 0 || H5Pset_virtual(list, space, ".", source, origin) < 0)
+        status = mill_h5_fail(file, error, "write", path);
+    else
+        status = store(file, path, mill_h5_file_type(type), -1, space, list, NULL, unit,
+                       description, error);
+    H5Pclose(list);
+    H5Sclose(origin);
+    H5Sclose(space);
+    return status;
+}

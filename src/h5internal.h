@@ -1,0 +1,43 @@
+/* What the parts of the h5file module (h5file.c, h5data.c, h5attribute.c, h5column.c) share; no
+ * other file includes this. */
+#ifndef MILL_H5INTERNAL_H
+#define MILL_H5INTERNAL_H
+
+#include "h5file.h"
+
+#include <hdf5.h>
+
+struct mill_h5 {
+    hid_t id;
+    char *path;              /* as the user gave it: for messages */
+    enum mill_status spent;  /* MILL_OK until the first failure */
+    struct mill_error cause; /* of the first failure */
+};
+
+/* Marks the file spent and sets "FILE: cannot VERB PATH: REASON", the reason taken from HDF5's
+ * error stack: call it before any other call to HDF5. */
+enum mill_status mill_h5_fail(struct mill_h5 *file, struct mill_error *error, const char *verb,
+                              const char *path);
+
+/* MILL_OK, or the first failure once more. */
+enum mill_status mill_h5_check(const struct mill_h5 *file, struct mill_error *error);
+
+/* Makes the groups above `path`. */
+enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct mill_error *error);
+
+/* Types owned by the library: not to be closed. */
+hid_t mill_h5_memory_type(enum mill_h5_type type);
+hid_t mill_h5_file_type(enum mill_h5_type type);
+size_t mill_h5_type_size(enum mill_h5_type type);
+
+/* A text of variable length in UTF-8; the caller closes it. */
+hid_t mill_h5_text_type(void);
+
+/* The properties of a new object without the times of its making: two runs, the same bytes. The
+ * caller closes it. */
+hid_t mill_h5_timeless(hid_t property_class);
+
+/* Attaches unit and description to an object just made; false on failure. */
+bool mill_h5_label(hid_t object, const char *unit, const char *description);
+
+#endif

@@ -1,0 +1,364 @@
+/* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
+ * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
+ * wrong deck, an output that exists or cannot be written. */
+#include "progress.h"
+#include "run.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <getopt.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#ifndef MILL_VERSION
+#define MILL_VERSION "unknown"
+#endif
+
+static const char help[] =
+    "Usage: millsim [options] DECK\n"
+    "Simulates the balls of a high-energy ball mill, contact by contact.\n"
+    "\n"
+    "  -o, --output FILE    where results go; default: the deck's name with .h5, in this folder\n"
+    "  -s, --set SECTION.KEY=VALUE\n"
+    "                       override one value of the deck, such as -s 'rotor.speed=800 rpm';\n"
+    "                       may be repeated\n"
+    "  -c, --check          check the deck and print it with all defaults; do not run\n"
+    "  -r, --resume         continue an interrupted run of this output file\n"
+    "  -f, --force          overwrite an existing output file\n"
+    "  -j, --json           print the summary as one JSON object\n"
+    "  -q, --quiet          no progress\n"
+    "  -h, --help           print this and end\n"
+    "  -V, --version        print the version and end\n"
+    "\n"
+    "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
+    "signal N (INT or TERM), with everything up to then in the output file.\n";
+
+struct arguments {
+    const char *deck;
+    const char *output; /* NULL: by the deck's name */
+    const char **set;
+    int sets;
+    bool check, resume, force, json, quiet;
+    const char *text; /* to be printed instead of a run, or NULL */
+};
+
+/* The signal that asked for an end; 0: none */
+static volatile sig_atomic_t stop;
+
+static void take_signal(int number)
+{
+    if (stop) {
+        signal(number, SIG_DFL);
+        raise(number);
+    }
+    stop = number;
+}
+
+static void catch_signals(void)
+{
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    sigemptyset(&action.sa_mask);
+    action.sa_handler = take_signal;
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    /* a reader that goes away must not end the run */
+    action.sa_handler = SIG_IGN;
+    sigaction(SIGPIPE, &action, NULL);
+}
+
+/* Without this the output file could become descriptor 1 and get the summary written into it. A
+ * closed stream is opened so that writing to it fails. */
+static void occupy_standard_streams(void)
+{
+    for (int fd = 0; fd < 3; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDONLY) < 0)
+            _exit(MILL_FAILED);
+}
+
+static int complain(const struct mill_error *error, enum mill_status status)
+{
+    fprintf(stderr, "millsim: %s\n", error->text);
+    return (int)status;
+}
+
+static void warn(const char *line)
+{
+    fprintf(stderr, "millsim: warning: %s\n", line);
+}
+
+/* What getopt_long refused, as a usage error. */
+static enum mill_status refuse_option(int result, char *const *argv, struct mill_error *error)
+{
+    const char *word = argv[optind - 1];
+    const bool is_long = strncmp(word, "--", 2) == 0;
+    char letter[3] = {'-', (char)optopt, '\0'};
+    if (result == ':')
+        return mill_error_set(error, MILL_BAD_DECK, "option '%s' needs a value; see millsim --help",
+                              is_long ? word : letter);
+    if (is_long && optopt)
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "option '%.*s' takes no value; see millsim --help",
+                              (int)strcspn(word, "="), word);
+    return mill_error_set(error, MILL_BAD_DECK, "unknown option '%s'; see millsim --help",
+                          is_long ? word : letter);
+}
+
+static void take_option(struct arguments *a, int option)
+{
+    switch (option) {
+    case 'o':
+        a->output = optarg;
+        break;
+    case 's':
+        a->set[a->sets++] = optarg;
+        break;
+    case 'c':
+        a->check = true;
+        break;
+    case 'r':
+        a->resume = true;
+        break;
+    case 'f':
+        a->force = true;
+        break;
+    case 'j':
+        a->json = true;
+        break;
+    case 'q':
+        a->quiet = true;
+        break;
+    case 'h':
+        a->text = help;
+        break;
+    case 'V':
+        a->text = "millsim " MILL_VERSION "\n";
+        break;
+    }
+}
+
+static enum mill_status read_arguments(int argc, char **argv, struct arguments *a,
+                                       struct mill_error *error)
+{
+    static const struct option options[] = {
+        {"output", required_argument, NULL, 'o'}, {"set", required_argument, NULL, 's'},
+        {"check", no_argument, NULL, 'c'},        {"resume", no_argument, NULL, 'r'},
+        {"force", no_argument, NULL, 'f'},        {"json", no_argument, NULL, 'j'},
+        {"quiet", no_argument, NULL, 'q'},        {"help", no_argument, NULL, 'h'},
+        {"version", no_argument, NULL, 'V'},      {NULL, 0, NULL, 0}};
+    int option;
+    opterr = 0;
+    while ((option = getopt_long(argc, argv, ":o:s:crfjqhV", options, NULL)) != -1) {
+        if (option == '?' || option == ':')
+            return refuse_option(option, argv, error);
+        take_option(a, option);
+        if (a->text)
+            return MILL_OK;
+    }
+    if (a->output && !a->output[0])
+        return mill_error_set(error, MILL_BAD_DECK, "option '--output' needs the name of a file");
+    if (optind == argc)
+        return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
+    if (optind + 1 < argc)
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "one deck at a time, got '%s' and '%s'; see millsim --help",
+                              argv[optind], argv[optind + 1]);
+    a->deck = argv[optind];
+    return MILL_OK;
+}
+
+/* "some/simoloyer.ini" -> "simoloyer.h5". NULL: out of memory. Owner: the caller. */
+static char *name_output(const struct arguments *a)
+{
+    const char *slash = strrchr(a->deck, '/');
+    const char *base = a->output ? a->output : slash ? slash + 1 : a->deck;
+    const char *dot = strrchr(base, '.');
+    const size_t stem = !a->output && dot && dot > base ? (size_t)(dot - base) : strlen(base);
+    char *name = malloc(stem + sizeof ".h5");
+    if (name)
+        sprintf(name, "%.*s%s", (int)stem, base, a->output ? "" : ".h5");
+    return name;
+}
+
+static bool same_file(const struct stat *a, const char *path)
+{
+    struct stat b;
+    return path && stat(path, &b) == 0 && a->st_dev == b.st_dev && a->st_ino == b.st_ino;
+}
+
+/* An output file that exists: may it be overwritten? */
+static enum mill_status check_existing(const struct arguments *a, const struct mill_deck *deck,
+                                       const char *output, const struct stat *found,
+                                       struct mill_error *error)
+{
+    if (S_ISDIR(found->st_mode))
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: is a folder; use -o with the name of a file", output);
+    if (same_file(found, a->deck))
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: is the deck itself; use -o for another name", output);
+    if (same_file(found, deck->start))
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: is the deck's start file; use -o for another name", output);
+    if (!S_ISREG(found->st_mode))
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: is not a regular file; use -o for another name", output);
+    if (!a->force)
+        return mill_error_set(
+            error, MILL_BAD_DECK,
+            "%s: exists already; use --force to overwrite it or -o for another name", output);
+    if (access(output, W_OK) != 0)
+        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
+                              strerror(errno));
+    return MILL_OK;
+}
+
+/* Can the run write there? Asked before it begins, not hours later. */
+static enum mill_status check_output(const struct arguments *a, const struct mill_deck *deck,
+                                     const char *output, struct mill_error *error)
+{
+    struct stat found;
+    if (stat(output, &found) == 0)
+        return check_existing(a, deck, output, &found, error);
+    const char *slash = strrchr(output, '/');
+    const size_t length = slash ? (size_t)(slash - output) + 1 : 0;
+    char *folder = malloc(length + sizeof ".");
+    if (!folder)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    sprintf(folder, "%.*s.", (int)length, output);
+    enum mill_status status = MILL_OK;
+    if (slash && !slash[1])
+        status = mill_error_set(error, MILL_BAD_DECK, "%s: is not the name of a file", output);
+    else if (access(folder, W_OK | X_OK) != 0)
+        status = mill_error_set(error, MILL_BAD_DECK, "%s: cannot be written in this folder: %s",
+                                output, strerror(errno));
+    free(folder);
+    return status;
+}
+
+/* The command line as a shell would read it back. NULL: out of memory. Owner: the caller. */
+static char *quote_command(int argc, char **argv)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
+                                "%+,-./:=@_";
+    size_t size = 1;
+    for (int i = 0; i < argc; i++)
+        size += 4 * strlen(argv[i]) + 3;
+    char *line = malloc(size), *at = line;
+    for (int i = 0; line && i < argc; i++) {
+        const bool bare = argv[i][0] && !argv[i][strspn(argv[i], plain)];
+        at += sprintf(at, "%s%s", i ? " " : "", bare ? argv[i] : "'");
+        for (const char *p = argv[i]; *p && !bare; p++)
+            at += sprintf(at, *p == '\'' ? "'\\''" : "%c", *p);
+        at += sprintf(at, "%s", bare ? "" : "'");
+    }
+    return line;
+}
+
+/* Hands text to standard output; a full disk or a closed pipe is a failure like any other. */
+static int put(const char *text, int status)
+{
+    errno = 0;
+    if (fputs(text, stdout) != EOF && fflush(stdout) == 0)
+        return status;
+    struct mill_error error;
+    mill_error_set(&error, MILL_FAILED, "cannot write to standard output: %s", strerror(errno));
+    complain(&error, MILL_FAILED);
+    return status ? status : (int)MILL_FAILED;
+}
+
+static int print_deck(const struct mill_deck *deck)
+{
+    errno = 0;
+    mill_deck_print(deck, stdout);
+    return ferror(stdout) ? put("", MILL_FAILED) : put("", MILL_OK);
+}
+
+/* Runs, then ends the progress line, then prints: the summary waits in memory meanwhile. */
+static int run(const struct mill_deck *deck, struct mill_run_options *options)
+{
+    struct mill_error error = {""};
+    struct mill_progress_display display;
+    char *summary = NULL;
+    size_t size = 0;
+    mill_progress_init(&display, stderr, isatty(STDERR_FILENO));
+    if (!options->quiet) {
+        options->progress = mill_progress_show;
+        options->self = &display;
+    }
+    options->stop = &stop;
+    options->summary = open_memstream(&summary, &size);
+    if (!options->summary)
+        return complain(&(struct mill_error){"out of memory"}, MILL_FAILED);
+    const enum mill_status status = mill_run(deck, options, &error);
+    fclose(options->summary);
+    mill_progress_end(&display);
+    int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
+    if (summary && summary[0])
+        result = put(summary, result);
+    free(summary);
+    if (status == MILL_STOPPED && !error.text[0])
+        mill_error_set(&error, status, "stopped by signal %d; %s holds everything up to then",
+                       (int)stop, options->output);
+    return status == MILL_OK ? result : (complain(&error, status), result);
+}
+
+static int run_deck(const struct arguments *a, const char *command)
+{
+    struct mill_deck *deck = NULL;
+    struct mill_error error = {""};
+    enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, &error);
+    if (status != MILL_OK)
+        return complain(&error, status);
+    int result;
+    char *output = name_output(a);
+    if (!output)
+        status = mill_error_set(&error, MILL_FAILED, "out of memory");
+    else if (!a->check)
+        status = check_output(a, deck, output, &error);
+    if (status != MILL_OK) {
+        result = complain(&error, status);
+    } else if (a->check) {
+        result = print_deck(deck);
+    } else {
+        struct mill_run_options options = {output, a->force, a->quiet, command, NULL,
+                                           NULL,   NULL,     NULL,     a->json};
+        result = run(deck, &options);
+    }
+    free(output);
+    mill_deck_free(deck);
+    return result;
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments a = {0};
+    struct mill_error error = {""};
+    occupy_standard_streams();
+    catch_signals();
+    a.set = calloc((size_t)argc + 1, sizeof *a.set);
+    char *command = quote_command(argc, argv);
+    int result;
+    enum mill_status status = MILL_OK;
+    if (!a.set || !command)
+        status = mill_error_set(&error, MILL_FAILED, "out of memory");
+    if (status == MILL_OK)
+        status = read_arguments(argc, argv, &a, &error);
+    if (status == MILL_OK && a.resume && !a.text)
+        status = mill_error_set(&error, MILL_BAD_DECK,
+                                "--resume: this version writes no checkpoints; start the run again "
+                                "with --force");
+    if (status != MILL_OK)
+        result = complain(&error, status);
+    else if (a.text)
+        result = put(a.text, MILL_OK);
+    else
+        result = run_deck(&a, command);
+    free(command);
+    free(a.set);
+    return result;
+}

@@ -1,0 +1,59 @@
+/* Where in the mill does it happen? Two maps, `cross_section` (y, z) and `axial` (x, r): impacts,
+ * and the time-averaged flow of the balls. */
+#ifndef MILL_MAPS_H
+#define MILL_MAPS_H
+
+#include "millsim/status.h"
+#include "millsim/world.h"
+
+#include <stdint.h>
+
+struct mill_map_hits {
+    uint64_t count;
+    double speed;       /* [m/s] sum of v_n */
+    double dissipation; /* [J] */
+};
+
+struct mill_map_flow {
+    double volume;  /* [m^3] of balls, summed over the samples */
+    double flow[3]; /* [m^4/s] volume times velocity: (x, y, z), or (x, r, phi) in the axial map */
+};
+
+/* Equal cells [from, from + n size) in two coordinates; what lies outside goes to the cells at the
+ * rim. Index of cell (i, k): i * n[1] + k. */
+struct mill_map {
+    int n[2];
+    double from[2], size[2]; /* [m] */
+    double per[2];           /* [1/m] 1 / size */
+    struct mill_map_hits *hits;
+    struct mill_map_flow *flow;
+    double *room; /* [m^3] of the cell inside the drum */
+};
+
+struct mill_maps {
+    struct mill_map cross, axial;
+    uint64_t samples; /* of the flow */
+};
+
+/* Cells of R/30 (2.5 mm in a drum of 75 mm): 60 x 60 over the cross-section, 30 rings. Owner: the
+ * caller. */
+enum mill_status mill_maps_create(const struct mill_world *world, struct mill_maps **maps,
+                                  struct mill_error *error);
+void mill_maps_free(struct mill_maps *maps);
+
+/* Counts an impact at `position` [m]. */
+void mill_maps_impact(struct mill_maps *maps, vec3 position, double normal_speed,
+                      double dissipation);
+
+/* Adds the balls as they are at local time t. Each ball's volume is spread over 32 equal points
+ * within it. */
+void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t);
+
+/* Index along one axis (0 or 1) of the cell that holds coordinate `at` [m]. */
+static inline int mill_maps_place(const struct mill_map *map, int axis, double at)
+{
+    const int i = (int)((at - map->from[axis]) * map->per[axis]);
+    return i < 0 ? 0 : i >= map->n[axis] ? map->n[axis] - 1 : i;
+}
+
+#endif

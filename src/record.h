@@ -1,0 +1,36 @@
+/* What was run, and how it went: /deck and /run. */
+#ifndef MILL_RECORD_H
+#define MILL_RECORD_H
+
+#include "h5file.h"
+#include "millsim/world.h"
+
+struct mill_record_end {
+    const char *status; /* "running", "complete", "stopped", "failed" */
+    double time;        /* [s] simulated time reached */
+    double local_time;  /* [s] the same in the world's local time */
+    double wall_time;   /* [s] of all legs of the run */
+    double cpu_time;    /* [s] of all legs of the run */
+    double peak_memory; /* [byte] */
+};
+
+/* Writes /deck: every entry of the deck with all defaults as a text /deck/SECTION/KEY, and the
+ * whole, a deck itself, as /deck/text. */
+enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
+                                  struct mill_error *error);
+
+/* Writes into /run what is known before the first event: version, compiler, flags, libraries,
+ * command, started (UTC, ISO 8601), status "running". command: the command line, quoted. */
+enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
+                                   struct mill_error *error);
+
+/* Writes into /run how it went, replacing what an earlier call wrote: at checkpoints and at the
+ * end. */
+enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_world *world,
+                                    const struct mill_record_end *end, struct mill_error *error);
+
+/* Peak resident memory of this process [byte], and processor time it has used [s]. */
+double mill_record_peak_memory(void);
+double mill_record_cpu_time(void);
+
+#endif

@@ -1,0 +1,37 @@
+/* One run from a checked deck to a finished file and its summary. */
+#ifndef MILLSIM_RUN_H
+#define MILLSIM_RUN_H
+
+#include "millsim/deck.h"
+#include "millsim/status.h"
+
+#include <signal.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+struct mill_progress {
+    double time, end; /* [s] simulated */
+    uint64_t collisions;
+    double wall; /* [s] */
+};
+
+struct mill_run_options {
+    const char *output; /* path */
+    bool force;
+    bool quiet;
+    const char *command; /* the command line, shell-quoted, for the record */
+    const volatile sig_atomic_t *stop;
+    void (*progress)(void *self, const struct mill_progress *);
+    void *self;
+    FILE *summary; /* where the summary goes */
+    bool json;
+};
+
+/* Runs the deck and writes options->output and the summary. Polls *stop and calls progress a few
+ * times a second; MILL_STOPPED when *stop became non-zero: the file then holds everything up to
+ * that moment. */
+enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
+                          struct mill_error *error);
+
+#endif

@@ -1,0 +1,79 @@
+/* What should a reader of the summary be warned of? Rules with stated bounds, from the books alone:
+ * - solid rotation: in the last tenth of the window the rotor had at most one in 1000 of all
+ * contacts, and the kinetic energy now is within a tenth of that of the charge turning rigidly with
+ * the rotor, Omega^2/2 sum m (y^2 + z^2). A smooth frictionless drum ends like that: nothing brakes
+ * the balls.
+ * - restitution of 0.6 or less together with friction, or three tenths of the ball-ball contacts at
+ * the rebound floor: the charge collapses inelastically and the floor shapes the result. */
+#include "summary.h"
+
+#include <math.h>
+
+static uint64_t late_contacts(const struct mill_tally *tally, bool of_rotor_only)
+{
+    uint64_t contacts = 0;
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        if (!of_rotor_only || kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE)
+            contacts += tally->at.at_close.collisions[kind] - tally->at.at_late.collisions[kind];
+    return contacts;
+}
+
+static bool turns_rigidly(const struct mill_world *world, const struct mill_tally *tally, double t)
+{
+    if (world->rotor_speed == 0 || !tally->at.late)
+        return false;
+    const uint64_t all = late_contacts(tally, false), rotor = late_contacts(tally, true);
+    if (all < (uint64_t)world->balls || (double)rotor > 1e-3 * (double)all)
+        return false;
+    double rigid = 0;
+    for (int32_t i = 0; i < world->balls; i++) {
+        const vec3 r = mill_world_position(world, i, t);
+        rigid += world->species[world->ball[i].species].mass * (r.y * r.y + r.z * r.z);
+    }
+    rigid *= 0.5 * world->rotor_speed * world->rotor_speed;
+    return fabs(mill_world_energy(world, t).kinetic / rigid - 1) < 0.1;
+}
+
+/* A kind that occurred and whose law is too inelastic for hard spheres; MILL_KINDS: none */
+static int too_inelastic(const struct mill_world *world)
+{
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        if (world->account.collisions[kind] > 0 && world->law[kind].friction > 0 &&
+            world->law[kind].restitution <= 0.6)
+            return kind;
+    return MILL_KINDS;
+}
+
+int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *world,
+                       const struct mill_tally *tally, const struct mill_summary_facts *facts,
+                       char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE])
+{
+    const double floored = mill_tally_floor_share(tally, MILL_BALL_BALL);
+    const int kind = too_inelastic(world);
+    int n = 0;
+    if (facts->stopped)
+        snprintf(note[n++], MILL_SUMMARY_NOTE,
+                 "stopped at %.6g s of %.6g s; the same command with --resume goes on.",
+                 facts->time_reached, deck->time);
+    if (!(tally->at.duration > 0))
+        snprintf(note[n++], MILL_SUMMARY_NOTE,
+                 "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
+                 deck->sample_from);
+    if (turns_rigidly(world, tally, facts->time_reached - world->base))
+        snprintf(
+            note[n++], MILL_SUMMARY_NOTE,
+            "the charge turns with the rotor like a solid ring, and the rotor hardly touches it "
+            "any more: nothing brakes the balls in a smooth drum without friction.");
+    if (kind < MILL_KINDS)
+        snprintf(
+            note[n++], MILL_SUMMARY_NOTE,
+            "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; "
+            "expect a power too low by 15 %% or so.",
+            mill_kind_name[kind], world->law[kind].restitution);
+    if (floored > 0.3)
+        snprintf(note[n++], MILL_SUMMARY_NOTE,
+                 "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all "
+                 "contacts depend on it; rather use those above 50 mm/s.",
+                 100 * floored);
+    return n;
+}

@@ -1,0 +1,170 @@
+/* What the tests of the output modules share: a world of three balls made by hand, a scratch file,
+ * and reading back through HDF5 itself. */
+#ifndef OUTPUT_FIXTURE_H
+#define OUTPUT_FIXTURE_H
+
+#include "h5file.h"
+#include "millsim/world.h"
+
+#include <check.h>
+#include <hdf5.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Three balls of two kinds, falling; no shapes. Positions are exact in binary fractions of a
+ * second. */
+struct fixture {
+    char path[64];
+    struct mill_deck deck;
+    struct mill_world world;
+    struct mill_ball ball[3];
+    vec3 spin[3];
+    struct mill_species species[2];
+};
+
+static inline void fixture_init(struct fixture *f)
+{
+    int i;
+    memset(f, 0, sizeof *f);
+    snprintf(f->path, sizeof f->path, "/tmp/millsim_test_%ld.h5", (long)getpid());
+    unlink(f->path);
+    f->deck.time = 0.3;
+    f->deck.frames = 0.1;
+    f->deck.series = 0.01;
+    strcpy(f->species[0].name, "steel");
+    strcpy(f->species[1].name, "glass");
+    f->species[0].radius = 0.0025;
+    f->species[0].mass = 0.0005;
+    f->species[0].inertia = 0.4 * 0.0005 * 0.0025 * 0.0025;
+    f->species[1] = f->species[0];
+    strcpy(f->species[1].name, "glass");
+    f->species[1].mass = 0.0002;
+    for (i = 0; i < 3; i++) {
+        f->ball[i].r = vec3_make(0.01 * i, 0, 0.02);
+        f->ball[i].v = vec3_make(0, 0.5 * i, 1);
+        f->ball[i].species = i == 2;
+        f->spin[i] = vec3_make(i, 10 * i, -i);
+    }
+    f->world.g = vec3_make(0, 0, -8);
+    f->world.balls = 3;
+    f->world.ball = f->ball;
+    f->world.spin = f->spin;
+    f->world.species_count = 2;
+    f->world.species = f->species;
+}
+
+/* Runs the observer as the loop would, up to the end of the run. */
+#define RUN_SAMPLES(observer, world, end)                                                          \
+    while ((observer)->next <= (end))                                                              \
+    ck_assert_int_eq((observer)->sample((observer), (world), (observer)->next, NULL), MILL_OK)
+
+static inline hid_t look_open(const char *path)
+{
+    const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    ck_assert_msg(file >= 0, "%s does not open", path);
+    return file;
+}
+
+/* All elements of a dataset, as doubles; *count of them; its shape in dims[rank]. */
+static inline double *look(const char *path, const char *name, int rank, hsize_t *dims)
+{
+    const hid_t file = look_open(path);
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
+    hid_t space;
+    double *values;
+    ck_assert_msg(set >= 0, "no dataset %s", name);
+    space = H5Dget_space(set);
+    ck_assert_int_eq(H5Sget_simple_extent_ndims(space), rank);
+    H5Sget_simple_extent_dims(space, dims, NULL);
+    values = malloc((size_t)(H5Sget_simple_extent_npoints(space) + 1) * sizeof *values);
+    ck_assert(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
+    H5Sclose(space);
+    H5Dclose(set);
+    H5Fclose(file);
+    return values;
+}
+
+/* One element of a one-dimensional dataset, or a scalar. */
+static inline double look_at(const char *path, const char *name, int rank, size_t i)
+{
+    hsize_t dims[1];
+    double *values = look(path, name, rank, dims);
+    const double value = values[i];
+    free(values);
+    return value;
+}
+
+/* Rows of a dataset of the given rank. */
+static inline size_t look_rows(const char *path, const char *name, int rank)
+{
+    hsize_t dims[8];
+    free(look(path, name, rank, dims));
+    return (size_t)dims[0];
+}
+
+/* A text attribute, or with attribute NULL the text dataset itself; the caller frees it. Fails
+ * unless it is a scalar UTF-8 text of variable length. */
+static inline char *look_text(const char *path, const char *name, const char *attribute)
+{
+    const hid_t file = look_open(path);
+    const hid_t owner = attribute ? H5Aopen_by_name(file, name, attribute, H5P_DEFAULT, H5P_DEFAULT)
+                                  : H5Dopen2(file, name, H5P_DEFAULT);
+    hid_t type;
+    char *text = NULL, *copy;
+    ck_assert_msg(owner >= 0, "no %s of %s", attribute ? attribute : "text", name);
+    type = attribute ? H5Aget_type(owner) : H5Dget_type(owner);
+    ck_assert(H5Tis_variable_str(type) > 0);
+    ck_assert_int_eq(H5Tget_cset(type), H5T_CSET_UTF8);
+    if (attribute)
+        ck_assert(H5Aread(owner, type, &text) >= 0);
+    else
+        ck_assert(H5Dread(owner, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &text) >= 0);
+    copy = malloc(strlen(text) + 1);
+    strcpy(copy, text);
+    H5free_memory(text);
+    H5Tclose(type);
+    H5Oclose(owner);
+    H5Fclose(file);
+    return copy;
+}
+
+static inline void assert_text(const char *path, const char *name, const char *attribute,
+                               const char *expected)
+{
+    char *text = look_text(path, name, attribute);
+    ck_assert_str_eq(text, expected);
+    free(text);
+}
+
+/* Both names lead to one object. */
+static inline bool look_same(const char *path, const char *a, const char *b)
+{
+    const hid_t file = look_open(path);
+    H5O_info_t first, second;
+    ck_assert(H5Oget_info_by_name(file, a, &first, H5P_DEFAULT) >= 0);
+    ck_assert(H5Oget_info_by_name(file, b, &second, H5P_DEFAULT) >= 0);
+    H5Fclose(file);
+    return memcmp(&first.addr, &second.addr, sizeof first.addr) == 0;
+}
+
+/* Runs the one suite of a test program. */
+static inline int run_tests(const char *name, const TTest *const *tests, size_t count)
+{
+    Suite *suite = suite_create(name);
+    TCase *test_case = tcase_create(name);
+    SRunner *runner;
+    int failed;
+    size_t i;
+    for (i = 0; i < count; i++)
+        tcase_add_test(test_case, tests[i]);
+    suite_add_tcase(suite, test_case);
+    runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+#endif

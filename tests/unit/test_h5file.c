@@ -1,0 +1,388 @@
+/* The HDF5 door: what is written is read back by HDF5 itself, and failures are told in one line. */
+#include "output_fixture.h"
+
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+static struct mill_h5 *new_file(struct fixture *f)
+{
+    struct mill_h5 *file = NULL;
+    struct mill_error error;
+    fixture_init(f);
+    ck_assert_msg(mill_h5_create(f->path, MILL_H5_NEW, &file, &error) == MILL_OK, "%s", error.text);
+    return file;
+}
+
+static void close_file(struct mill_h5 *file)
+{
+    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
+}
+
+START_TEST(an_array_comes_back_with_shape_unit_and_description)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    const size_t dims[2] = {2, 3};
+    const double values[6] = {1, 2, 3, 4, 5, 6e-300};
+    hsize_t shape[2];
+    double *read;
+    ck_assert_int_eq(
+        mill_h5_write(file, "/a/b/c", MILL_H5_F64, 2, dims, values, "m s-1", "v\xc3\xa9lo", NULL),
+        MILL_OK);
+    close_file(file);
+    read = look(f.path, "/a/b/c", 2, shape);
+    ck_assert_uint_eq(shape[0], 2);
+    ck_assert_uint_eq(shape[1], 3);
+    ck_assert_mem_eq(read, values, sizeof values);
+    assert_text(f.path, "/a/b/c", "unit", "m s-1");
+    assert_text(f.path, "/a/b/c", "description", "v\xc3\xa9lo");
+    free(read);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(scalars_and_texts_come_back)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 0.1, "J", "an energy", NULL);
+    mill_h5_write_count(file, "/n", 1u << 31, "a count", NULL);
+    mill_h5_write_text(file, "/t", "[a]\nb = 1\n", "a text", NULL);
+    mill_h5_write_text(file, "/empty", "", "no text", NULL);
+    close_file(file);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 0.1);
+    ck_assert(look_at(f.path, "/n", 0, 0) == 2147483648.0);
+    assert_text(f.path, "/n", "unit", "1");
+    assert_text(f.path, "/t", NULL, "[a]\nb = 1\n");
+    assert_text(f.path, "/t", "unit", "");
+    assert_text(f.path, "/empty", NULL, "");
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(an_array_may_have_no_elements)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    const size_t none = 0;
+    ck_assert_int_eq(mill_h5_write(file, "/none", MILL_H5_I64, 1, &none, NULL, "1", "-", NULL),
+                     MILL_OK);
+    close_file(file);
+    ck_assert_uint_eq(look_rows(f.path, "/none", 1), 0);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(writing_again_replaces)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_text(file, "/run/status", "running", "-", NULL);
+    ck_assert_int_eq(mill_h5_write_text(file, "/run/status", "complete", "-", NULL), MILL_OK);
+    close_file(file);
+    assert_text(f.path, "/run/status", NULL, "complete");
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_file_that_exists_is_refused_and_left_alone)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_error error;
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    close_file(file);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_NEW, &file, &error), MILL_FAILED);
+    ck_assert_ptr_null(file);
+    ck_assert_msg(strstr(error.text, "exists already") && strstr(error.text, "--force"), "%s",
+                  error.text);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(overwriting_starts_from_an_empty_file)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    close_file(file);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
+    ck_assert(!mill_h5_exists(file, "/x"));
+    close_file(file);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_missing_folder_is_named_with_the_reason)
+{
+    struct mill_h5 *file;
+    struct mill_error error;
+    ck_assert_int_eq(mill_h5_create("/nowhere/at/all.h5", MILL_H5_NEW, &file, &error), MILL_FAILED);
+    ck_assert_str_eq(error.text, "/nowhere/at/all.h5: cannot create: No such file or directory");
+}
+END_TEST
+
+START_TEST(a_file_that_is_no_hdf5_is_not_continued)
+{
+    struct fixture f;
+    struct mill_h5 *file;
+    struct mill_error error;
+    FILE *text;
+    fixture_init(&f);
+    text = fopen(f.path, "w");
+    fputs("[run]\ntime = 1 s\n", text);
+    fclose(text);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error), MILL_FAILED);
+    ck_assert_msg(strstr(error.text, "cannot open: "), "%s", error.text);
+    ck_assert_ptr_null(strchr(error.text, '\n'));
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(links_are_second_names_of_one_dataset)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/a/time", 3, "s", "-", NULL);
+    ck_assert_int_eq(mill_h5_link(file, "/a/time", "/b/c/time", NULL), MILL_OK);
+    ck_assert_int_eq(mill_h5_soft_link(file, "/a", "/soft", NULL), MILL_OK);
+    close_file(file);
+    ck_assert(look_same(f.path, "/a/time", "/b/c/time"));
+    ck_assert(look_at(f.path, "/soft/time", 0, 0) == 3);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_view_shows_the_same_numbers_under_another_shape)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    const size_t from[3] = {2, 2, 3}, to[2] = {4, 3};
+    const float values[12] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+    hsize_t shape[2];
+    double *read;
+    int i;
+    mill_h5_write(file, "/x", MILL_H5_F32, 3, from, values, "m", "-", NULL);
+    ck_assert_int_eq(mill_h5_view(file, "/v", MILL_H5_F32, 2, to, "/x", 3, from, "m", "-", NULL),
+                     MILL_OK);
+    close_file(file);
+    read = look(f.path, "/v", 2, shape);
+    ck_assert_uint_eq(shape[0], 4);
+    for (i = 0; i < 12; i++)
+        ck_assert(read[i] == i);
+    free(read);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(attributes_are_numbers_texts_and_arrays)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    const int32_t version[2] = {1, 1};
+    const char *const names[2] = {"ball_ball", "ball_drum"};
+    int32_t read[2] = {0, 0};
+    char ascii[8] = "", *texts[2];
+    hid_t at, id, type;
+    mill_h5_group(file, "/g", false, NULL);
+    mill_h5_attribute(file, "/g", "version", MILL_H5_I32, 2, version, NULL);
+    mill_h5_attribute_texts(file, "/g", "names", 2, names, NULL);
+    mill_h5_attribute_ascii(file, "/g", "Type", "PolyData", NULL);
+    mill_h5_attribute_text(file, "/g", "system", "US", NULL);
+    ck_assert_int_eq(mill_h5_attribute_text(file, "/g", "system", "SI", NULL), MILL_OK);
+    close_file(file);
+    assert_text(f.path, "/g", "system", "SI");
+    id = look_open(f.path);
+    at = H5Aopen_by_name(id, "/g", "version", H5P_DEFAULT, H5P_DEFAULT);
+    H5Aread(at, H5T_NATIVE_INT32, read);
+    ck_assert(read[0] == 1 && read[1] == 1);
+    at = H5Aopen_by_name(id, "/g", "names", H5P_DEFAULT, H5P_DEFAULT);
+    type = H5Aget_type(at);
+    H5Aread(at, type, texts);
+    ck_assert_str_eq(texts[1], "ball_drum");
+    H5free_memory(texts[0]);
+    H5free_memory(texts[1]);
+    at = H5Aopen_by_name(id, "/g", "Type", H5P_DEFAULT, H5P_DEFAULT);
+    type = H5Aget_type(at);
+    ck_assert_uint_eq(H5Tget_size(type), 8);
+    H5Aread(at, type, ascii);
+    ck_assert_mem_eq(ascii, "PolyData", 8);
+    H5Fclose(id);
+    unlink(f.path);
+}
+END_TEST
+
+/* appends first..end - 1, one by one or in blocks of 7 */
+static void append_range(struct mill_h5_column *column, int64_t first, int64_t end, bool blocks)
+{
+    int64_t rows[7], k;
+    size_t n = 0;
+    for (k = first; k < end; k++) {
+        rows[n++] = k;
+        if (blocks && n < 7 && k + 1 < end)
+            continue;
+        ck_assert_int_eq(mill_h5_column_append(column, n, rows, NULL), MILL_OK);
+        n = 0;
+    }
+}
+
+static void assert_counts_up(const char *path, const char *name, size_t rows)
+{
+    hsize_t dims[1];
+    double *read = look(path, name, 1, dims);
+    size_t i;
+    ck_assert_uint_eq(dims[0], rows);
+    for (i = 0; i < rows; i++)
+        ck_assert(read[i] == (double)i);
+    free(read);
+}
+
+START_TEST(a_column_holds_its_rows_in_order_however_they_came)
+{
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    ck_assert_int_eq(mill_h5_column_create(file, "/g/c", &layout, 0, &column, NULL), MILL_OK);
+    append_range(column, 0, 23, false);
+    append_range(column, 23, 60, true);
+    append_range(column, 60, 62, false);
+    ck_assert_uint_eq(mill_h5_column_rows(column), 62);
+    ck_assert_int_eq(mill_h5_column_flush(column, NULL), MILL_OK);
+    mill_h5_column_free(column);
+    close_file(file);
+    assert_counts_up(f.path, "/g/c", 62);
+    assert_text(f.path, "/g/c", "unit", "1");
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_column_of_vectors_keeps_its_shape)
+{
+    const struct mill_h5_layout layout = {MILL_H5_F32, 2, {2, 3}, 0, "m", "frames"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    const float frame[2][6] = {{0, 1, 2, 3, 4, 5}, {6, 7, 8, 9, 10, 11}};
+    hsize_t shape[3];
+    double *read;
+    mill_h5_column_create(file, "/v", &layout, 0, &column, NULL);
+    mill_h5_column_append(column, 1, frame[0], NULL);
+    mill_h5_column_append(column, 1, frame[1], NULL);
+    mill_h5_column_flush(column, NULL);
+    mill_h5_column_free(column);
+    close_file(file);
+    read = look(f.path, "/v", 3, shape);
+    ck_assert(shape[0] == 2 && shape[1] == 2 && shape[2] == 3);
+    ck_assert(read[11] == 11);
+    free(read);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_column_taken_up_again_drops_what_came_after)
+{
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    mill_h5_column_create(file, "/c", &layout, 0, &column, NULL);
+    append_range(column, 0, 12, false);
+    append_range(column, 99, 105, false);
+    mill_h5_column_flush(column, NULL);
+    mill_h5_column_free(column);
+    close_file(file);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
+    ck_assert_int_eq(mill_h5_column_create(file, "/c", &layout, 12, &column, NULL), MILL_OK);
+    append_range(column, 12, 31, false);
+    mill_h5_column_flush(column, NULL);
+    mill_h5_column_free(column);
+    close_file(file);
+    assert_counts_up(f.path, "/c", 31);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(two_files_of_the_same_content_have_the_same_bytes)
+{
+    struct fixture f;
+    char *bytes[2];
+    long size[2];
+    int i;
+    for (i = 0; i < 2; i++) {
+        struct mill_h5 *file = new_file(&f);
+        FILE *in;
+        mill_h5_write_double(file, "/g/x", 3, "m", "-", NULL);
+        mill_h5_write_text(file, "/g/t", "abc", "-", NULL);
+        close_file(file);
+        in = fopen(f.path, "rb");
+        fseek(in, 0, SEEK_END);
+        size[i] = ftell(in);
+        rewind(in);
+        bytes[i] = malloc((size_t)size[i]);
+        ck_assert_uint_eq(fread(bytes[i], 1, (size_t)size[i], in), (size_t)size[i]);
+        fclose(in);
+        sleep(i == 0 ? 2 : 0); /* HDF5 notes times in whole seconds, where it does */
+    }
+    ck_assert_int_eq(size[0], size[1]);
+    ck_assert_mem_eq(bytes[0], bytes[1], (size_t)size[0]);
+    free(bytes[0]);
+    free(bytes[1]);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
+{
+    const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    struct mill_error error = {""}, again = {""};
+    struct rlimit limit = {100000, 100000};
+    enum mill_status status = MILL_OK;
+    int i;
+    mill_h5_column_create(file, "/particles/noise", &layout, 0, &column, NULL);
+    mill_h5_flush(file, NULL);
+    signal(SIGXFSZ, SIG_IGN); /* so the write fails with EFBIG, as it would with ENOSPC */
+    setrlimit(RLIMIT_FSIZE, &limit);
+    for (i = 0; i < 1000000 && status == MILL_OK; i++) {
+        const double noise = rand() / 7.0;
+        status = mill_h5_column_append(column, 1, &noise, &error);
+    }
+    ck_assert_int_eq(status, MILL_FAILED);
+    ck_assert_msg(strstr(error.text, "cannot write /particles/noise: File too large"), "%s",
+                  error.text);
+    ck_assert_int_eq(mill_h5_write_double(file, "/x", 1, "1", "-", &again), MILL_FAILED);
+    ck_assert_str_eq(again.text, error.text);
+    mill_h5_column_free(column);
+    ck_assert_int_eq(mill_h5_close(file, &again), MILL_FAILED);
+    ck_assert_str_eq(again.text, error.text);
+    unlink(f.path);
+}
+END_TEST
+
+int main(void)
+{
+    const TTest *const tests[] = {
+        an_array_comes_back_with_shape_unit_and_description,
+        scalars_and_texts_come_back,
+        an_array_may_have_no_elements,
+        writing_again_replaces,
+        a_file_that_exists_is_refused_and_left_alone,
+        overwriting_starts_from_an_empty_file,
+        a_missing_folder_is_named_with_the_reason,
+        a_file_that_is_no_hdf5_is_not_continued,
+        links_are_second_names_of_one_dataset,
+        a_view_shows_the_same_numbers_under_another_shape,
+        attributes_are_numbers_texts_and_arrays,
+        a_column_holds_its_rows_in_order_however_they_came,
+        a_column_of_vectors_keeps_its_shape,
+        a_column_taken_up_again_drops_what_came_after,
+        two_files_of_the_same_content_have_the_same_bytes,
+        a_full_disk_is_told_once_and_the_file_still_closes,
+    };
+    return run_tests("h5file", tests, sizeof tests / sizeof tests[0]);
+}

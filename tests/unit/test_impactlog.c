@@ -1,0 +1,130 @@
+/* The log of impacts: every one of them, in order, with all that is known of it. */
+#include "impactlog.h"
+#include "output_fixture.h"
+
+#define MANY 150000 /* more than two blocks of the log */
+
+static struct mill_impact impact_number(long k)
+{
+    struct mill_impact impact;
+    memset(&impact, 0, sizeof impact);
+    impact.time = 1e-6 * (double)k;
+    impact.kind = (enum mill_kind)(k % MILL_KINDS);
+    impact.ball = (int32_t)(k % 1000);
+    impact.partner = (int32_t)(k % 3) - 1;
+    impact.position = vec3_make(0.5 * (double)k, -1, 2);
+    impact.normal = vec3_make(0, 1, 0);
+    impact.normal_speed = (double)k / 7;
+    impact.tangential_speed = (double)k / 9;
+    impact.dissipation = -(double)k / 11;
+    return impact;
+}
+
+static void log_range(struct mill_observer *log, long first, long end)
+{
+    long k;
+    for (k = first; k < end; k++) {
+        const struct mill_impact impact = impact_number(k);
+        ck_assert_int_eq(log->impact(log, &impact, NULL), MILL_OK);
+    }
+}
+
+static void close_all(struct mill_h5 *file, struct mill_observer *log)
+{
+    ck_assert_int_eq(mill_impactlog_finish(log, NULL), MILL_OK);
+    mill_impactlog_free(log);
+    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
+}
+
+static void assert_all_logged(const char *path)
+{
+    hsize_t dims[2];
+    double *time = look(path, "/impacts/time", 1, dims);
+    double *kind = look(path, "/impacts/kind", 1, dims);
+    double *partner = look(path, "/impacts/partner", 1, dims);
+    double *loss = look(path, "/impacts/dissipation", 1, dims);
+    double *position = look(path, "/impacts/position", 2, dims);
+    long k;
+    ck_assert(dims[0] == MANY && dims[1] == 3);
+    for (k = 0; k < MANY; k++) {
+        const struct mill_impact impact = impact_number(k);
+        ck_assert(time[k] == impact.time);
+        ck_assert(kind[k] == (double)impact.kind);
+        ck_assert(partner[k] == impact.partner);
+        ck_assert(loss[k] == impact.dissipation);
+        ck_assert(position[3 * k] == (double)(float)impact.position.x);
+    }
+    free(time);
+    free(kind);
+    free(partner);
+    free(loss);
+    free(position);
+}
+
+START_TEST(every_impact_is_logged_in_order)
+{
+    struct fixture f;
+    struct mill_h5 *file;
+    struct mill_observer *log;
+    fixture_init(&f);
+    mill_h5_create(f.path, MILL_H5_NEW, &file, NULL);
+    ck_assert_int_eq(mill_impactlog_create(file, &f.deck, &f.world, &log, NULL), MILL_OK);
+    ck_assert(isinf(log->next));
+    log_range(log, 0, MANY);
+    close_all(file, log);
+    assert_all_logged(f.path);
+    assert_text(f.path, "/impacts/tangential_speed", "unit", "m s-1");
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(finishing_in_between_loses_and_doubles_nothing)
+{
+    struct fixture f;
+    struct mill_h5 *file;
+    struct mill_observer *log;
+    fixture_init(&f);
+    mill_h5_create(f.path, MILL_H5_NEW, &file, NULL);
+    mill_impactlog_create(file, &f.deck, &f.world, &log, NULL);
+    log_range(log, 0, 1234);
+    ck_assert_int_eq(mill_impactlog_finish(log, NULL), MILL_OK);
+    ck_assert_int_eq(mill_impactlog_finish(log, NULL), MILL_OK);
+    log_range(log, 1234, MANY);
+    close_all(file, log);
+    assert_all_logged(f.path);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_run_taken_up_again_leaves_the_same_log)
+{
+    struct fixture f;
+    struct mill_h5 *file;
+    struct mill_observer *log;
+    struct mill_impactlog_state state;
+    fixture_init(&f);
+    mill_h5_create(f.path, MILL_H5_NEW, &file, NULL);
+    mill_impactlog_create(file, &f.deck, &f.world, &log, NULL);
+    log_range(log, 0, 70001);
+    mill_impactlog_save(log, &state);
+    ck_assert_uint_eq(state.rows, 70001);
+    log_range(log, 90000, 99999); /* lost: after the checkpoint */
+    close_all(file, log);
+    mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL);
+    ck_assert_int_eq(mill_impactlog_resume(file, &f.deck, &f.world, &state, &log, NULL), MILL_OK);
+    log_range(log, 70001, MANY);
+    close_all(file, log);
+    assert_all_logged(f.path);
+    unlink(f.path);
+}
+END_TEST
+
+int main(void)
+{
+    const TTest *const tests[] = {
+        every_impact_is_logged_in_order,
+        finishing_in_between_loses_and_doubles_nothing,
+        a_run_taken_up_again_leaves_the_same_log,
+    };
+    return run_tests("impactlog", tests, sizeof tests / sizeof tests[0]);
+}

@@ -1,0 +1,224 @@
+/* Claims about the logarithmic bins of speeds. */
+#include "spectrum.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+
+static struct mill_spectrum_grid grid;
+static struct mill_spectrum spectrum;
+
+static void setup(void)
+{
+    mill_spectrum_grid_init(&grid);
+    memset(&spectrum, 0, sizeof spectrum);
+}
+
+static double uniform(uint64_t *state)
+{
+    uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
+    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
+    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
+    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+static int slot_by_bisection(double v)
+{
+    if (!(v >= grid.edge[0]))
+        return 0;
+    int low = 0, high = MILL_SPECTRUM_BINS + 1; /* edge[low] <= v < edge[high] */
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        if (v >= grid.edge[middle])
+            low = middle;
+        else
+            high = middle;
+    }
+    return low + 1;
+}
+
+static void fill(double v)
+{
+    mill_spectrum_add(&spectrum, mill_spectrum_find(&grid, v), v, 0);
+}
+
+START_TEST(edges_are_powers_of_twenty_and_finer_than_two_percent)
+{
+    for (int k = 0; k <= MILL_SPECTRUM_BINS; k++)
+        ck_assert_ldouble_eq_tol(grid.edge[k] / powl(20, (k - 760) / 152.0L), 1, 4e-16L);
+    for (int k = 0; k < MILL_SPECTRUM_BINS; k++)
+        ck_assert_double_lt(grid.edge[k + 1] / grid.edge[k], 1.02);
+}
+END_TEST
+
+START_TEST(the_speeds_people_ask_for_are_edges)
+{
+    ck_assert(grid.edge[760 - 152] == 0.05);
+    ck_assert(grid.edge[760] == 1);
+    ck_assert(grid.edge[760 + 152] == 20);
+    ck_assert_int_eq(mill_spectrum_find(&grid, 0.05), MILL_SPECTRUM_FAST);
+    ck_assert_int_eq(mill_spectrum_find(&grid, nextafter(0.05, 0)), MILL_SPECTRUM_FAST - 1);
+}
+END_TEST
+
+START_TEST(the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours)
+{
+    for (int k = 0; k <= MILL_SPECTRUM_BINS; k++) {
+        const double v[3] = {nextafter(grid.edge[k], 0), grid.edge[k],
+                             nextafter(grid.edge[k], INFINITY)};
+        for (int i = 0; i < 3; i++)
+            ck_assert_int_eq(mill_spectrum_find(&grid, v[i]), slot_by_bisection(v[i]));
+        ck_assert_int_eq(mill_spectrum_find(&grid, v[0]), k);
+        ck_assert_int_eq(mill_spectrum_find(&grid, v[1]), k + 1);
+    }
+}
+END_TEST
+
+START_TEST(the_slot_is_that_of_a_bisection_at_random_speeds)
+{
+    uint64_t seed = 1;
+    int wrong = 0;
+    for (int i = 0; i < 1000000; i++) {
+        const double v = pow(10, -8 + 13 * uniform(&seed));
+        wrong += mill_spectrum_find(&grid, v) != slot_by_bisection(v);
+    }
+    ck_assert_int_eq(wrong, 0);
+}
+END_TEST
+
+START_TEST(the_slot_is_that_of_a_bisection_at_the_corners_of_the_table)
+{
+    for (int octave = -23; octave <= 12; octave++)
+        for (int cell = 0; cell < 64; cell++) {
+            const double v = ldexp(1 + cell / 64.0, octave);
+            ck_assert_int_eq(mill_spectrum_find(&grid, v), slot_by_bisection(v));
+            ck_assert_int_eq(mill_spectrum_find(&grid, nextafter(v, 0)),
+                             slot_by_bisection(nextafter(v, 0)));
+        }
+}
+END_TEST
+
+START_TEST(what_is_no_speed_is_underflow_and_what_is_too_fast_overflow)
+{
+    const volatile double slow[] = {0, -0.0, -1, 1e-300, 3.1e-7, (double)NAN, -INFINITY};
+    const volatile double fast[] = {1789, 1e5, 1e300, INFINITY};
+    for (size_t i = 0; i < sizeof slow / sizeof *slow; i++)
+        ck_assert_int_eq(mill_spectrum_find(&grid, slow[i]), 0);
+    for (size_t i = 0; i < sizeof fast / sizeof *fast; i++)
+        ck_assert_int_eq(mill_spectrum_find(&grid, fast[i]), MILL_SPECTRUM_BINS + 1);
+}
+END_TEST
+
+/* Log-linear within a bin of width d = log(20)/152 is off by d^2/8 times the slope of the density
+ * of log v, which is 2 - (v/s)^2 for Rayleigh's. */
+START_TEST(quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows)
+{
+    enum { N = 4000000 };
+    const double s = 0.3, d = log(20) / 152;
+    for (int i = 0; i < N; i++) /* v with the cumulative share (i + 1/2)/N: exact, no noise */
+        fill(s * sqrt(-2 * log(1 - (i + 0.5) / N)));
+    const double levels[] = {0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99};
+    for (size_t i = 0; i < sizeof levels / sizeof *levels; i++) {
+        const double exact = s * sqrt(-2 * log(1 - levels[i]));
+        const double bound = d * d / 8 * fabs(2 - exact * exact / (s * s)) + 1e-5;
+        ck_assert_double_eq_tol(mill_spectrum_quantile(&grid, &spectrum, 0, levels[i]) / exact, 1,
+                                bound);
+    }
+}
+END_TEST
+
+START_TEST(a_quantile_never_leaves_the_bin_it_belongs_to)
+{
+    fill(0.3);
+    const double v = mill_spectrum_quantile(&grid, &spectrum, 0, 0.5);
+    ck_assert_int_eq(mill_spectrum_find(&grid, v), mill_spectrum_find(&grid, 0.3));
+    fill(7);
+    ck_assert_int_eq(mill_spectrum_find(&grid, mill_spectrum_quantile(&grid, &spectrum, 0, 0.75)),
+                     mill_spectrum_find(&grid, 7));
+}
+END_TEST
+
+START_TEST(quantiles_above_a_speed_leave_out_the_slower_ones)
+{
+    for (int i = 0; i < 1000; i++)
+        fill(0.001);
+    fill(nextafter(0.05, 0));
+    for (int i = 0; i < 3; i++)
+        fill(2);
+    ck_assert_uint_eq(mill_spectrum_count(&spectrum, MILL_SPECTRUM_FAST), 3);
+    ck_assert_double_eq_tol(mill_spectrum_quantile(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5) / 2,
+                            1, 0.02);
+    ck_assert_double_lt(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5), 0.0011);
+}
+END_TEST
+
+START_TEST(speeds_outside_the_bins_weigh_in_the_quantiles)
+{
+    for (int i = 0; i < 6; i++)
+        fill(0);
+    for (int i = 0; i < 4; i++)
+        fill(1e6);
+    ck_assert(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5) == 0);
+    ck_assert(mill_spectrum_quantile(&grid, &spectrum, 0, 0.7) == grid.edge[MILL_SPECTRUM_BINS]);
+}
+END_TEST
+
+START_TEST(the_mean_is_that_of_the_speeds_not_of_the_bins)
+{
+    fill(0.1);
+    fill(0.2);
+    fill(0);
+    ck_assert_double_eq_tol(mill_spectrum_mean(&spectrum), 0.1, 1e-16);
+}
+END_TEST
+
+START_TEST(without_speeds_there_is_no_mean_and_no_quantile)
+{
+    ck_assert_double_nan(mill_spectrum_mean(&spectrum));
+    ck_assert_double_nan(mill_spectrum_quantile(&grid, &spectrum, 0, 0.5));
+    fill(0.001);
+    ck_assert_double_nan(mill_spectrum_quantile(&grid, &spectrum, MILL_SPECTRUM_FAST, 0.5));
+}
+END_TEST
+
+START_TEST(a_merged_spectrum_holds_both)
+{
+    struct mill_spectrum other;
+    memset(&other, 0, sizeof other);
+    mill_spectrum_add(&spectrum, 100, 1, 0.5);
+    mill_spectrum_add(&other, 100, 2, 0.25);
+    mill_spectrum_add(&other, 0, 0, -0.125);
+    mill_spectrum_merge(&spectrum, &other);
+    ck_assert_uint_eq(mill_spectrum_count(&spectrum, 0), 3);
+    ck_assert_uint_eq(spectrum.slot[100].count, 2);
+    ck_assert(mill_spectrum_dissipation(&spectrum, 0) == 0.625);
+    ck_assert(mill_spectrum_mean(&spectrum) == 1);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("spectrum");
+    TCase *tests = tcase_create("spectrum");
+    tcase_add_checked_fixture(tests, setup, NULL);
+    tcase_add_test(tests, edges_are_powers_of_twenty_and_finer_than_two_percent);
+    tcase_add_test(tests, the_speeds_people_ask_for_are_edges);
+    tcase_add_test(tests, the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours);
+    tcase_add_test(tests, the_slot_is_that_of_a_bisection_at_random_speeds);
+    tcase_add_test(tests, the_slot_is_that_of_a_bisection_at_the_corners_of_the_table);
+    tcase_add_test(tests, what_is_no_speed_is_underflow_and_what_is_too_fast_overflow);
+    tcase_add_test(tests,
+                   quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows);
+    tcase_add_test(tests, a_quantile_never_leaves_the_bin_it_belongs_to);
+    tcase_add_test(tests, quantiles_above_a_speed_leave_out_the_slower_ones);
+    tcase_add_test(tests, speeds_outside_the_bins_weigh_in_the_quantiles);
+    tcase_add_test(tests, the_mean_is_that_of_the_speeds_not_of_the_bins);
+    tcase_add_test(tests, without_speeds_there_is_no_mean_and_no_quantile);
+    tcase_add_test(tests, a_merged_spectrum_holds_both);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

@@ -1,0 +1,170 @@
+/* Claims about the merging of re-contacts, against a plain list of all pairs ever seen. */
+#include "strikes.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+
+static uint64_t random_number(uint64_t *state)
+{
+    uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
+    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
+    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
+    return z ^ z >> 31;
+}
+
+static bool fresh_at(struct mill_strikes *strikes, enum mill_kind kind, int ball, int partner,
+                     double time)
+{
+    bool fresh = false;
+    if (!mill_strikes_meet(strikes, kind, ball, partner, time, &fresh))
+        ck_abort_msg("out of memory");
+    return fresh;
+}
+
+/* Random contacts among few pairs, `contacts` of them, about `alive` pairs a window. The
+ * dictionary: time and first contact of each pair, indexed by [kind][ball][partner + 1]. */
+static void compare_with_a_dictionary(uint64_t seed, int balls, int contacts, double alive)
+{
+    struct mill_strikes strikes;
+    const double window = 1e-5;
+    const size_t pairs = (size_t)MILL_KINDS * (size_t)balls * (size_t)(balls + 1);
+    double *last = calloc(pairs, sizeof *last);
+    int *first = calloc(pairs, sizeof *first);
+    double time = 0;
+    int merged = 0, wrong = 0;
+    ck_assert(mill_strikes_init(&strikes, window));
+    for (size_t i = 0; i < pairs; i++)
+        last[i] = -INFINITY;
+    for (int i = 0; i < contacts; i++) {
+        const int kind = (int)(random_number(&seed) % MILL_KINDS);
+        const int ball = (int)(random_number(&seed) % (uint64_t)balls);
+        const int partner = (int)(random_number(&seed) % (uint64_t)(balls + 1)) - 1;
+        const size_t pair = ((size_t)kind * (size_t)balls + (size_t)ball) * (size_t)(balls + 1) +
+                            (size_t)(partner + 1);
+        bool fresh;
+        time += window / alive * 2 * (double)(random_number(&seed) % 1000) / 1000;
+        struct mill_strike *strike =
+            mill_strikes_meet(&strikes, (enum mill_kind)kind, ball, partner, time, &fresh);
+        wrong += fresh == (time - last[pair] < window);
+        if (fresh) {
+            first[pair] = i % 30000;
+            strike->normal = (int16_t)(i % 30000);
+        }
+        wrong += strike->normal != first[pair];
+        last[pair] = time;
+        merged += !fresh;
+    }
+    ck_assert_int_eq(wrong, 0);
+    ck_assert_int_gt(merged, contacts / 100); /* the trace has both */
+    ck_assert_int_lt(merged, contacts * 99 / 100);
+    mill_strikes_free(&strikes);
+    free(last);
+    free(first);
+}
+
+START_TEST(a_sparse_trace_agrees_with_a_dictionary)
+{
+    compare_with_a_dictionary(1, 6, 300000, 30);
+}
+END_TEST
+
+START_TEST(a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary)
+{
+    compare_with_a_dictionary(2, 60, 1000000, 9000);
+}
+END_TEST
+
+START_TEST(a_chain_of_contacts_is_one_strike_however_long_it_lasts)
+{
+    struct mill_strikes strikes;
+    ck_assert(mill_strikes_init(&strikes, 1e-5));
+    ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0.1));
+    for (int i = 1; i <= 1000; i++)
+        ck_assert(!fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0.1 + i * 9e-6));
+    ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0.1 + 1000 * 9e-6 + 1.1e-5));
+    mill_strikes_free(&strikes);
+}
+END_TEST
+
+START_TEST(pairs_that_differ_in_kind_ball_or_partner_are_kept_apart)
+{
+    struct mill_strikes strikes;
+    ck_assert(mill_strikes_init(&strikes, 1));
+    ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0));
+    ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 3, 8, 0));
+    ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 4, 7, 0));
+    ck_assert(fresh_at(&strikes, MILL_BALL_BLADE, 3, 7, 0));
+    ck_assert(fresh_at(&strikes, MILL_BALL_DRUM, 3, -1, 0));
+    ck_assert(fresh_at(&strikes, MILL_BALL_SHAFT, 3, -1, 0));
+    ck_assert(!fresh_at(&strikes, MILL_BALL_SHAFT, 3, -1, 0));
+    ck_assert(!fresh_at(&strikes, MILL_BALL_BALL, 3, 7, 0));
+    mill_strikes_free(&strikes);
+}
+END_TEST
+
+START_TEST(contacts_exactly_one_window_apart_are_two_strikes)
+{
+    struct mill_strikes strikes;
+    ck_assert(mill_strikes_init(&strikes, 0.25));
+    ck_assert(fresh_at(&strikes, MILL_BALL_WALL, 1, 0, 1));
+    ck_assert(fresh_at(&strikes, MILL_BALL_WALL, 1, 0, 1.25));
+    ck_assert(!fresh_at(&strikes, MILL_BALL_WALL, 1, 0, nextafter(1.5, 0)));
+    mill_strikes_free(&strikes);
+}
+END_TEST
+
+START_TEST(without_a_window_every_contact_is_a_strike)
+{
+    struct mill_strikes strikes;
+    ck_assert(mill_strikes_init(&strikes, 0));
+    for (int i = 0; i < 10; i++)
+        ck_assert(fresh_at(&strikes, MILL_BALL_BALL, 1, 2, 0.5));
+    mill_strikes_free(&strikes);
+}
+END_TEST
+
+START_TEST(a_million_pairs_one_after_the_other_need_no_more_room_than_a_few)
+{
+    struct mill_strikes strikes;
+    uint64_t seed = 3;
+    ck_assert(mill_strikes_init(&strikes, 1e-5));
+    for (int i = 0; i < 1000000; i++) /* about ten alive at a time */
+        fresh_at(&strikes, MILL_BALL_BALL, (int)(random_number(&seed) >> 35),
+                 (int)(random_number(&seed) >> 35), i * 1e-6);
+    ck_assert_uint_le(mill_strikes_room(&strikes), 4096);
+    mill_strikes_free(&strikes);
+}
+END_TEST
+
+START_TEST(neighbouring_numbers_do_not_crowd_into_the_same_buckets)
+{
+    struct mill_strikes strikes;
+    ck_assert(mill_strikes_init(&strikes, 1));
+    for (int ball = 0; ball < 100; ball++)
+        for (int partner = 0; partner < 100; partner++)
+            ck_assert(fresh_at(&strikes, MILL_BALL_BALL, ball, ball + partner, 0));
+    ck_assert_uint_le(mill_strikes_room(&strikes), 40 * 100 * 100);
+    mill_strikes_free(&strikes);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("strikes");
+    TCase *tests = tcase_create("strikes");
+    tcase_add_test(tests, a_sparse_trace_agrees_with_a_dictionary);
+    tcase_add_test(tests, a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary);
+    tcase_add_test(tests, a_chain_of_contacts_is_one_strike_however_long_it_lasts);
+    tcase_add_test(tests, pairs_that_differ_in_kind_ball_or_partner_are_kept_apart);
+    tcase_add_test(tests, contacts_exactly_one_window_apart_are_two_strikes);
+    tcase_add_test(tests, without_a_window_every_contact_is_a_strike);
+    tcase_add_test(tests, a_million_pairs_one_after_the_other_need_no_more_room_than_a_few);
+    tcase_add_test(tests, neighbouring_numbers_do_not_crowd_into_the_same_buckets);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
