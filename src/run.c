@@ -10,7 +10,6 @@
 #include "series.h"
 #include "summary.h"
 #include "tally.h"
-#include "tally_write.h"
 
 #include <gsl/gsl_errno.h>
 #include <math.h>
