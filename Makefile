@@ -1,41 +1,101 @@
-# millsim: `make` builds ./millsim; `make help` lists the rest.
+# millsim: `make` builds ./millsim, `make help` lists the rest.
 MODE ?= release
 BUILD := build/$(MODE)
 CC ?= cc
-PKGS := gsl hdf5 udunits inih
+PREFIX ?= /usr/local
+VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
 
 CFLAGS_release := -O3 -g
 CFLAGS_debug := -O0 -g
 CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS_asan := -fsanitize=address,undefined
-WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef -Wvla -Wdouble-promotion $(if $(WERROR),-Werror)
+WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef -Wvla \
+        -Wdouble-promotion $(if $(WERROR),-Werror)
 # no contraction, no fast-math: the same deck gives the same bits
-CFLAGS += -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(WARN) $(CFLAGS_$(MODE)) -Iinclude -Isrc
-CFLAGS += $(shell pkg-config --cflags gsl hdf5 inih 2>/dev/null)
+FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(CFLAGS_$(MODE)) $(CFLAGS)
+ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 inih check 2>/dev/null)
+ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
 LDLIBS := $(shell pkg-config --libs gsl hdf5 inih 2>/dev/null) -ludunits2 -lm
-LDFLAGS += $(LDFLAGS_$(MODE))
 
 LIB := $(filter-out $(BUILD)/src/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
+BENCH := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/bench_*.c))
+C_FILES := $(wildcard src/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch])
 
 all: millsim
 
-millsim: $(BUILD)/src/main.o $(LIB)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS)
+help:
+	@echo 'make           build ./millsim'
+	@echo 'make run       install what is missing, build, run the reference mill'
+	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
+	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
+	@echo 'make bench     measure speed        make install   into PREFIX=$(PREFIX)'
+	@echo 'make clean     remove what was built        MODE=release|debug|asan  WERROR=1'
 
-$(BUILD)/%.o: %.c
+millsim: build/release/millsim
+	@cp -f $< $@
+
+$(BUILD)/millsim: $(BUILD)/src/main.o $(LIB)
+	$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
+
+$(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) -MMD -MP -c -o $@ $<
+	$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
-$(BUILD)/tests/unit/%: $(BUILD)/tests/unit/%.o $(LIB)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check)
+$(BUILD)/src/main.o $(BUILD)/src/run.o $(BUILD)/src/record.o: $(BUILD)/version
+$(BUILD)/src/main.o $(BUILD)/src/run.o $(BUILD)/src/record.o: DEFINES = \
+	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
+
+# rewritten only when they change, so that a change rebuilds what depends on it
+$(BUILD)/flags: always
+	@mkdir -p $(@D); echo '$(CC) $(ALL_CFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS)' > $@
+$(BUILD)/version: always
+	@mkdir -p $(@D); echo '$(VERSION)' | cmp -s - $@ || echo '$(VERSION)' > $@
+
+$(BUILD)/tests/%: $(BUILD)/tests/%.o $(LIB)
+	$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)
+
+needed:
+	@tools/setup --check build
+
+run:
+	@tools/setup build
+	@$(MAKE) --no-print-directory millsim
+	./millsim --force input/simoloyer.ini
+
+test:
+	@tools/setup build test
+	@$(MAKE) --no-print-directory unit cli
 
 unit: $(UNIT)
 	@set -e; for t in $^; do $$t; done
 
+cli: $(BUILD)/millsim millsim
+	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q tests
+
+lint:
+	@tools/setup build test lint
+	clang-format-14 --dry-run -Werror $(C_FILES)
+	tools/check-floors
+	@$(MAKE) --no-print-directory WERROR=1 $(LIB) && tools/check-names $(LIB)
+	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
+	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
+	codespell -q 3 -S './.git,./build,./.venv,*.svg,*.lock' .
+	.venv/bin/ruff check tests tools && .venv/bin/ruff format --check tests tools
+
+format:
+	clang-format-14 -i $(C_FILES)
+	.venv/bin/ruff format tests tools
+
+bench: $(BENCH) millsim
+	@set -e; for b in $(BENCH); do $$b; done
+
+install: millsim
+	install -D -m 755 millsim $(DESTDIR)$(PREFIX)/bin/millsim
+
 clean:
 	rm -rf build millsim
 
--include $(shell find build -name '*.d' 2>/dev/null)
+-include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH))
 .SECONDARY:
-.PHONY: all unit clean
+.PHONY: all help needed run test unit cli lint format bench install clean always

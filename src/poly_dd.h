@@ -1,5 +1,4 @@
-/* Double-double arithmetic (a value as the unevaluated sum of two doubles, about 106 bits) and the
- * same with a running error bound, for the slow and certain half of the polynomial solver.
+/* Double-double arithmetic: a value as the unevaluated sum of two doubles, about 106 bits.
  * Dekker, Numer. Math. 18 (1971) 224 (products); Knuth, TAOCP 2, 4.2.2 (sums); Joldes, Muller and
  * Popescu, ACM TOMS 44:15 (2017) for the relative errors, all below DD_ROUND. Needs
  * round-to-nearest without contraction; magnitudes between 1e-140 and 1e290. */
@@ -83,53 +82,6 @@ static inline struct dd dd_sqrt(struct dd a)
     double x = sqrt(a.hi);
     struct dd r = dd_sub(a, dd_product2(x, x));
     return dd_renormalise(x, r.hi / (2.0 * x));
-}
-
-/* A double-double known to within e. */
-struct bounded {
-    struct dd v;
-    double e;
-};
-
-static inline struct bounded bounded_from(double x)
-{
-    return (struct bounded){dd_from(x), 0.0};
-}
-
-static inline int bounded_sign(struct bounded a)
-{
-    return (a.v.hi > a.e) - (a.v.hi < -a.e);
-}
-
-static inline struct bounded bounded_neg(struct bounded a)
-{
-    return (struct bounded){dd_neg(a.v), a.e};
-}
-
-static inline struct bounded bounded_scale(struct bounded a, double power_of_two)
-{
-    return (struct bounded){dd_scale(a.v, power_of_two), a.e * power_of_two};
-}
-
-static inline struct bounded bounded_add(struct bounded a, struct bounded b)
-{
-    struct dd s = dd_add(a.v, b.v);
-    return (struct bounded){s, a.e + b.e + DD_ROUND * fabs(s.hi)};
-}
-
-static inline struct bounded bounded_mul(struct bounded a, struct bounded b)
-{
-    struct dd p = dd_mul(a.v, b.v);
-    return (struct bounded){p, (fabs(a.v.hi) + a.e) * b.e + fabs(b.v.hi) * a.e +
-                                   DD_ROUND * fabs(p.hi)};
-}
-
-/* b must have a certain sign */
-static inline struct bounded bounded_div(struct bounded a, struct bounded b)
-{
-    struct dd q = dd_div(a.v, b.v);
-    double slack = (a.e + fabs(q.hi) * b.e) / (fabs(b.v.hi) - b.e);
-    return (struct bounded){q, slack + DD_ROUND * fabs(q.hi)};
 }
 
 #endif

@@ -1,24 +1,23 @@
 /* How many real roots lie in an interval, and, built on that, the first rise with certainty.
  * Sturm's theorem: the number of distinct roots in (lo, hi] is the loss of sign changes along the
- * chain p, p', -(p mod p'), ... . The chain is computed in double-double with running error bounds
- * and powers of two as scale factors; a remainder that its bound cannot tell from zero ends the
- * chain with a common divisor, which is divided out (multiple roots), so the counts also hold when
- * an endpoint is a multiple root. Roots closer than some 1e-15 of their size may count as one. */
+ * chain p, p', -(p mod p'), ... . Remainders are formed without division, by positive multiples, in
+ * numbers wide enough to be exact for all but absurd coefficients, so that counts, multiple roots
+ * and signs are those of the given doubles. A vanishing element takes the sign it has just to the
+ * right, which makes the count hold at multiple roots too, and the interval open at lo and closed
+ * at hi. */
 #include "poly_sturm.h"
 
 #include <float.h>
 #include <math.h>
 
 #include "millsim/poly.h"
-#include "poly_dd.h"
+#include "poly_wide.h"
 
-/* In the scaled variable; farther out the leading coefficients rule. Its fourth power is finite. */
-#define FAR 0x1p200
 #define CANDIDATE_TRIES 8
 
 struct poly {
     int degree;
-    struct bounded c[5];
+    struct wide c[5];
 };
 
 struct chain {
@@ -26,76 +25,91 @@ struct chain {
     struct poly p[5];
 };
 
-/* Drops leading coefficients that may be zero and brings the largest one to about 1. */
-static void normalise(struct poly *p)
+static void drop_leading_zeros(struct poly *p)
 {
-    while (p->degree >= 0 && bounded_sign(p->c[p->degree]) == 0)
+    while (p->degree >= 0 && wide_sign(&p->c[p->degree]) == 0)
         p->degree--;
-    double largest = 0.0;
-    for (int k = 0; k <= p->degree; k++)
-        largest = fmax(largest, fabs(p->c[k].v.hi));
-    if (!(largest > 0.0 && largest <= DBL_MAX))
-        return;
-    double scale = ldexp(1.0, -ilogb(largest));
-    for (int k = 0; k <= p->degree; k++)
-        p->c[k] = bounded_scale(p->c[k], scale);
 }
 
-static struct poly derivative(const struct poly *p)
+static void poly_from(const double *c, int degree, struct poly *p)
 {
-    struct poly d = {.degree = p->degree - 1};
-    for (int k = 1; k <= p->degree; k++)
-        d.c[k - 1] = bounded_mul(bounded_from(k), p->c[k]);
-    return d;
+    p->degree = degree;
+    for (int k = 0; k <= degree; k++)
+        p->c[k] = wide_from(c[k]);
+    drop_leading_zeros(p);
 }
 
-/* a = quotient b + remainder; the remainder replaces a */
-static struct poly divide(struct poly *a, const struct poly *b)
+static void derivative(const struct poly *p, struct poly *d)
 {
-    struct poly quotient = {.degree = a->degree - b->degree};
-    for (int k = quotient.degree; k >= 0; k--) {
-        struct bounded q = bounded_div(a->c[k + b->degree], b->c[b->degree]);
-        quotient.c[k] = q;
-        for (int j = 0; j < b->degree; j++)
-            a->c[k + j] = bounded_add(a->c[k + j], bounded_neg(bounded_mul(q, b->c[j])));
+    d->degree = p->degree - 1;
+    for (int k = 1; k <= p->degree; k++) {
+        struct wide factor = wide_from(k);
+        d->c[k - 1] = wide_product(&factor, &p->c[k]);
     }
-    a->degree = b->degree - 1;
-    return quotient;
 }
 
-static void chain_of(struct chain *s, struct poly p)
+/* a mod b times a positive number, in place: a <- |lead b| a - (+-lead a) x^k b until it is shorter
+ */
+static void reduce(struct poly *a, const struct poly *b)
 {
-    for (;;) {
-        normalise(&p);
-        s->p[0] = p;
-        s->length = 1;
-        if (p.degree < 1)
-            return;
-        s->p[1] = derivative(&p);
-        normalise(&s->p[1]);
-        s->length = 2;
-        while (s->p[s->length - 1].degree > 0) {
-            struct poly rest = s->p[s->length - 2];
-            divide(&rest, &s->p[s->length - 1]);
-            for (int k = 0; k <= rest.degree; k++)
-                rest.c[k] = bounded_neg(rest.c[k]);
-            normalise(&rest);
-            if (rest.degree < 0)
-                break;
-            s->p[s->length++] = rest;
+    struct wide scale = b->c[b->degree];
+    int sign = scale.sign;
+    scale.sign = 1;
+    while (a->degree >= b->degree) {
+        int shift = a->degree - b->degree;
+        struct wide lead = a->c[a->degree];
+        lead.sign *= -sign;
+        for (int k = 0; k < a->degree; k++) {
+            a->c[k] = wide_product(&scale, &a->c[k]);
+            if (k >= shift) {
+                struct wide term = wide_product(&lead, &b->c[k - shift]);
+                a->c[k] = wide_sum(&a->c[k], &term);
+            }
         }
-        const struct poly *divisor = &s->p[s->length - 1];
-        if (divisor->degree == 0)
-            return;
-        p = divide(&p, divisor);
+        a->degree--;
+        drop_leading_zeros(a);
     }
 }
 
-static struct bounded value(const struct poly *p, double x)
+/* n p - x p', which leaves the same remainder by p' as n p does, but is a degree lower */
+static void shortened(const struct poly *p, struct poly *e)
 {
-    struct bounded v = p->c[p->degree], at = bounded_from(x);
-    for (int k = p->degree - 1; k >= 0; k--)
-        v = bounded_add(bounded_mul(v, at), p->c[k]);
+    e->degree = p->degree - 1;
+    for (int k = 0; k <= e->degree; k++) {
+        struct wide factor = wide_from(p->degree - k);
+        e->c[k] = wide_product(&factor, &p->c[k]);
+    }
+    drop_leading_zeros(e);
+}
+
+static void chain_of(const struct poly *p, struct chain *s)
+{
+    s->p[0] = *p;
+    s->length = 1;
+    if (p->degree < 1)
+        return;
+    derivative(p, &s->p[1]);
+    for (s->length = 2; s->p[s->length - 1].degree > 0; s->length++) {
+        struct poly *rest = &s->p[s->length];
+        if (s->length == 2)
+            shortened(p, rest);
+        else
+            *rest = s->p[s->length - 2];
+        reduce(rest, &s->p[s->length - 1]);
+        if (rest->degree < 0)
+            return;
+        for (int k = 0; k <= rest->degree; k++)
+            rest->c[k] = wide_negative(&rest->c[k]);
+    }
+}
+
+static struct wide value(const struct poly *p, double x)
+{
+    struct wide at = wide_from(x), v = p->c[p->degree];
+    for (int k = p->degree - 1; k >= 0; k--) {
+        v = wide_product(&v, &at);
+        v = wide_sum(&v, &p->c[k]);
+    }
     return v;
 }
 
@@ -103,83 +117,58 @@ static int sign_at(const struct poly *p, double x)
 {
     if (p->degree < 0)
         return 0;
-    if (fabs(x) <= FAR)
-        return bounded_sign(value(p, x));
-    int lead = bounded_sign(p->c[p->degree]);
-    return x < 0.0 && (p->degree & 1) ? -lead : lead;
+    if (isinf(x)) {
+        int lead = wide_sign(&p->c[p->degree]);
+        return x < 0.0 && (p->degree & 1) ? -lead : lead;
+    }
+    struct wide v = value(p, x);
+    return wide_sign(&v);
+}
+
+/* sign of p just to the right of x */
+static int sign_after(const struct poly *p, double x)
+{
+    int sign = sign_at(p, x);
+    if (sign != 0 || p->degree < 1)
+        return sign;
+    struct poly d = *p;
+    while (sign == 0 && d.degree > 0) {
+        struct poly of = d;
+        derivative(&of, &d);
+        sign = sign_at(&d, x);
+    }
+    return sign;
 }
 
 static int sign_changes(const struct chain *s, double x)
 {
     int changes = 0, last = 0;
     for (int i = 0; i < s->length; i++) {
-        int sign = sign_at(&s->p[i], x);
-        if (sign == 0)
-            continue;
-        changes += last != 0 && sign != last;
-        last = sign;
+        int sign = sign_after(&s->p[i], x);
+        changes += sign * last < 0;
+        last = sign != 0 ? sign : last;
     }
     return changes;
 }
 
-static int count(const struct chain *s, double lo, double hi)
-{
-    return sign_changes(s, lo) - sign_changes(s, hi);
-}
-
-/* Power of two for the variable: it balances the lowest and the leading term, but an interval that
- * ends nearer to zero than that becomes the unit (terms of the far roots may then underflow). */
-static int variable_exponent(const double *c, int degree, double reach)
-{
-    int low = 0;
-    while (low < degree && c[low] == 0.0)
-        low++;
-    int s = low == degree ? 0 : (ilogb(c[low]) - ilogb(c[degree])) / (degree - low);
-    if (reach > 0.0 && reach <= DBL_MAX && ilogb(reach) < s)
-        s = ilogb(reach);
-    return s;
-}
-
-/* p(2^s x) up to a positive factor */
-static struct poly scaled(const double *c, int degree, int s)
-{
-    struct poly p = {.degree = degree};
-    int top = -100000;
-    for (int k = 0; k <= degree; k++)
-        if (c[k] != 0.0 && ilogb(c[k]) + k * s > top)
-            top = ilogb(c[k]) + k * s;
-    for (int k = 0; k <= degree; k++)
-        p.c[k] = bounded_from(c[k] == 0.0 ? 0.0 : ldexp(c[k], k * s - top));
-    return p;
-}
-
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi)
 {
-    while (degree >= 0 && c[degree] == 0.0)
-        degree--;
-    if (degree < 1 || !(lo < hi))
+    struct poly p;
+    struct chain s;
+    poly_from(c, degree, &p);
+    if (p.degree < 1 || !(lo < hi))
         return 0;
-    int s = variable_exponent(c, degree, fmax(fabs(lo), fabs(hi)));
-    struct chain chain;
-    chain_of(&chain, scaled(c, degree, s));
-    return count(&chain, ldexp(lo, -s), ldexp(hi, -s));
+    chain_of(&p, &s);
+    return sign_changes(&s, lo) - sign_changes(&s, hi);
 }
 
-/* sign of p just to the right of x */
-static int sign_after(struct poly p, double x)
-{
-    int sign = sign_at(&p, x);
-    while (sign == 0 && p.degree > 0) {
-        p = derivative(&p);
-        sign = sign_at(&p, x);
-    }
-    return sign;
-}
-
+/* For 0 <= lo < hi: by exponents while they differ, then halfway */
 static double middle(double lo, double hi)
 {
+    if (isinf(hi))
+        return fmax(2.0, lo < 1e150 ? lo * lo : DBL_MAX);
     if (lo == 0.0)
-        return hi * 0x1p-8;
+        return hi > 1.0 ? 1.0 : hi < 1e-150 ? 0.5 * hi : hi * hi * 0x1p-8;
     return hi > 16.0 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
 }
 
@@ -188,7 +177,7 @@ static void closed_form(const struct poly *p, double at[4])
 {
     double c[5] = {0.0}, im[4];
     for (int k = 0; k <= p->degree; k++)
-        c[4 - p->degree + k] = p->c[k].v.hi;
+        c[4 - p->degree + k] = wide_to_double(&p->c[k]);
     mill_poly_quartic_roots(c, at, im);
     for (int i = 1; i < 4; i++)
         for (int j = i; j > 0 && at[j] < at[j - 1]; j--) {
@@ -198,7 +187,7 @@ static void closed_form(const struct poly *p, double at[4])
         }
 }
 
-/* Between the first two candidates in (lo, hi), or halfway where they are of no help. */
+/* Between the first two candidates in (lo, hi), or by middle() where they are of no help. */
 static double cut(const double at[4], double lo, double hi, int tries)
 {
     double first = 0.0;
@@ -215,82 +204,86 @@ static double cut(const double at[4], double lo, double hi, int tries)
     return middle(lo, hi);
 }
 
-/* The end of an interval that begins at lo and holds the first of the roots in (lo, hi] only. */
-static double isolate(const struct chain *s, const double at[4], double *lo, double hi)
+/* The end of an interval that begins at lo and holds the first of the roots in (lo, hi] only; lo
+ * moves up to there. from and to are the sign changes at lo and hi. */
+static double isolate(const struct chain *s, const double at[4], double *lo, double hi, int from,
+                      int to)
 {
-    int tries = 0, from = sign_changes(s, *lo);
-    while (from - sign_changes(s, hi) > 1) {
-        double mid = cut(at, *lo, hi, tries++);
+    for (int tries = 0; from - to > 1; tries++) {
+        double mid = cut(at, *lo, hi, tries);
         if (!(mid > *lo && mid < hi))
             break;
-        if (sign_changes(s, mid) < from)
+        int changes = sign_changes(s, mid);
+        if (changes < from) {
             hi = mid;
-        else
+            to = changes;
+        } else {
             *lo = mid;
+        }
     }
     return hi;
 }
 
-/* The one simple root of p in (lo, hi]: Newton in double-double, bisection where it strays. */
+/* The only root of p in (lo, hi], where p turns positive: Newton on exact values, bisection where
+ * it strays. hi may be INFINITY. */
 static double refine(const struct poly *p, const double at[4], double lo, double hi)
 {
-    struct poly slope = derivative(p);
-    int before = sign_after(*p, lo);
-    double x = middle(lo, hi), last = hi - lo;
+    struct poly slope;
+    derivative(p, &slope);
+    double x = middle(lo, hi), last = INFINITY;
     for (int i = 0; i < 4; i++)
-        if (at[i] > lo && at[i] <= hi)
+        if (at[i] > lo && at[i] < hi)
             x = at[i];
-    for (;;) {
-        struct bounded v = value(p, x);
-        int sign = bounded_sign(v);
-        if (sign == 0)
+    while (x > lo && x < hi) {
+        struct wide v = value(p, x), d = value(&slope, x);
+        if (wide_sign(&v) == 0)
             return x;
-        *(sign == before ? &lo : &hi) = x;
-        double step = v.v.hi / value(&slope, x).v.hi, next = x - step;
+        if (wide_sign(&v) < 0)
+            lo = x;
+        else
+            hi = x;
+        double step = wide_to_double(&v) / wide_to_double(&d), next = x - step;
         if (fabs(step) <= 0.5 * DBL_EPSILON * x && next >= lo && next <= hi)
             return next;
         if (!(next > lo && next < hi && fabs(step) <= 0.5 * last)) {
             next = middle(lo, hi);
-            step = 0.5 * (hi - lo);
+            step = hi - lo;
         }
-        if (!(next > lo && next < hi))
-            return hi;
         last = fabs(step);
         x = next;
     }
+    return hi;
 }
 
 /* First place in (lo, hi] where p, negative just after lo, turns positive. */
 static double first_up(const struct poly *p, double lo, double hi)
 {
     struct chain s;
-    double at[4];
-    chain_of(&s, *p);
-    if (count(&s, lo, hi) <= 0)
+    chain_of(p, &s);
+    int from = sign_changes(&s, lo), to = sign_changes(&s, hi);
+    if (p->degree < 1 || from <= to)
         return INFINITY;
-    closed_form(&s.p[0], at);
-    do {
-        double end = isolate(&s, at, &lo, hi);
-        if (sign_after(*p, end) > 0)
-            return refine(&s.p[0], at, lo, end);
+    double at[4];
+    closed_form(p, at);
+    while (from > to) {
+        double end = isolate(&s, at, &lo, hi, from, to);
+        if (sign_after(p, end) > 0)
+            return refine(p, at, lo, end);
         lo = end;
-    } while (count(&s, lo, hi) > 0);
+        from = sign_changes(&s, lo);
+    }
     return INFINITY;
 }
 
 double mill_poly_sturm_rise(const double f[5], double t_end)
 {
-    int degree = 4;
-    while (degree > 0 && f[degree] == 0.0)
-        degree--;
-    int s = variable_exponent(f, degree, t_end);
-    struct poly p = scaled(f, degree, s);
-    double end = fmin(ldexp(t_end, -s), FAR), from = 0.0;
-    if (f[0] > 0.0) {
-        struct poly slope = derivative(&p);
-        from = first_up(&slope, 0.0, end);
-        if (!(from <= end) || sign_at(&p, from) >= 0)
-            return ldexp(from, s);
-    }
-    return ldexp(first_up(&p, from, end), s);
+    struct poly p, slope;
+    poly_from(f, 4, &p);
+    if (f[0] < 0.0)
+        return first_up(&p, 0.0, t_end);
+    derivative(&p, &slope);
+    double lowest = first_up(&slope, 0.0, t_end);
+    if (isinf(lowest) || sign_at(&p, lowest) >= 0)
+        return lowest;
+    return first_up(&p, lowest, t_end);
 }

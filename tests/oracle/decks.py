@@ -12,7 +12,7 @@ from oracle import KINDS, Blade, Law, Mill, Simulation
 
 ROOM = 1.3  # ball diameters left free between a blade and the drum or an end wall
 APART = 2e-4  # m, least gap at the start
-BALLS = (6, 1, 4, 2, 5, 6, 3, 4, 5, 6, 2)  # how many, by seed
+BALLS = (6, 5, 4, 6, 3, 6, 5, 1, 6, 4, 2)  # how many, by seed
 UNITS = {
     "m": 1.0,
     "mm": 1e-3,
@@ -188,7 +188,7 @@ def random_blades(rng, drum, length, shaft, largest):
 
 
 def random_laws(rng, frictional):
-    contact = {"restitution": number(rng, 0.7, 1, 3)}
+    contact = {"restitution": number(rng, 0.75, 1, 3)}
     if frictional:
         contact["friction"] = number(rng, 0.02, 0.5, 3)
         contact["tangential_restitution"] = number(rng, -0.5, 0.9, 3)
@@ -218,8 +218,8 @@ def random_gravity(rng, seed):
 
 
 def random_sections(rng, seed):
-    drum, length = np.round(rng.uniform(30, 60), 1), np.round(rng.uniform(30, 80), 1)
-    largest = np.round(rng.uniform(0.14, 0.26) * drum, 2)
+    drum, length = np.round(rng.uniform(30, 60), 1), np.round(rng.uniform(40, 80), 1)
+    largest = np.round(min(rng.uniform(0.15, 0.3) * drum, (length - 12) / (2 * ROOM)), 2)
     sections = random_gravity(rng, seed)
     sections.update(random_balls(rng, BALLS[seed % len(BALLS)], largest))
     sections["balls"]["start"] = "start.txt"
@@ -256,7 +256,7 @@ def random_case(seed):
     sections = random_sections(rng, seed)
     mill = mill_of(sections)
     position = random_positions(rng, mill)
-    columns = {0: 6, 1: 3}.get(seed % 9, 9)
-    velocity = rng.normal(0, rng.uniform(0.5, 4), position.shape) * (columns >= 6)
+    columns = {0: 6, 1: 3}.get(seed % 12, 9)
+    velocity = rng.normal(0, rng.uniform(1, 4), position.shape) * (columns >= 6)
     spin = rng.normal(0, 100, position.shape) * (columns == 9)
     return Case(seed, sections, mill, position, velocity, spin, columns)

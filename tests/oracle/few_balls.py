@@ -23,7 +23,7 @@ from decks import random_case
 PROGRAM = Path(__file__).resolve().parents[2] / "millsim"
 PERTURBATION = 1e-14  # m, m/s, rad; and relative, of spins and the rotor's speed
 TWINS = 2
-MOST = 120  # impacts of one mill
+MOST = 70  # impacts of one mill
 LONGEST = 0.4  # s
 SIMULTANEOUS = 1e-9  # s; contacts closer in time may come in either order
 TOLERANCE = {

@@ -1,0 +1,122 @@
+/* What the tests of the statistics share: a mill made by hand, and a loop that plays impacts to an
+ * observer as the simulation would, keeping the world's books. */
+#ifndef MILL_FIXTURE_H
+#define MILL_FIXTURE_H
+
+#include "tally.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+enum { FIXTURE_BALLS = 40 };
+
+struct fixture {
+    struct mill_deck deck;
+    struct mill_world world;
+    struct mill_ball ball[FIXTURE_BALLS];
+    vec3 spin[FIXTURE_BALLS];
+    struct mill_species species;
+    struct mill_tally *tally;
+};
+
+/* Drum of 75 mm x 120 mm, 1 s sampled from 0.5 s on, rotor at ten revolutions a second; the balls
+ * rest on a ring of 60 mm. */
+static inline void fixture_init(struct fixture *f)
+{
+    memset(f, 0, sizeof *f);
+    f->deck.time = 1.5;
+    f->deck.sample_from = 0.5;
+    f->deck.strike_window = 1e-5;
+    f->deck.rotor = true;
+    f->deck.rotor_speed = 2 * PI * 10;
+    f->species.radius = 0.0025;
+    f->species.mass = 0.0005;
+    f->species.inertia = 0.4 * 0.0005 * 0.0025 * 0.0025;
+    f->world.drum_radius = 0.075;
+    f->world.drum_length = 0.12;
+    f->world.rotor_speed = f->deck.rotor_speed;
+    f->world.balls = FIXTURE_BALLS;
+    f->world.ball = f->ball;
+    f->world.spin = f->spin;
+    f->world.species_count = 1;
+    f->world.species = &f->species;
+    for (int i = 0; i < FIXTURE_BALLS; i++) {
+        const double angle = 2 * PI * i / FIXTURE_BALLS;
+        f->ball[i].r = vec3_make(0.01, 0.06 * cos(angle), 0.06 * sin(angle));
+    }
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        f->world.law[kind].restitution = 0.8;
+}
+
+static inline void fixture_create(struct fixture *f)
+{
+    ck_assert_int_eq(mill_tally_create(&f->deck, &f->world, &f->tally, NULL), MILL_OK);
+}
+
+static inline struct mill_impact blow(double time, enum mill_kind kind, int ball, int partner,
+                                      double normal_speed, double dissipation)
+{
+    struct mill_impact impact = {.time = time,
+                                 .kind = kind,
+                                 .ball = ball,
+                                 .partner = partner,
+                                 .position = {0, 0.01, 0.02},
+                                 .normal_speed = normal_speed,
+                                 .tangential_speed = 2 * normal_speed,
+                                 .dissipation = dissipation};
+    return impact;
+}
+
+/* Takes the samples due up to `time`. */
+static inline void fixture_wait(struct fixture *f, double time)
+{
+    struct mill_observer *observer = mill_tally_observer(f->tally);
+    while (observer->next <= time) {
+        const double before = observer->next;
+        if (observer->sample(observer, &f->world, before - f->world.base, NULL) != MILL_OK ||
+            !(observer->next > before))
+            ck_abort_msg("a sample failed or did not move on from %g", before);
+    }
+}
+
+/* The impact happens: samples before it, books, impact. */
+static inline void fixture_play(struct fixture *f, struct mill_impact impact)
+{
+    struct mill_observer *observer = mill_tally_observer(f->tally);
+    fixture_wait(f, impact.time);
+    f->world.account.collisions[impact.kind]++;
+    f->world.account.dissipation[impact.kind] += impact.dissipation;
+    if (observer->impact(observer, &impact, NULL) != MILL_OK)
+        ck_abort_msg("an impact failed");
+}
+
+/* The run ends at `time`. */
+static inline void fixture_finish(struct fixture *f, double time)
+{
+    fixture_wait(f, time);
+    mill_tally_finish(f->tally, &f->world, time - f->world.base);
+}
+
+static inline uint64_t impacts_of(const struct fixture *f, int row)
+{
+    return mill_spectrum_count(&f->tally->impacts[row].normal, 0);
+}
+
+static inline uint64_t strikes_of(const struct fixture *f, int row)
+{
+    return mill_spectrum_count(&f->tally->strikes[row].normal, 0);
+}
+
+static inline double random_share(uint64_t *state)
+{
+    uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
+    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
+    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
+    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+#endif
