@@ -10,7 +10,8 @@
 #define MAX_ROW_RANK 2
 
 struct mill_h5_column {
-    struct mill_h5 *file;
+    struct mill_h5 *file;        /* NULL once that is closed */
+    struct mill_h5_column *next; /* open in the same file */
     hid_t set;
     char *path;
     enum mill_h5_type type;
@@ -102,6 +103,8 @@ static struct mill_h5_column *allocate(struct mill_h5 *file, const char *path,
         return NULL;
     }
     strcpy(column->path, path);
+    column->next = file->columns;
+    file->columns = column;
     return column;
 }
 
@@ -190,12 +193,35 @@ enum mill_status mill_h5_column_flush(struct mill_h5_column *column, struct mill
     return status;
 }
 
+void mill_h5_orphan_columns(struct mill_h5 *file)
+{
+    struct mill_h5_column *column, *next;
+    for (column = file->columns; column; column = next) {
+        next = column->next;
+        column->file = NULL;
+        column->next = NULL;
+    }
+    file->columns = NULL;
+}
+
+static void take_out(struct mill_h5_column *column)
+{
+    struct mill_h5_column **at = &column->file->columns;
+    while (*at && *at != column)
+        at = &(*at)->next;
+    if (*at)
+        *at = column->next;
+}
+
 void mill_h5_column_free(struct mill_h5_column *column)
 {
     if (!column)
         return;
-    if (column->set >= 0)
-        H5Dclose(column->set);
+    if (column->file) {
+        if (column->set >= 0 && column->file->spent == MILL_OK)
+            H5Dclose(column->set);
+        take_out(column);
+    }
     free(column->path);
     free(column->buffer);
     free(column);

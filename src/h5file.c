@@ -148,7 +148,10 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
     enum mill_status status;
     if (!file)
         return MILL_OK;
-    status = mill_h5_flush(file, error); /* a failure on closing itself comes too late to be told */
+    /* After a failure HDF5's datasets are not to be touched any more (closing one after its file
+     * crashes 1.10): the file closes them as far as it can, and nobody asks for them again. */
+    mill_h5_orphan_columns(file);
+    status = mill_h5_flush(file, error);
     if (H5Fclose(file->id) < 0 && status == MILL_OK)
         status = mill_h5_fail(file, error, "close", NULL);
     free(file->path);

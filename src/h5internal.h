@@ -9,9 +9,10 @@
 
 struct mill_h5 {
     hid_t id;
-    char *path;              /* as the user gave it: for messages */
-    enum mill_status spent;  /* MILL_OK until the first failure */
-    struct mill_error cause; /* of the first failure */
+    char *path;                     /* as the user gave it: for messages */
+    enum mill_status spent;         /* MILL_OK until the first failure */
+    struct mill_error cause;        /* of the first failure */
+    struct mill_h5_column *columns; /* all that are open */
 };
 
 /* Marks the file spent and sets "FILE: cannot VERB PATH: REASON", the reason taken from HDF5's
@@ -24,6 +25,9 @@ enum mill_status mill_h5_check(const struct mill_h5 *file, struct mill_error *er
 
 /* Makes the groups above `path`. */
 enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct mill_error *error);
+
+/* The columns outlive their file as empty shells. */
+void mill_h5_orphan_columns(struct mill_h5 *file);
 
 /* Types owned by the library: not to be closed. */
 hid_t mill_h5_memory_type(enum mill_h5_type type);

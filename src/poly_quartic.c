@@ -54,6 +54,12 @@ static void swap_doubles(double *x, double *y)
     *y = t;
 }
 
+static double misfit(double sum, double target, double m1, double m2)
+{
+    double m = fmax(fabs(m1), fmax(fabs(m2), fabs(target)));
+    return m > 0.0 ? fabs(sum - target) / m : 0.0;
+}
+
 /* Factors with linear terms a/2 -+ s and constants m -+ w; what cancels is taken from the product
  * and from whichever coefficient equation gives the smallest residual. */
 static void consider(const struct monic *p, double s, double m, double w, struct factors *best,
@@ -73,12 +79,14 @@ static void consider(const struct monic *p, double s, double m, double w, struct
     small[1] = large != 0.0 ? (b - b1 - b2) / large : small[0];
     small[2] = beside_small != 0.0 ? (c - large * beside_large) / beside_small : small[0];
     for (int i = 0; i < 3; i++) {
-        struct factors f = {dd_from(first ? small[i] : large), dd_from(b1),
-                            dd_from(first ? large : small[i]), dd_from(b2)};
-        double trial = residual_of(&f, p).size;
+        a1 = first ? small[i] : large;
+        a2 = first ? large : small[i];
+        double trial = misfit(a1 + a2, p->a.hi, a1, a2) + misfit(b1 + b2 + a1 * a2, b, b1, b2) +
+                       misfit(a1 * b2 + a2 * b1, c, a1 * b2, a2 * b1) +
+                       misfit(b1 * b2, p->d.hi, 0.0, 0.0);
         if (trial < *size) {
             *size = trial;
-            *best = f;
+            *best = (struct factors){dd_from(a1), dd_from(b1), dd_from(a2), dd_from(b2)};
         }
     }
 }

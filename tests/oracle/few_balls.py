@@ -23,7 +23,7 @@ from decks import random_case
 PROGRAM = Path(__file__).resolve().parents[2] / "millsim"
 PERTURBATION = 1e-14  # m, m/s, rad; and relative, of spins and the rotor's speed
 TWINS = 2
-MOST = 70  # impacts of one mill
+MOST = 100  # impacts of one mill
 LONGEST = 0.4  # s
 SIMULTANEOUS = 1e-9  # s; contacts closer in time may come in either order
 TOLERANCE = {
@@ -82,10 +82,10 @@ def agreement(expected, found, mill, scale=1.0):
         if k >= len(found):
             return k, ["there is no such impact"]
         wrong = mismatch(row, found[k], mill, scale)
-        if wrong and k + 1 < min(len(found), len(expected)):
-            later = expected[k + 1]
-            if later.time - row.time < SIMULTANEOUS and not shares_a_ball(row, later):
-                found[k], found[k + 1] = found[k + 1], found[k]
+        if wrong and k + 1 < len(found):
+            this, later = found[k : k + 2]
+            if later.time - this.time < SIMULTANEOUS and not shares_a_ball(this, later):
+                found[k : k + 2] = later, this
                 wrong = mismatch(row, found[k], mill, scale)
         if wrong:
             return k, wrong

@@ -1,8 +1,12 @@
 """The oracle by itself, against cases known by pen and paper."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from oracle import KINDS, Blade, Law, Mill, Simulation
+from decks import random_case
+from few_balls import MOST, LONGEST, agreement, predict, row_of
+from oracle import KINDS, STEP, Blade, Law, Mill, Simulation
 
 STEEL = 7800.0
 
@@ -28,7 +32,9 @@ def test_a_ball_thrown_up_from_the_bottom_returns_after_twice_u_over_g():
     m = mill(law=Law(1.0))
     s = simulation(m, [[0, 0, -0.0475]], [[0, 0, 0.5]])
     impacts = s.run(1.0, 3)
-    assert [i.time for i in impacts] == pytest.approx([2 * 0.5 / 9.81 * k for k in (1, 2, 3)], abs=1e-14)
+    assert [i.time for i in impacts] == pytest.approx(
+        [2 * 0.5 / 9.81 * k for k in (1, 2, 3)], abs=1e-14
+    )
     assert [i.normal_speed for i in impacts] == pytest.approx([0.5] * 3, abs=1e-13)
 
 
@@ -93,7 +99,9 @@ def test_positive_pitch_turns_the_plus_x_edge_towards_increasing_angle():
 @pytest.mark.parametrize("speed", [100.0, -100.0])
 def test_a_turning_blade_throws_a_resting_ball(speed):
     blade = Blade(0.0, np.radians(90 if speed < 0 else -90), 0.04, 0.02, 0.004, 0.0)
-    m = mill(law=Law(0.7), gravity=(0, 0, 0), blades=(blade,), shaft_radius=0.005, rotor_speed=speed)
+    m = mill(
+        law=Law(0.7), gravity=(0, 0, 0), blades=(blade,), shaft_radius=0.005, rotor_speed=speed
+    )
     s = simulation(m, [[0, 0.02, 0]], [[0, 0, 0]])
     impact = s.run(1.0, 1)[0]
     # face parallel to y and 2 mm + 2.5 mm from its mid-plane: sin(angle left) = 4.5/20
@@ -132,7 +140,9 @@ def test_a_perfectly_rough_elastic_blow_reverses_the_slip_and_loses_nothing():
     n = impact.normal
     slip = s.v[0] - s.v[1] + np.cross(2e-3 * s.w[0] + 3e-3 * s.w[1], -n)
     assert slip @ n == pytest.approx(impact.normal_speed, rel=1e-12)
-    assert np.linalg.norm(slip - (slip @ n) * n) == pytest.approx(impact.tangential_speed, rel=1e-12)
+    assert np.linalg.norm(slip - (slip @ n) * n) == pytest.approx(
+        impact.tangential_speed, rel=1e-12
+    )
     assert s.energy() == pytest.approx(before, rel=1e-13)
 
 
@@ -177,7 +187,10 @@ def test_mirrored_mills_run_alike():
 
 def test_the_books_balance_over_a_busy_run():
     rng = np.random.default_rng(7)
-    blades = (Blade(-0.01, 0.2, 0.032, 0.012, 0.003, 0.6), Blade(0.012, 2.5, 0.03, 0.01, 0.004, -0.4))
+    blades = (
+        Blade(-0.01, 0.2, 0.032, 0.012, 0.003, 0.6),
+        Blade(0.012, 2.5, 0.03, 0.01, 0.004, -0.4),
+    )
     m = mill(3, law=Law(0.85, 0.3, 0.3), blades=blades, shaft_radius=0.006, rotor_speed=120.0)
     r = [[-0.02, -0.03, 0.02], [0.0, 0.03, -0.025], [0.02, -0.03, 0.02]]
     s = simulation(m, r, rng.normal(0, 1, (3, 3)), rng.normal(0, 50, (3, 3)))
@@ -186,3 +199,71 @@ def test_the_books_balance_over_a_busy_run():
     assert len(impacts) == 60
     turnover = abs(s.rotor_work) + abs(s.dissipated)
     assert abs(s.energy() - before - s.rotor_work + s.dissipated) < 1e-13 * turnover
+
+
+# The comparison itself
+
+
+@pytest.mark.parametrize("seed", [5, 6, 17, 27])
+def test_a_third_of_the_sampling_step_finds_the_same_impacts(seed):
+    case = random_case(seed)
+    expected = [row_of(i) for i in predict(case)]
+    fine = Simulation(case.mill, case.position, case.velocity, case.spin, step=STEP / 3)
+    found = [row_of(i) for i in fine.run(LONGEST, MOST)]
+    assert agreement(expected, found, case.mill) == (len(expected), [])
+
+
+def wrong_pitch(mill):
+    return replace(mill, blades=tuple(b._replace(pitch=-b.pitch) for b in mill.blades))
+
+
+def wrong_turn(mill):
+    return replace(mill, rotor_speed=-mill.rotor_speed)
+
+
+def blunt_edges(mill):  # a blade longer by a hair
+    longer = (b._replace(tip_radius=b.tip_radius + 1e-6) for b in mill.blades)
+    return replace(mill, blades=tuple(longer))
+
+
+def other_law(**change):
+    def change_law(mill):
+        laws = {kind: law._replace(**change) for kind, law in mill.laws.items()}
+        return replace(mill, laws=laws)
+
+    return change_law
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        wrong_pitch,
+        wrong_turn,
+        blunt_edges,
+        other_law(restitution=0.9),
+        other_law(friction=0.0),
+        other_law(tangential=0.0),
+        lambda mill: replace(mill, rebound_floor=0.2),
+        lambda mill: replace(mill, gravity=mill.gravity * (1 + 1e-5)),
+        lambda mill: replace(mill, drum_length=mill.drum_length + 1e-7),
+        lambda mill: replace(mill, radius=mill.radius[::-1].copy()),
+    ],
+)
+def test_the_comparison_notices_a_program_that_is_wrong(fault):
+    case = random_case(6)
+    expected = [row_of(i) for i in predict(case)]
+    faulty = replace(case, mill=fault(case.mill)).simulation().run(LONGEST, MOST)
+    same, wrong = agreement(expected, [row_of(i) for i in faulty], case.mill)
+    assert same < len(expected) and wrong
+
+
+@pytest.mark.parametrize(
+    "ball, apart, accepted", [(1, 1e-10, True), (0, 1e-10, False), (1, 1e-8, False)]
+)
+def test_only_simultaneous_impacts_of_different_balls_may_change_order(ball, apart, accepted):
+    case = random_case(6)
+    impact = row_of(case.simulation().run(LONGEST, 1)[0])
+    one = impact._replace(kind="ball_drum", ball=0, partner=-1)
+    two = one._replace(ball=ball, kind="ball_wall", partner=1, time=one.time + apart)
+    found = [two._replace(time=one.time), one._replace(time=two.time)]
+    assert (agreement([one, two], found, case.mill)[1] == []) == accepted

@@ -149,8 +149,10 @@ static inline bool look_same(const char *path, const char *a, const char *b)
     return memcmp(&first.addr, &second.addr, sizeof first.addr) == 0;
 }
 
-/* Runs the one suite of a test program. */
-static inline int run_tests(const char *name, const TTest *const *tests, size_t count)
+/* Runs the one suite of a test program: the tests, and `rounds` times each of the loops (_i = 0, 1,
+ * ...). */
+static inline int run_tests(const char *name, const TTest *const *tests, size_t count,
+                            const TTest *const *loops, size_t loop_count, int rounds)
 {
     Suite *suite = suite_create(name);
     TCase *test_case = tcase_create(name);
@@ -159,6 +161,8 @@ static inline int run_tests(const char *name, const TTest *const *tests, size_t 
     size_t i;
     for (i = 0; i < count; i++)
         tcase_add_test(test_case, tests[i]);
+    for (i = 0; i < loop_count; i++)
+        tcase_add_loop_test(test_case, loops[i], 0, rounds);
     suite_add_tcase(suite, test_case);
     runner = srunner_create(suite);
     srunner_run_all(runner, CK_NORMAL);

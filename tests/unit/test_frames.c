@@ -185,5 +185,5 @@ int main(void)
         without_frames_the_balls_are_still_described,
         a_run_taken_up_again_leaves_the_same_frames,
     };
-    return run_tests("frames", tests, sizeof tests / sizeof tests[0]);
+    return run_tests("frames", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
 }

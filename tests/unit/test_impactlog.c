@@ -126,5 +126,5 @@ int main(void)
         finishing_in_between_loses_and_doubles_nothing,
         a_run_taken_up_again_leaves_the_same_log,
     };
-    return run_tests("impactlog", tests, sizeof tests / sizeof tests[0]);
+    return run_tests("impactlog", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
 }

@@ -139,5 +139,5 @@ int main(void)
         the_end_replaces_what_a_checkpoint_wrote,
         memory_and_processor_time_are_those_of_this_process,
     };
-    return run_tests("record", tests, sizeof tests / sizeof tests[0]);
+    return run_tests("record", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
 }

@@ -148,5 +148,5 @@ int main(void)
         step_and_time_are_stored_once,
         a_run_taken_up_again_leaves_the_same_rows,
     };
-    return run_tests("series", tests, sizeof tests / sizeof tests[0]);
+    return run_tests("series", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
 }

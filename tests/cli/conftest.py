@@ -1,0 +1,109 @@
+"""Fixtures of the command-line tests. They run ./millsim of the repository's root, which `make` builds."""
+
+import os
+import pathlib
+import subprocess
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = ROOT / "millsim"
+
+# A mill that runs in well under a second; keys in the order of the lines, so tests can name a line.
+SMALL = """\
+[run]
+time = 20 ms
+[balls]
+count = 20
+diameter = 5 mm
+density = 7800 kg/m^3
+[drum]
+radius = 30 mm
+length = 40 mm
+[rotor]
+speed = 600 rpm
+shaft_radius = 5 mm
+[blades]
+count = 2
+tip_radius = 22 mm
+width = 6 mm
+thickness = 4 mm
+[contact]
+restitution = 0.8
+friction = 0.3
+[output]
+frames = 5 ms
+"""
+
+
+@pytest.fixture
+def root():
+    """The repository's root."""
+    return ROOT
+
+
+@pytest.fixture
+def millsim(tmp_path):
+    """millsim(*arguments) runs the program in tmp_path and returns status, stdout and stderr."""
+    if not PROGRAM.exists():
+        pytest.fail(f"{PROGRAM} is not built; run make first")
+
+    def run(*arguments, timeout=60, stdout=subprocess.PIPE, **options):
+        environment = {k: v for k, v in os.environ.items() if not k.startswith("LC_")}
+        environment.update(options.pop("env", {}))
+        return subprocess.run(
+            [PROGRAM, *map(str, arguments)],
+            cwd=tmp_path,
+            stdin=subprocess.DEVNULL,
+            stdout=stdout,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            timeout=timeout,
+            env=environment,
+            **options,
+        )
+
+    return run
+
+
+@pytest.fixture
+def start_millsim(tmp_path):
+    """start_millsim(*arguments) starts the program in tmp_path; what still runs is ended after the test."""
+    started = []
+
+    def start(*arguments):
+        process = subprocess.Popen(
+            [PROGRAM, *map(str, arguments)],
+            cwd=tmp_path,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def write_deck(tmp_path):
+    """write_deck(text, name) writes a deck into tmp_path: text or bytes, the small mill by default."""
+
+    def write(text=SMALL, name="deck.ini"):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write
+
+
+@pytest.fixture
+def small_deck(write_deck):
+    """A small mill that runs in well under a second, as deck.ini in tmp_path."""
+    return write_deck()

@@ -1,0 +1,271 @@
+"""The command: options, what it refuses, exit status, signals."""
+
+import fcntl
+import json
+import os
+import pathlib
+import pty
+import re
+import select
+import signal
+import struct
+import subprocess
+import termios
+import time
+
+import pytest
+from conftest import PROGRAM
+
+FULL = pathlib.Path("/dev/full")
+
+
+def test_help_goes_to_standard_output(millsim):
+    for option in ("-h", "--help"):
+        result = millsim(option)
+        assert result.returncode == 0
+        assert result.stderr == ""
+        for name in "output set check resume force json quiet help version".split():
+            assert f"--{name}" in result.stdout
+
+
+def test_version_is_one_line(millsim):
+    for option in ("-V", "--version"):
+        result = millsim(option)
+        assert result.returncode == 0
+        assert re.fullmatch(r"millsim \S+\n", result.stdout)
+
+
+@pytest.mark.parametrize(
+    "arguments, complaint",
+    [
+        ([], "no deck given; see millsim --help"),
+        (["--foo", "deck.ini"], "unknown option '--foo'; see millsim --help"),
+        (["-x", "deck.ini"], "unknown option '-x'; see millsim --help"),
+        (["deck.ini", "-qx"], "unknown option '-x'; see millsim --help"),
+        (["deck.ini", "--output"], "option '--output' needs a value; see millsim --help"),
+        (["deck.ini", "-o"], "option '-o' needs a value; see millsim --help"),
+        (["deck.ini", "-o", ""], "option '--output' needs the name of a file"),
+        (["--check=yes", "deck.ini"], "option '--check' takes no value; see millsim --help"),
+        (["deck.ini", "b.ini"], "one deck at a time, got 'deck.ini' and 'b.ini'; see millsim --help"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(millsim, small_deck, arguments, complaint):
+    result = millsim(*arguments)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr == f"millsim: {complaint}\n"
+
+
+def test_resume_says_that_there_are_no_checkpoints(millsim, small_deck):
+    result = millsim("--resume", "deck.ini")
+    assert result.returncode == 2
+    expected = "--resume: this version writes no checkpoints; start the run again with --force"
+    assert result.stderr == f"millsim: {expected}\n"
+
+
+def test_options_may_follow_the_deck(millsim, small_deck):
+    assert millsim("deck.ini", "--check").returncode == 0
+
+
+# ---- output that fails ----
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["--check", "deck.ini"]])
+def test_a_full_disk_is_a_failure(millsim, small_deck, arguments):
+    with FULL.open("w") as full:
+        result = millsim(*arguments, stdout=full)
+    assert result.returncode == 1
+    expected = "millsim: cannot write to standard output: No space left on device\n"
+    assert result.stderr == expected
+
+
+@pytest.mark.parametrize("arguments", ["--help", "--check deck.ini"])
+def test_a_closed_standard_output_is_a_failure(tmp_path, small_deck, arguments):
+    command = f"exec {PROGRAM} {arguments} >&-"
+    result = subprocess.run(["sh", "-c", command], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    assert result.returncode == 1
+    assert result.stderr.startswith("millsim: cannot write to standard output: ")
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
+def test_a_summary_that_cannot_be_written_is_a_failure(millsim, small_deck):
+    with FULL.open("w") as full:
+        result = millsim("--json", "-q", "deck.ini", stdout=full)
+    assert result.returncode == 1
+    assert "cannot write to standard output" in result.stderr
+
+
+# ---- where the output goes ----
+
+
+def test_the_output_is_named_after_the_deck_in_the_current_folder(millsim, write_deck, tmp_path):
+    (tmp_path / "decks").mkdir()
+    write_deck(name="decks/my.mill.ini")
+    assert millsim("-q", "decks/my.mill.ini").returncode == 0
+    assert (tmp_path / "my.mill.h5").exists()
+
+
+def test_the_output_may_be_named(millsim, small_deck, tmp_path):
+    assert millsim("-q", "deck.ini", "-o", "other.h5").returncode == 0
+    assert (tmp_path / "other.h5").exists()
+    assert not (tmp_path / "deck.h5").exists()
+
+
+def test_an_existing_output_is_refused_and_kept(millsim, small_deck, tmp_path):
+    (tmp_path / "deck.h5").write_text("precious")
+    result = millsim("deck.ini")
+    assert result.returncode == 2
+    expected = "deck.h5: exists already; use --force to overwrite it or -o for another name"
+    assert result.stderr == f"millsim: {expected}\n"
+    assert (tmp_path / "deck.h5").read_text() == "precious"
+
+
+def test_force_overwrites(millsim, small_deck, tmp_path):
+    (tmp_path / "deck.h5").write_text("precious")
+    result = millsim("-q", "--force", "deck.ini")
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "deck.h5").read_bytes()[:4] == b"\x89HDF"
+
+
+@pytest.mark.parametrize(
+    "output, complaint",
+    [
+        ("none/deck.h5", "cannot be written in this folder: No such file or directory"),
+        ("deck.ini/deck.h5", "cannot be written in this folder: Not a directory"),
+        (".", "is a folder; use -o with the name of a file"),
+        ("./", "is a folder; use -o with the name of a file"),
+        ("none/", "is not the name of a file"),
+        ("deck.ini", "is the deck itself; use -o for another name"),
+        ("link.ini", "is the deck itself; use -o for another name"),
+        ("start.txt", "is the deck's start file; use -o for another name"),
+        ("/dev/null", "is not a regular file; use -o for another name"),
+    ],
+)
+def test_an_impossible_output_is_refused_before_the_run(millsim, small_deck, tmp_path, output, complaint):
+    (tmp_path / "start.txt").write_text("0 0.02 0\n")
+    (tmp_path / "link.ini").symlink_to("deck.ini")
+    deck = small_deck.read_bytes()
+    order = ["--set", "balls.start=start.txt", "--set", "balls.count=1"]
+    result = millsim("deck.ini", "--force", "-o", output, *order)
+    assert result.returncode == 2
+    assert result.stderr == f"millsim: {output}: {complaint}\n"
+    assert small_deck.read_bytes() == deck
+    assert (tmp_path / "start.txt").read_text() == "0 0.02 0\n"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_without_permission_is_refused(millsim, small_deck, tmp_path):
+    (tmp_path / "locked").mkdir(mode=0o500)
+    result = millsim("deck.ini", "-o", "locked/deck.h5")
+    assert result.returncode == 2
+    assert "cannot be written in this folder: Permission denied" in result.stderr
+
+
+def test_check_writes_nothing(millsim, small_deck, tmp_path):
+    assert millsim("--check", "deck.ini").returncode == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.ini"]
+
+
+# ---- a run ----
+
+
+def test_a_run_ends_with_a_summary(millsim, small_deck):
+    result = millsim("deck.ini")
+    assert result.returncode == 0, result.stderr
+    assert "ball_drum" in result.stdout
+
+
+def test_json_is_one_object(millsim, small_deck):
+    result = millsim("--json", "-q", "deck.ini")
+    assert result.returncode == 0, result.stderr
+    assert isinstance(json.loads(result.stdout), dict)
+
+
+def test_quiet_is_quiet(millsim, small_deck):
+    assert millsim("-q", "deck.ini").stderr == ""
+
+
+def long_deck(write_deck):
+    """A deck that would run for days."""
+    text = write_deck().read_text()
+    text = text.replace("time = 20 ms", "time = 1 d").replace("frames = 5 ms", "frames = 1 s")
+    return write_deck(text + "series = 10 ms\n", "long.ini")
+
+
+def wait_for(condition, seconds=20):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, tmp_path, number):
+    h5py = pytest.importorskip("h5py")
+    long_deck(write_deck)
+    process = start_millsim("-q", "long.ini")
+    assert wait_for(lambda: (tmp_path / "long.h5").exists())
+    time.sleep(1)
+    process.send_signal(number)
+    _, complaint = process.communicate(timeout=20)
+    assert process.returncode == 128 + number
+    assert complaint.startswith("millsim: ")
+    assert len(complaint.splitlines()) == 1
+    with h5py.File(tmp_path / "long.h5", "r") as file:
+        assert len(file["/observables/kinetic_energy/time"]) > 10
+
+
+def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
+    long_deck(write_deck)
+    process = start_millsim("long.ini")
+    began = time.monotonic()
+    line = process.stderr.readline()
+    assert 1.5 < time.monotonic() - began < 10
+    assert line.endswith("\n") and "\r" not in line
+    assert "%" in line and "collisions/s" in line and "left" in line
+    process.send_signal(signal.SIGINT)
+    process.wait(timeout=20)
+
+
+def read_terminal(master, seconds):
+    """What arrives at the terminal until it is closed or time is up."""
+    out, end = b"", time.monotonic() + seconds
+    while time.monotonic() < end:
+        if not select.select([master], [], [], 0.1)[0]:
+            continue
+        try:
+            chunk = os.read(master, 4096)
+        except OSError:
+            break
+        if not chunk:
+            break
+        out += chunk
+    return out.decode()
+
+
+@pytest.mark.parametrize("width", [120, 40, 10])
+def test_progress_on_a_terminal_is_one_line_that_fits(write_deck, tmp_path, width):
+    long_deck(write_deck)
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, width, 0, 0))
+    process = subprocess.Popen(
+        [PROGRAM, "long.ini"], cwd=tmp_path, stderr=slave, stdout=subprocess.DEVNULL, stdin=slave
+    )
+    os.close(slave)
+    try:
+        shown = read_terminal(master, 2.5)
+        process.send_signal(signal.SIGINT)
+        shown += read_terminal(master, 10)
+        assert process.wait(timeout=20) == 130
+    finally:
+        process.kill()
+        os.close(master)
+    body, *rest = shown.split("\r\n")
+    updates = body.split("\r")[1:]
+    assert len(updates) >= 3
+    assert all(len(update) < width for update in updates)
+    assert "%" in updates[-1]
+    assert rest[0].startswith("millsim: ")

@@ -1,0 +1,67 @@
+"""The program against the slow oracle of tests/oracle, impact by impact, on mills of 1 to 6 balls.
+
+How far the two must agree, and why not for ever, is told in tests/oracle/few_balls.py.
+"""
+
+import sys
+from functools import lru_cache
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
+
+from decks import random_case  # noqa: E402
+from few_balls import census, compare, predict  # noqa: E402
+from oracle import KINDS  # noqa: E402
+
+SEEDS = range(1, 41)
+
+
+@lru_cache(maxsize=None)
+def prediction(seed):
+    return predict(random_case(seed))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
+    story = compare(random_case(seed), prediction(seed), tmp_path)
+    assert story is None, story
+
+
+def test_the_mills_meet_every_kind_of_contact_often():
+    runs = [prediction(seed) for seed in SEEDS]
+    count = census(runs)
+    assert min(len(run) for run in runs) >= 8
+    assert sum(len(run) for run in runs) >= 2000
+    assert min(count[kind] for kind in KINDS) >= 100, count
+    assert min(count[part] for part in ("face", "edge", "corner")) >= 10, count
+    assert sum(impact.floored for run in runs for impact in run) >= 50
+    assert sum(not impact.floored for run in runs for impact in run) >= 1500
+
+
+def test_the_mills_use_the_whole_deck():
+    cases = [random_case(seed) for seed in SEEDS]
+    mills = [case.mill for case in cases]
+    assert {len(mill.radius) for mill in mills} == {1, 2, 3, 4, 5, 6}
+    assert {case.columns for case in cases} == {3, 6, 9}
+    for holds in (
+        lambda c: c.mill.rotor_speed > 0,
+        lambda c: c.mill.rotor_speed < 0,
+        lambda c: "rotor" not in c.sections,
+        lambda c: "rotor" in c.sections and not c.mill.blades,
+        lambda c: (
+            "blades" in c.sections and len(c.mill.blades) > int(c.sections["blades"]["count"])
+        ),
+        lambda c: "angle_step" in c.sections.get("blades", {}),
+        lambda c: any(blade.pitch > 0.5 for blade in c.mill.blades),
+        lambda c: any(blade.pitch < -0.5 for blade in c.mill.blades),
+        lambda c: len(set(c.mill.radius)) > 1 and len(set(c.mill.density)) > 1,
+        lambda c: not c.mill.gravity.any(),
+        lambda c: c.mill.gravity[0] != 0,
+        lambda c: all(law.friction == 0 for law in c.mill.laws.values()),
+        lambda c: len(set(c.mill.laws.values())) > 2,
+        lambda c: any(law.friction and law.tangential < 0 for law in c.mill.laws.values()),
+        lambda c: c.mill.rebound_floor != 5e-3,
+    ):
+        assert sum(map(holds, cases)) >= 2
