@@ -1,4 +1,4 @@
-"""Fixtures of the command-line tests. They run ./millsim of the repository's root, which `make` builds."""
+"""Fixtures of the command-line tests. They run $MILLSIM, or else ./millsim of the repository's root."""
 
 import os
 import pathlib
@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAM = ROOT / "millsim"
+PROGRAM = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 
 # A mill that runs in well under a second; keys in the order of the lines, so tests can name a line.
 SMALL = """\
