@@ -126,31 +126,19 @@ static enum mill_status check_blade(const struct mill_deck *deck, const char *ti
     return MILL_OK;
 }
 
-static void warn_gap(const struct mill_deck *deck, const char *title, int number,
-                     void (*warn)(const char *line))
+/* "blades" or "blade.NAME" */
+static void name_blade(const struct mill_deck *deck, int number, char title[80])
 {
-    double diameter = 0.0;
-    for (int k = 0; k < deck->kinds; k++)
-        diameter = fmax(diameter, deck->balls[k].diameter);
-    const double gap = deck->drum_radius - blade_reach(&deck->blade[number]);
-    struct mill_error line;
-    if (!warn || gap >= diameter)
-        return;
-    mill_deck_fault(deck, &line, title, "tip_radius",
-                    "the gap of %.3g mm between blade and drum is less than a ball's diameter of "
-                    "%.3g mm: balls can be pinched in it",
-                    1e3 * gap, 1e3 * diameter);
-    warn(line.text);
+    const bool single = number >= deck->text->blades.count;
+    snprintf(title, 80, "%s%s", single ? "blade." : "blades",
+             single ? deck->blade[number].name : "");
 }
 
-static enum mill_status check_rotor(const struct mill_deck *deck, void (*warn)(const char *line),
-                                    struct mill_error *error)
+static enum mill_status check_rotor(const struct mill_deck *deck, struct mill_error *error)
 {
-    const long equal = deck->text->blades.count;
+    char title[80];
     if (!deck->rotor && deck->blades > 0) {
-        char title[80];
-        snprintf(title, sizeof title, "%s%s", equal ? "blades" : "blade.",
-                 equal ? "" : deck->blade[0].name);
+        name_blade(deck, 0, title);
         return mill_deck_fault(deck, error, title, NULL,
                                "blades need a section [rotor] that carries them");
     }
@@ -158,16 +146,33 @@ static enum mill_status check_rotor(const struct mill_deck *deck, void (*warn)(c
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
                                "must be less than the drum's radius, %g m", deck->drum_radius);
     for (int k = 0; k < deck->blades; k++) {
-        char title[80];
-        snprintf(title, sizeof title, "%s%s", k < equal ? "blades" : "blade.",
-                 k < equal ? "" : deck->blade[k].name);
+        name_blade(deck, k, title);
         const enum mill_status status = check_blade(deck, title, k, error);
         if (status != MILL_OK)
             return status;
-        if (k == 0 || k >= equal)
-            warn_gap(deck, title, k, warn);
     }
     return MILL_OK;
+}
+
+/* One line for the equal blades, one for each single one. */
+static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *line))
+{
+    double diameter = 0.0;
+    for (int k = 0; k < deck->kinds; k++)
+        diameter = fmax(diameter, deck->balls[k].diameter);
+    for (int k = 0; k < deck->blades; k++) {
+        const double gap = deck->drum_radius - blade_reach(&deck->blade[k]);
+        if (gap >= diameter || (k > 0 && k < deck->text->blades.count))
+            continue;
+        char title[80];
+        struct mill_error line;
+        name_blade(deck, k, title);
+        mill_deck_fault(deck, &line, title, "tip_radius",
+                        "the gap of %.3g mm between blade and drum is less than a ball's diameter "
+                        "of %.3g mm: balls can be pinched in it",
+                        1e3 * gap, 1e3 * diameter);
+        warn(line.text);
+    }
 }
 
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
@@ -175,10 +180,12 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(cons
 {
     enum mill_status status = check_times(deck, error);
     if (status == MILL_OK)
-        status = check_rotor(deck, warn, error);
+        status = check_rotor(deck, error);
     if (status == MILL_OK)
         status = check_sizes(deck, error);
     if (status == MILL_OK)
         status = check_amount(deck, error);
+    if (status == MILL_OK && warn)
+        warn_of_gaps(deck, warn);
     return status;
 }

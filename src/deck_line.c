@@ -39,9 +39,14 @@ static enum mill_deck_line_kind read_bytes(struct mill_deck_line *line, FILE *fi
                      "holds the control character 0x%02x: a deck is plain text", (unsigned)c);
             return MILL_DECK_LINE_WRONG;
         }
-        if (length == MILL_DECK_LINE - 1)
-            return wrong(line, "the line is too long");
-        line->text[length++] = (char)c;
+        if (length < MILL_DECK_LINE - 1) {
+            line->text[length++] = (char)c;
+        } else {
+            line->text[length] = '\0';
+            const char first = line->text[strspn(line->text, " \t")];
+            if (first != '#' && first != ';')
+                return wrong(line, "the line is too long");
+        }
     }
     line->text[length] = '\0';
     return ferror(file) ? MILL_DECK_LINE_FAILED : MILL_DECK_LINE_KEY;

@@ -60,7 +60,7 @@ static bool good_name(const char *name)
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    return *name && name[strspn(name, allowed)] == '\0';
+    return *name && !strchr("-+.", *name) && name[strspn(name, allowed)] == '\0';
 }
 
 static bool kind_name(const char *name)
@@ -92,8 +92,8 @@ static bool check_title(struct reading *reading, const char *title, enum mill_de
         return false;
     }
     if ((*part == DECK_BALLS_NAME || *part == DECK_BLADE_NAME) && !good_name(name)) {
-        refuse(reading, title, NULL, "a name is made of letters, digits and the characters _-+.",
-               "");
+        refuse(reading, title, NULL,
+               "a name is made of letters, digits and _ and, behind these, -+.", "");
         return false;
     }
     return true;

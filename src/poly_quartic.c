@@ -13,6 +13,7 @@
 #include "poly_dd.h"
 
 #define NEWTON_STEPS 24
+#define CONVERGED 1e-28
 
 /* x^4 + a x^3 + b x^2 + c x + d */
 struct monic {
@@ -119,14 +120,15 @@ static bool correct(struct factors *f, const struct residual *r)
     return isfinite(u) && isfinite(v);
 }
 
-static void refine(struct factors *best, const struct monic *p)
+/* Newton's method, keeping the best factors; returns the size of their residual. */
+static double refine(struct factors *best, const struct monic *p)
 {
     struct factors f = *best;
     struct residual r = residual_of(&f, p);
     double size = r.size;
-    for (int i = 0, worse = 0; i < NEWTON_STEPS && worse < 3 && size > DD_ROUND; i++) {
+    for (int i = 0, worse = 0; i < NEWTON_STEPS && worse < 2 && size > CONVERGED; i++) {
         if (!correct(&f, &r))
-            return;
+            break;
         r = residual_of(&f, p);
         worse = r.size < 0.5 * size ? 0 : worse + 1;
         if (r.size < size) {
@@ -134,6 +136,7 @@ static void refine(struct factors *best, const struct monic *p)
             *best = f;
         }
     }
+    return size;
 }
 
 static double polish_cubic(double g, double h, double t)
@@ -148,24 +151,70 @@ static double polish_cubic(double g, double h, double t)
 
 /* Resolvent t^3 + g t + h = 0: its largest real root splits the quartic into real quadratics. Next
  * to a double root rounding may leave only the far one, so the turning point is tried as well. */
-static struct factors factorise(const struct monic *p)
+static double factorise(const struct monic *p, struct factors *best)
 {
     double a = p->a.hi, b = p->b.hi, c = p->c.hi, d = p->d.hi;
     double g = a * c - 4.0 * d - b * b / 3.0;
     double h = (8.0 * d + a * c - b * b / 4.5) * (b / 3.0) - c * c - a * a * d;
     double q = g / 3.0, r = 0.5 * h, disc = r * r + q * q * q, turn = sqrt(fmax(-q, 0.0));
-    struct factors best = {p->a, p->b, dd_from(0.0), dd_from(0.0)};
     double size = INFINITY, t;
+    *best = (struct factors){p->a, p->b, dd_from(0.0), dd_from(0.0)};
     if (disc < 0.0) {
         double cosine = fmax(-1.0, fmin(1.0, -r / (turn * turn * turn)));
         t = 2.0 * turn * cos(acos(cosine) / 3.0);
     } else {
         double k = copysign(cbrt(fabs(r) + sqrt(disc)), -r);
         t = k != 0.0 ? k - q / k : 0.0;
-        consider_root(p, turn, &best, &size);
+        consider_root(p, turn, best, &size);
     }
-    consider_root(p, polish_cubic(g, h, t), &best, &size);
-    refine(&best, p);
+    consider_root(p, polish_cubic(g, h, t), best, &size);
+    return refine(best, p);
+}
+
+/* For roots in a cluster, whose factors the coefficients hide: the same about their mean -a/4,
+ * which double-double reaches without loss, and back. */
+static struct factors factorise_about_mean(const struct monic *p)
+{
+    struct dd h = dd_scale(p->a, -0.25), c[4] = {p->d, p->c, p->b, p->a};
+    for (int i = 0; i < 4; i++) /* synthetic division by x - h */
+        for (int k = 3; k >= i; k--)
+            c[k] = dd_add(c[k], k == 3 ? h : dd_mul(h, c[k + 1]));
+    struct monic centred = {dd_from(0.0), c[2], c[1], c[0]};
+    struct factors f;
+    factorise(&centred, &f);
+    f.b1 = dd_add(f.b1, dd_mul(h, dd_sub(h, f.a1)));
+    f.b2 = dd_add(f.b2, dd_mul(h, dd_sub(h, f.a2)));
+    f.a1 = dd_sub(f.a1, dd_scale(h, 2.0));
+    f.a2 = dd_sub(f.a2, dd_scale(h, 2.0));
+    return f;
+}
+
+/* For two small roots beside far larger ones, which the resolvent may tear apart: the same for 1/x,
+ * where they are the large ones, and back. */
+static struct factors factorise_inverse(const struct monic *p)
+{
+    struct dd one = dd_from(1.0);
+    struct monic inverse = {dd_div(p->c, p->d), dd_div(p->b, p->d), dd_div(p->a, p->d),
+                            dd_div(one, p->d)};
+    struct factors f;
+    factorise(&inverse, &f);
+    return (struct factors){dd_div(f.a2, f.b2), dd_div(one, f.b2), dd_div(f.a1, f.b1),
+                            dd_div(one, f.b1)};
+}
+
+static struct factors best_factors(const struct monic *p)
+{
+    struct factors best, f;
+    double size = factorise(p, &best);
+    int ways = p->d.hi != 0.0 ? 2 : 1;
+    for (int i = 0; i < ways && size > CONVERGED; i++) {
+        f = i == 0 ? factorise_about_mean(p) : factorise_inverse(p);
+        double trial = refine(&f, p);
+        if (trial < size) {
+            size = trial;
+            best = f;
+        }
+    }
     return best;
 }
 
@@ -208,7 +257,7 @@ void mill_poly_quartic_roots(const double c[5], double re[4], double im[4])
         s = 0;
     struct monic p = {coefficient(c, 3, s), coefficient(c, 2, s), coefficient(c, 1, s),
                       coefficient(c, 0, s)};
-    struct factors f = factorise(&p);
+    struct factors f = best_factors(&p);
     quadratic_pair(f.a1, f.b1, s, re, im);
     quadratic_pair(f.a2, f.b2, s, re + 2, im + 2);
 }

@@ -179,7 +179,7 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     const int32_t cell = p->cells.cell[i];
     const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g);
     plan->exit_t = now + out.dt;
-    plan->face = out.face;
+    plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
 
@@ -202,7 +202,7 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
             if (dt <= window) {
                 window = dt;
                 plan->shape_t = now + dt;
-                plan->shape = s;
+                plan->shape = (int16_t)s;
             }
         }
     }

@@ -16,9 +16,9 @@ struct mill_plan {
     int32_t partner;
     uint32_t
         partner_contacts; /* the partner's count when this was found: another one now = stale */
-    int32_t shape;
-    int32_t face;
-    int32_t let_go; /* the blade whose pinch was relieved, ignored until clear; or MILL_NOBODY */
+    int16_t shape;
+    int16_t let_go; /* the blade whose pinch was relieved, ignored until clear; or MILL_NOBODY */
+    int16_t face;
 };
 
 struct mill_predict {

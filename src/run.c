@@ -12,6 +12,9 @@
 #include "tally.h"
 
 #include <gsl/gsl_errno.h>
+#ifdef __linux__
+#include <malloc.h>
+#endif
 #include <math.h>
 #include <stdlib.h>
 #include <time.h>
@@ -160,6 +163,10 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     r.options = options;
     r.started = wall_clock();
     gsl_set_error_handler_off(); /* its own handler would abort */
+#ifdef M_MMAP_THRESHOLD
+    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
     enum mill_status status = mill_world_create(deck, &r.world, error);
     if (status == MILL_OK)
         status = mill_sim_create(r.world, &r.sim, error);

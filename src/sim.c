@@ -84,7 +84,8 @@ static void end_epoch(struct mill_sim *sim)
     audit(sim, turn);
     for (int32_t i = 0; i < w->balls; i++) {
         w->ball[i].t = 0.0;
-        sim->pinch[i].since -= EPOCH;
+        if (sim->pinch)
+            sim->pinch[i].since -= EPOCH;
     }
     w->base += EPOCH;
     w->turn = fmod(turn, 2.0 * 3.14159265358979323846);
@@ -92,6 +93,15 @@ static void end_epoch(struct mill_sim *sim)
     sim->watch.since -= EPOCH;
     sim->now = 0.0;
     begin_epoch(sim);
+}
+
+/* Without blades nothing pinches, and a large run keeps the memory. */
+static bool make_pinch(struct mill_sim *sim)
+{
+    sim->pinch = calloc((size_t)sim->world->balls, sizeof *sim->pinch);
+    for (int32_t i = 0; sim->pinch && i < sim->world->balls; i++)
+        sim->pinch[i].blade = MILL_NOBODY;
+    return sim->pinch != NULL;
 }
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
@@ -102,13 +112,12 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     if (!s)
         return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     s->world = world;
-    s->pinch = calloc((size_t)world->balls + 1, sizeof *s->pinch);
-    if (!s->pinch) {
+    const bool blades =
+        world->shape[world->shapes - 1]->ops->kind == MILL_BALL_BLADE; /* the last ones */
+    if (blades && !make_pinch(s)) {
         free(s);
         return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     }
-    for (int32_t i = 0; i < world->balls; i++)
-        s->pinch[i].blade = MILL_NOBODY;
     const enum mill_status status = mill_predict_create(world, &s->predict, error);
     if (status != MILL_OK) {
         mill_sim_free(s);
@@ -173,13 +182,14 @@ static void book(struct mill_sim *sim, enum mill_kind kind, const struct mill_bl
     tell(sim, impact);
 }
 
-/* impulse: given to the ball through its surface point at -n radius, n into the ball */
-static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse)
+/* impulse: given to the ball through its surface point in direction `outwards` from its centre */
+static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, bool smooth)
 {
     struct mill_ball *b = &w->ball[i];
     const struct mill_species *s = &w->species[b->species];
     b->v = vec3_axpy(b->v, 1.0 / s->mass, impulse);
-    w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
+    if (!smooth) /* else rounding alone would turn it */
+        w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
     b->contacts++;
 }
 
@@ -211,8 +221,9 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     impact.partner = j;
     impact.position = vec3_axpy(a->r, sa->radius, n);
     impact.normal = vec3_scale(n, -1.0);
-    kick(w, i, n, vec3_scale(blow.impulse, -1.0));
-    kick(w, j, vec3_scale(n, -1.0), blow.impulse);
+    const bool smooth = w->law[MILL_BALL_BALL].friction == 0.0;
+    kick(w, i, n, vec3_scale(blow.impulse, -1.0), smooth);
+    kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
     book(sim, MILL_BALL_BALL, &blow, &impact);
     mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
     mill_predict_ball(sim->predict, j, sim->now, MILL_NOBODY);
@@ -231,7 +242,7 @@ static void relieve_pinch(struct mill_sim *sim, int32_t i, int32_t s)
     }
     p->blows++;
     if (p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
-        sim->predict->plan[i].let_go = s;
+        sim->predict->plan[i].let_go = (int16_t)s;
         sim->world->counts.reliefs++;
         p->blade = MILL_NOBODY;
     }
@@ -271,7 +282,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     impact.partner = shape->number;
     impact.position = c.point;
     impact.normal = c.normal;
-    kick(w, i, n, impulse);
+    kick(w, i, n, impulse, w->law[kind].friction == 0.0);
     book(sim, kind, &blow, &impact);
     if (kind == MILL_BALL_BLADE)
         relieve_pinch(sim, i, s);

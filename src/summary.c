@@ -82,6 +82,14 @@ static void print_contacts(FILE *out, const struct mill_tally *tally)
     for (int row = 0; row < MILL_TALLY_ROWS; row++)
         if (row == MILL_TALLY_ALL || mill_spectrum_count(&tally->impacts[row].normal, 0) > 0)
             print_row(out, tally, row);
+    if (tally->pairs.window > 0) {
+        const double strikes =
+            (double)mill_spectrum_count(&tally->strikes[MILL_TALLY_ALL].normal, 0);
+        fprintf(out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
+                "strikes", strikes,
+                mill_summary_number(a, mill_tally_per_second(tally, strikes), "/s"),
+                mill_summary_number(b, tally->pairs.window, "s"));
+    }
     fputc('\n', out);
 }
 
@@ -91,11 +99,10 @@ static void print_mean(FILE *out, const char *label, double mean, double error, 
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER];
     const double revolutions = (double)stat->blocks * stat->revolutions;
     fprintf(out, "%-*s %s", LABEL, label, mill_summary_number(a, mean, unit));
-    if (isnan(error))
-        fprintf(out, "  (no error: %.0f whole revolutions, 2 at least are needed)\n", revolutions);
-    else
-        fprintf(out, " +- %s  (%.0f whole revolutions)\n", mill_summary_number(b, error, unit),
-                revolutions);
+    if (!isnan(error))
+        fprintf(out, " +- %s", mill_summary_number(b, error, unit));
+    fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
+            isnan(error) ? ": too few for an error" : "");
 }
 
 static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t anomalies)
@@ -116,7 +123,7 @@ static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t 
     const char *comma = "";
     for (int i = 0; i < 3; i++)
         if (list[i].count > 0) {
-            fprintf(out, "%s%llu %s", comma, (unsigned long long)list[i].count, list[i].what);
+            fprintf(out, "%s%s: %llu", comma, list[i].what, (unsigned long long)list[i].count);
             comma = ", ";
         }
     if (counts->overlaps > 0)
@@ -188,11 +195,9 @@ void mill_summary_print(FILE *out, const struct mill_deck *deck, const struct mi
     print_cost(out, facts, totals.contacts);
     for (int i = 0; i < notes; i++)
         print_note(out, note[i]);
-    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %llu contacts (%s per CPU s), %s, ",
-            facts->version, facts->deck, facts->time_reached,
-            mill_summary_number(a, facts->wall, "s"), (unsigned long long)totals.contacts,
-            mill_summary_number(
-                b, facts->cpu > 0 ? (double)totals.contacts / facts->cpu : (double)NAN, ""),
+    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %s, %s, ", facts->version, facts->deck,
+            facts->time_reached, mill_summary_number(a, facts->wall, "s"),
+            mill_summary_number(b, (double)totals.contacts, "contacts"),
             mill_summary_number(c, facts->peak_memory, "B"));
     if (totals.anomalies > 0)
         fprintf(out, "%llu anomalies\n", (unsigned long long)totals.anomalies);

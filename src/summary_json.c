@@ -11,17 +11,39 @@ struct json {
     int depth;
 };
 
+/* Bytes of the UTF-8 character that starts here; 0 when there is none (file names may hold
+ * anything) */
+static int character(const unsigned char *p)
+{
+    static const unsigned lowest[5] = {0, 0, 0x80, 0x800, 0x10000};
+    const int bytes = *p < 0x80 ? 1 : *p >> 5 == 6 ? 2 : *p >> 4 == 14 ? 3 : *p >> 3 == 30 ? 4 : 0;
+    if (bytes < 2)
+        return bytes;
+    unsigned code = *p & (0x7fu >> bytes);
+    for (int i = 1; i < bytes; i++) {
+        if (p[i] >> 6 != 2)
+            return 0;
+        code = code << 6 | (p[i] & 0x3fu);
+    }
+    const bool surrogate = code >> 11 == 0x1b;
+    return code >= lowest[bytes] && code <= 0x10ffff && !surrogate ? bytes : 0;
+}
+
 static void text_value(struct json *json, const char *text)
 {
+    const unsigned char *p = (const unsigned char *)text;
     fputc('"', json->out);
-    for (; *text; text++) {
-        const unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\')
-            fprintf(json->out, "\\%c", c);
-        else if (c < 32 || c == 127)
-            fprintf(json->out, "\\u%04x", (unsigned)c);
+    while (*p) {
+        const int bytes = character(p);
+        if (bytes == 0)
+            fprintf(json->out, "\\ufffd");
+        else if (*p == '"' || *p == '\\')
+            fprintf(json->out, "\\%c", *p);
+        else if (*p < 32 || *p == 127)
+            fprintf(json->out, "\\u%04x", (unsigned)*p);
         else
-            fputc(c, json->out);
+            fwrite(p, 1, (size_t)bytes, json->out);
+        p += bytes ? bytes : 1;
     }
     fputc('"', json->out);
 }
@@ -175,13 +197,12 @@ static void run(struct json *json, const struct mill_world *world,
     number(json, "potential_energy", totals.energy.potential);
     number(json, "rotor_work", world->account.rotor_work);
     number(json, "dissipation", totals.dissipation);
-    number(json, "energy_balance_error", totals.balance_error);
+    number(json, "energy_balance_error",
+           totals.turnover > 0 ? totals.balance_error / totals.turnover : 0);
     number(json, "energy_turnover", totals.turnover);
-    open_group(json, "anomalies");
     whole(json, "not_closing", world->counts.not_closing);
     whole(json, "reliefs", world->counts.reliefs);
     whole(json, "overlaps", world->counts.overlaps);
-    close_group(json);
     number(json, "largest_overlap", world->counts.largest_overlap);
     number(json, "wall_time", facts->wall);
     number(json, "cpu_time", facts->cpu);

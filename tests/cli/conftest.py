@@ -12,7 +12,7 @@ PROGRAM = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 # A mill that runs in well under a second; keys in the order of the lines, so tests can name a line.
 SMALL = """\
 [run]
-time = 20 ms
+time = 50 ms
 [balls]
 count = 20
 diameter = 5 mm

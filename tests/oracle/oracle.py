@@ -291,7 +291,7 @@ class Simulation:
     def advance(self, t):
         r, v = self.fly([t])
         self.r, self.v = r[0], v[0]
-        self.time += t
+        self.time += float(t)
 
     def strike(self, pair):
         """Resolves the contact of `pair`, touching now, and returns its record."""

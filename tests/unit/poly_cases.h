@@ -42,7 +42,7 @@ static inline void contact_polynomial(const double r[2], const double v[2], cons
 
 static inline void random_direction(gsl_rng *rng, double length, double x[2])
 {
-    double angle = uniform(rng, 0.0, 2.0 * M_PI);
+    double angle = uniform(rng, 0.0, 6.283185307179586);
     x[0] = length * cos(angle);
     x[1] = length * sin(angle);
 }
@@ -84,7 +84,7 @@ static inline struct rise_case mill_case(gsl_rng *rng)
         grazing_state(rng, rho, g, r, v);
     contact_polynomial(r, v, g, rho, inside, q.c);
     q.at_root = kind < 0.25 && q.c[1] < 0.0;
-    q.t_end = gsl_rng_uniform(rng) < 0.2 ? INFINITY : log_uniform(rng, 1e-6, 10.0);
+    q.t_end = gsl_rng_uniform(rng) < 0.2 ? (double)INFINITY : log_uniform(rng, 1e-6, 10.0);
     return q;
 }
 
@@ -135,7 +135,7 @@ static inline int oracle_roots(const long double *c, int n, long double lo, long
         n--;
     if (n == 0)
         return 0;
-    long double d[4], cut[5];
+    long double d[5] = {0.0L}, cut[6];
     for (int k = 1; k <= n; k++)
         d[k - 1] = k * c[k];
     int cuts = oracle_roots(d, n - 1, lo, hi, cut), found = 0;

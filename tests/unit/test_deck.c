@@ -1,0 +1,348 @@
+/* The deck as a struct: what is read, what follows from it, what prints back to the same bits. The
+ * messages are tested through the program, in tests/cli/test_deck.py. */
+#include "millsim/deck.h"
+
+#include <check.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define BASE                                                                                       \
+    "[run]\ntime = 0.3 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n[contact]\nrestitution = 0.8\n"
+#define BALLS "[balls]\ncount = 40\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
+#define ROTOR "[rotor]\nspeed = 1000 rpm\nshaft_radius = 15 mm\n"
+#define BLADES "[blades]\ncount = 5\ntip_radius = 67 mm\nwidth = 12 mm\nthickness = 7 mm\n"
+#define BLADE(name, x)                                                                             \
+    "[blade." name "]\nposition = " x " mm\nangle = 90 deg\ntip_radius = 60 mm\n"                  \
+    "width = 10 mm\nthickness = 5 mm\n"
+
+static char path[] = "/tmp/millsim_deck_XXXXXX";
+static struct mill_error error;
+
+static void make_file(void)
+{
+    const int fd = mkstemp(path);
+    ck_assert_int_ge(fd, 0);
+    close(fd);
+}
+
+static void remove_file(void)
+{
+    unlink(path);
+}
+
+static enum mill_status read_text(const char *text, size_t length, struct mill_deck **deck)
+{
+    FILE *file = fopen(path, "wb");
+    ck_assert_ptr_nonnull(file);
+    ck_assert_uint_eq(fwrite(text, 1, length, file), length);
+    fclose(file);
+    error.text[0] = '\0';
+    return mill_deck_read(path, 0, NULL, NULL, deck, &error);
+}
+
+static struct mill_deck *read_good(const char *text)
+{
+    struct mill_deck *deck = NULL;
+    ck_assert_msg(read_text(text, strlen(text), &deck) == MILL_OK, "%s", error.text);
+    return deck;
+}
+
+static char *print(const struct mill_deck *deck)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    ck_assert_ptr_nonnull(out);
+    mill_deck_print(deck, out);
+    fclose(out);
+    return text;
+}
+
+START_TEST(values_are_converted_to_si)
+{
+    struct mill_deck *deck = read_good(BASE BALLS ROTOR);
+    ck_assert(deck->drum_radius == 0.075 && deck->drum_length == 0.12);
+    ck_assert_double_eq_tol(deck->rotor_speed, 104.71975511965977, 1e-13);
+    ck_assert(deck->balls[0].diameter == 0.005 && deck->balls[0].density == 7800.0);
+    ck_assert_int_eq(deck->balls[0].count, 40);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(defaults_are_those_of_the_contract)
+{
+    struct mill_deck *deck = read_good(BASE BALLS);
+    ck_assert(deck->sample_from == 0.0 && deck->seed == 1 && deck->speed == 0.0);
+    ck_assert(deck->gravity.x == 0.0 && deck->gravity.y == 0.0 && deck->gravity.z == -9.81);
+    ck_assert_ptr_null(deck->start);
+    ck_assert(deck->frames == 0.01 && deck->series == 0.001 && deck->checkpoint == 60.0);
+    ck_assert(deck->strike_window == 1e-5 && deck->rebound_floor == 0.005 && !deck->log_impacts);
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        ck_assert(deck->law[kind].restitution == 0.8 && deck->law[kind].friction == 0.0);
+        ck_assert(deck->law[kind].tangential == 0.0);
+    }
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(without_its_section_there_is_no_rotor)
+{
+    struct mill_deck *deck = read_good(BASE BALLS);
+    ck_assert(!deck->rotor && deck->blades == 0 && deck->shaft_radius == 0.0);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(equal_blades_are_spread_along_the_drum_and_around_the_rotor)
+{
+    struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
+    ck_assert_int_eq(deck->blades, 5);
+    for (int k = 0; k < 5; k++) {
+        ck_assert_double_eq_tol(deck->blade[k].position, -0.06 + (k + 0.5) * 0.024, 1e-16);
+        ck_assert_double_eq_tol(deck->blade[k].angle, k * 2 * 3.141592653589793 / 5, 1e-15);
+        ck_assert(deck->blade[k].tip_radius == 0.067 && deck->blade[k].pitch == 0.0);
+        ck_assert_int_eq(atoi(deck->blade[k].name), k + 1);
+    }
+    ck_assert(deck->blade[2].position == 0.0);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(an_angle_step_of_ones_own_counts)
+{
+    struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES "angle_step = 90 deg\n");
+    ck_assert_double_eq_tol(deck->blade[4].angle, 2 * 3.141592653589793, 1e-15);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(equal_blades_come_before_single_ones_in_the_decks_order)
+{
+    struct mill_deck *deck =
+        read_good(BLADE("zebra", "10") BASE BALLS ROTOR BLADE("ant", "-10") BLADES);
+    ck_assert_int_eq(deck->blades, 7);
+    ck_assert_str_eq(deck->blade[4].name, "5");
+    ck_assert_str_eq(deck->blade[5].name, "zebra");
+    ck_assert_str_eq(deck->blade[6].name, "ant");
+    ck_assert(deck->blade[5].position == 0.01 && deck->blade[6].position == -0.01);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_plain_section_is_one_kind_of_ball_named_balls)
+{
+    struct mill_deck *deck = read_good(BASE BALLS);
+    ck_assert_int_eq(deck->kinds, 1);
+    ck_assert_str_eq(deck->balls[0].name, "balls");
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_mixture_keeps_the_order_of_its_kinds)
+{
+    struct mill_deck *deck =
+        read_good(BASE "[balls.z]\ncount=3\ndiameter=5 mm\ndensity=1 g/cm^3\n"
+                       "[balls]\nspeed = 2 m/s\n"
+                       "[balls.a]\ncount=4\ndiameter=3 mm\ndensity=2 g/cm^3\n");
+    ck_assert_int_eq(deck->kinds, 2);
+    ck_assert_str_eq(deck->balls[0].name, "z");
+    ck_assert_str_eq(deck->balls[1].name, "a");
+    ck_assert(deck->balls[1].density == 2000.0 && deck->speed == 2.0);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_kind_of_contact_takes_the_rest_from_the_general_law)
+{
+    struct mill_deck *deck = read_good("[contact.ball_wall]\nfriction = 0.1\n" BASE BALLS);
+    ck_assert(deck->law[MILL_BALL_WALL].friction == 0.1);
+    ck_assert(deck->law[MILL_BALL_WALL].restitution == 0.8);
+    ck_assert(deck->law[MILL_BALL_DRUM].friction == 0.0);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_start_file_is_named_relative_to_the_deck)
+{
+    struct mill_deck *deck = read_good(BASE BALLS "start = my balls.txt\n");
+    ck_assert_str_eq(deck->start, "/tmp/my balls.txt");
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(the_largest_seed_is_kept)
+{
+    struct mill_deck *deck = read_good("[output]\n" BASE BALLS);
+    mill_deck_free(deck);
+    const char *order = "run.seed=9223372036854775807";
+    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, &deck, &error), MILL_OK);
+    ck_assert(deck->seed == 9223372036854775807UL);
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* All that a run is made from, to the bit. */
+static void assert_same(const struct mill_deck *a, const struct mill_deck *b)
+{
+    ck_assert(a->time == b->time && a->sample_from == b->sample_from && a->seed == b->seed);
+    ck_assert_mem_eq(&a->gravity, &b->gravity, sizeof a->gravity);
+    ck_assert_int_eq(a->kinds, b->kinds);
+    ck_assert_mem_eq(a->balls, b->balls, (size_t)a->kinds * sizeof *a->balls);
+    ck_assert(!a->start == !b->start && (!a->start || strcmp(a->start, b->start) == 0));
+    ck_assert(a->speed == b->speed && a->rotor == b->rotor && a->rotor_speed == b->rotor_speed);
+    ck_assert(a->drum_radius == b->drum_radius && a->drum_length == b->drum_length);
+    ck_assert(a->shaft_radius == b->shaft_radius && a->rotor_angle == b->rotor_angle);
+    ck_assert_int_eq(a->blades, b->blades);
+    ck_assert_mem_eq(a->blade, b->blade, (size_t)a->blades * sizeof *a->blade);
+    ck_assert_mem_eq(a->law, b->law, sizeof a->law);
+    ck_assert(a->rebound_floor == b->rebound_floor && a->frames == b->frames);
+    ck_assert(a->series == b->series && a->log_impacts == b->log_impacts);
+    ck_assert(a->strike_window == b->strike_window && a->checkpoint == b->checkpoint);
+}
+
+START_TEST(a_printed_deck_reads_back_to_the_same_bits)
+{
+    static const char *const decks[] = {
+        BASE BALLS,
+        BASE BALLS ROTOR BLADES "pitch = 7 deg\n" BLADE("a", "3.3") "[output]\nimpacts = all\n",
+        BASE BALLS "start = \"a # b; c.txt\"\n[contact.ball_drum]\nfriction = 0.17\n",
+        BASE "[balls.z]\ncount=3\ndiameter=5.1 mm\ndensity=7.77 g/cm^3\n"
+             "[balls.a]\ncount=4\ndiameter=3.3 mm\ndensity=480 lb/ft^3\n" ROTOR,
+    };
+    struct mill_deck *deck = read_good(decks[_i]);
+    char *text = print(deck);
+    struct mill_deck *again = read_good(text);
+    assert_same(deck, again);
+    char *second = print(again);
+    ck_assert_str_eq(second, text);
+    free(text);
+    free(second);
+    mill_deck_free(deck);
+    mill_deck_free(again);
+}
+END_TEST
+
+START_TEST(random_numbers_read_back_to_the_same_bits)
+{
+    srand(7);
+    for (int n = 0; n < 40; n++) {
+        char text[1200];
+        const double u = rand() / 2147483647.0, v = rand() / 2147483647.0;
+        snprintf(text, sizeof text,
+                 "[run]\ntime = %.17g s\n[drum]\nradius = %.17g mm\nlength = %.17g inch\n"
+                 "[contact]\nrestitution = %.17g\n" BALLS
+                 "[rotor]\nspeed = %.17g rpm\nshaft_radius = %.17g mm\nangle = %.17g deg\n",
+                 0.1 + u, 60 + u, 3 + v, v, 4000 * (v - 0.5), 10 * u, 1e3 * (u - v));
+        struct mill_deck *deck = read_good(text);
+        char *printed = print(deck);
+        struct mill_deck *again = read_good(printed);
+        assert_same(deck, again);
+        free(printed);
+        mill_deck_free(deck);
+        mill_deck_free(again);
+    }
+}
+END_TEST
+
+static void count_entry(void *self, const char *section, const char *key, const char *value,
+                        const char *meaning)
+{
+    ck_assert(*section && *key && *value && *meaning);
+    ++*(int *)self;
+}
+
+START_TEST(each_hands_out_every_entry_with_its_meaning)
+{
+    struct mill_deck *deck = read_good(BASE BALLS ROTOR BLADES);
+    int count = 0;
+    mill_deck_each(deck, count_entry, &count);
+    ck_assert_int_eq(count, 3 + 1 + 5 + 3 + 3 + 6 + 4 + 5);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_later_fault_names_the_line_the_override_or_the_default)
+{
+    char expected[200];
+    struct mill_deck *deck = read_good(BASE BALLS);
+    mill_deck_free(deck);
+    const char *order = "balls.diameter=6 mm";
+    ck_assert_int_eq(mill_deck_read(path, 1, &order, NULL, &deck, &error), MILL_OK);
+    ck_assert_int_eq(mill_deck_fault(deck, &error, "balls", "count", "%d too many", 7),
+                     MILL_BAD_DECK);
+    snprintf(expected, sizeof expected, "%s:9: [balls] count: 7 too many", path);
+    ck_assert_str_eq(error.text, expected);
+    mill_deck_fault(deck, &error, "balls", "diameter", "too large");
+    ck_assert_str_eq(error.text, "--set balls.diameter=6 mm: [balls] diameter: too large");
+    mill_deck_fault(deck, &error, "balls", "speed", "too fast");
+    snprintf(expected, sizeof expected, "%s:8: [balls] speed (default 0 m/s): too fast", path);
+    ck_assert_str_eq(error.text, expected);
+    mill_deck_fault(deck, &error, "output", NULL, "is bad");
+    snprintf(expected, sizeof expected, "%s: [output]: is bad", path);
+    ck_assert_str_eq(error.text, expected);
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* Whatever a file holds, reading it ends with a deck or with one line. */
+START_TEST(a_damaged_deck_is_read_or_refused_in_one_line)
+{
+    static const char whole[] = BASE BALLS ROTOR BLADES BLADE("a", "0");
+    static const char *const bits[] = {"[",     "]",   "=",   "\"", "\n", " #",
+                                       "1e999", "nan", "0x1", "mm", "-"};
+    srand(3);
+    for (int n = 0; n < 300; n++) {
+        char text[2 * sizeof whole];
+        size_t length = sizeof whole - 1;
+        memcpy(text, whole, length);
+        for (int k = rand() % 4; k >= 0; k--) {
+            const size_t at = (size_t)rand() % length;
+            const char *bit = bits[(size_t)rand() % (sizeof bits / sizeof *bits)];
+            if (rand() % 2) {
+                text[at] = (char)rand();
+            } else {
+                memmove(text + at + strlen(bit), text + at, length - at);
+                memcpy(text + at, bit, strlen(bit));
+                length += strlen(bit);
+            }
+        }
+        struct mill_deck *deck = NULL;
+        const enum mill_status status = read_text(text, length, &deck);
+        ck_assert(status == MILL_OK ? deck != NULL : deck == NULL && status == MILL_BAD_DECK);
+        ck_assert(status == MILL_OK || strncmp(error.text, path, strlen(path)) == 0);
+        ck_assert_ptr_null(strchr(error.text, '\n'));
+        mill_deck_free(deck);
+    }
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("deck");
+    TCase *test = tcase_create("deck");
+    tcase_add_unchecked_fixture(test, make_file, remove_file);
+    tcase_set_timeout(test, 30);
+    tcase_add_test(test, values_are_converted_to_si);
+    tcase_add_test(test, defaults_are_those_of_the_contract);
+    tcase_add_test(test, without_its_section_there_is_no_rotor);
+    tcase_add_test(test, equal_blades_are_spread_along_the_drum_and_around_the_rotor);
+    tcase_add_test(test, an_angle_step_of_ones_own_counts);
+    tcase_add_test(test, equal_blades_come_before_single_ones_in_the_decks_order);
+    tcase_add_test(test, a_plain_section_is_one_kind_of_ball_named_balls);
+    tcase_add_test(test, a_mixture_keeps_the_order_of_its_kinds);
+    tcase_add_test(test, a_kind_of_contact_takes_the_rest_from_the_general_law);
+    tcase_add_test(test, a_start_file_is_named_relative_to_the_deck);
+    tcase_add_test(test, the_largest_seed_is_kept);
+    tcase_add_loop_test(test, a_printed_deck_reads_back_to_the_same_bits, 0, 4);
+    tcase_add_test(test, random_numbers_read_back_to_the_same_bits);
+    tcase_add_test(test, each_hands_out_every_entry_with_its_meaning);
+    tcase_add_test(test, a_later_fault_names_the_line_the_override_or_the_default);
+    tcase_add_test(test, a_damaged_deck_is_read_or_refused_in_one_line);
+    suite_add_tcase(suite, test);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

@@ -1,0 +1,345 @@
+/* One contract for all shapes, checked from their gap alone: a contact is the first time at which
+ * the gap is closed and closing. Random flights through a mill with a drum, end walls, shaft and
+ * one blade; blades of many sizes, places and pitches, rotors of both directions and at rest. */
+#include "shape_fixture.h"
+
+#define CLOSED 1e-12 /* [m] */
+
+static const char *const name[SHAPES] = {"drum", "wall 0", "wall 1", "shaft", "blade"};
+
+static void random_mill(uint64_t *seed, struct mill *m)
+{
+    static const double pitches[] = {0.0,  PI / 6, -PI / 6, PI / 4, PI / 2, -PI / 2,
+                                     1e-9, 3.0,    PI,      -2.0,   0.3,    -0.01};
+    static const double speeds[] = {0.0, 0.0, 1e-6, 6.0, -6.0, 105.0, -105.0, 400.0, -400.0};
+    struct mill_deck_blade spec =
+        blade_spec(uniform(seed, 0.02, 0.068), log_uniform(seed, 1e-3, 0.03),
+                   log_uniform(seed, 1e-3, 0.02), pitches[(int)uniform(seed, 0.0, 12.0)]);
+    spec.position = uniform(seed, -0.04, 0.04);
+    spec.angle = uniform(seed, -10.0, 10.0);
+    mill_build(m, &spec, speeds[(int)uniform(seed, 0.0, 9.0)]);
+}
+
+/* A ball inside the mill, clear of all shapes; some balls start close to shape k. */
+static struct flight random_flight(uint64_t *seed, const struct mill *m, int k)
+{
+    struct flight f;
+    const double near = uniform(seed, 0.0, 1.0) < 0.5 ? 3e-3 : HUGE_VAL;
+    f.radius = log_uniform(seed, 2e-4, 5e-3);
+    f.turn = uniform(seed, -2.0 * PI, 2.0 * PI);
+    double gap;
+    do {
+        f.path.r = vec3_make(uniform(seed, -0.06, 0.06), uniform(seed, -0.075, 0.075),
+                             uniform(seed, -0.075, 0.075));
+        gap = m->shape[k]->ops->gap(m->shape[k], f.path.r, f.radius, f.turn);
+    } while (gap > near || least_gap(m, f.path.r, f.radius, f.turn) < 0.0);
+    const double speed = uniform(seed, 0.0, 1.0);
+    f.path.v = vec3_scale(direction(seed), speed < 0.1   ? 0.0
+                                           : speed < 0.3 ? log_uniform(seed, 1e-4, 1e-1)
+                                                         : uniform(seed, 0.0, 10.0));
+    const double pull = uniform(seed, 0.0, 1.0);
+    f.path.g = pull < 0.2   ? vec3_make(0.0, 0.0, 0.0)
+               : pull < 0.4 ? vec3_make(0.0, 0.0, -9.81)
+               : pull < 0.5 ? vec3_make(9.81, 0.0, 0.0)
+                            : vec3_scale(direction(seed), uniform(seed, 0.0, 20.0));
+    return f;
+}
+
+/* Shapes may rely on a ball that is inside the mill: the time up to which it is. */
+static double random_horizon(uint64_t *seed, const struct flight *f)
+{
+    const double wanted = log_uniform(seed, 1e-6, 0.06);
+    for (int i = 1; i <= 1000; i++) {
+        const vec3 r = vec3_fly(f->path.r, f->path.v, f->path.g, wanted * i / 1000);
+        if (r.y * r.y + r.z * r.z > drum_radius * drum_radius || fabs(r.x) > drum_length)
+            return wanted * (i - 1) / 1000;
+    }
+    return wanted;
+}
+
+/* The ball at its contact, thrown back with a share of its approach speed. */
+static struct flight reflect(const struct mill *m, int k, const struct flight *f, double t,
+                             double restitution, struct mill_contact *c)
+{
+    struct flight out = *f;
+    out.path.r = vec3_fly(f->path.r, f->path.v, f->path.g, t);
+    out.path.v = vec3_axpy(f->path.v, t, f->path.g);
+    out.turn = f->turn + m->omega * t;
+    *c = m->shape[k]->ops->contact(m->shape[k], out.path.r, f->radius, out.turn);
+    const double u_n = vec3_dot(vec3_sub(out.path.v, c->velocity), c->normal);
+    const double rebound = fmax(restitution * fmax(-u_n, 0.0), 5e-3);
+    out.path.v = vec3_axpy(out.path.v, rebound - u_n, c->normal);
+    return out;
+}
+
+/* A gap that opens at speed u cannot be closed again before 2 u / (this). The contact may move
+ * along a curved wall, which adds the last term. */
+static double greatest_pull(const struct mill *m, const struct flight *f)
+{
+    const double v = vec3_norm(f->path.v), w = fabs(m->omega);
+    return vec3_norm(f->path.g) + w * (2.0 * v + w * drum_radius) +
+           v * v / (drum_radius - f->radius);
+}
+
+START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
+{
+    uint64_t seed = 100 + (uint64_t)_i;
+    int found = 0, none = 0, give_ups = 0;
+    for (int i = 0; i < 6000; i++) {
+        struct mill m;
+        random_mill(&seed, &m);
+        const struct flight f = random_flight(&seed, &m, _i);
+        const double horizon = random_horizon(&seed, &f);
+        const double t = first_contact(&m, _i, &f, horizon, false, &give_ups);
+        const double missed = first_below(&m, _i, &f, fmin(t, horizon), CLOSED);
+        ck_assert_msg(isinf(missed), "%s, flight %d: gap %g at %.17g, before the contact at %.17g",
+                      name[_i], i, gap_at(&m, _i, &f, missed), missed, t);
+        if (isinf(t)) {
+            none++;
+        } else {
+            found++;
+            ck_assert_double_ge(gap_at(&m, _i, &f, t), -CLOSED);
+            ck_assert_msg(gap_rate(&m, _i, &f, t) < 1e-6, "%s, flight %d: gap opens by %g m/s",
+                          name[_i], i, gap_rate(&m, _i, &f, t));
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(found, 300);
+    ck_assert_int_gt(none, 300);
+    ck_assert_int_eq(give_ups, 0);
+}
+END_TEST
+
+START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed)
+{
+    uint64_t seed = 200 + (uint64_t)_i;
+    int again = 0, flights = 0, give_ups = 0;
+    for (int i = 0; i < 6000; i++) {
+        struct mill m;
+        struct mill_contact c;
+        random_mill(&seed, &m);
+        struct flight f = random_flight(&seed, &m, _i);
+        double horizon = random_horizon(&seed, &f);
+        double t = first_contact(&m, _i, &f, horizon, false, NULL);
+        for (int hop = 0; hop < 5 && t <= horizon; hop++) {
+            f = reflect(&m, _i, &f, t, uniform(&seed, 0.0, 1.0), &c);
+            horizon = random_horizon(&seed, &f);
+            const double opening = vec3_dot(vec3_sub(f.path.v, c.velocity), c.normal);
+            t = first_contact(&m, _i, &f, horizon, true, &give_ups);
+            ck_assert_msg(t > opening / greatest_pull(&m, &f),
+                          "%s, flight %d: opening at %g m/s, back after %g s", name[_i], i, opening,
+                          t);
+            const double missed = first_below(&m, _i, &f, fmin(t, horizon), CLOSED);
+            ck_assert_msg(isinf(missed), "%s, flight %d: gap %g at %.17g, the contact at %.17g",
+                          name[_i], i, gap_at(&m, _i, &f, missed), missed, t);
+            flights++;
+            again += !isinf(t);
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(flights, 300);
+    ck_assert_int_gt(again, _i == WALL_0 || _i == WALL_1 ? 30 : 100);
+    ck_assert_int_lt(give_ups, 5 + flights / 1000);
+}
+END_TEST
+
+/* A ball put a little into the shape, with a normal speed of `rate` relative to it; false where
+ * that is not possible. */
+static bool sink(const struct mill *m, int k, struct flight *f, double depth, double rate)
+{
+    struct mill_contact c = m->shape[k]->ops->contact(m->shape[k], f->path.r, f->radius, f->turn);
+    f->path.r = vec3_axpy(f->path.r, -(c.gap + depth), c.normal);
+    c = m->shape[k]->ops->contact(m->shape[k], f->path.r, f->radius, f->turn);
+    const double u_n = vec3_dot(vec3_sub(f->path.v, c.velocity), c.normal);
+    f->path.v = vec3_axpy(f->path.v, rate - u_n, c.normal);
+    return fabs(c.gap + depth) < 1e-3 * depth;
+}
+
+START_TEST(overlapping_and_closing_is_a_contact_now)
+{
+    uint64_t seed = 300 + (uint64_t)_i;
+    int tried = 0;
+    for (int i = 0; i < 3000; i++) {
+        struct mill m;
+        random_mill(&seed, &m);
+        struct flight f = random_flight(&seed, &m, _i);
+        if (sink(&m, _i, &f, log_uniform(&seed, 1e-13, 1e-4), -log_uniform(&seed, 1e-4, 10.0))) {
+            const struct mill_shape *s = m.shape[_i];
+            ck_assert_double_eq(s->ops->next_contact(s, &f.path, f.radius, f.turn, 1e-3, false),
+                                0.0);
+            tried++;
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(tried, 1500);
+}
+END_TEST
+
+/* Where the gap is closed and closing for certain, before t. */
+static bool closes_before(const struct mill *m, int k, const struct flight *f, double t)
+{
+    double last = gap_at(m, k, f, 0.0);
+    for (int i = 1; i < 3000; i++) {
+        const double d = gap_at(m, k, f, t * i / 3000);
+        if (d < last - 1e-15 && d < -CLOSED)
+            return true;
+        last = d;
+    }
+    return false;
+}
+
+START_TEST(overlapping_and_opening_is_a_contact_only_when_it_closes_again)
+{
+    uint64_t seed = 400 + (uint64_t)_i;
+    int again = 0, inside = 0;
+    for (int i = 0; i < 6000; i++) {
+        struct mill m;
+        random_mill(&seed, &m);
+        struct flight f = random_flight(&seed, &m, _i);
+        const double horizon = 0.02;
+        if (sink(&m, _i, &f, log_uniform(&seed, 1e-13, 1e-5), log_uniform(&seed, 1e-3, 1.0))) {
+            const double until = fmin(horizon, random_horizon(&seed, &f));
+            const double t = first_contact(&m, _i, &f, until, false, NULL);
+            ck_assert_double_gt(t, 0.0);
+            ck_assert_msg(!closes_before(&m, _i, &f, fmin(t, until)), "%s, flight %d, before %g",
+                          name[_i], i, t);
+            if (!isinf(t)) {
+                again++;
+                inside += gap_at(&m, _i, &f, t) < -CLOSED;
+                ck_assert_double_lt(gap_rate(&m, _i, &f, t), 1e-6);
+            }
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(again, 30);
+    ck_assert_int_gt(inside, 3); /* turned back before they were out */
+}
+END_TEST
+
+static vec3 gradient(const struct mill_shape *s, vec3 r, double radius, double turn)
+{
+    const double h = 1e-8;
+    double g[3];
+    for (int axis = 0; axis < 3; axis++) {
+        const vec3 e = vec3_make(axis == 0 ? h : 0.0, axis == 1 ? h : 0.0, axis == 2 ? h : 0.0);
+        g[axis] = (s->ops->gap(s, vec3_add(r, e), radius, turn) -
+                   s->ops->gap(s, vec3_sub(r, e), radius, turn)) /
+                  (2.0 * h);
+    }
+    return vec3_make(g[0], g[1], g[2]);
+}
+
+START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface)
+{
+    uint64_t seed = 500 + (uint64_t)_i;
+    for (int i = 0; i < 3000; i++) {
+        struct mill m;
+        random_mill(&seed, &m);
+        struct flight f = random_flight(&seed, &m, _i);
+        const struct mill_shape *s = m.shape[_i];
+        if (i % 3 == 0)
+            sink(&m, _i, &f, uniform(&seed, 0.0, 0.5) * f.radius, 0.0);
+        const struct mill_contact c = s->ops->contact(s, f.path.r, f.radius, f.turn);
+        const vec3 slope = gradient(s, f.path.r, f.radius, f.turn);
+        const vec3 arm = vec3_sub(f.path.r, c.point);
+        ck_assert_double_eq(c.gap, s->ops->gap(s, f.path.r, f.radius, f.turn));
+        ck_assert_double_eq_tol(vec3_norm(c.normal), 1.0, 1e-14);
+        ck_assert_double_lt(vec3_norm(vec3_sub(c.normal, slope)), 1e-5);
+        ck_assert_double_eq_tol(vec3_norm(arm), f.radius + c.gap, 1e-15);
+        ck_assert_double_gt(vec3_dot(arm, c.normal), 0.0);
+        ck_assert_double_eq_tol(s->ops->gap(s, c.point, 0.0, f.turn), 0.0, 1e-15);
+        mill_demolish(&m);
+    }
+}
+END_TEST
+
+START_TEST(the_surface_moves_as_the_gap_says_and_turns_about_the_axis)
+{
+    uint64_t seed = 600 + (uint64_t)_i;
+    for (int i = 0; i < 3000; i++) {
+        struct mill m;
+        random_mill(&seed, &m);
+        const struct flight f = random_flight(&seed, &m, _i);
+        const struct mill_shape *s = m.shape[_i];
+        const struct mill_contact c = s->ops->contact(s, f.path.r, f.radius, f.turn);
+        const double h = 1e-8; /* [rad] */
+        const double per_rad = (s->ops->gap(s, f.path.r, f.radius, f.turn + h) -
+                                s->ops->gap(s, f.path.r, f.radius, f.turn - h)) /
+                               (2.0 * h);
+        const double omega = s->turns ? m.omega : 0.0;
+        ck_assert_int_eq(s->turns, _i == SHAFT || _i == BLADE);
+        ck_assert_double_eq_tol(vec3_dot(c.velocity, c.normal), -per_rad * omega,
+                                1e-6 * (1.0 + fabs(omega) * drum_radius));
+        ck_assert_double_eq(c.velocity.x, 0.0);
+        ck_assert_double_eq_tol(c.velocity.y, -omega * c.point.z, 1e-15);
+        ck_assert_double_eq_tol(c.velocity.z, omega * c.point.y, 1e-15);
+        if (!s->turns)
+            ck_assert_double_eq(per_rad, 0.0);
+        mill_demolish(&m);
+    }
+}
+END_TEST
+
+/* A box of up to 10 mm around r, or of none at all on some sides, as cells at the border have. */
+static void box_around(uint64_t *seed, vec3 r, vec3 *lo, vec3 *hi)
+{
+    const double side = log_uniform(seed, 1e-6, 0.01);
+    double edge[6];
+    for (int i = 0; i < 6; i++)
+        edge[i] = uniform(seed, 0.0, 1.0) < 0.1 ? HUGE_VAL : side * uniform(seed, 0.0, 1.0);
+    *lo = vec3_make(r.x - edge[0], r.y - edge[1], r.z - edge[2]);
+    *hi = vec3_make(r.x + edge[3], r.y + edge[4], r.z + edge[5]);
+}
+
+START_TEST(a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere)
+{
+    uint64_t seed = 700 + (uint64_t)_i;
+    int met = 0, far = 0;
+    for (int i = 0; i < 6000; i++) {
+        struct mill m;
+        vec3 lo, hi;
+        random_mill(&seed, &m);
+        const struct flight f = random_flight(&seed, &m, _i);
+        const struct mill_shape *s = m.shape[_i];
+        const double t = first_contact(&m, _i, &f, random_horizon(&seed, &f), false, NULL);
+        box_around(&seed, f.path.r, &lo, &hi);
+        far += !s->ops->reachable(s, lo, hi, f.radius);
+        if (!isinf(t)) {
+            met++;
+            box_around(&seed, vec3_fly(f.path.r, f.path.v, f.path.g, t), &lo, &hi);
+            ck_assert(s->ops->reachable(s, lo, hi, f.radius));
+            ck_assert(s->ops->reachable(s, lo, hi, f.radius * uniform(&seed, 1.0, 2.0)));
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(met, 300);
+    ck_assert_int_gt(far, 300);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("shapes");
+    TCase *tests = tcase_create("shapes");
+    tcase_set_timeout(tests, 60.0);
+    tcase_add_loop_test(tests, the_first_contact_is_closed_closing_and_nothing_comes_before_it, 0,
+                        SHAPES);
+    tcase_add_loop_test(
+        tests, a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 0, SHAPES);
+    tcase_add_loop_test(tests, overlapping_and_closing_is_a_contact_now, 0, SHAPES);
+    tcase_add_loop_test(tests, overlapping_and_opening_is_a_contact_only_when_it_closes_again, 0,
+                        SHAPES);
+    tcase_add_loop_test(
+        tests, the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_surface, 0,
+        SHAPES);
+    tcase_add_loop_test(tests, the_surface_moves_as_the_gap_says_and_turns_about_the_axis, 0,
+                        SHAPES);
+    tcase_add_loop_test(tests, a_shape_is_in_reach_wherever_it_is_met_but_not_everywhere, 0,
+                        SHAPES);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

@@ -1,0 +1,333 @@
+/* Claims about the summary, as a table and as JSON. */
+#include "mill_fixture.h"
+#include "summary.h"
+
+static struct fixture f;
+static struct mill_summary_facts facts;
+static char *text;
+
+static void setup(void)
+{
+    fixture_init(&f);
+    facts = (struct mill_summary_facts){.wall = 3.4,
+                                        .cpu = 3.2,
+                                        .peak_memory = 34e6,
+                                        .time_reached = 1.5,
+                                        .version = "0.1",
+                                        .deck = "input/simoloyer.ini",
+                                        .output = "simoloyer.h5"};
+    text = NULL;
+}
+
+static void teardown(void)
+{
+    mill_tally_free(f.tally);
+    free(text);
+}
+
+/* A steady mill: balls of speed 1 m/s, a thousand contacts of three kinds */
+static void run_mill(void)
+{
+    fixture_create(&f);
+    for (int i = 0; i < 1000; i++) {
+        const double time = 0.5005 + 0.001 * i;
+        fixture_play(
+            &f, blow(time, (enum mill_kind)(i % 2 ? 0 : i % 4), i % 40, 40, 0.001 * (1 + i), 0.1));
+        f.world.account.rotor_work += 0.1;
+    }
+    for (int i = 0; i < FIXTURE_BALLS; i++)
+        f.ball[i].v.x = 1;
+    fixture_finish(&f, 1.5);
+}
+
+static const char *printed(bool json)
+{
+    size_t size;
+    FILE *out;
+    free(text);
+    out = open_memstream(&text, &size);
+    if (json)
+        mill_summary_json(out, &f.deck, &f.world, f.tally, &facts);
+    else
+        mill_summary_print(out, &f.deck, &f.world, f.tally, &facts);
+    fclose(out);
+    return text;
+}
+
+static void assert_holds(const char *whole, const char *part)
+{
+    ck_assert_msg(strstr(whole, part) != NULL, "no \"%s\" in:\n%s", part, whole);
+}
+
+static void assert_lacks(const char *whole, const char *part)
+{
+    ck_assert_msg(strstr(whole, part) == NULL, "there is \"%s\" in:\n%s", part, whole);
+}
+
+static void assert_fits(const char *table)
+{
+    while (*table) {
+        const size_t length = strcspn(table, "\n");
+        ck_assert_msg(length <= 100, "%zu columns: %.*s", length, (int)length, table);
+        table += length + (table[length] != '\0');
+    }
+}
+
+START_TEST(numbers_have_four_digits_and_the_prefix_that_fits)
+{
+    static const struct {
+        double value;
+        const char *unit, *expected;
+    } list[] = {
+        {0.01234, "m/s", "12.34 mm/s"},
+        {1, "W", "1.000 W"},
+        {999.94, "W", "999.9 W"},
+        {999.96, "W", "1.000 kW"},
+        {123456, "/s", "123.5 k/s"},
+        {2.5e6, "", "2.500 M"},
+        {12.5, "", "12.50"},
+        {-3e-6, "J", "-3.000 uJ"},
+        {0, "J", "0 J"},
+        {1e-12, "J", "1.000 pJ"},
+        {0.99996e-12, "J", "1.000 pJ"},
+        {5e-13, "J", "5.000e-13 J"},
+        {9.9e14, "/s", "990.0 T/s"},
+        {1e15, "/s", "1.000e+15 /s"},
+        {(double)NAN, "W", "-"},
+        {INFINITY, "W", "inf W"},
+    };
+    char buffer[MILL_SUMMARY_NUMBER];
+    for (size_t i = 0; i < sizeof list / sizeof *list; i++)
+        ck_assert_str_eq(mill_summary_number(buffer, list[i].value, list[i].unit),
+                         list[i].expected);
+}
+END_TEST
+
+START_TEST(the_table_names_the_kinds_that_occurred_and_all)
+{
+    run_mill();
+    const char *table = printed(false);
+    assert_holds(table, "\nball_ball ");
+    assert_holds(table, "\nball_wall ");
+    assert_holds(table, "\nall ");
+    assert_lacks(table, "ball_shaft");
+    assert_lacks(table, "nan");
+}
+END_TEST
+
+START_TEST(the_table_gives_power_with_its_standard_error)
+{
+    run_mill();
+    assert_holds(printed(false), "rotor power        100.0 W +- ");
+    assert_holds(text, "(10 whole revolutions)");
+}
+END_TEST
+
+START_TEST(the_table_says_why_there_is_no_standard_error)
+{
+    f.deck.time = 0.65;
+    facts.time_reached = 0.65;
+    fixture_create(&f);
+    fixture_finish(&f, 0.65);
+    assert_holds(printed(false), "(1 whole revolution: too few for an error)");
+}
+END_TEST
+
+START_TEST(without_anomalies_it_says_none)
+{
+    run_mill();
+    assert_holds(printed(false), "anomalies          none\n");
+    assert_holds(text, ", no anomalies\n");
+}
+END_TEST
+
+START_TEST(anomalies_are_counted_by_what_they_are)
+{
+    run_mill();
+    f.world.counts.reliefs = 2;
+    f.world.counts.overlaps = 1;
+    f.world.counts.largest_overlap = 2.5e-6;
+    assert_holds(printed(false), "pinched balls let go: 2, overlaps: 1 (up to 2.500 um)\n");
+    assert_holds(text, ", 3 anomalies\n");
+}
+END_TEST
+
+START_TEST(the_last_line_says_it_all)
+{
+    run_mill();
+    const char *table = printed(false);
+    const char *last = strstr(table, "\nmillsim 0.1 input/simoloyer.ini: 1.5 s in 3.400 s wall, ");
+    ck_assert_ptr_nonnull(last);
+    ck_assert_ptr_eq(strchr(last + 1, '\n') + 1, table + strlen(table));
+}
+END_TEST
+
+START_TEST(the_table_fits_100_columns_with_every_note_and_large_numbers)
+{
+    run_mill();
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        f.world.law[kind].restitution = 0.5;
+        f.world.law[kind].friction = 0.3;
+        f.tally->impacts[kind].normal.slot[900].count = 123456789012;
+        f.tally->impacts[kind].normal.slot[900].dissipation = 123456.789;
+        f.tally->at.at_close.floored[kind] = f.tally->at.at_close.collisions[kind];
+    }
+    facts.stopped = true;
+    const char *table = printed(false);
+    assert_holds(table, "note: stopped at 1.5 s");
+    assert_holds(table, "note: ball_ball has friction and a restitution of 0.5");
+    assert_holds(table, "note: 100 % of the ball-ball contacts");
+    assert_fits(table);
+}
+END_TEST
+
+START_TEST(a_run_stopped_before_the_window_has_a_summary)
+{
+    fixture_create(&f);
+    facts.time_reached = 0.2;
+    facts.stopped = true;
+    fixture_finish(&f, 0.2);
+    assert_holds(printed(false), "nothing was sampled");
+    assert_lacks(text, "nan");
+    assert_fits(text);
+    assert_holds(printed(true), "\"power\": null");
+    assert_holds(text, "\"duration\": 0");
+}
+END_TEST
+
+/* ---- solid rotation ---- */
+
+/* The balls turn about the axis at `share` of the rotor's speed; in the last tenth 1000 drum
+ * contacts, and `blade` at the blades. */
+static void run_ring(double share, uint64_t blade)
+{
+    const double speed = share * f.world.rotor_speed;
+    for (int i = 0; i < FIXTURE_BALLS; i++) {
+        f.ball[i].t = 1.5;
+        f.ball[i].v = vec3_make(0, -speed * f.ball[i].r.z, speed * f.ball[i].r.y);
+    }
+    fixture_create(&f);
+    fixture_wait(&f, 1);
+    f.world.account.collisions[MILL_BALL_BLADE] += 1000;
+    fixture_wait(&f, 1.45);
+    f.world.account.collisions[MILL_BALL_DRUM] += 1000;
+    f.world.account.collisions[MILL_BALL_BLADE] += blade;
+    fixture_finish(&f, 1.5);
+}
+
+START_TEST(a_charge_in_solid_rotation_is_noted)
+{
+    run_ring(0.98, 1);
+    assert_holds(printed(false), "note: the charge turns with the rotor like a solid ring");
+    assert_fits(text);
+}
+END_TEST
+
+START_TEST(a_charge_that_the_rotor_still_strikes_is_not_in_solid_rotation)
+{
+    run_ring(0.98, 10);
+    assert_lacks(printed(false), "solid ring");
+}
+END_TEST
+
+START_TEST(a_charge_slower_than_the_rotor_is_not_in_solid_rotation)
+{
+    run_ring(0.9, 0);
+    assert_lacks(printed(false), "solid ring");
+}
+END_TEST
+
+START_TEST(an_inelastic_charge_without_friction_is_not_noted)
+{
+    f.world.law[MILL_BALL_BALL].restitution = 0.5;
+    run_mill();
+    assert_lacks(printed(false), "note:");
+}
+END_TEST
+
+/* ---- JSON ---- */
+
+START_TEST(json_gives_numbers_to_full_precision_and_no_nan)
+{
+    run_mill();
+    f.world.account.rotor_work = 0.1 + 0.2;
+    const char *json = printed(true);
+    assert_holds(json, "\"rotor_work\": 0.30000000000000004");
+    assert_holds(json, "\"stopped\": false");
+    assert_holds(json, "\"notes\": []");
+    assert_lacks(json, "nan");
+    assert_lacks(json, "inf");
+    ck_assert_int_eq(json[0], '{');
+    ck_assert_str_eq(json + strlen(json) - 2, "}\n");
+}
+END_TEST
+
+START_TEST(json_escapes_what_a_file_name_may_hold)
+{
+    run_mill();
+    facts.output = "a\"b\\c\nd\x7f"
+                   "\xc3\xa9.h5";
+    assert_holds(printed(true), "\"output\": \"a\\\"b\\\\c\\u000ad\\u007f\xc3\xa9.h5\"");
+}
+END_TEST
+
+START_TEST(json_replaces_bytes_that_are_not_utf_8)
+{
+    run_mill();
+    facts.output = "a\xff.h5\xc3";
+    assert_holds(printed(true), "\"output\": \"a\\ufffd.h5\\ufffd\"");
+}
+END_TEST
+
+START_TEST(json_groups_are_balanced_and_members_separated)
+{
+    int depth = 0;
+    run_mill();
+    facts.stopped = true; /* a note */
+    for (const char *p = printed(true); *p; p++) {
+        depth += *p == '{' || *p == '[';
+        depth -= *p == '}' || *p == ']';
+        ck_assert_int_ge(depth, 0);
+        if (*p == ',')
+            ck_assert(p[1] == '\n' || p[1] == ' ');
+    }
+    ck_assert_int_eq(depth, 0);
+    assert_lacks(text, ",\n}");
+    assert_lacks(text, "{,");
+}
+END_TEST
+
+static Suite *make_suite(void)
+{
+    Suite *suite = suite_create("summary");
+    TCase *tests = tcase_create("summary");
+    tcase_add_checked_fixture(tests, setup, teardown);
+    tcase_add_test(tests, numbers_have_four_digits_and_the_prefix_that_fits);
+    tcase_add_test(tests, the_table_names_the_kinds_that_occurred_and_all);
+    tcase_add_test(tests, the_table_gives_power_with_its_standard_error);
+    tcase_add_test(tests, the_table_says_why_there_is_no_standard_error);
+    tcase_add_test(tests, without_anomalies_it_says_none);
+    tcase_add_test(tests, anomalies_are_counted_by_what_they_are);
+    tcase_add_test(tests, the_last_line_says_it_all);
+    tcase_add_test(tests, the_table_fits_100_columns_with_every_note_and_large_numbers);
+    tcase_add_test(tests, a_run_stopped_before_the_window_has_a_summary);
+    tcase_add_test(tests, a_charge_in_solid_rotation_is_noted);
+    tcase_add_test(tests, a_charge_that_the_rotor_still_strikes_is_not_in_solid_rotation);
+    tcase_add_test(tests, a_charge_slower_than_the_rotor_is_not_in_solid_rotation);
+    tcase_add_test(tests, an_inelastic_charge_without_friction_is_not_noted);
+    tcase_add_test(tests, json_gives_numbers_to_full_precision_and_no_nan);
+    tcase_add_test(tests, json_escapes_what_a_file_name_may_hold);
+    tcase_add_test(tests, json_replaces_bytes_that_are_not_utf_8);
+    tcase_add_test(tests, json_groups_are_balanced_and_members_separated);
+    suite_add_tcase(suite, tests);
+    return suite;
+}
+
+int main(void)
+{
+    SRunner *runner = srunner_create(make_suite());
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
