@@ -210,7 +210,7 @@ void mill_deck_table_suggest_section(const char *title, char *hint, size_t size)
     const char *dot = strchr(title, '.');
     const size_t stem = dot ? (size_t)(dot - title) + 1 : strlen(title);
     char start[40];
-    int best = -1, fewest = 1000;
+    int best = 0, fewest = 1000;
     snprintf(start, sizeof start, "%.*s", stem < sizeof start ? (int)stem : 39, title);
     for (int part = 0; part < DECK_PARTS; part++) {
         const int distance = edits(start, titles[part]);

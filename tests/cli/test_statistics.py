@@ -1,0 +1,456 @@
+"""/statistics, made again by numpy from /impacts, /particles and /observables; the summary against the file."""
+
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+h5py = pytest.importorskip("h5py")
+np = pytest.importorskip("numpy")
+
+ROOT = Path(__file__).resolve().parents[2]
+MILLSIM = Path(os.environ.get("MILLSIM", ROOT / "millsim"))
+KINDS = ["ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade"]
+ROWS = [*KINDS, "all"]
+SPEEDS = ["normal_speed", "tangential_speed"]
+BIN = 20 ** (1 / 152)
+
+# Four revolutions sampled; frames at twice the rate of the maps' snapshots, so that they include them;
+# a strike window so wide that a good part of the contacts is merged.
+BEGIN, END, WINDOW, FLOOR, RESTITUTION = 0.02, 0.22, 300e-6, 0.02, 0.7
+RADIUS, LENGTH = 0.05, 0.06
+DECK = f"""
+[run]
+time = {END} s
+sample_from = {BEGIN} s
+seed = 3
+[balls.big]
+count = 150
+diameter = 8 mm
+density = 7800 kg/m^3
+[balls.little]
+count = 150
+diameter = 5 mm
+density = 2500 kg/m^3
+[drum]
+radius = {RADIUS} m
+length = {LENGTH} m
+[rotor]
+speed = 1200 rpm
+shaft_radius = 10 mm
+[blades]
+count = 3
+tip_radius = 38 mm
+width = 10 mm
+thickness = 6 mm
+[contact]
+restitution = {RESTITUTION}
+friction = 0.3
+tangential_restitution = 0.4
+rebound_floor = {FLOOR} m/s
+[output]
+frames = 0.5 ms
+series = 1 ms
+impacts = all
+strike_window = {WINDOW} s
+"""
+
+
+def simulate(folder, name, *options):
+    deck = folder / "mill.ini"
+    deck.write_text(DECK)
+    done = subprocess.run(
+        [MILLSIM, "-q", "-o", name, *options, deck],
+        cwd=folder, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    if not MILLSIM.exists():
+        pytest.fail(f"{MILLSIM} is not built; run make first")
+    return tmp_path_factory.mktemp("statistics")
+
+
+@pytest.fixture(scope="module")
+def summary(folder):
+    """The JSON of the run whose file is mill.h5."""
+    return json.loads(simulate(folder, "mill.h5", "--json"))
+
+
+@pytest.fixture(scope="module")
+def file(folder, summary):
+    with h5py.File(folder / "mill.h5") as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def log(file):
+    """Every impact from t = 0, as arrays; `inside` tells those in the window."""
+    columns = {name: file["impacts"][name][:] for name in file["impacts"]}
+    columns["inside"] = (columns["time"] >= BEGIN) & (columns["time"] < END)
+    return columns
+
+
+def merge(log, window):
+    """Strikes by brute force: index of the strike's first impact for every impact."""
+    first, last, head = {}, {}, np.arange(len(log["time"]))
+    pairs = zip(log["kind"].tolist(), log["ball"].tolist(), log["partner"].tolist())
+    for i, (pair, time) in enumerate(zip(pairs, log["time"].tolist())):
+        if pair in last and time - last[pair] < window:
+            head[i] = first[pair]
+        else:
+            first[pair] = i
+        last[pair] = time
+    return head
+
+
+@pytest.fixture(scope="module")
+def families(log):
+    """impacts and strikes as {kind, normal_speed, tangential_speed, dissipation} of what is counted."""
+    names = ["kind", *SPEEDS, "dissipation"]
+    impacts = {name: log[name][log["inside"]] for name in names}
+    head = merge(log, WINDOW)
+    loss = np.zeros(len(head))
+    np.add.at(loss, head[log["inside"]], log["dissipation"][log["inside"]])
+    new = log["inside"] & (head == np.arange(len(head)))
+    strikes = {name: log[name][new] for name in names}
+    strikes["dissipation"] = loss[new]
+    return {"impacts": impacts, "strikes": strikes}
+
+
+def members(family, row):
+    """Those of one row."""
+    chosen = slice(None) if row == "all" else family["kind"] == KINDS.index(row)
+    return {name: values[chosen] for name, values in family.items()}
+
+
+def test_the_run_is_worth_looking_at(log, families):
+    count = np.bincount(log["kind"][log["inside"]], minlength=5)
+    assert count.min() > 300, dict(zip(KINDS, count))
+    assert 0.05 < 1 - len(families["strikes"]["kind"]) / len(families["impacts"]["kind"]) < 0.9
+    head = merge(log, WINDOW)
+    assert np.any(log["inside"] & ~log["inside"][head])  # strikes that began before the window
+
+
+def test_the_duration_is_that_of_the_deck(file):
+    assert file["statistics/duration"][()] == END - BEGIN
+
+
+@pytest.mark.parametrize("family", ["impacts", "strikes"])
+@pytest.mark.parametrize("row", ROWS)
+class TestRows:
+    def test_count_rate_and_power_are_those_of_the_log(self, file, families, family, row):
+        mine, theirs = members(families[family], row), file[f"statistics/{family}/{row}"]
+        assert theirs["count"][()] == len(mine["kind"])
+        assert theirs["rate"][()] == pytest.approx(len(mine["kind"]) / (END - BEGIN), rel=1e-12)
+        power = mine["dissipation"].sum() / (END - BEGIN)
+        assert theirs["dissipated_power"][()] == pytest.approx(power, rel=1e-10)
+
+    @pytest.mark.parametrize("speed", SPEEDS)
+    def test_histograms_are_those_of_the_log(self, file, families, family, row, speed):
+        mine = members(families[family], row)
+        theirs = file[f"statistics/{family}/{row}/{speed}/histogram"]
+        edges = theirs["edges"][:]
+        count = np.histogram(mine[speed], edges)[0]
+        loss = np.histogram(mine[speed], edges, weights=mine["dissipation"])[0]
+        assert np.array_equal(theirs["count"][:], count)
+        assert np.allclose(theirs["dissipation"][:], loss, rtol=1e-9, atol=1e-15)
+        assert theirs["count"].attrs["underflow"] == np.sum(mine[speed] < edges[0])
+        assert theirs["count"].attrs["overflow"] == np.sum(mine[speed] >= edges[-1])
+        for name in ("count", "dissipation"):
+            total = len(mine["kind"]) if name == "count" else mine["dissipation"].sum()
+            outside = sum(theirs[name].attrs[end] for end in ("underflow", "overflow"))
+            assert theirs[name][:].sum() + outside == pytest.approx(total, rel=1e-10)
+
+    @pytest.mark.parametrize("speed", SPEEDS)
+    def test_means_medians_and_quantiles_are_those_of_the_log(
+        self, file, families, family, row, speed
+    ):
+        mine, theirs = members(families[family], row), file[f"statistics/{family}/{row}/{speed}"]
+        fast = mine[speed][mine["normal_speed"] >= 0.05]
+        levels = theirs["quantiles"].attrs["levels"]
+        assert np.allclose(levels, [0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999])
+        assert theirs["mean"][()] == pytest.approx(mine[speed].mean(), rel=1e-10)
+        for values, suffix in ((mine[speed], ""), (fast, "_above_50mm_s")):
+            exact = np.quantile(values, levels, method="inverted_cdf")
+            ratio = theirs["quantiles" + suffix][:] / exact
+            assert np.all((ratio > 1 / BIN) & (ratio < BIN)), ratio
+            assert theirs["median" + suffix][()] == theirs["quantiles" + suffix][4]
+
+
+def test_the_bins_are_logarithmic_and_50_mm_per_s_is_an_edge(file):
+    edges = file["statistics/impacts/all/normal_speed/histogram/edges"][:]
+    assert np.allclose(edges[1:] / edges[:-1], BIN, rtol=1e-12)
+    assert 0.05 in edges and 1 in edges and BIN < 1.02
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_the_floor_share_is_that_of_the_log(file, families, row):
+    speed = members(families["impacts"], row)["normal_speed"]
+    assert file[f"statistics/floor_share/{row}"][()] == np.mean(RESTITUTION * speed < FLOOR)
+
+
+# ---- maps ----
+
+
+def axes(file, name):
+    group = file[f"statistics/maps/{name}"]
+    return [group[f"{axis}_edges"][:] for axis in ("yz" if name == "cross_section" else "xr")]
+
+
+def coordinates(name, position):
+    x, y, z = np.moveaxis(position.astype(float), -1, 0)
+    return (y, z) if name == "cross_section" else (x, np.hypot(y, z))
+
+
+def cells(edges, points):
+    """Numbers of the cells (points beyond the rim go to the rim), and which points are too near an edge to
+    tell in single precision."""
+    number, near = 0, False
+    for edge, at in zip(edges, points):
+        place = np.clip(np.searchsorted(edge, at, side="right") - 1, 0, len(edge) - 2)
+        inner = edge[1:-1]
+        near |= np.abs(at[..., None] - inner).min(axis=-1) < 2e-8
+        number = number * (len(edge) - 1) + place
+    return number, near
+
+
+@pytest.mark.parametrize("name", ["cross_section", "axial"])
+def test_the_maps_of_impacts_are_those_of_the_log(file, log, name):
+    edges, group = axes(file, name), file[f"statistics/maps/{name}"]
+    number, near = cells(edges, coordinates(name, log["position"][log["inside"]]))
+    speed, loss = log["normal_speed"][log["inside"]], log["dissipation"][log["inside"]]
+    assert near.sum() < 100
+    size = group["impact_count"].size
+    for field, weight in (("impact_count", None), ("normal_speed_sum", speed), ("dissipation", loss)):
+        mine = np.bincount(number, weight, size)
+        theirs = group[field][:].ravel().astype(float)
+        of_doubt = near.sum() if weight is None else np.abs(weight[near]).sum()
+        assert np.abs(mine - theirs).sum() <= 2 * of_doubt + 1e-9 * np.abs(mine).sum()
+        assert theirs.sum() == pytest.approx(mine.sum(), rel=1e-10)
+
+
+def lattice():
+    """32 points of a cubic lattice in the unit ball with its second moment, 1/5 along each axis."""
+    grid = np.stack(np.meshgrid(*[[-3, -1, 1, 3]] * 3, indexing="ij"), -1).reshape(-1, 3)
+    points = grid[(np.abs(grid) == 3).sum(axis=1) <= 1] * np.sqrt(1 / 15)
+    assert len(points) == 32 and np.allclose((points**2).mean(axis=0), 0.2)
+    return points
+
+
+@pytest.fixture(scope="module")
+def snapshots(file):
+    """Positions and velocities of all balls at the times of the maps' snapshots."""
+    balls = file["particles/trajectory"]
+    time = balls["position/time"][:]
+    wanted = BEGIN + (np.arange(200) + 0.5) * 1e-3
+    rows = np.searchsorted(time, wanted - 1e-9)
+    assert np.allclose(time[rows], wanted, atol=1e-9)
+    return balls["position/value"][:][rows].astype(float), balls["velocity/value"][:][rows]
+
+
+@pytest.mark.parametrize("name", ["cross_section", "axial"])
+def test_the_maps_of_the_flow_are_those_of_the_frames(file, snapshots, name):
+    edges, group = axes(file, name), file[f"statistics/maps/{name}"]
+    r, v = snapshots
+    radius = file["particles/trajectory/diameter"][:] / 2
+    assert file["statistics/maps/samples"][()] == len(r) == 200
+    c, s = r[..., 1:2], r[..., 2:3]
+    c, s = c / np.hypot(c, s), s / np.hypot(c, s)
+    offset = lattice() * radius[:, None, None]
+    if name == "axial":  # there the lattice is turned: its axes are x, r and phi
+        ox, out, around = np.moveaxis(offset, -1, 0)
+        offset = np.stack([ox + 0 * c, out * c - around * s, out * s + around * c], -1)
+    points = r[:, :, None, :] + offset
+    weight = np.broadcast_to((4 / 3 * np.pi * radius**3 / 32)[:, None], points.shape[:-1])
+    v = np.broadcast_to(v[:, :, None, :], points.shape)
+    if name == "axial":
+        y, z = points[..., 1], points[..., 2]
+        here = np.hypot(y, z)
+        v = np.stack(
+            [v[..., 0], (v[..., 1] * y + v[..., 2] * z) / here, (v[..., 2] * y - v[..., 1] * z) / here],
+            -1,
+        )
+    number, near = cells(edges, coordinates(name, points))
+    assert near.mean() < 1e-3
+    shape = group["solid_fraction"].shape
+    volume = np.bincount(number.ravel(), weight.ravel(), np.prod(shape))
+    room = rooms(name, edges)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mine = np.where(room > 0, volume / room / 200, np.nan).reshape(shape)
+    theirs = group["solid_fraction"][:]
+    assert np.array_equal(np.isnan(mine), np.isnan(theirs))
+    of_doubt = weight[near].sum()
+    held = np.nan_to_num(theirs).ravel() * room * 200
+    assert np.abs(held - volume).sum() <= 2 * of_doubt + 1e-9 * volume.sum()
+    assert held.sum() == pytest.approx(200 * (4 / 3 * np.pi * radius**3).sum(), rel=1e-3)
+    letters = "xyz" if name == "cross_section" else ["x", "r", "phi"]
+    for k, letter in enumerate(letters):
+        flow = np.bincount(number.ravel(), (weight * v[..., k]).ravel(), np.prod(shape))
+        mean = group[f"velocity_{letter}"][:].ravel()
+        assert np.array_equal(np.isnan(mean), volume == 0) or of_doubt > 0
+        difference = np.abs(np.nan_to_num(mean) * held - flow).sum()
+        assert difference <= 2 * np.abs(weight * v[..., k])[near].sum() + 1e-6 * np.abs(flow).sum()
+
+
+def rooms(name, edges):
+    """Volume of every cell inside the drum: rings in closed form, cut squares by fine strips."""
+    a, b = edges
+    if name == "axial":
+        return (np.diff(a)[:, None] * np.pi * np.diff(b**2)[None, :]).ravel()
+    strips = 4000
+    y = a[:-1, None] + np.diff(a)[:, None] * (np.arange(strips) + 0.5) / strips
+    half = np.sqrt(RADIUS**2 - y**2)
+    high = np.clip(half[:, None, :], b[:-1, None], b[1:, None])
+    low = np.clip(-half[:, None, :], b[:-1, None], b[1:, None])
+    area = (high - low).mean(axis=-1) * np.diff(a)[:, None]
+    return np.where(area > 1e-15, area, 0).ravel() * LENGTH
+
+
+def test_the_cells_of_the_maps_fill_the_drum(file):
+    for name, volume in (("cross_section", LENGTH), ("axial", 1)):
+        assert rooms(name, axes(file, name)).sum() == pytest.approx(
+            np.pi * RADIUS**2 * LENGTH, rel=1e-4
+        )
+
+
+# ---- rotor ----
+
+
+def test_power_is_the_work_of_the_series_and_its_error_that_of_the_revolutions(file):
+    rotor, series = file["statistics/rotor"], file["observables/rotor_work"]
+    work = dict(zip(np.round(series["time"][:] * 1e3).astype(int), series["value"][:]))
+    blocks = [(work[20 + 50 * (k + 1)] - work[20 + 50 * k]) / 0.05 for k in range(4)]
+    assert rotor["blocks"][()] == 4
+    assert rotor["block_duration"][()] == pytest.approx(0.05, rel=1e-12)
+    assert np.allclose(rotor["block_power"][:], blocks, rtol=1e-9)
+    assert rotor["power"][()] == pytest.approx((work[220] - work[20]) / 0.2, rel=1e-9)
+    error = np.std(blocks, ddof=1) / 2
+    assert rotor["power_error"][()] == pytest.approx(error, rel=1e-6)
+    assert rotor["power"][()] > 0
+
+
+def test_power_is_torque_times_speed(file):
+    rotor, speed = file["statistics/rotor"], 1200 * 2 * np.pi / 60
+    for name in ("", "_error"):
+        assert rotor[f"power{name}"][()] == pytest.approx(
+            rotor[f"torque{name}"][()] * speed, rel=1e-9
+        )
+    assert np.allclose(rotor["block_power"][:], rotor["block_torque"][:] * speed, rtol=1e-9)
+
+
+# ---- the file and the summary ----
+
+
+def test_every_dataset_has_a_unit_and_a_description(file):
+    def look(name, item):
+        if isinstance(item, h5py.Dataset):
+            assert item.attrs["unit"], name
+            assert len(item.attrs["description"]) > 10, name
+
+    file["statistics"].visititems(look)
+
+
+def equal(a, b):
+    return b is None and np.isnan(a) or a == b
+
+
+def test_the_json_summary_holds_the_numbers_of_the_file(file, summary):
+    checked = 0
+
+    def compare(group, tree):
+        nonlocal checked
+        for key, value in tree.items():
+            if isinstance(value, dict):
+                compare(group[key], value)
+            elif isinstance(value, list):
+                assert all(map(equal, group[key][:], value)), (group.name, key)
+                checked += len(value)
+            else:
+                assert equal(group[key][()], value), (group.name, key)
+                checked += 1
+
+    tree = dict(summary["statistics"])
+    levels = tree.pop("quantile_levels")
+    assert levels == list(file["statistics/impacts/all/normal_speed/quantiles"].attrs["levels"])
+    compare(file["statistics"], tree)
+    assert checked > 12 * 2 * 23
+    run = summary["run"]
+    for key in ("not_closing", "reliefs", "overlaps", "largest_overlap", "energy_turnover",
+                "energy_balance_error"):  # fmt: skip
+        assert run[key] == file["run"][key][()], key
+    for kind in KINDS:
+        assert run["collisions"][kind] == file[f"run/events/collisions/{kind}"][()]
+        assert run["floored"][kind] == file[f"run/floored/{kind}"][()]
+    assert summary["time"] == END and summary["stopped"] is False
+    assert run["rotor_work"] == file["observables/rotor_work/value"][-1]
+    assert run["kinetic_energy"] == pytest.approx(
+        file["observables/kinetic_energy/value"][-1], rel=1e-12
+    )
+
+
+def test_the_table_holds_the_numbers_of_the_file(folder, file):
+    table = simulate(folder, "again.h5")
+    lines = table.splitlines()
+    assert max(map(len, lines)) <= 100 or str(folder) in lines[-1]
+    for row in ROWS:
+        fields = next(line for line in lines if line.startswith(row + " ")).split()
+        assert int(fields[1]) == file[f"statistics/impacts/{row}/count"][()]
+    power = file["statistics/rotor/power"][()]
+    shown = re.search(r"rotor power +([\d.]+) W \+- ([\d.]+) W", table)
+    assert float(shown[1]) == pytest.approx(power, rel=1e-3)
+    assert re.search(r"anomalies +none", table)
+    assert lines[-1].startswith("millsim ") and f"{END} s in" in lines[-1]
+
+
+def same(a, b):
+    """Two files' /statistics bit by bit."""
+    names = []
+    a["statistics"].visit(names.append)
+    for name in names:
+        if isinstance(a["statistics"][name], h5py.Dataset):
+            x, y = a["statistics"][name][()], b["statistics"][name][()]
+            assert np.array_equal(x, y, equal_nan=True), name
+    return len(names)
+
+
+def test_no_output_option_changes_the_statistics(folder, file):
+    simulate(folder, "bare.h5", "-s", "output.frames=0 s", "-s", "output.series=10 ms",
+             "-s", "output.impacts=statistics")  # fmt: skip
+    with h5py.File(folder / "bare.h5") as other:
+        assert same(file, other) > 100
+
+
+def test_without_a_strike_window_strikes_are_impacts(folder, file):
+    simulate(folder, "apart.h5", "-s", "output.strike_window=0 s", "-s", "output.impacts=statistics")
+    with h5py.File(folder / "apart.h5") as other:
+        for path in ("count", "normal_speed/histogram/count", "tangential_speed/quantiles"):
+            strikes = other[f"statistics/strikes/all/{path}"][()]
+            assert np.array_equal(strikes, file[f"statistics/impacts/all/{path}"][()])
+
+
+def test_a_mill_without_a_rotor_has_nan_where_there_is_nothing_to_average(tmp_path):
+    deck = tmp_path / "still.ini"
+    deck.write_text(
+        "[run]\ntime = 10 ms\n[balls]\ncount = 2\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
+        "[drum]\nradius = 50 mm\nlength = 50 mm\n[contact]\nrestitution = 0.8\n"
+    )
+    done = subprocess.run(
+        [MILLSIM, "--json", "-q", deck], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)["statistics"]
+    assert result["impacts"]["ball_blade"]["count"] == 0
+    assert result["impacts"]["ball_blade"]["rate"] == 0
+    assert result["impacts"]["ball_blade"]["normal_speed"]["median"] is None
+    assert result["rotor"]["power"] == 0
+    assert result["rotor"]["power_error"] is None
+    with h5py.File(tmp_path / "still.h5") as f:
+        assert np.isnan(f["statistics/floor_share/ball_blade"][()])
+        assert f["statistics/rotor/block_power"].shape == (0,)
