@@ -176,8 +176,18 @@ static double middle(double lo, double hi)
 static void closed_form(const struct poly *p, double at[4])
 {
     double c[5] = {0.0}, im[4];
+    int top = WIDE_EXACT;
     for (int k = 0; k <= p->degree; k++)
-        c[4 - p->degree + k] = wide_to_double(&p->c[k]);
+        top = wide_max(top, p->c[k].exponent + p->c[k].size);
+    for (int k = 0; k <= p->degree; k++) {
+        struct wide scaled = p->c[k];
+        scaled.exponent -= top;
+        c[4 - p->degree + k] = wide_to_double(&scaled);
+    }
+    for (int k = 0; k < 4; k++)
+        at[k] = 0.0;
+    if (c[4] == 0.0) /* beyond the range of doubles: no help */
+        return;
     mill_poly_quartic_roots(c, at, im);
     for (int i = 1; i < 4; i++)
         for (int j = i; j > 0 && at[j] < at[j - 1]; j--) {

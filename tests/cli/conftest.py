@@ -60,6 +60,7 @@ def millsim(tmp_path):
             text=True,
             errors="replace",
             timeout=timeout,
+            check=False,
             env=environment,
             **options,
         )

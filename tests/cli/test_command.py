@@ -16,6 +16,7 @@ import time
 import pytest
 from conftest import PROGRAM
 
+OPTIONS = ["output", "set", "check", "resume", "force", "json", "quiet", "help", "version"]
 FULL = pathlib.Path("/dev/full")
 
 
@@ -24,7 +25,7 @@ def test_help_goes_to_standard_output(millsim):
         result = millsim(option)
         assert result.returncode == 0
         assert result.stderr == ""
-        for name in "output set check resume force json quiet help version".split():
+        for name in OPTIONS:
             assert f"--{name}" in result.stdout
 
 
@@ -46,7 +47,10 @@ def test_version_is_one_line(millsim):
         (["deck.ini", "-o"], "option '-o' needs a value; see millsim --help"),
         (["deck.ini", "-o", ""], "option '--output' needs the name of a file"),
         (["--check=yes", "deck.ini"], "option '--check' takes no value; see millsim --help"),
-        (["deck.ini", "b.ini"], "one deck at a time, got 'deck.ini' and 'b.ini'; see millsim --help"),
+        (
+            ["deck.ini", "b.ini"],
+            "one deck at a time, got 'deck.ini' and 'b.ini'; see millsim --help",
+        ),
     ],
 )
 def test_wrong_usage_is_one_line_and_status_2(millsim, small_deck, arguments, complaint):
@@ -83,7 +87,9 @@ def test_a_full_disk_is_a_failure(millsim, small_deck, arguments):
 @pytest.mark.parametrize("arguments", ["--help", "--check deck.ini"])
 def test_a_closed_standard_output_is_a_failure(tmp_path, small_deck, arguments):
     command = f"exec {PROGRAM} {arguments} >&-"
-    result = subprocess.run(["sh", "-c", command], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    result = subprocess.run(
+        ["sh", "-c", command], cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False
+    )
     assert result.returncode == 1
     assert result.stderr.startswith("millsim: cannot write to standard output: ")
 
@@ -142,7 +148,9 @@ def test_force_overwrites(millsim, small_deck, tmp_path):
         ("/dev/null", "is not a regular file; use -o for another name"),
     ],
 )
-def test_an_impossible_output_is_refused_before_the_run(millsim, small_deck, tmp_path, output, complaint):
+def test_an_impossible_output_is_refused_before_the_run(
+    millsim, small_deck, tmp_path, output, complaint
+):
     (tmp_path / "start.txt").write_text("0 0.02 0\n")
     (tmp_path / "link.ini").symlink_to("deck.ini")
     deck = small_deck.read_bytes()
@@ -173,7 +181,14 @@ def test_check_writes_nothing(millsim, small_deck, tmp_path):
 def test_a_run_ends_with_a_summary(millsim, small_deck):
     result = millsim("deck.ini")
     assert result.returncode == 0, result.stderr
-    for words in ("ball_drum", "rotor power", "rotor torque", "kinetic energy", "energy error", "wall"):
+    for words in (
+        "ball_drum",
+        "rotor power",
+        "rotor torque",
+        "kinetic energy",
+        "energy error",
+        "wall",
+    ):
         assert words in result.stdout
 
 

@@ -124,7 +124,12 @@ WRONG_VALUES = [
     ("run", "seed", "1.5", "expected a whole number from 0"),
     ("gravity", "acceleration", "-9.81 m/s^2", "expected three numbers and a unit of acceleration"),
     ("gravity", "acceleration", "0 0 -9.81", "expected three numbers and a unit of acceleration"),
-    ("gravity", "acceleration", "0 0 -9.81 m/s", "expected three numbers and a unit of acceleration"),
+    (
+        "gravity",
+        "acceleration",
+        "0 0 -9.81 m/s",
+        "expected three numbers and a unit of acceleration",
+    ),
     ("gravity", "acceleration", "0, 0, -9.81 m/s^2", "expected three numbers and a unit"),
     ("gravity", "acceleration", "0 0 0 -9.81 m/s^2", "expected three numbers and a unit"),
     ("balls", "count", "0", "must be between 1 and 50000000, got '0'"),
@@ -143,8 +148,18 @@ WRONG_VALUES = [
     ("balls", "speed", "-1 m/s", "must be at least 0 m/s"),
     ("balls", "speed", "1 m", "expected a speed such as '5 mm/s', got '1 m'"),
     ("balls", "start", "", "expected 'random' or the name of a file, got nothing"),
-    ("rotor", "speed", "600", "expected an angular speed with its unit such as '1000 rpm', got '600'"),
-    ("rotor", "speed", "16 Hz", "expected an angular speed with its unit such as '1000 rpm', got '16 Hz'"),
+    (
+        "rotor",
+        "speed",
+        "600",
+        "expected an angular speed with its unit such as '1000 rpm', got '600'",
+    ),
+    (
+        "rotor",
+        "speed",
+        "16 Hz",
+        "expected an angular speed with its unit such as '1000 rpm', got '16 Hz'",
+    ),
     ("rotor", "speed", "10 1/s", "expected an angular speed"),
     ("rotor", "speed", "1 m/s", "expected an angular speed such as '1000 rpm', got '1 m/s'"),
     ("rotor", "shaft_radius", "-1 mm", "must be at least 0 m"),
@@ -155,7 +170,12 @@ WRONG_VALUES = [
     ("blades", "count", "0", "must be between 1 and 10000"),
     ("blades", "tip_radius", "30 mm", "must be less than the drum's radius, 0.03 m, got 0.03 m"),
     ("blades", "tip_radius", "29.99 mm", "the blade's corners reach"),
-    ("blades", "tip_radius", "5 mm", "must be greater than the shaft's radius, 0.005 m, got 0.005 m"),
+    (
+        "blades",
+        "tip_radius",
+        "5 mm",
+        "must be greater than the shaft's radius, 0.005 m, got 0.005 m",
+    ),
     ("blades", "width", "20.1 mm", "out of the drum's -0.02 m to 0.02 m"),
     ("blades", "thickness", "0 mm", "must be greater than 0 m"),
     ("blades", "pitch", "5", "expected an angle with its unit such as '30 deg', got '5'"),
@@ -232,7 +252,9 @@ def test_an_unknown_key_is_refused_with_the_nearest_name(refused, write_deck):
 def test_a_key_of_another_section_is_refused_with_its_place(refused, write_deck):
     text, line = set_key(SMALL, "run", "restitution", "0.8")
     write_deck(text)
-    expected = f"deck.ini:{line}: [run] restitution: unknown key; 'restitution' belongs to [contact]"
+    expected = (
+        f"deck.ini:{line}: [run] restitution: unknown key; 'restitution' belongs to [contact]"
+    )
     assert refused("deck.ini") == expected
 
 
@@ -245,12 +267,16 @@ def test_an_unknown_kind_of_contact_is_refused(refused, write_deck):
 
 def test_a_key_given_twice_is_refused_with_the_first_line(refused, write_deck):
     write_deck(SMALL.replace("count = 20\n", "count = 20\ncount = 20\n"))
-    assert refused("deck.ini") == "deck.ini:5: [balls] count: the key is there twice (first in line 4)"
+    assert (
+        refused("deck.ini") == "deck.ini:5: [balls] count: the key is there twice (first in line 4)"
+    )
 
 
 def test_a_section_given_twice_is_refused_with_the_first_line(refused, write_deck):
     write_deck(SMALL + "[drum]\n")
-    assert refused("deck.ini") == "deck.ini:23: [drum]: the section is there twice (first in line 7)"
+    assert (
+        refused("deck.ini") == "deck.ini:23: [drum]: the section is there twice (first in line 7)"
+    )
 
 
 def test_a_key_before_the_first_section_is_refused(refused, write_deck):
@@ -315,7 +341,9 @@ def test_a_missing_key_is_named_with_its_section_and_meaning(
 
 def test_a_missing_section_is_named_by_its_first_required_key(refused, write_deck):
     write_deck(SMALL.replace("[drum]\nradius = 30 mm\nlength = 40 mm\n", ""))
-    assert refused("deck.ini").startswith("deck.ini: [drum] radius: missing (inner radius of the drum)")
+    assert refused("deck.ini").startswith(
+        "deck.ini: [drum] radius: missing (inner radius of the drum)"
+    )
 
 
 @pytest.mark.parametrize("key", ["position", "angle", "tip_radius", "width", "thickness"])
@@ -337,7 +365,10 @@ def test_a_single_blade_needs_all_but_its_pitch(refused, write_deck, key):
 
 def test_blades_without_a_rotor_are_refused(refused, write_deck):
     write_deck(SMALL.replace("[rotor]\nspeed = 600 rpm\nshaft_radius = 5 mm\n", ""))
-    assert refused("deck.ini") == "deck.ini:10: [blades]: blades need a section [rotor] that carries them"
+    assert (
+        refused("deck.ini")
+        == "deck.ini:10: [blades]: blades need a section [rotor] that carries them"
+    )
 
 
 def test_a_single_blade_without_a_rotor_is_refused(refused, write_deck):
@@ -383,7 +414,9 @@ def test_a_gap_below_a_ball_is_a_warning(millsim, write_deck):
     write_deck(text)
     result = millsim("--check", "deck.ini")
     assert result.returncode == 0
-    assert result.stderr.startswith(f"millsim: warning: deck.ini:{line}: [blades] tip_radius: the gap of")
+    assert result.stderr.startswith(
+        f"millsim: warning: deck.ini:{line}: [blades] tip_radius: the gap of"
+    )
     assert len(result.stderr.splitlines()) == 1
 
 
@@ -403,7 +436,9 @@ def test_a_start_file_excludes_a_speed(refused, write_deck):
     text, _ = set_key(SMALL, "balls", "start", "start.txt")
     text, line = set_key(text, "balls", "speed", "1 m/s")
     write_deck(text)
-    assert refused("deck.ini").startswith(f"deck.ini:{line}: [balls] speed: is for a random start only")
+    assert refused("deck.ini").startswith(
+        f"deck.ini:{line}: [balls] speed: is for a random start only"
+    )
 
 
 def test_a_fault_in_a_default_is_named_as_such(refused, write_deck):
@@ -429,7 +464,9 @@ def test_a_mixture_shares_start_and_speed(printed, write_deck):
     assert printed("deck.ini")["balls.speed"] == "2 m/s"
 
 
-@pytest.mark.parametrize("key, value", [("count", 5), ("diameter", "1 mm"), ("density", "1 kg/m^3")])
+@pytest.mark.parametrize(
+    "key, value", [("count", 5), ("diameter", "1 mm"), ("density", "1 kg/m^3")]
+)
 def test_a_mixture_leaves_no_balls_in_the_plain_section(refused, write_deck, key, value):
     write_deck(MIXTURE + f"[balls]\n{key} = {value}\n")
     expected = f"deck.ini:17: [balls] {key}: belongs into the sections [balls.NAME] of this mixture"
@@ -449,10 +486,14 @@ def test_a_mixtures_total_is_bounded(refused, write_deck):
     assert "[balls.small] count: more than 50000000 balls in all" in refused("deck.ini")
 
 
-@pytest.mark.parametrize("title", ["balls.", "balls.a b", "balls..", "blade.a/b", "blade.-", "balls." + 60 * "x"])
+@pytest.mark.parametrize(
+    "title", ["balls.", "balls.a b", "balls..", "blade.a/b", "blade.-", "balls." + 60 * "x"]
+)
 def test_a_bad_name_is_refused(refused, write_deck, title):
     write_deck(MIXTURE + f"[{title}]\n")
-    assert refused("deck.ini").startswith("deck.ini:16: [bal" if "balls" in title else "deck.ini:16: [bla")
+    assert refused("deck.ini").startswith(
+        "deck.ini:16: [bal" if "balls" in title else "deck.ini:16: [bla"
+    )
 
 
 def test_equal_blades_and_single_ones_go_together(printed, write_deck):
@@ -474,7 +515,8 @@ def test_a_kind_of_contact_overrides_single_values(printed, write_deck):
 
 
 @pytest.mark.parametrize(
-    "value", ["30 mm", "30mm", "+30 mm", "3 cm", "3.e1 mm", ".3e2 mm", "3e-2 m", "0.03 metre", "30e3 µm"]
+    "value",
+    ["30 mm", "30mm", "+30 mm", "3 cm", "3.e1 mm", ".3e2 mm", "3e-2 m", "0.03 metre", "30e3 µm"],
 )
 def test_a_length_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "drum", "radius", value)[0])
@@ -482,20 +524,27 @@ def test_a_length_may_be_spelt_in_many_ways(printed, write_deck, value):
 
 
 @pytest.mark.parametrize(
-    "value", ["30 rpm", "180 deg/s", "0.5 revolution/s", "0.5 rev/s", "30 rev/min", "180 degree s-1"]
+    "value",
+    ["30 rpm", "180 deg/s", "0.5 revolution/s", "0.5 rev/s", "30 rev/min", "180 degree s-1"],
 )
 def test_an_angular_speed_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "rotor", "speed", value)[0])
-    assert float(printed("deck.ini")["rotor.speed"].split()[0]) == pytest.approx(3.141592653589793, rel=1e-15)
+    assert float(printed("deck.ini")["rotor.speed"].split()[0]) == pytest.approx(
+        3.141592653589793, rel=1e-15
+    )
 
 
-@pytest.mark.parametrize("value", ["7800 kg/m^3", "7800 kg/m3", "7800 kg m-3", "7.8 g/cm^3", "7.8 t/m3"])
+@pytest.mark.parametrize(
+    "value", ["7800 kg/m^3", "7800 kg/m3", "7800 kg m-3", "7.8 g/cm^3", "7.8 t/m3"]
+)
 def test_a_density_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "balls", "density", value)[0])
     assert printed("deck.ini")["balls.density"] == "7800 kg/m^3"
 
 
-@pytest.mark.parametrize("value", ["0 0 -9.81 m/s^2", "0  0\t-9.81 m/s2", "0 0 -981 cm/s^2", "0 0 -9.81 m.s-2"])
+@pytest.mark.parametrize(
+    "value", ["0 0 -9.81 m/s^2", "0  0\t-9.81 m/s2", "0 0 -981 cm/s^2", "0 0 -9.81 m.s-2"]
+)
 def test_gravity_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "gravity", "acceleration", value)[0])
     assert printed("deck.ini")["gravity.acceleration"] == "0 0 -9.81 m/s^2"
@@ -521,7 +570,18 @@ def test_a_rotor_may_stand_or_turn_backwards(printed, write_deck, value):
         lambda text: "# remark\n; remark\n\n" + text.replace("[", "\n["),
         lambda text: text.replace("[drum]", "# " + 5000 * "long " + "\n[drum]"),
     ],
-    ids=["crlf", "bom", "no newline", "tabs", "indented", "tight", "#", ";", "comment lines", "long comment"],
+    ids=[
+        "crlf",
+        "bom",
+        "no newline",
+        "tabs",
+        "indented",
+        "tight",
+        "#",
+        ";",
+        "comment lines",
+        "long comment",
+    ],
 )
 def test_white_space_and_comments_make_no_difference(millsim, write_deck, change):
     write_deck()
@@ -644,12 +704,19 @@ def test_a_checked_mixture_checks_to_itself(millsim, tmp_path, write_deck):
 
 
 def test_checked_numbers_keep_their_bits(millsim, tmp_path, small_deck):
-    orders = ["rotor.speed=777.7 rpm", "rotor.angle=33.3 deg", "drum.radius=30.1 mm", "run.time=0.1 min"]
+    orders = [
+        "rotor.speed=777.7 rpm",
+        "rotor.angle=33.3 deg",
+        "drum.radius=30.1 mm",
+        "run.time=0.1 min",
+    ]
     orders += ["balls.density=0.3 lb/inch^3", "blades.pitch=-7 deg", "output.strike_window=3.3 us"]
     fixed_point(millsim, tmp_path, "deck.ini", *(f"--set={order}" for order in orders))
 
 
-@pytest.mark.parametrize("folder", ["plain", "run #3; b", "with 'quotes' \"too\"", 40 * "long/" + "end"])
+@pytest.mark.parametrize(
+    "folder", ["plain", "run #3; b", "with 'quotes' \"too\"", 40 * "long/" + "end"]
+)
 def test_a_start_file_is_found_again_wherever_the_deck_lies(millsim, tmp_path, write_deck, folder):
     (tmp_path / folder).mkdir(parents=True)
     text, _ = set_key(SMALL, "balls", "start", "start file.txt")

@@ -44,7 +44,7 @@ shaft_radius = 10 mm
 [blades]
 count = 3
 tip_radius = 38 mm
-width = 10 mm
+width = 6 mm
 thickness = 6 mm
 [contact]
 restitution = {RESTITUTION}

@@ -8,6 +8,7 @@ a blade and the drum or an end wall, since a pinch has no outcome to agree upon.
 from dataclasses import dataclass
 
 import numpy as np
+
 from oracle import KINDS, Blade, Law, Mill, Simulation
 
 ROOM = 1.3  # ball diameters left free between a blade and the drum or an end wall
@@ -143,8 +144,8 @@ def random_balls(rng, count, largest):
 
 
 def random_blade(rng, drum, shaft, free_length, largest):
-    """Keys of a blade that leaves room to the drum and fits in `free_length` (mm) along the axis, and
-    its extent along the axis; None when the dice were bad."""
+    """Keys of a blade that leaves room to the drum and fits in `free_length` (mm) along the axis,
+    and its extent along the axis; None when the dice were bad."""
     width, thickness = rng.uniform(4, 0.5 * free_length), rng.uniform(1.5, 5)
     pitch = rng.uniform(-60, 60) if rng.random() < 0.8 else 0.0
     cos, sin = np.cos(np.radians(pitch)), abs(np.sin(np.radians(pitch)))

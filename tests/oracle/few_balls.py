@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
+
 from decks import random_case
 
 PROGRAM = Path(__file__).resolve().parents[2] / "millsim"
@@ -75,8 +76,8 @@ def shares_a_ball(a, b):
 
 
 def agreement(expected, found, mill, scale=1.0):
-    """(how many of the expected rows are found, what is wrong with the next). Two impacts of different
-    balls at the same time may be found in either order."""
+    """(how many of the expected rows are found, what is wrong with the next). Two impacts of
+    different balls at the same time may be found in either order."""
     found = list(found)
     for k, row in enumerate(expected):
         if k >= len(found):
@@ -148,7 +149,7 @@ def show(row):
 
 
 def compare(case, impacts, folder):
-    """None when the program finds the oracle's impacts, else the story of the first that differs."""
+    """None when the program finds the oracle's impacts, else the story of the first it does not."""
     expected = [row_of(impact) for impact in impacts]
     until = expected[-1].time + 1e-6
     found = run_program(case, until, folder)
@@ -169,8 +170,14 @@ def compare(case, impacts, folder):
 
 
 def census(runs):
-    """How many impacts of each kind, and on each part of a blade, the runs hold."""
-    return Counter(key for impacts in runs for i in impacts for key in (i.kind, i.feature) if key)
+    """How many impacts of each kind, on each part of a blade, and of each way to end."""
+    names = (
+        name
+        for impacts in runs
+        for i in impacts
+        for name in (i.kind, i.feature, i.grip, "floored" if i.floored else "bounced")
+    )
+    return Counter(names)
 
 
 def main(seeds):

@@ -1,10 +1,10 @@
 """A slow mill for a few balls, to check the event-driven program against, impact by impact.
 
-Nothing is solved in closed form here. Every gap between two bodies is sampled along the flight of the
-balls; where a sampled gap changes sign, or has a minimum between two samples, the interval is cut down
-until the times in it are neighbouring doubles. The only rule is that of a contact: the first time at
-which gap <= 0 and the gap is closing. No contact is treated specially for having just happened: its
-gap is then zero and opening, which is no contact.
+Nothing is solved in closed form here. Every gap between two bodies is sampled along the flight of
+the balls; where a sampled gap changes sign, or has a minimum between two samples, the interval is
+cut down until the times in it are neighbouring doubles. The only rule is that of a contact: the
+first time at which gap <= 0 and the gap is closing. No contact is treated specially for having just
+happened: its gap is then zero and opening, which is no contact.
 
 All numbers are SI. Frame: x along the axis, the rotor's angle counted from +y towards +z.
 """
@@ -69,6 +69,7 @@ class Impact(NamedTuple):
     tangential_speed: float
     dissipation: float
     feature: str  # of a blade: face, edge or corner; else ""
+    grip: str  # smooth, sticking or sliding
     floored: bool
 
 
@@ -230,8 +231,8 @@ class Simulation:
         return hi
 
     def contact_between(self, pair, lo, hi):
-        """First contact of the pair in one step [lo, hi], or None. A gap is taken to turn at most twice
-        within a step."""
+        """First contact of the pair in one step [lo, hi], or None. Within so short a step a gap turns
+        once at most."""
         g, d = self.gap(pair, np.array([lo, hi]))
 
         def touching(t):
@@ -258,7 +259,7 @@ class Simulation:
         return None
 
     def next_contact(self, until):
-        """(pair, seconds from now) of the first contact within `until` seconds, or (None, until)."""
+        """The first contact within `until` seconds, and when: (pair, seconds) or (None, until)."""
         start = 0.0
         while start < until:
             stop = min(until, start + SAMPLES * self.step)
@@ -319,10 +320,12 @@ class Simulation:
         give_across = give + sum(mill.radius[b] ** 2 / self.inertia[b] for b, _, _ in bodies)
         rebound = max(law.restitution * approach, mill.rebound_floor)
         push = (approach + rebound) / give
-        drag = np.zeros(3)
+        drag, grip = np.zeros(3), "smooth"
         if law.friction > 0:
+            grip = "sticking"
             drag = -(1 + law.tangential) * tangential / give_across
             if length(drag) > law.friction * push:
+                grip = "sliding"
                 drag *= law.friction * push / length(drag)
         impulse = push * normal + drag  # received by ball i
         for b, sign, arm in bodies:
@@ -334,7 +337,7 @@ class Simulation:
         self.dissipated += loss
         return Impact(
             self.time, pair.kind, int(i), int(j), point, normal, approach,
-            float(length(tangential)), float(loss), feature,
+            float(length(tangential)), float(loss), feature, grip,
             law.restitution * approach < mill.rebound_floor,
         )  # fmt: skip
 
