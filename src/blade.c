@@ -13,6 +13,9 @@
 #define STILL                                                                                      \
     1e-9 /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
 #define MOST_STEPS 400 /* of one search; one or two are usual */
+/* of one that waits for an overlapping ball to close again: the loop would take giving up there for
+ * a contact */
+#define MOST_STEPS_INSIDE 100000
 
 struct blade {
     struct mill_shape base;
@@ -92,13 +95,15 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
     const double v_perp = sqrt(f->v.y * f->v.y + f->v.z * f->v.z) + g * horizon;
     /* |a| in the rotor's frame <= g + 2 Omega v + Omega^2 rho, v in the frame at rest */
     const double a = g + omega * (2.0 * v_perp + omega * b->mill_radius) + 1e-9;
-    double t = 0.0;
-    for (int step = 0; step < MOST_STEPS; step++) {
+    double t = 0.0, d = 0.0;
+    for (int step = 0; step < (d > 0.0 ? MOST_STEPS : MOST_STEPS_INSIDE); step++) {
         const vec3 r = vec3_fly(f->r, f->v, f->g, t);
         const vec3 v = vec3_axpy(f->v, t, f->g);
         const struct view k = look(b, r, turn + b->speed * t);
-        const double d = k.d - radius;
+        d = k.d - radius;
         const double d1 = rate(b, &k, r, v);
+        if (omega == 0.0 && d1 >= 0.0 && d >= -TOUCH && vec3_dot(k.n, f->g) >= 0.0)
+            return INFINITY; /* the plane between box and ball stands still: never nearer again */
         if (d <= TOUCH && d1 <= STILL)
             return t;
         double dt;

@@ -143,7 +143,8 @@ static enum mill_status fill_balls(const struct filling *f)
     deck->balls = calloc((size_t)deck->kinds, sizeof *deck->balls);
     if (!deck->balls)
         return no_memory(f->error);
-    snprintf(deck->balls[0].name, MILL_NAME_LENGTH, "balls");
+    if (!named)
+        snprintf(deck->balls[0].name, MILL_NAME_LENGTH, "balls");
     for (int i = 0, kind = 0; i < deck->text->sections; i++)
         if (deck->text->section[i].part == DECK_BALLS_NAME)
             snprintf(deck->balls[kind++].name, MILL_NAME_LENGTH, "%s", deck->text->section[i].name);

@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SEED_MAX 9223372036854775807.0
+#define SEED_MAX 4294967295.0 /* what the generator tells apart */
 #define DECK(member) DECK_IN_DECK, offsetof(struct mill_deck, member)
 #define BALLS(member) DECK_IN_BALLS, offsetof(struct mill_deck_balls, member)
 #define BLADES(member) DECK_IN_BLADES, offsetof(struct mill_deck_blades, member)

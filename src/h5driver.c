@@ -1,6 +1,7 @@
-/* How HDF5 reaches the disk: a file driver much like its own "sec2", which in addition saves to the undo
- * journal what it is about to overwrite, remembers the errno of a failure, and can be switched to let a
- * file be closed without writing. The file on the disk is an ordinary one, for every reader. */
+/* How HDF5 reaches the disk: a file driver much like its own "sec2", which in addition saves to the
+ * undo journal what it is about to overwrite, remembers the errno of a failure, and can be switched
+ * to let a file be closed without writing. The file on the disk is an ordinary one, for every
+ * reader. */
 #include "h5internal.h"
 
 #include <errno.h>
@@ -52,7 +53,7 @@ static int prepare(const struct driver *file, unsigned flags, uint64_t *size)
         failed = errno;
     if (failed)
         return failed;
-    *size = (uint64_t)about.st_size;
+    *size = file->disk->size = (uint64_t)about.st_size;
     return file->disk->recover ? mill_journal_commit(journal, *size) : 0;
 }
 
@@ -161,7 +162,7 @@ static herr_t driver_write(H5FD_t *base, H5FD_mem_t type, hid_t dxpl, haddr_t at
     if (failed)
         return fail(file->disk, failed);
     if (at + length > file->eof)
-        file->eof = at + length;
+        file->disk->size = file->eof = at + length;
     return 0;
 }
 
@@ -174,13 +175,13 @@ static herr_t driver_truncate(H5FD_t *base, hid_t dxpl, hbool_t closing)
     if (file->disk->mute || file->eoa == file->eof)
         return 0;
     if (file->eoa < file->eof)
-        failed = mill_journal_preserve(file->disk->journal, file->fd, file->eoa,
-                                       file->eof - file->eoa);
+        failed =
+            mill_journal_preserve(file->disk->journal, file->fd, file->eoa, file->eof - file->eoa);
     if (!failed && ftruncate(file->fd, (off_t)file->eoa) != 0)
         failed = errno;
     if (failed)
         return fail(file->disk, failed);
-    file->eof = file->eoa;
+    file->disk->size = file->eof = file->eoa;
     return 0;
 }
 
@@ -213,4 +214,17 @@ bool mill_h5_use_disk(hid_t access_list, struct mill_h5_disk *disk)
     if (id >= 0)
         H5FDunregister(id); /* the list keeps it alive */
     return done;
+}
+
+int mill_h5_restore(const char *path, const struct mill_h5_disk *disk)
+{
+    const int fd = open(path, O_RDWR | O_CLOEXEC);
+    bool found;
+    int failed;
+    if (fd < 0)
+        return errno;
+    failed = mill_journal_roll_back(disk->journal, fd, &found);
+    if (close(fd) != 0 && !failed)
+        failed = errno;
+    return failed;
 }

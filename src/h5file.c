@@ -11,42 +11,36 @@
 #include <string.h>
 #include <unistd.h>
 
-struct reason {
-    int number;     /* errno, 0 where HDF5 tells none */
-    char text[160]; /* HDF5's innermost words */
-};
-
-static herr_t collect(unsigned depth, const H5E_error2_t *entry, void *self)
+static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *self)
 {
-    struct reason *reason = self;
-    const char *number = entry->desc ? strstr(entry->desc, "errno = ") : NULL;
-    (void)depth;
-    if (number && !reason->number)
-        reason->number = atoi(number + strlen("errno = "));
-    if (entry->desc && !reason->text[0])
-        snprintf(reason->text, sizeof reason->text, "%s", entry->desc);
+    const char **words = self;
+    if (depth == 0)
+        *words = entry->desc;
     return 0;
 }
 
-static void find_reason(struct reason *reason)
+static void find_reason(const struct mill_h5 *file, char *reason, size_t size)
 {
-    memset(reason, 0, sizeof *reason);
-    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, collect, reason);
-    if (reason->number == EAGAIN) /* the lock on the file is taken */
-        snprintf(reason->text, sizeof reason->text, "another program has it open");
-    else if (reason->number)
-        snprintf(reason->text, sizeof reason->text, "%s", strerror(reason->number));
-    else if (!reason->text[0])
-        snprintf(reason->text, sizeof reason->text, "the HDF5 library refused");
+    const char *words = NULL;
+    const int number = file->disk.number;
+    if (number == EWOULDBLOCK)
+        words = "another program has it open";
+    else if (number == ENODATA)
+        words = "its run was killed before the first checkpoint; start it again with --force";
+    else if (number)
+        words = strerror(number);
+    else
+        H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &words);
+    snprintf(reason, size, "%s", words && words[0] ? words : "the HDF5 library refused");
 }
 
 enum mill_status mill_h5_fail(struct mill_h5 *file, struct mill_error *error, const char *verb,
                               const char *path)
 {
-    struct reason reason;
-    find_reason(&reason);
+    char reason[256];
+    find_reason(file, reason, sizeof reason);
     mill_error_set(&file->cause, MILL_FAILED, "%s: cannot %s%s%s: %s", file->path, verb,
-                   path ? " " : "", path ? path : "", reason.text);
+                   path ? " " : "", path ? path : "", reason);
     file->spent = MILL_FAILED;
     return mill_h5_check(file, error);
 }
@@ -67,8 +61,8 @@ hid_t mill_h5_timeless(hid_t property_class)
 }
 
 /* Files that HDF5 1.10 and later read, in the compact format of 1.8; closing takes all that is
- * still open along. A folder that knows no locks (some network disks) is no reason to fail. */
-static hid_t access_list(void)
+ * still open along. */
+static hid_t access_list(struct mill_h5_disk *disk)
 {
     const hid_t list = H5Pcreate(H5P_FILE_ACCESS);
     if (list < 0)
@@ -78,16 +72,15 @@ static hid_t access_list(void)
 #else
     H5Pset_libver_bounds(list, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
-#if H5_VERSION_GE(1, 12, 1) || (H5_VERSION_GE(1, 10, 7) && !H5_VERSION_GE(1, 12, 0))
-    H5Pset_file_locking(list, 1, 1);
-#endif
-    H5Pset_fclose_degree(list, H5F_CLOSE_STRONG);
+    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) < 0 || !mill_h5_use_disk(list, disk))
+        return -1;
     return list;
 }
 
-static hid_t open_file(const char *path, enum mill_h5_open how)
+static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
 {
-    const hid_t list = access_list();
+    const char *path = file->path;
+    const hid_t list = access_list(&file->disk);
     const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
     hid_t id = -1;
     if (list >= 0 && create >= 0 && how == MILL_H5_UPDATE)
@@ -101,33 +94,52 @@ static hid_t open_file(const char *path, enum mill_h5_open how)
     return id;
 }
 
+static struct mill_h5 *allocate(const char *path)
+{
+    struct mill_h5 *file = calloc(1, sizeof *file);
+    if (!file)
+        return NULL;
+    file->id = -1;
+    file->path = malloc(strlen(path) + 1);
+    file->disk.journal = mill_journal_create(path);
+    if (!file->path || !file->disk.journal) {
+        mill_journal_free(file->disk.journal);
+        free(file->path);
+        free(file);
+        return NULL;
+    }
+    strcpy(file->path, path);
+    return file;
+}
+
+static void release(struct mill_h5 *file)
+{
+    mill_journal_free(file->disk.journal);
+    free(file->path);
+    free(file);
+}
+
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    struct mill_h5 *file = calloc(1, sizeof *file);
-    enum mill_status status = MILL_OK;
+    struct mill_h5 *file;
+    enum mill_status status;
     *out = NULL;
-    if (file)
-        file->path = malloc(strlen(path) + 1);
-    if (!file || !file->path) {
-        free(file);
+    if (how == MILL_H5_NEW && access(path, F_OK) == 0)
+        return mill_error_set(error, MILL_FAILED,
+                              "%s: exists already (--force overwrites it, --resume continues it)",
+                              path);
+    file = allocate(path);
+    if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
-    }
-    strcpy(file->path, path);
-    if (how == MILL_H5_NEW && access(path, F_OK) == 0) {
-        status = mill_error_set(error, MILL_FAILED,
-                                "%s: exists already (--force overwrites it, --resume continues it)",
-                                path);
-    } else {
-        H5dont_atexit(); /* at exit the library would try a failed close again and again */
-        H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-        file->id = open_file(path, how);
-        if (file->id < 0)
-            status = mill_h5_fail(file, error, how == MILL_H5_UPDATE ? "open" : "create", NULL);
-    }
-    if (status != MILL_OK) {
-        free(file->path);
-        free(file);
+    H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    file->disk.recover = how == MILL_H5_UPDATE;
+    file->id = open_file(file, how);
+    if (file->id < 0) {
+        status = mill_h5_fail(file, error, how == MILL_H5_UPDATE ? "open" : "create", NULL);
+        mill_journal_discard(file->disk.journal);
+        release(file);
         return status;
     }
     *out = file;
@@ -136,11 +148,29 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
 
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error)
 {
+    int failed;
     if (file->spent != MILL_OK)
         return mill_h5_check(file, error);
     if (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
         return mill_h5_fail(file, error, "write", NULL);
+    failed = mill_journal_commit(file->disk.journal, file->disk.size);
+    if (failed) {
+        file->disk.number = failed;
+        return mill_h5_fail(file, error, "write its journal", NULL);
+    }
     return MILL_OK;
+}
+
+/* The file as it was at the last commit, or the fragment that it is. Should even that fail, the
+ * journal stays for the next attempt. */
+static void fall_back(struct mill_h5 *file)
+{
+    file->disk.mute = true; /* what HDF5 still holds must not reach the disk */
+    if (H5Iis_valid(file->id) > 0)
+        H5Fclose(file->id);
+    if (!mill_journal_committed(file->disk.journal) ||
+        mill_h5_restore(file->path, &file->disk) == 0)
+        mill_journal_discard(file->disk.journal);
 }
 
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
@@ -148,14 +178,17 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
     enum mill_status status;
     if (!file)
         return MILL_OK;
-    /* After a failure HDF5's datasets are not to be touched any more (closing one after its file
-     * crashes 1.10): the file closes them as far as it can, and nobody asks for them again. */
-    mill_h5_orphan_columns(file);
+    mill_h5_orphan_columns(file); /* their datasets are closed with the file */
     status = mill_h5_flush(file, error);
-    if (H5Fclose(file->id) < 0 && status == MILL_OK)
+    if (status != MILL_OK) {
+        fall_back(file);
+    } else if (H5Fclose(file->id) < 0) {
         status = mill_h5_fail(file, error, "close", NULL);
-    free(file->path);
-    free(file);
+        fall_back(file);
+    } else {
+        mill_journal_discard(file->disk.journal);
+    }
+    release(file);
     return status;
 }
 

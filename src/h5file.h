@@ -32,7 +32,7 @@ enum mill_h5_type {
 enum mill_h5_open {
     MILL_H5_NEW,       /* refuse a file that exists */
     MILL_H5_OVERWRITE, /* empty a file that exists */
-    MILL_H5_UPDATE     /* go on in a file that exists and was closed */
+    MILL_H5_UPDATE     /* go on in a file that was closed, or from its last flush if it was not */
 };
 
 /* ---- the file ---- */
@@ -41,7 +41,10 @@ enum mill_h5_open {
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **file,
                                 struct mill_error *error);
 
-/* Everything written so far goes to the disk; columns are flushed by their owners before. */
+/* Everything written so far goes to the disk and is committed: if the process dies or the disk
+ * fills up later, the file comes back to this state (by itself when the file is closed after a
+ * failure, or when it is next opened with MILL_H5_UPDATE). Columns are flushed by their owners
+ * before. Meanwhile PATH.journal lies beside the file. */
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error);
 
 /* Closes and frees in every case, also after a failure, which it returns again. Columns must have

@@ -1,13 +1,25 @@
-/* What the parts of the h5file module (h5file.c, h5data.c, h5attribute.c, h5column.c) share; no
+/* What the parts of the h5file module (h5file.c, h5driver.c, h5data.c,
+ * h5attribute.c, h5column.c) share; no
  * other file includes this. */
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
 
 #include "h5file.h"
+#include "journal.h"
 
 #include <hdf5.h>
 
+/* What the file driver and the owner of the file tell each other. */
+struct mill_h5_disk {
+    struct mill_journal *journal;
+    uint64_t size; /* [byte] of the file */
+    bool recover;  /* on opening, bring back the last commit and start a journal from there */
+    bool mute;     /* nothing is to be written any more */
+    int number;    /* errno of the first failure, 0 = none */
+};
+
 struct mill_h5 {
+    struct mill_h5_disk disk;
     hid_t id;
     char *path;                     /* as the user gave it: for messages */
     enum mill_status spent;         /* MILL_OK until the first failure */
@@ -25,6 +37,12 @@ enum mill_status mill_h5_check(const struct mill_h5 *file, struct mill_error *er
 
 /* Makes the groups above `path`. */
 enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct mill_error *error);
+
+/* Files opened with this access list go through h5driver.c; `disk` must outlive them. */
+bool mill_h5_use_disk(hid_t access_list, struct mill_h5_disk *disk);
+
+/* Brings the closed file `path` back to its last commit; 0 or an errno. */
+int mill_h5_restore(const char *path, const struct mill_h5_disk *disk);
 
 /* The columns outlive their file as empty shells. */
 void mill_h5_orphan_columns(struct mill_h5 *file);

@@ -8,8 +8,9 @@ struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_
                                      double reduced_mass, vec3 n, vec3 slip)
 {
     struct mill_blow blow;
-    const double g_n = fmax(vec3_dot(slip, n), 0.0);
-    const vec3 g_t = vec3_axpy(slip, -vec3_dot(slip, n), n);
+    const double closing = vec3_dot(slip, n); /* rounding may make it negative at a due contact */
+    const double g_n = fmax(closing, 0.0);
+    const vec3 g_t = vec3_axpy(slip, -closing, n);
     const double s_t = vec3_norm(g_t);
 
     blow.floored = law->restitution * g_n < rebound_floor;
@@ -18,8 +19,8 @@ struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_
     blow.impulse = vec3_scale(n, j_n);
     blow.normal_speed = g_n;
     blow.tangential_speed = s_t;
-    /* loss = impulse . (slip before + slip after) / 2, exact for any impulse */
-    blow.dissipation_normal = 0.5 * j_n * (g_n - rebound);
+    /* loss = impulse . (slip before + slip after) / 2, exact for any impulse and any slip */
+    blow.dissipation_normal = 0.5 * j_n * (g_n - rebound) + j_n * (closing - g_n);
     blow.dissipation = blow.dissipation_normal;
 
     if (law->friction > 0.0 && s_t > 0.0) {

@@ -1,9 +1,10 @@
-/* How to get a file back that was being changed when its writer was killed: a rollback journal, as data
- * bases keep it (Gray and Reuter, Transaction Processing, 1993, section 10.3). Before a page that
- * belongs to the last commit is changed for the first time, its old bytes are appended to the journal.
- * Rolling back writes them all back and cuts the file to its old size. A record cut short by a kill is
- * of a change that was never made. Guards against the death of the process, not of the machine: nothing
- * is synced, because the operating system keeps the order of writes while it lives. */
+/* How to get a file back that was being changed when its writer was killed: a rollback journal, as
+ * data bases keep it (Gray and Reuter, Transaction Processing, 1993, section 10.3). Before a page
+ * that belongs to the last commit is changed for the first time, its old bytes are appended to the
+ * journal. Rolling back writes them all back and cuts the file to its old size. A record cut short
+ * by a kill is of a change that was never made. Guards against the death of the process, not of the
+ * machine: nothing is synced, because the operating system keeps the order of writes while it
+ * lives. */
 #include "journal.h"
 
 #include <errno.h>
@@ -29,12 +30,12 @@ struct record {
 static const char magic[8] = {'M', 'I', 'L', 'L', 'U', 'N', 'D', 'O'};
 
 struct mill_journal {
-    char *path, *draft; /* the new journal is written as a draft and renamed */
-    int fd;             /* -1: none yet */
-    uint64_t committed; /* [byte] size of the file at the commit */
-    uint64_t end;       /* [byte] of the journal's file */
+    char *path, *draft;   /* the new journal is written as a draft and renamed */
+    int fd;               /* -1: none yet */
+    uint64_t committed;   /* [byte] size of the file at the commit */
+    uint64_t end;         /* [byte] of the journal's file */
     unsigned char *saved; /* one bit a page */
-    int broken;         /* errno of the first failure */
+    int broken;           /* errno of the first failure */
 };
 
 struct mill_journal *mill_journal_create(const char *path)
@@ -145,8 +146,8 @@ static int save_page(struct mill_journal *journal, int fd, uint64_t page)
     record.length = left < PAGE ? left : PAGE;
     failed = mill_journal_read(fd, record.offset, record.bytes, (size_t)record.length);
     if (!failed)
-        failed = mill_journal_write(journal->fd, journal->end, &record,
-                                    fixed + (size_t)record.length);
+        failed =
+            mill_journal_write(journal->fd, journal->end, &record, fixed + (size_t)record.length);
     if (failed)
         return failed;
     journal->end += fixed + record.length;
@@ -172,9 +173,8 @@ static int apply(int journal, int fd)
     uint64_t at = sizeof header;
     const size_t fixed = offsetof(struct record, bytes);
     const off_t end = lseek(journal, 0, SEEK_END);
-    int failed = end < (off_t)sizeof header
-                     ? EINVAL
-                     : mill_journal_read(journal, 0, &header, sizeof header);
+    int failed =
+        end < (off_t)sizeof header ? EINVAL : mill_journal_read(journal, 0, &header, sizeof header);
     if (!failed && memcmp(header.magic, magic, sizeof magic) != 0)
         failed = EINVAL;
     if (!failed && header.size == 0)

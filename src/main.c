@@ -1,6 +1,7 @@
 /* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
+#include "millsim/world.h"
 #include "progress.h"
 #include "run.h"
 
@@ -271,31 +272,38 @@ static int put(const char *text, int status)
     return status ? status : (int)MILL_FAILED;
 }
 
+/* --check means all of it: balls that do not fit or overlap show only when the mill is built. */
 static int print_deck(const struct mill_deck *deck)
 {
+    struct mill_error error = {""};
+    struct mill_world *world;
+    const enum mill_status status = mill_world_create(deck, &world, &error);
+    if (status != MILL_OK)
+        return complain(&error, status);
+    mill_world_free(world);
     errno = 0;
     mill_deck_print(deck, stdout);
     return ferror(stdout) ? put("", MILL_FAILED) : put("", MILL_OK);
 }
 
 /* Runs, then ends the progress line, then prints: the summary waits in memory meanwhile. */
-static int run(const struct mill_deck *deck, struct mill_run_options *options)
+static int run(const struct mill_deck *deck, struct mill_run_options options)
 {
     struct mill_error error = {""};
     struct mill_progress_display display;
     char *summary = NULL;
     size_t size = 0;
     mill_progress_init(&display, stderr, isatty(STDERR_FILENO));
-    if (!options->quiet) {
-        options->progress = mill_progress_show;
-        options->self = &display;
+    if (!options.quiet) {
+        options.progress = mill_progress_show;
+        options.self = &display;
     }
-    options->stop = &stop;
-    options->summary = open_memstream(&summary, &size);
-    if (!options->summary)
+    options.stop = &stop;
+    options.summary = open_memstream(&summary, &size);
+    if (!options.summary)
         return complain(&(struct mill_error){"out of memory"}, MILL_FAILED);
-    const enum mill_status status = mill_run(deck, options, &error);
-    fclose(options->summary);
+    const enum mill_status status = mill_run(deck, &options, &error);
+    fclose(options.summary);
     mill_progress_end(&display);
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     if (summary && summary[0])
@@ -303,7 +311,7 @@ static int run(const struct mill_deck *deck, struct mill_run_options *options)
     free(summary);
     if (status == MILL_STOPPED && !error.text[0])
         mill_error_set(&error, status, "stopped by signal %d; %s holds everything up to then",
-                       (int)stop, options->output);
+                       (int)stop, options.output);
     return status == MILL_OK ? result : (complain(&error, status), result);
 }
 
@@ -327,7 +335,7 @@ static int run_deck(const struct arguments *a, const char *command)
     } else {
         struct mill_run_options options = {output, a->force, a->quiet, command, NULL,
                                            NULL,   NULL,     NULL,     a->json};
-        result = run(deck, &options);
+        result = run(deck, options);
     }
     free(output);
     mill_deck_free(deck);

@@ -46,10 +46,6 @@ static int quadratic_by_exponents(double a, double b, double c, double x[2])
         return keep_finite_ascending(0.0, -2.0 * (b / a), x);
     int ea, eb, ec;
     double ma = frexp(a, &ea), mb = frexp(b, &eb), mc = frexp(c, &ec);
-    if ((ea + ec) & 1) { /* half of ea + ec has to be an exponent */
-        mc *= 0.5;
-        ec++;
-    }
     int k = (ea + ec) / 2;
     if (b != 0.0 && eb > k)
         k = eb;

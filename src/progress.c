@@ -57,7 +57,7 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     const double share = now->end > 0.0 ? 100.0 * now->time / now->end : 0.0;
     const int room = width < MILL_PROGRESS_LINE - 1 ? width : MILL_PROGRESS_LINE - 1;
     snprintf(field[0], FIELD, "%.4g s of %.4g s", now->time, now->end);
-    snprintf(field[1], FIELD, "%3.0f %%", now->time < now->end ? fmin(floor(share), 99.0) : 100.0);
+    snprintf(field[1], FIELD, "%.0f %%", now->time < now->end ? fmin(floor(share), 99.0) : 100.0);
     if (wall > 0.0) {
         snprintf(field[2], FIELD, "%.3g collisions/s",
                  (double)(now->collisions - then->collisions) / wall);

@@ -72,7 +72,8 @@ static double inside_circle(double radius, double y0, double y1, double z0, doub
     const double none = sqrt(fmax(0, radius * radius - z0 * z0)); /* y from which nothing is */
     const double a = fmin(fmax(full, y0), y1), b = fmin(fmax(none, a), y1);
     const double arc = under_arc(radius, b) - under_arc(radius, a) - z0 * (b - a);
-    return (a - y0) * (z1 - z0) + fmax(0, arc);
+    const double area = (a - y0) * (z1 - z0) + arc;
+    return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0; /* a corner on the circle is no area */
 }
 
 /* The same for any profile, by sub-points; cells that the wall does not come near are settled at

@@ -9,28 +9,46 @@
 
 enum { WIDTH = 100, LABEL = 18 };
 
+/* How a number of four significant digits is written: times 1000^-thousands, with these decimals.
+ */
+struct scale {
+    int thousands, decimals;
+};
+
+static bool fits(double value, struct scale *scale)
+{
+    char digits[MILL_SUMMARY_NUMBER];
+    if (isinf(value))
+        return false;
+    snprintf(digits, sizeof digits, "%.3e", value); /* rounded first: 999.96 is 1.000 k */
+    const int exponent = value == 0 ? 0 : atoi(strchr(digits, 'e') + 1);
+    scale->thousands = (exponent + 15) / 3 - 5; /* rounded down, from -15 up */
+    scale->decimals = 3 - (exponent - 3 * scale->thousands);
+    return exponent >= -12 && exponent <= 14;
+}
+
+/* " kW": a blank, the prefix, the unit; nothing where there is neither */
+static const char *scaled_unit(char text[MILL_SUMMARY_NUMBER], struct scale scale, const char *unit)
+{
+    static const char *const prefix[] = {"p", "n", "u", "m", "", "k", "M", "G", "T"};
+    const char *sign = prefix[scale.thousands + 4];
+    snprintf(text, MILL_SUMMARY_NUMBER, "%s%s%s", *sign || *unit ? " " : "", sign, unit);
+    return text;
+}
+
 const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit)
 {
-    static const char prefix[] = "pnum kMGT"; /* 1e-12 ... 1e12, the blank is none */
-    char digits[MILL_SUMMARY_NUMBER];
-    if (isnan(value)) {
+    struct scale scale;
+    char tail[MILL_SUMMARY_NUMBER];
+    if (isnan(value))
         snprintf(text, MILL_SUMMARY_NUMBER, "-");
-        return text;
-    }
-    if (value == 0) {
+    else if (value == 0)
         snprintf(text, MILL_SUMMARY_NUMBER, "0%s%s", *unit ? " " : "", unit);
-        return text;
-    }
-    snprintf(digits, sizeof digits, "%.3e", value); /* rounded first: 999.96 is 1.000 k */
-    const int exponent = isinf(value) ? 99 : atoi(strchr(digits, 'e') + 1);
-    const int third = (exponent + 15) / 3 - 5; /* thousands, rounded down from -15 up */
-    if (exponent < -12 || exponent > 14) {
+    else if (!fits(value, &scale))
         snprintf(text, MILL_SUMMARY_NUMBER, "%.3e %s", value, unit);
-        return text;
-    }
-    const char sign[2] = {third ? prefix[third + 4] : '\0', '\0'};
-    snprintf(text, MILL_SUMMARY_NUMBER, "%.*f%s%s%s", 3 - (exponent - 3 * third),
-             strtod(digits, NULL) / pow(10, 3 * third), *unit || *sign ? " " : "", sign, unit);
+    else
+        snprintf(text, MILL_SUMMARY_NUMBER, "%.*f%.12s", scale.decimals,
+                 value / pow(10, 3 * scale.thousands), scaled_unit(tail, scale, unit));
     return text;
 }
 
@@ -93,14 +111,21 @@ static void print_contacts(FILE *out, const struct mill_tally *tally)
     fputc('\n', out);
 }
 
+/* The mean and its error on one scale: "8.213 +- 0.090 N m" */
 static void print_mean(FILE *out, const char *label, double mean, double error, const char *unit,
                        const struct mill_rotorstat *stat)
 {
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER];
+    struct scale scale;
+    char text[MILL_SUMMARY_NUMBER];
     const double revolutions = (double)stat->blocks * stat->revolutions;
-    fprintf(out, "%-*s %s", LABEL, label, mill_summary_number(a, mean, unit));
-    if (!isnan(error))
-        fprintf(out, " +- %s", mill_summary_number(b, error, unit));
+    fprintf(out, "%-*s ", LABEL, label);
+    if (!isnan(mean) && !isnan(error) && fits(mean, &scale)) {
+        const double one = pow(10, 3 * scale.thousands);
+        fprintf(out, "%.*f +- %.*f%s", scale.decimals, mean / one, scale.decimals, error / one,
+                scaled_unit(text, scale, unit));
+    } else {
+        fprintf(out, "%s", mill_summary_number(text, mean, unit));
+    }
     fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
             isnan(error) ? ": too few for an error" : "");
 }
@@ -195,9 +220,9 @@ void mill_summary_print(FILE *out, const struct mill_deck *deck, const struct mi
     print_cost(out, facts, totals.contacts);
     for (int i = 0; i < notes; i++)
         print_note(out, note[i]);
-    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %s, %s, ", facts->version, facts->deck,
-            facts->time_reached, mill_summary_number(a, facts->wall, "s"),
-            mill_summary_number(b, (double)totals.contacts, "contacts"),
+    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %s contacts, %s, ", facts->version,
+            facts->deck, facts->time_reached, mill_summary_number(a, facts->wall, "s"),
+            mill_summary_number(b, (double)totals.contacts, ""),
             mill_summary_number(c, facts->peak_memory, "B"));
     if (totals.anomalies > 0)
         fprintf(out, "%llu anomalies\n", (unsigned long long)totals.anomalies);

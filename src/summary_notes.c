@@ -1,8 +1,10 @@
 /* What should a reader of the summary be warned of? Rules with stated bounds, from the books alone:
- * - solid rotation: in the last tenth of the window the rotor had at most one in 1000 of all
- * contacts, and the kinetic energy now is within a tenth of that of the charge turning rigidly with
- * the rotor, Omega^2/2 sum m (y^2 + z^2). A smooth frictionless drum ends like that: nothing brakes
- * the balls.
+ * - ring: in the last tenth of the window the rotor had at most one in 1000 of all contacts; nine
+ * tenths of the kinetic energy are in the charge's turning about the axis, L^2 / 2I with angular
+ * momentum L and moment of inertia I; and it turns so fast that it stays up, w^2 r > g with w = L /
+ * I, r^2 = I / m. A smooth drum without friction ends like that, as nothing brakes the balls: a
+ * thick ring at nearly the rotor's speed, a thin one slower, once the rotor does not reach it any
+ * more.
  * - restitution of 0.6 or less together with friction, or three tenths of the ball-ball contacts at
  * the rebound floor: the charge collapses inelastically and the floor shapes the result. */
 #include "summary.h"
@@ -18,20 +20,26 @@ static uint64_t late_contacts(const struct mill_tally *tally, bool of_rotor_only
     return contacts;
 }
 
-static bool turns_rigidly(const struct mill_world *world, const struct mill_tally *tally, double t)
+/* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. */
+static double ring_speed(const struct mill_world *world, const struct mill_tally *tally, double t)
 {
     if (world->rotor_speed == 0 || !tally->at.late)
-        return false;
+        return 0;
     const uint64_t all = late_contacts(tally, false), rotor = late_contacts(tally, true);
     if (all < (uint64_t)world->balls || (double)rotor > 1e-3 * (double)all)
-        return false;
-    double rigid = 0;
+        return 0;
+    double mass = 0, inertia = 0, momentum = 0;
     for (int32_t i = 0; i < world->balls; i++) {
-        const vec3 r = mill_world_position(world, i, t);
-        rigid += world->species[world->ball[i].species].mass * (r.y * r.y + r.z * r.z);
+        const double m = world->species[world->ball[i].species].mass;
+        const vec3 r = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
+        mass += m;
+        inertia += m * (r.y * r.y + r.z * r.z);
+        momentum += m * (r.y * v.z - r.z * v.y);
     }
-    rigid *= 0.5 * world->rotor_speed * world->rotor_speed;
-    return fabs(mill_world_energy(world, t).kinetic / rigid - 1) < 0.1;
+    const double speed = momentum / inertia, gravity = hypot(world->g.y, world->g.z);
+    const bool turning =
+        0.5 * momentum * speed >= 0.9 * mill_world_energy(world, t).kinetic && speed != 0;
+    return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
 }
 
 /* A kind that occurred and whose law is too inelastic for hard spheres; MILL_KINDS: none */
@@ -49,6 +57,7 @@ int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *wo
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE])
 {
     const double floored = mill_tally_floor_share(tally, MILL_BALL_BALL);
+    const double ring = ring_speed(world, tally, facts->time_reached - world->base);
     const int kind = too_inelastic(world);
     int n = 0;
     if (facts->stopped)
@@ -59,11 +68,11 @@ int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *wo
         snprintf(note[n++], MILL_SUMMARY_NOTE,
                  "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
                  deck->sample_from);
-    if (turns_rigidly(world, tally, facts->time_reached - world->base))
-        snprintf(
-            note[n++], MILL_SUMMARY_NOTE,
-            "the charge turns with the rotor like a solid ring, and the rotor hardly touches it "
-            "any more: nothing brakes the balls in a smooth drum without friction.");
+    if (ring != 0)
+        snprintf(note[n++], MILL_SUMMARY_NOTE,
+                 "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
+                 "speed: nothing brakes the balls in a smooth drum without friction.",
+                 100 * ring / world->rotor_speed);
     if (kind < MILL_KINDS)
         snprintf(
             note[n++], MILL_SUMMARY_NOTE,

@@ -79,7 +79,7 @@ def mill(path):
 
 
 def datasets(file):
-    """Every dataset by every name it has, with virtual ones left to their own test."""
+    """Every dataset by every hard-linked name it has."""
     found = {}
 
     def walk(group):
@@ -411,6 +411,11 @@ def test_an_existing_file_is_refused_and_kept(tmp_path):
     assert (tmp_path / "mill.h5").read_text() == "my thesis"
 
 
+def test_a_finished_run_leaves_nothing_but_its_file(tmp_path):
+    run(tmp_path, "mill.h5")
+    assert {entry.name for entry in tmp_path.iterdir()} == {"mill.h5", "mill.ini"}
+
+
 def test_force_overwrites(tmp_path):
     (tmp_path / "mill.h5").write_text("old")
     with h5py.File(run(tmp_path, "mill.h5", "--force")) as file:
@@ -430,6 +435,7 @@ def test_a_disk_that_fills_up_ends_in_one_line_and_status_1(tmp_path):
     assert len(lines) == 1, done.stderr
     assert lines[0].startswith("millsim: mill.h5: cannot ")
     assert "File too large" in lines[0]
+    assert not (tmp_path / "mill.h5.journal").exists()
 
 
 # ---- other people's readers ----

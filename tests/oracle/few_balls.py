@@ -9,8 +9,10 @@ tenth of the tolerances are compared.
     python few_balls.py SEED...     compares these mills and prints where they part
 """
 
+import os
 import subprocess
 import sys
+import tempfile
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +23,7 @@ import numpy as np
 
 from decks import random_case
 
-PROGRAM = Path(__file__).resolve().parents[2] / "millsim"
+PROGRAM = Path(os.environ.get("MILLSIM", Path(__file__).resolve().parents[2] / "millsim"))
 PERTURBATION = 1e-14  # m, m/s, rad; and relative, of spins and the rotor's speed
 TWINS = 2
 MOST = 100  # impacts of one mill
@@ -58,7 +60,7 @@ def mismatch(a, b, mill, scale=1.0):
     """What differs between two rows by more than `scale` tolerances: names of the columns."""
     names = [name for name in ("kind", "ball", "partner") if getattr(a, name) != getattr(b, name)]
     for name, tolerance in TOLERANCE.items():
-        # not <=: a NaN is a mismatch
+        # "not <=" so that a NaN is a mismatch
         if not np.abs(np.subtract(getattr(a, name), getattr(b, name))).max() <= scale * tolerance:
             names.append(name)
     # a loss is at most m v^2 / 2: it is known as well as its speeds are
@@ -129,10 +131,11 @@ def predict(case):
 
 def run_program(case, until, folder):
     """Runs the program on the case and returns its impacts as rows."""
+    assert PROGRAM.exists(), f"{PROGRAM} is not built; run make first"
     folder = Path(folder)
     (folder / "deck.ini").write_text(case.deck(until))
     (folder / "start.txt").write_text(case.start())
-    command = [str(PROGRAM), "deck.ini", "-o", "out.h5", "-q", "-f"]
+    command = [str(PROGRAM.resolve()), "deck.ini", "-o", "out.h5", "-q", "-f"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, f"exit status {done.returncode}\n{done.stderr}\n{case.deck(until)}"
     with h5py.File(folder / "out.h5") as file:
@@ -181,8 +184,6 @@ def census(runs):
 
 
 def main(seeds):
-    import tempfile
-
     for seed in seeds:
         case = random_case(seed)
         impacts = predict(case)

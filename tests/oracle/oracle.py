@@ -231,7 +231,7 @@ class Simulation:
         return hi
 
     def contact_between(self, pair, lo, hi):
-        """First contact of the pair in one step [lo, hi], or None. Within so short a step a gap turns
+        """First contact of the pair in one step [lo, hi], or None. In so short a step a gap turns
         once at most."""
         g, d = self.gap(pair, np.array([lo, hi]))
 

@@ -18,6 +18,13 @@ struct rise_case {
     bool at_root;
 };
 
+static inline gsl_rng *seeded(unsigned long seed)
+{
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    gsl_rng_set(rng, seed);
+    return rng;
+}
+
 static inline double uniform(gsl_rng *rng, double lo, double hi)
 {
     return lo + (hi - lo) * gsl_rng_uniform(rng);
@@ -86,6 +93,21 @@ static inline struct rise_case mill_case(gsl_rng *rng)
     q.at_root = kind < 0.25 && q.c[1] < 0.0;
     q.t_end = gsl_rng_uniform(rng) < 0.2 ? (double)INFINITY : log_uniform(rng, 1e-6, 10.0);
     return q;
+}
+
+/* Sixteenths up to 4, so that the coefficients are exact; repeats are common */
+static inline void dyadic_quartic(gsl_rng *rng, double root[4], double c[5])
+{
+    double p[6] = {0.0, gsl_rng_uniform(rng) < 0.5 ? -1.0 : 1.0};
+    for (int n = 0; n < 4; n++) {
+        root[n] = ((double)gsl_rng_uniform_int(rng, 129) - 64.0) / 16.0;
+        if (n > 0 && gsl_rng_uniform(rng) < 0.4)
+            root[n] = root[gsl_rng_uniform_int(rng, (unsigned long)n)];
+        for (int k = n + 2; k > 0; k--)
+            p[k] = p[k - 1] - root[n] * p[k];
+    }
+    for (int k = 0; k < 5; k++)
+        c[k] = p[k + 1];
 }
 
 struct oracle_answer {

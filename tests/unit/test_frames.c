@@ -11,7 +11,7 @@ static void run(struct fixture *f)
     struct mill_observer *frames;
     ck_assert_int_eq(mill_h5_create(f->path, MILL_H5_NEW, &file, NULL), MILL_OK);
     ck_assert_int_eq(mill_frames_create(file, &f->deck, &f->world, &frames, NULL), MILL_OK);
-    RUN_SAMPLES(frames, &f->world, f->deck.time);
+    run_samples(frames, &f->world, f->deck.time);
     ck_assert_int_eq(mill_frames_finish(frames, NULL), MILL_OK);
     mill_frames_free(frames);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
@@ -150,16 +150,16 @@ START_TEST(a_run_taken_up_again_leaves_the_same_frames)
     straight = look(f.path, AT "position/value", 3, dims);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
     mill_frames_create(file, &f.deck, &f.world, &frames, NULL);
-    RUN_SAMPLES(frames, &f.world, 0.15);
+    run_samples(frames, &f.world, 0.15);
     mill_frames_save(frames, &state);
-    RUN_SAMPLES(frames, &f.world, 0.25); /* lost: after the checkpoint */
+    run_samples(frames, &f.world, 0.25); /* lost: after the checkpoint */
     mill_frames_finish(frames, NULL);
     mill_frames_free(frames);
     mill_h5_close(file, NULL);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
     ck_assert_int_eq(mill_frames_resume(file, &f.deck, &f.world, &state, &frames, NULL), MILL_OK);
     ck_assert(frames->next == 0.2);
-    RUN_SAMPLES(frames, &f.world, f.deck.time);
+    run_samples(frames, &f.world, f.deck.time);
     mill_frames_finish(frames, NULL);
     mill_frames_free(frames);
     mill_h5_close(file, NULL);

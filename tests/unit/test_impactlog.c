@@ -22,11 +22,12 @@ static struct mill_impact impact_number(long k)
 
 static void log_range(struct mill_observer *log, long first, long end)
 {
-    long k;
+    long k, refused = 0;
     for (k = first; k < end; k++) {
         const struct mill_impact impact = impact_number(k);
-        ck_assert_int_eq(log->impact(log, &impact, NULL), MILL_OK);
+        refused += log->impact(log, &impact, NULL) != MILL_OK;
     }
+    ck_assert_int_eq(refused, 0);
 }
 
 static void close_all(struct mill_h5 *file, struct mill_observer *log)
@@ -44,16 +45,15 @@ static void assert_all_logged(const char *path)
     double *partner = look(path, "/impacts/partner", 1, dims);
     double *loss = look(path, "/impacts/dissipation", 1, dims);
     double *position = look(path, "/impacts/position", 2, dims);
-    long k;
+    long k, wrong = 0;
     ck_assert(dims[0] == MANY && dims[1] == 3);
     for (k = 0; k < MANY; k++) {
         const struct mill_impact impact = impact_number(k);
-        ck_assert(time[k] == impact.time);
-        ck_assert(kind[k] == (double)impact.kind);
-        ck_assert(partner[k] == impact.partner);
-        ck_assert(loss[k] == impact.dissipation);
-        ck_assert(position[3 * k] == (double)(float)impact.position.x);
+        wrong += time[k] != impact.time || kind[k] != (double)impact.kind ||
+                 partner[k] != impact.partner || loss[k] != impact.dissipation ||
+                 position[3 * k] != (double)(float)impact.position.x;
     }
+    ck_assert_int_eq(wrong, 0);
     free(time);
     free(kind);
     free(partner);

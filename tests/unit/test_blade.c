@@ -1,0 +1,371 @@
+/* Claims about the rotating box blade, against closed forms and roots found independently in long
+ * double. */
+#include "shape_fixture.h"
+
+#define TIP 0.06
+#define WIDTH 0.012
+#define THICK 0.007
+#define RADIUS 0.0025
+
+/* The blade's own axes, by their definition: width along x and thickness around the axis, both then
+ * turned by the pitch about the radial line */
+struct axes {
+    vec3 w, s, h;
+};
+
+static struct axes axes_of(const struct mill_deck_blade *spec, double turn)
+{
+    const double a = spec->angle + turn;
+    const vec3 radial = vec3_make(0.0, cos(a), sin(a)), around = vec3_make(0.0, -sin(a), cos(a));
+    const vec3 x = vec3_make(1.0, 0.0, 0.0);
+    const struct axes out = {vec3_axpy(vec3_scale(x, cos(spec->pitch)), sin(spec->pitch), around),
+                             radial,
+                             vec3_axpy(vec3_scale(around, cos(spec->pitch)), -sin(spec->pitch), x)};
+    return out;
+}
+
+static vec3 place(const struct mill_deck_blade *spec, double turn, double w, double s, double h)
+{
+    const struct axes a = axes_of(spec, turn);
+    vec3 r = vec3_make(spec->position, 0.0, 0.0);
+    r = vec3_axpy(r, w, a.w);
+    r = vec3_axpy(r, s, a.s);
+    return vec3_axpy(r, h, a.h);
+}
+
+static struct mill_shape *blade(const struct mill_deck_blade *spec, double omega)
+{
+    struct mill_shape *s = mill_blade_create(spec, 3, omega, drum_radius);
+    ck_assert_ptr_nonnull(s);
+    return s;
+}
+
+/* A coordinate in the low, middle or high third of a side from lo to hi, and how far it is out */
+static double third(uint64_t *seed, int which, double lo, double hi, double *out)
+{
+    *out = which == 0 ? 0.0 : uniform(seed, 1e-6, 0.01);
+    return which == 0 ? uniform(seed, lo, hi) : which < 0 ? lo - *out : hi + *out;
+}
+
+START_TEST(gap_normal_and_point_are_exact_at_all_faces_edges_and_corners)
+{
+    uint64_t seed = 1;
+    for (int i = 0; i < 270; i++) {
+        const int region[3] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 % 3 - 1};
+        struct mill_deck_blade spec =
+            blade_spec(TIP, WIDTH, THICK, i < 27 ? 0.0 : uniform(&seed, -4.0, 4.0));
+        double out[3];
+        spec.position = uniform(&seed, -0.03, 0.03);
+        spec.angle = uniform(&seed, -7.0, 7.0);
+        const double turn = uniform(&seed, -7.0, 7.0);
+        const double w = third(&seed, region[0], -0.5 * WIDTH, 0.5 * WIDTH, &out[0]);
+        const double s = third(&seed, region[1], 0.0, TIP, &out[1]);
+        const double h = third(&seed, region[2], -0.5 * THICK, 0.5 * THICK, &out[2]);
+        const double distance = sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
+        if (distance == 0.0)
+            continue;
+        struct mill_shape *b = blade(&spec, 10.0);
+        const vec3 r = place(&spec, turn, w, s, h);
+        const struct mill_contact c = b->ops->contact(b, r, RADIUS, turn);
+        const vec3 corner = place(&spec, turn, w - region[0] * out[0], s - region[1] * out[1],
+                                  h - region[2] * out[2]);
+        ck_assert_double_eq_tol(c.gap, distance - RADIUS, 1e-16);
+        ck_assert_double_lt(vec3_norm(vec3_sub(c.point, corner)), 1e-15);
+        ck_assert_double_lt(
+            vec3_norm(vec3_sub(vec3_scale(c.normal, distance), vec3_sub(r, corner))), 1e-15);
+        b->ops->free(b);
+    }
+}
+END_TEST
+
+START_TEST(a_centre_inside_is_as_deep_as_the_nearest_face)
+{
+    uint64_t seed = 2;
+    const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.4);
+    struct mill_shape *b = blade(&spec, 10.0);
+    for (int i = 0; i < 1000; i++) {
+        const double w = uniform(&seed, -0.5, 0.5) * WIDTH, s = uniform(&seed, 0.0, 1.0) * TIP,
+                     h = uniform(&seed, -0.5, 0.5) * THICK;
+        const double depth =
+            fmin(fmin(0.5 * WIDTH - fabs(w), 0.5 * THICK - fabs(h)), fmin(s, TIP - s));
+        const vec3 r = place(&spec, 0.7, w, s, h);
+        const struct mill_contact c = b->ops->contact(b, r, RADIUS, 0.7);
+        ck_assert_double_eq_tol(c.gap, -depth - RADIUS, 1e-16);
+        ck_assert_double_eq_tol(b->ops->gap(b, c.point, 0.0, 0.7), 0.0, 1e-16);
+        ck_assert_double_eq_tol(vec3_norm(c.normal), 1.0, 1e-15);
+    }
+    b->ops->free(b);
+}
+END_TEST
+
+START_TEST(positive_pitch_turns_the_positive_x_edge_towards_increasing_rotor_angle)
+{
+    const double pitch = PI / 6;
+    struct mill_deck_blade spec = blade_spec(TIP, WIDTH, 1e-3, pitch);
+    spec.position = 0.02;
+    struct mill_shape *b = blade(&spec, 0.0);
+    /* angle 0 points along +y, and the angle grows towards +z */
+    const double x = 0.49 * WIDTH * cos(pitch), z = 0.49 * WIDTH * sin(pitch);
+    ck_assert_double_lt(b->ops->gap(b, vec3_make(0.02 + x, 0.03, z), 0.0, 0.0), 0.0);
+    ck_assert_double_lt(b->ops->gap(b, vec3_make(0.02 - x, 0.03, -z), 0.0, 0.0), 0.0);
+    ck_assert_double_gt(b->ops->gap(b, vec3_make(0.02 + x, 0.03, -z), 0.0, 0.0), 1e-3);
+    ck_assert_double_gt(b->ops->gap(b, vec3_make(0.02 - x, 0.03, z), 0.0, 0.0), 1e-3);
+    /* a quarter turn on it points along +z, and the angle grows towards -y */
+    ck_assert_double_lt(b->ops->gap(b, vec3_make(0.02 + x, -z, 0.03), 0.0, PI / 2), 0.0);
+    ck_assert_double_gt(b->ops->gap(b, vec3_make(0.02 + x, z, 0.03), 0.0, PI / 2), 1e-3);
+    b->ops->free(b);
+}
+END_TEST
+
+START_TEST(a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_time)
+{
+    uint64_t seed = 3;
+    for (int i = 0; i < 1000; i++) {
+        const double omega = (i % 2 ? 1.0 : -1.0) * log_uniform(&seed, 10.0, 400.0);
+        const double rho = uniform(&seed, 0.02, 0.055), ahead = uniform(&seed, 0.4, 0.5);
+        struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
+        spec.angle = uniform(&seed, -PI, PI);
+        struct mill_shape *b = blade(&spec, omega);
+        const double at = spec.angle + copysign(ahead, omega);
+        const struct mill_flight f = {vec3_make(0.004, rho * cos(at), rho * sin(at)),
+                                      vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+        const double expected = (ahead - asin((0.5 * THICK + RADIUS) / rho)) / fabs(omega);
+        const double t = b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false);
+        if (expected < 0.06)
+            ck_assert_double_eq_tol(t * fabs(omega), expected * fabs(omega), 3e-15);
+        else
+            ck_assert(isinf(t));
+        b->ops->free(b);
+    }
+}
+END_TEST
+
+/* Height of a falling ball's centre over the leading face's plane, less its radius; pitch 0 */
+static long double over_face(const struct mill_flight *f, long double omega, long double t)
+{
+    const long double y = f->r.y + f->v.y * t + f->g.y * t * t / 2;
+    const long double z = f->r.z + f->v.z * t + f->g.z * t * t / 2;
+    return cosl(omega * t) * z - sinl(omega * t) * y - 0.5L * THICK - RADIUS;
+}
+
+START_TEST(a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double)
+{
+    uint64_t seed = 4;
+    int met = 0;
+    for (int i = 0; i < 2000; i++) {
+        const struct mill_deck_blade spec = blade_spec(0.07, 0.1, THICK, 0.0);
+        const double omega = uniform(&seed, 10.0, 200.0);
+        struct mill_shape *b = blade(&spec, omega);
+        const struct mill_flight f = {vec3_make(0.0, uniform(&seed, 0.03, 0.05), 0.03),
+                                      vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.3)),
+                                      vec3_make(0.0, 0.0, -9.81)};
+        long double lo = 0.0L, hi = 0.0L;
+        while (over_face(&f, omega, hi) > 0.0L)
+            hi += 1e-5L;
+        for (int k = 0; k < 80; k++) {
+            const long double mid = 0.5L * (lo + hi);
+            *(over_face(&f, omega, mid) > 0.0L ? &lo : &hi) = mid;
+        }
+        /* only where the ball meets the face, not the tip's edge */
+        const vec3 r = vec3_fly(f.r, f.v, f.g, (double)lo);
+        const double radial = cos(omega * (double)lo) * r.y + sin(omega * (double)lo) * r.z;
+        if (radial < 0.069 && radial > 0.001 && lo < 0.05L) {
+            met++;
+            const double t = b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false);
+            const long double speed =
+                (over_face(&f, omega, lo - 1e-7L) - over_face(&f, omega, lo + 1e-7L)) / 2e-7L;
+            ck_assert_double_eq_tol((t - (double)lo) * (double)speed, 0.0, 2e-15);
+        }
+        b->ops->free(b);
+    }
+    ck_assert_int_gt(met, 1000);
+}
+END_TEST
+
+START_TEST(a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets_it_exactly)
+{
+    struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.3);
+    spec.angle = PI / 2; /* upwards */
+    struct mill_shape *b = blade(&spec, 0.0);
+    for (int i = 0; i < 3; i++) {
+        const double out[2] = {i > 0 ? 0.001 : -0.001, i > 1 ? 0.0015 : -0.0015};
+        const double across =
+            fmax(out[0], 0.0) * fmax(out[0], 0.0) + fmax(out[1], 0.0) * fmax(out[1], 0.0);
+        const double meets = TIP + sqrt(RADIUS * RADIUS - across), drop = 0.008;
+        const struct mill_flight f = {
+            place(&spec, 0.0, 0.5 * WIDTH + out[0], meets + drop, -0.5 * THICK - out[1]),
+            vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, -9.81)};
+        ck_assert_double_eq_tol(b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false),
+                                sqrt(2.0 * drop / 9.81), 1e-14);
+    }
+    b->ops->free(b);
+}
+END_TEST
+
+START_TEST(a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away)
+{
+    uint64_t seed = 5;
+    for (int i = 0; i < 1000; i++) {
+        struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
+        struct mill_shape *b = blade(&spec, 100.0);
+        /* beyond the corner at +w, tip, +h as it will be after a time; thereafter not nearer */
+        const double then = uniform(&seed, 1e-3, 0.02), turn = uniform(&seed, -3.0, 3.0);
+        const double third_axis = 1.0 / sqrt(3.0);
+        const vec3 r = place(&spec, turn + 100.0 * then, 0.5 * WIDTH + RADIUS * third_axis,
+                             TIP + RADIUS * third_axis, 0.5 * THICK + RADIUS * third_axis);
+        const struct mill_flight f = {r, vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+        const double t = b->ops->next_contact(b, &f, RADIUS, turn, 0.06, false);
+        const double speed = 100.0 * (TIP - 0.5 * THICK) * third_axis;
+        ck_assert_double_eq_tol((t - then) * speed, 0.0, 2e-15);
+        b->ops->free(b);
+    }
+}
+END_TEST
+
+/* The tip's edge sweeps past a ball at rest again and again, `clear` [m] from it. */
+static double sweep(double omega, double pitch, double clear)
+{
+    const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, pitch);
+    struct mill_shape *b = blade(&spec, omega);
+    const double across = 0.5 * (WIDTH * fabs(sin(pitch)) + THICK * fabs(cos(pitch)));
+    /* where the corner passes: the ball's centre straight beyond it */
+    const double x = 0.5 * (WIDTH * cos(pitch) - THICK * sin(pitch));
+    const double rho = hypot(TIP, across) + RADIUS + clear;
+    const struct mill_flight f = {vec3_make(pitch == 0.0 ? 0.0 : x, 0.0, -rho),
+                                  vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+    const double t = b->ops->next_contact(b, &f, RADIUS, 0.1, 0.06, false);
+    b->ops->free(b);
+    return t;
+}
+
+START_TEST(a_tip_that_passes_by_a_nanometre_misses_and_one_that_is_a_nanometre_too_long_hits)
+{
+    const double pitches[] = {0.0, 0.5};
+    const double speeds[] = {105.0, -105.0, 400.0, 200.0};
+    for (int p = 0; p < 2; p++) {
+        for (int s = 0; s < 4; s++) {
+            ck_assert(isinf(sweep(speeds[s], pitches[p], 1e-9)));
+            ck_assert(sweep(speeds[s], pitches[p], -1e-9) < 0.06);
+            ck_assert(isinf(sweep(speeds[s], pitches[p], 1e-13)));
+            ck_assert(sweep(speeds[s], pitches[p], -1e-13) < 0.06);
+        }
+    }
+}
+END_TEST
+
+START_TEST(a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misses)
+{
+    const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.3);
+    struct mill_shape *b = blade(&spec, 0.0);
+    const struct axes a = axes_of(&spec, 0.0);
+    const vec3 none = vec3_make(0.0, 0.0, 0.0);
+    for (int side = -1; side <= 1; side += 2) {
+        const double off = side * 1e-9;
+        /* along the face */
+        const double h = 0.5 * THICK + RADIUS + off;
+        const struct mill_flight along = {place(&spec, 0.0, -0.01, 0.02, h),
+                                          vec3_axpy(vec3_scale(a.w, 2.0), 0.1, a.s), none};
+        /* past the corner, square to the line from it to the centre */
+        const double reach = (RADIUS + off) / sqrt(3.0);
+        const vec3 past = vec3_scale(vec3_sub(a.w, a.s), 1.0 / sqrt(2.0));
+        const vec3 top = place(&spec, 0.0, 0.5 * WIDTH + reach, TIP + reach, 0.5 * THICK + reach);
+        const struct mill_flight by = {vec3_axpy(top, -0.01, past), past, none};
+        const double t1 = b->ops->next_contact(b, &along, RADIUS, 0.0, 0.06, false);
+        const double t2 = b->ops->next_contact(b, &by, RADIUS, 0.0, 0.06, false);
+        if (side > 0) {
+            ck_assert(isinf(t1));
+            ck_assert(isinf(t2));
+        } else {
+            /* half the chord before the nearest point, by Pythagoras */
+            const double half = sqrt(RADIUS * RADIUS - (RADIUS + off) * (RADIUS + off));
+            ck_assert_double_eq_tol(t2, 0.01 - half, 1e-12);
+            ck_assert(t1 < 0.06);
+        }
+    }
+    b->ops->free(b);
+}
+END_TEST
+
+START_TEST(a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw)
+{
+    struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
+    struct mill_shape *b = blade(&spec, 0.0);
+    for (double v = 1e-6; v < 0.2; v *= 1.5) {
+        const struct mill_flight f = {place(&spec, 0.0, 0.001, 0.03, 0.5 * THICK + RADIUS),
+                                      vec3_make(0.0, 0.0, v), vec3_make(0.0, 0.0, -9.81)};
+        ck_assert_double_eq_tol(b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, true),
+                                2.0 * v / 9.81, 1e-15 * 9.81 / v + 1e-15);
+    }
+    b->ops->free(b);
+}
+END_TEST
+
+/* A ball that a rising blade lifts and throws outwards in small hops */
+START_TEST(a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_early)
+{
+    struct mill m;
+    const struct mill_deck_blade spec = blade_spec(0.067, WIDTH, THICK, 0.1);
+    int hops = 0, give_ups = 0;
+    mill_build(&m, &spec, 60.0);
+    struct flight f = {
+        {place(&spec, 0.0, 0.0, 0.02, 0.5 * THICK + RADIUS), {0.0, 0.0, 0.0}, {0.0, 0.0, -9.81}},
+        RADIUS,
+        0.0};
+    for (double t = 0.0; !isinf(t); hops++) {
+        f.path.r = vec3_fly(f.path.r, f.path.v, f.path.g, t);
+        f.path.v = vec3_axpy(f.path.v, t, f.path.g);
+        f.turn += m.omega * t;
+        const struct mill_contact c =
+            m.shape[BLADE]->ops->contact(m.shape[BLADE], f.path.r, f.radius, f.turn);
+        ck_assert_double_le(fabs(c.gap), 1e-12);
+        const double u_n = vec3_dot(vec3_sub(f.path.v, c.velocity), c.normal);
+        f.path.v = vec3_axpy(f.path.v, fmax(0.5 * fabs(u_n), 5e-3) - u_n, c.normal);
+        const double drum = first_contact(&m, DRUM, &f, 0.06, false, NULL);
+        t = first_contact(&m, BLADE, &f, fmin(0.06, drum), true, &give_ups);
+        ck_assert_double_gt(t, 0.0);
+        ck_assert(isinf(first_below(&m, BLADE, &f, fmin(t, drum), 1e-12)));
+    }
+    ck_assert_int_gt(hops, 20);
+    ck_assert_int_eq(give_ups, 0);
+    mill_demolish(&m);
+}
+END_TEST
+
+START_TEST(a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity)
+{
+    const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
+    struct mill_shape *b = blade(&spec, 0.0);
+    const struct mill_flight f = {vec3_make(0.0, 0.03, 0.5 * THICK + RADIUS),
+                                  vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+    ck_assert_double_eq_tol(b->ops->gap(b, f.r, RADIUS, 0.0), 0.0, 1e-17);
+    ck_assert(isinf(b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false)));
+    b->ops->free(b);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("blade");
+    TCase *tests = tcase_create("blade");
+    tcase_set_timeout(tests, 60.0);
+    tcase_add_test(tests, gap_normal_and_point_are_exact_at_all_faces_edges_and_corners);
+    tcase_add_test(tests, a_centre_inside_is_as_deep_as_the_nearest_face);
+    tcase_add_test(tests, positive_pitch_turns_the_positive_x_edge_towards_increasing_rotor_angle);
+    tcase_add_test(tests, a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_time);
+    tcase_add_test(tests, a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double);
+    tcase_add_test(
+        tests, a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets_it_exactly);
+    tcase_add_test(tests, a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away);
+    tcase_add_test(
+        tests, a_tip_that_passes_by_a_nanometre_misses_and_one_that_is_a_nanometre_too_long_hits);
+    tcase_add_test(tests, a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misses);
+    tcase_add_test(tests, a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw);
+    tcase_add_test(tests, a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_early);
+    tcase_add_test(tests, a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

@@ -1,0 +1,316 @@
+/* Claims about the event list, against a plain array of times that is searched from end to end. */
+#include "calendar.h"
+
+#include "engine_fixture.h"
+
+#include <time.h>
+
+/* ---- the same questions to the calendar and to an array ---- */
+
+struct twin {
+    struct mill_calendar *calendar;
+    double *time; /* of each item, INFINITY: absent */
+    int32_t items;
+    double now;
+    long wrong; /* answers that differ */
+};
+
+static struct twin make_twin(int32_t items)
+{
+    struct twin twin = {mill_calendar_create(items), NULL, items, 0.0, 0};
+    twin.time = malloc(sizeof *twin.time * (size_t)items);
+    if (!twin.calendar || !twin.time)
+        ck_abort_msg("out of memory");
+    for (int32_t i = 0; i < items; i++)
+        twin.time[i] = INFINITY;
+    return twin;
+}
+
+static void free_twin(struct twin *twin)
+{
+    mill_calendar_free(twin->calendar);
+    free(twin->time);
+}
+
+static void set(struct twin *twin, int32_t item, double t)
+{
+    twin->time[item] = t;
+    mill_calendar_set(twin->calendar, item, t);
+}
+
+static void clear(struct twin *twin, double start)
+{
+    mill_calendar_clear(twin->calendar, start);
+    for (int32_t i = 0; i < twin->items; i++)
+        twin->time[i] = INFINITY;
+    twin->now = start;
+}
+
+/* The earliest item by the calendar, compared with the array's; -1 when there is none. */
+static int32_t next(struct twin *twin)
+{
+    double t = NAN;
+    const int32_t item = mill_calendar_next(twin->calendar, &t);
+    int32_t first = -1;
+    double least = INFINITY;
+    for (int32_t i = 0; i < twin->items; i++) {
+        if (twin->time[i] < least) {
+            least = twin->time[i];
+            first = i;
+        }
+    }
+    if (item != first || (first >= 0 && t != least))
+        twin->wrong++;
+    if (first >= 0)
+        twin->now = least;
+    return first;
+}
+
+/* ---- traces ---- */
+
+enum gaps { EXPONENTIAL, UNIFORM, BIMODAL, GAPS };
+
+static double gap(uint64_t *seed, enum gaps kind, double mean)
+{
+    switch (kind) {
+    case EXPONENTIAL:
+        return -mean * log(1.0 - uniform(seed, 0.0, 1.0));
+    case UNIFORM:
+        return uniform(seed, 0.0, 2.0 * mean);
+    default:
+        return (below(seed, 2) ? 1e-4 : 1.0) * uniform(seed, 0.0, 2.0 * mean);
+    }
+}
+
+/* What happens to a ball's partners: moves, removals, ties, times that have passed, bursts. */
+static void disturb(struct twin *twin, uint64_t *seed, enum gaps kind, double mean)
+{
+    const int32_t item = below(seed, twin->items);
+    switch (below(seed, 64)) {
+    case 0:
+        set(twin, item, INFINITY);
+        break;
+    case 1:
+        set(twin, item, twin->now);
+        break;
+    case 2:
+        set(twin, item, twin->now - gap(seed, kind, mean));
+        break;
+    case 3:
+        set(twin, item, twin->time[below(seed, twin->items)]);
+        break;
+    case 4:
+        if (below(seed, 50) == 0) {
+            const double t = twin->now + gap(seed, kind, mean);
+            for (int32_t n = 0; n < twin->items / 5 + 2; n++)
+                set(twin, below(seed, twin->items), t + (below(seed, 2) ? 0.0 : 1e-6 * mean));
+        }
+        break;
+    case 5:
+        next(twin); /* asking twice changes nothing */
+        break;
+    default:
+        if (below(seed, 2))
+            set(twin, item, twin->now + gap(seed, kind, mean));
+    }
+}
+
+static void compare_with_a_list(uint64_t seed, int32_t items, enum gaps kind, long steps)
+{
+    struct twin twin = make_twin(items);
+    double mean = 1e-4;
+    for (long step = 0; step < steps; step++) {
+        const long phase = steps / 6 + 1;
+        mean = step / phase % 2 ? 1e-10 : 1e-4; /* up and down by a million, twice */
+        if (step % (steps / 3 + 1) == 0) {
+            clear(&twin, uniform(&seed, -1.0, 1.0));
+            for (int32_t i = 0; i < items; i++)
+                set(&twin, i, twin.now + gap(&seed, kind, mean));
+        }
+        const int32_t item = next(&twin);
+        if (item >= 0)
+            set(&twin, item, twin.now + gap(&seed, kind, mean));
+        else
+            set(&twin, below(&seed, items), twin.now + gap(&seed, kind, mean));
+        disturb(&twin, &seed, kind, mean);
+    }
+    ck_assert_int_eq(twin.wrong, 0);
+    free_twin(&twin);
+}
+
+START_TEST(events_come_out_as_from_a_sorted_list)
+{
+    static const int32_t items[] = {1, 2, 3, 10, 1000, 20000};
+    for (size_t k = 0; k < sizeof items / sizeof *items; k++) {
+        const long steps = items[k] <= 10 ? 60000 : 60000000 / items[k];
+        compare_with_a_list(100 + k, items[k], (enum gaps)_i, steps);
+    }
+}
+END_TEST
+
+START_TEST(equal_times_come_out_in_the_order_of_the_items)
+{
+    struct twin twin = make_twin(500);
+    uint64_t seed = 7;
+    for (int n = 0; n < 2000; n++)
+        set(&twin, below(&seed, 500), 0.25);
+    for (int32_t item = next(&twin); item >= 0; item = next(&twin))
+        set(&twin, item, INFINITY);
+    ck_assert_int_eq(twin.wrong, 0);
+    free_twin(&twin);
+}
+END_TEST
+
+START_TEST(the_width_of_a_day_has_no_influence_on_the_order)
+{
+    struct twin twin = make_twin(300);
+    uint64_t seed = 8;
+    for (int32_t i = 0; i < 300; i++)
+        set(&twin, i, gap(&seed, BIMODAL, 1e-3));
+    for (int n = 0; n < 30000; n++) {
+        const int32_t item = next(&twin);
+        set(&twin, item, twin.now + gap(&seed, BIMODAL, 1e-3));
+        if (n % 37 == 0)
+            mill_calendar_set_width(twin.calendar, log_uniform(&seed, 1e-12, 1e2));
+    }
+    ck_assert_int_eq(twin.wrong, 0);
+    free_twin(&twin);
+}
+END_TEST
+
+START_TEST(an_empty_calendar_has_no_event)
+{
+    struct twin twin = make_twin(5);
+    double t;
+    ck_assert_int_eq(mill_calendar_next(twin.calendar, &t), -1);
+    set(&twin, 3, 1.0);
+    ck_assert_int_eq(next(&twin), 3);
+    set(&twin, 3, INFINITY);
+    ck_assert_int_eq(mill_calendar_next(twin.calendar, &t), -1);
+    set(&twin, 4, 2.0);
+    clear(&twin, 0.0);
+    ck_assert_int_eq(mill_calendar_next(twin.calendar, &t), -1);
+    free_twin(&twin);
+}
+END_TEST
+
+/* ---- extremes: a livelock here ends in the test's timeout ---- */
+
+static void run_with_gaps(int32_t items, const double *gaps, int count, double start)
+{
+    struct twin twin = make_twin(items);
+    uint64_t seed = 9;
+    clear(&twin, start);
+    for (int32_t i = 0; i < items; i++)
+        set(&twin, i, start + gaps[0]);
+    for (int n = 0; n < 20000; n++) {
+        const int32_t item = next(&twin);
+        /* long stretches of one gap, so that the width follows it */
+        set(&twin, item, twin.now + gaps[n / 4000 % count] * (1.0 + below(&seed, 3)));
+    }
+    ck_assert_int_eq(twin.wrong, 0);
+    free_twin(&twin);
+}
+
+START_TEST(extreme_gaps_neither_stall_nor_disorder_it)
+{
+    static const double tiny[] = {1e-18}, huge[] = {1e6}, none[] = {0.0},
+                        mixed[] = {1e-18, 1e6, 0.0, 1e-9, 1e300};
+    static const int32_t items[] = {1, 3, 1000};
+    for (int k = 0; k < 3; k++) {
+        run_with_gaps(items[k], tiny, 1, 0.0);
+        run_with_gaps(items[k], tiny, 1, 1e5); /* less than the clock can tell apart */
+        run_with_gaps(items[k], huge, 1, 0.0);
+        run_with_gaps(items[k], none, 1, 0.5);
+        run_with_gaps(items[k], mixed, 5, 0.0);
+        run_with_gaps(items[k], mixed, 5, -1e9);
+    }
+}
+END_TEST
+
+/* ---- cost ---- */
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Seconds per event of the hold model: take the first, put it back a random gap later. The best of
+ * several stretches, after enough events for the width to settle. */
+static double cost_of_an_event(int32_t items, enum gaps kind)
+{
+    struct mill_calendar *calendar = mill_calendar_create(items);
+    uint64_t seed = 10;
+    double best = INFINITY, t;
+    for (int32_t i = 0; i < items; i++)
+        mill_calendar_set(calendar, i, gap(&seed, kind, 1.0));
+    const long stretch = 200000, warm = 3L * items;
+    for (long n = 0; n < warm; n++) {
+        const int32_t item = mill_calendar_next(calendar, &t);
+        mill_calendar_set(calendar, item, t + gap(&seed, kind, 1.0));
+    }
+    for (int round = 0; round < 8; round++) {
+        const double begin = seconds();
+        for (long n = 0; n < stretch; n++) {
+            const int32_t item = mill_calendar_next(calendar, &t);
+            mill_calendar_set(calendar, item, t + gap(&seed, kind, 1.0));
+        }
+        best = fmin(best, (seconds() - begin) / (double)stretch);
+    }
+    mill_calendar_free(calendar);
+    return best;
+}
+
+/* Memory latency alone explains a factor of 3 to 4; a list or a scan would show 1000. */
+START_TEST(a_million_items_cost_hardly_more_per_event_than_a_thousand)
+{
+    const double few = cost_of_an_event(1000, (enum gaps)_i);
+    const double many = cost_of_an_event(1000000, (enum gaps)_i);
+    ck_assert_msg(many < 8.0 * few, "%.0f ns at 10^6 items, %.0f ns at 10^3", 1e9 * many,
+                  1e9 * few);
+}
+END_TEST
+
+/* After the rate changed by a million, and back, events must cost what they did before. */
+START_TEST(the_width_follows_the_rate_of_events)
+{
+    struct mill_calendar *calendar = mill_calendar_create(1000);
+    uint64_t seed = 11;
+    double t = 0.0, width[4];
+    for (int phase = 0; phase < 4; phase++) {
+        const double mean = phase % 2 ? 1e-9 : 1e-3;
+        for (int32_t i = 0; i < 1000; i++)
+            mill_calendar_set(calendar, i, t + gap(&seed, EXPONENTIAL, mean));
+        for (int n = 0; n < 100000; n++) {
+            const int32_t item = mill_calendar_next(calendar, &t);
+            mill_calendar_set(calendar, item, t + gap(&seed, EXPONENTIAL, mean));
+        }
+        width[phase] = mill_calendar_width(calendar) * 1000.0 / mean; /* events a day */
+        ck_assert_double_gt(width[phase], 1.0);
+        ck_assert_double_lt(width[phase], 64.0);
+    }
+    mill_calendar_free(calendar);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("calendar");
+    TCase *tests = tcase_create("calendar");
+    tcase_set_timeout(tests, 120);
+    tcase_add_loop_test(tests, events_come_out_as_from_a_sorted_list, 0, GAPS);
+    tcase_add_test(tests, equal_times_come_out_in_the_order_of_the_items);
+    tcase_add_test(tests, the_width_of_a_day_has_no_influence_on_the_order);
+    tcase_add_test(tests, an_empty_calendar_has_no_event);
+    tcase_add_test(tests, extreme_gaps_neither_stall_nor_disorder_it);
+    tcase_add_loop_test(tests, a_million_items_cost_hardly_more_per_event_than_a_thousand, 0, GAPS);
+    tcase_add_test(tests, the_width_follows_the_rate_of_events);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

@@ -1,0 +1,136 @@
+/* The progress line: fits the terminal, tells the share done honestly, and is rare in a log file.
+ */
+#include "progress.h"
+
+#include <check.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct mill_progress start = {0.0, 0.3, 0, 0.0};
+static const struct mill_progress half = {0.15, 0.3, 12000000, 5.0};
+
+START_TEST(all_is_told_where_there_is_room)
+{
+    char line[MILL_PROGRESS_LINE];
+    mill_progress_format(&start, &half, 120, line);
+    ck_assert_str_eq(line, "0.15 s of 0.3 s   50 %   2.4e+06 collisions/s   0.03 s/s   5 s left");
+}
+END_TEST
+
+START_TEST(the_line_is_never_wider_than_asked)
+{
+    char line[MILL_PROGRESS_LINE];
+    for (int width = 0; width < 300; width++) {
+        mill_progress_format(&start, &half, width, line);
+        ck_assert_int_le((int)strlen(line), width);
+        ck_assert(width < 4 || strstr(line, "50 %"));
+    }
+}
+END_TEST
+
+START_TEST(only_the_end_is_100_percent)
+{
+    char line[MILL_PROGRESS_LINE];
+    struct mill_progress now = {0.29999999, 0.3, 1, 1.0};
+    mill_progress_format(&start, &now, 120, line);
+    ck_assert_ptr_nonnull(strstr(line, " 99 %"));
+    now.time = 0.3;
+    mill_progress_format(&start, &now, 120, line);
+    ck_assert_ptr_nonnull(strstr(line, " 100 %"));
+}
+END_TEST
+
+START_TEST(the_first_instant_claims_no_rates)
+{
+    char line[MILL_PROGRESS_LINE];
+    mill_progress_format(&start, &start, 120, line);
+    ck_assert_str_eq(line, "0 s of 0.3 s   0 %");
+}
+END_TEST
+
+static const struct left {
+    double wall; /* [s] for half of the run: as much is left */
+    const char *text;
+} lefts[] = {
+    {7.2, "8 s left"},          {130.5, "2 min 10 s left"},    {3930.0, "1 h 05 min left"},
+    {100000.0, "1 d 3 h left"}, {1e9, "more than 100 d left"},
+};
+
+START_TEST(time_left_is_told_in_its_own_units)
+{
+    char line[MILL_PROGRESS_LINE];
+    const struct mill_progress now = {0.15, 0.3, 1, lefts[_i].wall};
+    mill_progress_format(&start, &now, 150, line);
+    ck_assert_ptr_nonnull(strstr(line, lefts[_i].text));
+}
+END_TEST
+
+START_TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
+{
+    static const double due[] = {2.0, 12.0, 32.0, 72.0, 152.0};
+    struct mill_progress_display display;
+    char *text = NULL;
+    size_t size = 0;
+    size_t lines = 0;
+    FILE *out = open_memstream(&text, &size);
+    ck_assert_ptr_nonnull(out);
+    mill_progress_init(&display, out, false);
+    for (int tick = 1; tick <= 800; tick++) {
+        const struct mill_progress now = {1e-6 * tick, 0.3, 1000, 0.25 * tick};
+        const size_t before = size;
+        mill_progress_show(&display, &now);
+        if (size == before)
+            continue;
+        ck_assert_uint_lt(lines, sizeof due / sizeof *due);
+        ck_assert(now.wall == due[lines]);
+        lines++;
+    }
+    ck_assert_uint_eq(lines, sizeof due / sizeof *due);
+    mill_progress_end(&display);
+    fclose(out);
+    ck_assert_ptr_null(strchr(text, '\r'));
+    ck_assert(text[size - 1] == '\n' && text[size - 2] != '\n');
+    free(text);
+}
+END_TEST
+
+START_TEST(a_shorter_line_wipes_out_the_longer_one_before)
+{
+    struct mill_progress_display display;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    ck_assert_ptr_nonnull(out);
+    mill_progress_init(&display, out, true);
+    mill_progress_show(&display, &half);
+    const size_t longer = size;
+    mill_progress_show(&display, &start);
+    ck_assert_uint_eq(size, 2 * longer);
+    mill_progress_end(&display);
+    ck_assert_uint_eq(size, 2 * longer + 1);
+    mill_progress_end(&display);
+    ck_assert_uint_eq(size, 2 * longer + 1);
+    fclose(out);
+    free(text);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("progress");
+    TCase *test = tcase_create("progress");
+    tcase_add_test(test, all_is_told_where_there_is_room);
+    tcase_add_test(test, the_line_is_never_wider_than_asked);
+    tcase_add_test(test, only_the_end_is_100_percent);
+    tcase_add_test(test, the_first_instant_claims_no_rates);
+    tcase_add_loop_test(test, time_left_is_told_in_its_own_units, 0,
+                        (int)(sizeof lefts / sizeof *lefts));
+    tcase_add_test(test, a_log_gets_a_line_after_2_s_and_then_at_growing_gaps);
+    tcase_add_test(test, a_shorter_line_wipes_out_the_longer_one_before);
+    suite_add_tcase(suite, test);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
