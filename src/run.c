@@ -33,7 +33,7 @@ struct run {
     struct mill_h5 *file;
     struct mill_observer *frames, *series, *log;
     struct mill_tally *tally;
-    double started; /* [s] of wall time */
+    double started, saved; /* [s] of wall time */
 };
 
 static double wall_clock(void)
@@ -84,12 +84,27 @@ static void show(const struct run *r)
         r->options->progress(r->options->self, &p);
 }
 
+/* Everything gathered so far goes to the disk: a killed run leaves what it had at the last of
+ * these. */
+static enum mill_status save(struct run *r, struct mill_error *error)
+{
+    enum mill_status status = mill_frames_finish(r->frames, error);
+    if (status == MILL_OK)
+        status = mill_series_finish(r->series, error);
+    if (status == MILL_OK && r->log)
+        status = mill_impactlog_finish(r->log, error);
+    if (status == MILL_OK)
+        status = mill_h5_flush(r->file, error);
+    r->saved = wall_clock();
+    return status;
+}
+
 /* Runs in slices of events, sized by the clock so that progress moves on whatever an event costs.
  */
 static enum mill_status advance(struct run *r, struct mill_error *error)
 {
     uint64_t slice = 1000;
-    enum mill_status status = MILL_OK;
+    enum mill_status status = save(r, error);
     while (status == MILL_OK) {
         const double before = wall_clock();
         const double reached = mill_sim_time(r->sim);
@@ -98,6 +113,8 @@ static enum mill_status advance(struct run *r, struct mill_error *error)
         show(r);
         if (mill_sim_time(r->sim) >= r->deck->time && reached >= r->deck->time)
             break;
+        if (status == MILL_OK && wall_clock() - r->saved > r->deck->checkpoint)
+            status = save(r, error);
         slice = (uint64_t)fmin(fmax((double)slice * SHOW_EVERY / fmax(took, 1e-6), 100.0), 1e8);
     }
     return status;
@@ -108,11 +125,7 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
 {
     const double local = mill_sim_local_time(r->sim);
     mill_tally_finish(r->tally, r->world, local);
-    enum mill_status status = mill_frames_finish(r->frames, error);
-    if (status == MILL_OK)
-        status = mill_series_finish(r->series, error);
-    if (status == MILL_OK && r->log)
-        status = mill_impactlog_finish(r->log, error);
+    enum mill_status status = save(r, error);
     if (status == MILL_OK)
         status = mill_tally_write(r->tally, r->file, error);
     const struct mill_record_end end = {
