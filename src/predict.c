@@ -10,6 +10,10 @@
 
 #include <stdlib.h>
 
+/* A ball that was let go by a blade is clear of it at this gap, in radii. It begins at a gap of
+ * zero, and must not be caught again at once by the pinch that was relieved. */
+#define CLEAR 0.01
+
 static enum mill_status no_memory(struct mill_predict *p, struct mill_error *error)
 {
     mill_predict_free(p);
@@ -193,7 +197,7 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
             const int32_t s = p->surface[k];
             const struct mill_shape *shape = w->shape[s];
             if (s == plan->let_go) {
-                if (shape->ops->gap(shape, ball->r, radius, turn) <= 0.0)
+                if (shape->ops->gap(shape, ball->r, radius, turn) <= CLEAR * radius)
                     continue;
                 plan->let_go = MILL_NOBODY;
             }

@@ -193,6 +193,16 @@ enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_worl
 
 double mill_record_peak_memory(void)
 {
+    /* Linux hands ru_maxrss of the process before exec on, so ask for this program's own first */
+    FILE *status = fopen("/proc/self/status", "r");
+    char line[128];
+    long kilobyte = 0;
+    while (status && kilobyte == 0 && fgets(line, sizeof line, status))
+        sscanf(line, "VmHWM: %ld", &kilobyte);
+    if (status)
+        fclose(status);
+    if (kilobyte > 0)
+        return 1024.0 * (double)kilobyte;
     struct rusage usage;
     return getrusage(RUSAGE_SELF, &usage) == 0 ? 1024.0 * (double)usage.ru_maxrss : 0;
 }

@@ -64,7 +64,7 @@ def simulate(folder, name, *options):
     deck.write_text(DECK)
     done = subprocess.run(
         [MILLSIM, "-q", "-o", name, *options, deck],
-        cwd=folder, capture_output=True, text=True, timeout=120,
+        cwd=folder, capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -228,7 +228,11 @@ def test_the_maps_of_impacts_are_those_of_the_log(file, log, name):
     speed, loss = log["normal_speed"][log["inside"]], log["dissipation"][log["inside"]]
     assert near.sum() < 100
     size = group["impact_count"].size
-    for field, weight in (("impact_count", None), ("normal_speed_sum", speed), ("dissipation", loss)):
+    for field, weight in (
+        ("impact_count", None),
+        ("normal_speed_sum", speed),
+        ("dissipation", loss),
+    ):
         mine = np.bincount(number, weight, size)
         theirs = group[field][:].ravel().astype(float)
         of_doubt = near.sum() if weight is None else np.abs(weight[near]).sum()
@@ -274,7 +278,11 @@ def test_the_maps_of_the_flow_are_those_of_the_frames(file, snapshots, name):
         y, z = points[..., 1], points[..., 2]
         here = np.hypot(y, z)
         v = np.stack(
-            [v[..., 0], (v[..., 1] * y + v[..., 2] * z) / here, (v[..., 2] * y - v[..., 1] * z) / here],
+            [
+                v[..., 0],
+                (v[..., 1] * y + v[..., 2] * z) / here,
+                (v[..., 2] * y - v[..., 1] * z) / here,
+            ],
             -1,
         )
     number, near = cells(edges, coordinates(name, points))
@@ -447,7 +455,9 @@ def test_no_output_option_changes_the_statistics(folder, file):
 
 
 def test_without_a_strike_window_strikes_are_impacts(folder, file):
-    simulate(folder, "apart.h5", "-s", "output.strike_window=0 s", "-s", "output.impacts=statistics")
+    simulate(
+        folder, "apart.h5", "-s", "output.strike_window=0 s", "-s", "output.impacts=statistics"
+    )
     with h5py.File(folder / "apart.h5") as other:
         for path in ("count", "normal_speed/histogram/count", "tangential_speed/quantiles"):
             strikes = other[f"statistics/strikes/all/{path}"][()]
@@ -461,8 +471,9 @@ def test_a_mill_without_a_rotor_has_nan_where_there_is_nothing_to_average(tmp_pa
         "[drum]\nradius = 50 mm\nlength = 50 mm\n[contact]\nrestitution = 0.8\n"
     )
     done = subprocess.run(
-        [MILLSIM, "--json", "-q", deck], cwd=tmp_path, capture_output=True, text=True, timeout=60
-    )
+        [MILLSIM, "--json", "-q", deck],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)["statistics"]
     assert result["impacts"]["ball_blade"]["count"] == 0

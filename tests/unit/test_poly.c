@@ -160,21 +160,21 @@ END_TEST
 /* Roots of magnitude 1e-6..1e6, real, conjugate, and multiple; c = their product, rounded */
 static void random_quartic(gsl_rng *rng, double complex root[4], double c[5])
 {
-    int kind = (int)gsl_rng_uniform_int(rng, 7);
+    int kind = (int)gsl_rng_uniform_int(rng, 8);
     for (int k = 0; k < 4; k++)
         root[k] = log_uniform(rng, 1e-6, 1e6) * (gsl_rng_uniform(rng) < 0.5 ? -1.0 : 1.0);
-    if (kind == 1 || kind == 2)
+    if (kind == 1 || kind == 2 || kind == 7)
         root[1] = conj(root[0] += J * log_uniform(rng, 1e-6, 1e6));
     if (kind == 2)
         root[3] = conj(root[2] += J * log_uniform(rng, 1e-6, 1e6));
-    if (kind >= 3) /* 3: one double, 4: two double, 5: triple, 6: quadruple */
+    if (kind >= 3 && kind != 7) /* 3: one double, 4: two double, 5: triple, 6: quadruple */
         root[1] = root[0];
     if (kind == 4)
         root[3] = root[2];
-    if (kind >= 5)
+    if (kind >= 5) /* 7: a double pair */
         root[2] = root[0];
-    if (kind == 6)
-        root[3] = root[0];
+    if (kind >= 6)
+        root[3] = kind == 6 ? root[0] : root[1];
     long double complex p[5] = {1.0L};
     for (int n = 0; n < 4; n++)
         for (int k = n + 1; k >= 0; k--)
