@@ -2,7 +2,7 @@
 #ifndef MILL_FRAMES_H
 #define MILL_FRAMES_H
 
-#include "h5file.h"
+#include "h5.h"
 #include "millsim/observer.h"
 
 /* What a checkpoint keeps: frames stored so far. */

@@ -2,7 +2,7 @@
 #ifndef MILL_IMPACTLOG_H
 #define MILL_IMPACTLOG_H
 
-#include "h5file.h"
+#include "h5.h"
 #include "millsim/observer.h"
 
 /* What a checkpoint keeps: impacts logged so far. */

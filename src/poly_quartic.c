@@ -4,18 +4,18 @@
  * and De Michele, ACM TOMS 46:20, 2020; Strobach, J. Comput. Appl. Math. 234, 2010). Several ways
  * to read the factors off are compared by their residuals, and the best is refined by Newton's
  * method on the four coefficient equations with residuals in double-double, as are the
- * discriminants: the roots are those of the given doubles, conditioned as they may be. Scaling by
- * powers of two. */
+ * discriminants: the roots are those of the given doubles, conditioned as they may be. If that does
+ * not converge, the same is tried about the mean of the roots (clusters) and for 1/x (tiny roots
+ * beside large ones). */
 #include <float.h>
 #include <math.h>
 
 #include "millsim/poly.h"
 #include "poly_dd.h"
 
-#define NEWTON_STEPS 24
+#define NEWTON_STEPS 32  /* next to common roots the residual rises first, then falls slowly */
 #define GOOD_START 1e-10 /* relative residual of the first factors */
 #define CONVERGED 1e-28
-#define THIRD_OF_PI 1.0471975511965976
 
 /* x^4 + a x^3 + b x^2 + c x + d */
 struct monic {
@@ -128,11 +128,10 @@ static double refine(struct factors *best, const struct monic *p)
     struct factors f = *best;
     struct residual r = residual_of(&f, p);
     double size = r.size;
-    for (int i = 0, worse = 0; i < NEWTON_STEPS && worse < 2 && size > CONVERGED; i++) {
+    for (int i = 0; i < NEWTON_STEPS && size > CONVERGED; i++) {
         if (!correct(&f, &r))
             break;
         r = residual_of(&f, p);
-        worse = r.size < 0.5 * size ? 0 : worse + 1;
         if (r.size < size) {
             size = r.size;
             *best = f;
@@ -151,29 +150,26 @@ static double polish_cubic(double g, double h, double t)
     return t;
 }
 
-/* Resolvent t^3 + g t + h = 0. Its largest real root always splits the quartic into real quadratics
- * and mostly best. Where it nearly coincides with another one it is known to half the digits only,
- * and rounding may hide it: then the turning point or the other roots are tried too. */
+/* Resolvent t^3 + g t + h = 0: its largest real root splits the quartic into real quadratics. Next
+ * to a double root rounding may leave only the far one; then the turning point is tried as well. */
 static double factorise(const struct monic *p, struct factors *best)
 {
     double a = p->a.hi, b = p->b.hi, c = p->c.hi, d = p->d.hi;
     double g = a * c - 4.0 * d - b * b / 3.0;
     double h = (8.0 * d + a * c - b * b / 4.5) * (b / 3.0) - c * c - a * a * d;
     double q = g / 3.0, r = 0.5 * h, disc = r * r + q * q * q, turn = sqrt(fmax(-q, 0.0));
-    double size = INFINITY, t[3] = {0.0, turn, -turn};
+    double size = INFINITY, t;
     *best = (struct factors){p->a, p->b, dd_from(0.0), dd_from(0.0)};
     if (disc < 0.0) {
         double cosine = fmax(-1.0, fmin(1.0, -r / (turn * turn * turn)));
-        double third = acos(cosine) / 3.0;
-        t[0] = 2.0 * turn * cos(third);
-        t[1] = -2.0 * turn * cos(THIRD_OF_PI - third);
-        t[2] = -t[0] - t[1];
+        t = 2.0 * turn * cos(acos(cosine) / 3.0);
     } else {
         double k = copysign(cbrt(fabs(r) + sqrt(disc)), -r);
-        t[0] = k != 0.0 ? k - q / k : 0.0;
+        t = k != 0.0 ? k - q / k : 0.0;
     }
-    for (int i = 0; i < 3 && size > GOOD_START; i++)
-        consider_root(p, i == 0 || disc < 0.0 ? polish_cubic(g, h, t[i]) : t[i], best, &size);
+    consider_root(p, polish_cubic(g, h, t), best, &size);
+    if (disc >= 0.0 && size > GOOD_START)
+        consider_root(p, turn, best, &size);
     return refine(best, p);
 }
 

@@ -2,7 +2,7 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
-#include "h5file.h"
+#include "h5.h"
 #include "millsim/world.h"
 
 struct mill_record_end {

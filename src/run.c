@@ -3,7 +3,7 @@
 #include "run.h"
 
 #include "frames.h"
-#include "h5file.h"
+#include "h5.h"
 #include "impactlog.h"
 #include "millsim/sim.h"
 #include "record.h"

@@ -2,7 +2,7 @@
 #ifndef MILL_SERIES_H
 #define MILL_SERIES_H
 
-#include "h5file.h"
+#include "h5.h"
 #include "millsim/observer.h"
 
 /* What a checkpoint keeps: rows so far, and the rotor's angular impulse at the last of them. */

@@ -23,7 +23,7 @@ struct mill_strikes {
     struct mill_strike *entry;
 };
 
-enum { MILL_STRIKES_BUCKET = 4 };
+enum { MILL_STRIKES_BUCKET = 8 };
 
 /* false: out of memory */
 bool mill_strikes_init(struct mill_strikes *strikes, double window);

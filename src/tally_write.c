@@ -1,7 +1,7 @@
 /* How do the statistics look in the output file? One function per group of /statistics, each
  * dataset with its unit and description. A failure makes the file refuse all later writes with the
  * same message, so only the last status of a chain of writes is looked at. */
-#include "h5file.h"
+#include "h5.h"
 #include "tally.h"
 
 #include <assert.h>

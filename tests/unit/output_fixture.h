@@ -3,7 +3,7 @@
 #ifndef OUTPUT_FIXTURE_H
 #define OUTPUT_FIXTURE_H
 
-#include "h5file.h"
+#include "h5.h"
 #include "millsim/observer.h"
 #include "millsim/world.h"
 

@@ -1,5 +1,5 @@
 /* Claims about the statistics that the tally gathers. */
-#include "h5file.h"
+#include "h5.h"
 #include "mill_fixture.h"
 
 #include <stdio.h>

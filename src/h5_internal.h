@@ -1,10 +1,10 @@
-/* What the parts of the h5file module (h5file.c, h5driver.c, h5data.c,
- * h5attribute.c, h5column.c) share; no
+/* What the parts of the h5file module (h5.c, h5_driver.c, h5_data.c,
+ * h5_attribute.c, h5_column.c) share; no
  * other file includes this. */
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
 
-#include "h5file.h"
+#include "h5.h"
 #include "journal.h"
 
 #include <hdf5.h>
@@ -38,7 +38,7 @@ enum mill_status mill_h5_check(const struct mill_h5 *file, struct mill_error *er
 /* Makes the groups above `path`. */
 enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct mill_error *error);
 
-/* Files opened with this access list go through h5driver.c; `disk` must outlive them. */
+/* Files opened with this access list go through h5_driver.c; `disk` must outlive them. */
 bool mill_h5_use_disk(hid_t access_list, struct mill_h5_disk *disk);
 
 /* Brings the closed file `path` back to its last commit; 0 or an errno. */

@@ -2,7 +2,7 @@
  * undo journal what it is about to overwrite, remembers the errno of a failure, and can be switched
  * to let a file be closed without writing. The file on the disk is an ordinary one, for every
  * reader. */
-#include "h5internal.h"
+#include "h5_internal.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -3,7 +3,7 @@
  * needs, so it is read from there. After a first failure (disk full, mostly) the library's cache no
  * longer matches the disk, and every further write would fail in a new way: so the file is spent,
  * and closing only lets go. */
-#include "h5internal.h"
+#include "h5_internal.h"
 
 #include <errno.h>
 #include <stdio.h>

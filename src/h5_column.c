@@ -1,7 +1,7 @@
 /* Datasets that grow by rows. Single rows are gathered in memory and written a chunk at a time,
  * because one call to HDF5 costs microseconds; a chunk holds about 64 KiB, the compromise between
  * the cost per chunk and the cost of reading one frame. Shuffled, deflated at level 1. */
-#include "h5internal.h"
+#include "h5_internal.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Datasets written in one piece, each with its unit and description; and views, which show the
  * elements of another dataset of the file under another shape (HDF5 virtual datasets, since 1.10).
  */
-#include "h5internal.h"
+#include "h5_internal.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* Attributes of groups and datasets: numbers, texts, arrays of both, and the two labels that every
  * dataset carries. Texts are of variable length in UTF-8, because h5py turns only those into str
  * and MDAnalysis compares the unit with a str. */
-#include "h5internal.h"
+#include "h5_internal.h"
 
 #include <string.h>
 
