@@ -1,4 +1,4 @@
-/* What the parts of the h5file module (h5.c, h5_driver.c, h5_data.c,
+/* What the parts of the h5 module (h5.c, h5_driver.c, h5_data.c,
  * h5_attribute.c, h5_column.c) share; no
  * other file includes this. */
 #ifndef MILL_H5INTERNAL_H

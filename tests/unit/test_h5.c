@@ -560,5 +560,5 @@ int main(void)
     };
     const TTest *const loops[] = {a_full_disk_is_told_once_and_the_file_still_closes,
                                   a_killed_file_comes_back_as_last_flushed};
-    return run_tests("h5file", tests, sizeof tests / sizeof tests[0], loops, 2, 20);
+    return run_tests("h5", tests, sizeof tests / sizeof tests[0], loops, 2, 20);
 }
