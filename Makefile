@@ -3,6 +3,8 @@ MODE ?= release
 BUILD := build/$(MODE)
 CC ?= cc
 PREFIX ?= /usr/local
+Q := $(if $(V),,@echo "  $(MODE) $@"; )
+PARALLEL := --no-print-directory -j$(shell nproc 2>/dev/null || echo 2)
 VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
 
 CFLAGS_release := -O3 -g
@@ -13,7 +15,7 @@ WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef 
         -Wdouble-promotion $(if $(WERROR),-Werror)
 # no contraction, no fast-math: the same deck gives the same bits
 FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(CFLAGS_$(MODE)) $(CFLAGS)
-ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 inih check 2>/dev/null)
+ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 inih 2>/dev/null)
 ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
 LDLIBS := $(shell pkg-config --libs gsl hdf5 inih 2>/dev/null) -ludunits2 -lm
 
@@ -30,17 +32,17 @@ help:
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
 	@echo 'make bench     measure speed        make install   into PREFIX=$(PREFIX)'
-	@echo 'make clean     remove what was built        MODE=release|debug|asan  WERROR=1'
+	@echo 'make clean     remove what was built        MODE=release|debug|asan  WERROR=1  V=1'
 
 millsim: build/release/millsim
 	@cp -f $< $@
 
 $(BUILD)/millsim: $(BUILD)/src/main.o $(LIB)
-	$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
 
 $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
-	$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
+	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
 $(BUILD)/src/main.o $(BUILD)/src/run.o $(BUILD)/src/record.o: $(BUILD)/version
 $(BUILD)/src/main.o $(BUILD)/src/run.o $(BUILD)/src/record.o: DEFINES = \
@@ -53,18 +55,19 @@ $(BUILD)/version: always
 	@mkdir -p $(@D); echo '$(VERSION)' | cmp -s - $@ || echo '$(VERSION)' > $@
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(LIB)
-	$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)
 
 needed:
 	@tools/setup --check build
 
 run:
 	@tools/setup build
-	@$(MAKE) --no-print-directory millsim
+	@$(MAKE) $(PARALLEL) millsim
 	./millsim --force input/simoloyer.ini
 
 test:
 	@tools/setup build test
+	@$(MAKE) $(PARALLEL) $(UNIT) $(BUILD)/millsim millsim
 	@$(MAKE) --no-print-directory unit cli
 
 unit: $(UNIT)
@@ -77,7 +80,7 @@ lint:
 	@tools/setup build test lint
 	clang-format-14 --dry-run -Werror $(C_FILES)
 	tools/check-floors
-	@$(MAKE) --no-print-directory WERROR=1 $(LIB) && tools/check-names $(LIB)
+	@$(MAKE) $(PARALLEL) BUILD=build/lint WERROR=1 build/lint/millsim && tools/check-names build/lint/src/*.o
 	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
 	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
 	codespell -q 3 -S './.git,./build,./.venv,*.svg,*.lock' .
