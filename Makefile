@@ -3,7 +3,7 @@ MODE ?= release
 BUILD := build/$(MODE)
 CC ?= cc
 PREFIX ?= /usr/local
-Q := $(if $(V),,@echo "  $(MODE) $@"; )
+Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
 PARALLEL := --no-print-directory -j$(shell nproc 2>/dev/null || echo 2)
 VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
 
