@@ -1,13 +1,11 @@
 /* Double-double arithmetic: a value as the unevaluated sum of two doubles, about 106 bits.
  * Dekker, Numer. Math. 18 (1971) 224 (products); Knuth, TAOCP 2, 4.2.2 (sums); Joldes, Muller and
- * Popescu, ACM TOMS 44:15 (2017) for the relative errors, all below DD_ROUND. Needs
+ * Popescu, ACM TOMS 44:15 (2017) for the relative errors, all below 2^-101. Needs
  * round-to-nearest without contraction; magnitudes between 1e-140 and 1e290. */
 #ifndef MILLSIM_POLY_DD_H
 #define MILLSIM_POLY_DD_H
 
 #include <math.h>
-
-#define DD_ROUND 0x1p-101
 
 struct dd {
     double hi, lo;

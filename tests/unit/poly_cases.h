@@ -62,7 +62,7 @@ static inline void grazing_state(gsl_rng *rng, double rho, const double g[2], do
     double speed = log_uniform(rng, 1e-3, 10.0) * (gsl_rng_uniform(rng) < 0.5 ? -1.0 : 1.0);
     random_direction(rng, 1.0, n);
     rho *= 1.0 + (gsl_rng_uniform(rng) < 0.5 ? -miss : miss);
-    double w[2] = {-n[1] * speed, n[0] * speed};
+    const double w[2] = {-n[1] * speed, n[0] * speed};
     for (int k = 0; k < 2; k++) {
         r[k] = rho * n[k] - w[k] * t0 + 0.5 * g[k] * t0 * t0;
         v[k] = w[k] - g[k] * t0;

@@ -263,6 +263,14 @@ START_TEST(nothing_never_rises)
 }
 END_TEST
 
+START_TEST(root_is_found_beside_terms_that_overflow_at_the_end_of_the_window)
+{
+    const double c[5] = {-1e300, 1e300, 0.0, 0.0, -1e-300}; /* t = 1, and back out at 1e200 */
+    ck_assert_double_eq(mill_poly_first_rise(c, 1e150, false, NULL), 1.0);
+    ck_assert_double_eq(mill_poly_first_rise(c, INFINITY, false, NULL), 1.0);
+}
+END_TEST
+
 START_TEST(first_rise_does_not_depend_on_the_units)
 {
     gsl_rng *rng = seeded(113);
@@ -314,6 +322,7 @@ static Suite *rise_suite(void)
     tc = group(s, "first rise of extreme input");
     tcase_add_test(tc, first_rise_of_any_finite_input_is_a_time);
     tcase_add_test(tc, nothing_never_rises);
+    tcase_add_test(tc, root_is_found_beside_terms_that_overflow_at_the_end_of_the_window);
     tcase_add_test(tc, first_rise_does_not_depend_on_the_units);
     return s;
 }
