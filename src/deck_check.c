@@ -96,13 +96,19 @@ static double blade_reach(const struct mill_deck_blade *blade)
     return hypot(blade->tip_radius, across);
 }
 
+/* Half of what the pitched blade takes along the axis [m]. */
+static double blade_along(const struct mill_deck_blade *blade)
+{
+    return 0.5 *
+           (blade->width * fabs(cos(blade->pitch)) + blade->thickness * fabs(sin(blade->pitch)));
+}
+
 static enum mill_status check_blade(const struct mill_deck *deck, const char *title, int number,
                                     struct mill_error *error)
 {
     const struct mill_deck_blade *blade = &deck->blade[number];
     const double reach = blade_reach(blade);
-    const double along =
-        0.5 * (blade->width * fabs(cos(blade->pitch)) + blade->thickness * fabs(sin(blade->pitch)));
+    const double along = blade_along(blade);
     const bool turned = sin(blade->pitch) != 0.0;
     if (blade->tip_radius <= deck->shaft_radius)
         return mill_deck_fault(deck, error, title, "tip_radius",
@@ -154,24 +160,39 @@ static enum mill_status check_rotor(const struct mill_deck *deck, struct mill_er
     return MILL_OK;
 }
 
-/* One line for the equal blades, one for each single one. */
+static void warn_of_gap(const struct mill_deck *deck, int number, const char *key,
+                        const char *where, double gap, double diameter,
+                        void (*warn)(const char *line))
+{
+    char title[80];
+    struct mill_error line;
+    name_blade(deck, number, title);
+    mill_deck_fault(deck, &line, title, key,
+                    "the gap of %.3g mm between blade and %s is %s a ball's diameter of %.3g mm: "
+                    "balls can be pinched in it",
+                    1e3 * gap, where, gap < diameter ? "less than" : "just", 1e3 * diameter);
+    warn(line.text);
+}
+
+/* One line for the equal blades, whose tips and outermost sides are alike; one for each single one.
+ */
 static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *line))
 {
     double diameter = 0.0;
     for (int k = 0; k < deck->kinds; k++)
         diameter = fmax(diameter, deck->balls[k].diameter);
     for (int k = 0; k < deck->blades; k++) {
-        const double gap = deck->drum_radius - blade_reach(&deck->blade[k]);
-        if (gap >= diameter || (k > 0 && k < deck->text->blades.count))
-            continue;
-        char title[80];
-        struct mill_error line;
-        name_blade(deck, k, title);
-        mill_deck_fault(deck, &line, title, "tip_radius",
-                        "the gap of %.3g mm between blade and drum is less than a ball's diameter "
-                        "of %.3g mm: balls can be pinched in it",
-                        1e3 * gap, 1e3 * diameter);
-        warn(line.text);
+        const struct mill_deck_blade *blade = &deck->blade[k];
+        const double tip = deck->drum_radius - blade_reach(blade);
+        const double side = 0.5 * deck->drum_length - fabs(blade->position) - blade_along(blade);
+        const bool equal = k < deck->text->blades.count;
+        if (tip < diameter && (k == 0 || !equal))
+            warn_of_gap(deck, k, "tip_radius", "drum", tip, diameter, warn);
+        /* a gap of nothing but rounding lets no ball in; one of a diameter and rounding pinches it
+         */
+        if (side > rounding * deck->drum_length && side <= diameter * (1.0 + 1e-9) &&
+            (k == 0 || !equal))
+            warn_of_gap(deck, k, equal ? "width" : "position", "end wall", side, diameter, warn);
     }
 }
 

@@ -122,7 +122,7 @@ static inline double bench_overlap(const struct bench *b)
 struct witness {
     struct mill_observer base; /* first: the loop hands its address back */
     uint64_t impacts[MILL_KINDS];
-    double last;                                /* [s] of the last impact */
+    double last, sampled;                       /* [s] of the last impact, the last sample */
     double speed[64];                           /* [m/s] normal, of the first impacts */
     double time[64];                            /* [s] of the same */
     double dissipation;                         /* [J] */
@@ -144,7 +144,7 @@ static inline enum mill_status witness_impact(struct mill_observer *o, const str
         w->time[n] = i->time;
     }
     w->impacts[i->kind]++;
-    w->out_of_order += !(i->time >= w->last);
+    w->out_of_order += !(i->time >= w->last && i->time >= w->sampled);
     w->not_unit += !(fabs(vec3_norm(i->normal) - 1.0) < 1e-12);
     w->backward += !(i->normal_speed >= 0.0) || !(i->tangential_speed >= 0.0);
     w->lost += i->kind == MILL_BALL_BALL ? !(i->partner > i->ball) : i->partner < -1;
@@ -160,6 +160,8 @@ static inline enum mill_status witness_sample(struct mill_observer *o,
     struct witness *w = (struct witness *)o;
     (void)error;
     w->lost += !(fabs(world->base + t - o->next) < 1e-12);
+    w->out_of_order += !(w->last < o->next);
+    w->sampled = o->next;
     w->samples++;
     o->next = w->every * (double)(w->samples + 1);
     return MILL_OK;
