@@ -46,7 +46,7 @@ static void describe(const struct mill_deck_key *key, bool with_unit, char *out,
         snprintf(out, size, "a whole number such as '4000'");
         break;
     case DECK_SEED:
-        snprintf(out, size, "a whole number from 0 to 9223372036854775807 such as '1'");
+        snprintf(out, size, "a whole number from 0 to 4294967295 such as '1'");
         break;
     case DECK_CHOICE:
         snprintf(out, size, "'%.*s' or '%s'", (int)strcspn(key->words, "|"), key->words,

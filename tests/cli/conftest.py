@@ -35,6 +35,13 @@ friction = 0.3
 frames = 5 ms
 """
 
+# Start positions for its balls, along the drum and clear of the blades
+SMALL_START = "".join(
+    f"{x} {y} {z}\n"
+    for x in (-0.016, -0.008, 0.0, 0.008, 0.016)
+    for y, z in ((0.027, 0), (-0.027, 0), (0, 0.027), (0, -0.027))
+)
+
 
 @pytest.fixture
 def root():

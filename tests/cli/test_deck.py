@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from conftest import SMALL
+from conftest import SMALL, SMALL_START
 
 WAVY_ONLY = "belongs to the wavy profile"
 MIXTURE = """\
@@ -659,6 +659,7 @@ def test_an_override_mends_a_wrong_value(printed, write_deck):
 
 
 def test_an_override_may_have_spaces_and_equals_signs(printed, small_deck, tmp_path):
+    (tmp_path / "a = b.txt").write_text(SMALL_START)
     values = printed("deck.ini", "-s", "balls.start=a = b.txt")
     assert values["balls.start"] == f"{tmp_path}/a = b.txt"
 
@@ -721,6 +722,7 @@ def test_a_start_file_is_found_again_wherever_the_deck_lies(millsim, tmp_path, w
     (tmp_path / folder).mkdir(parents=True)
     text, _ = set_key(SMALL, "balls", "start", "start file.txt")
     write_deck(text, f"{folder}/deck.ini")
+    (tmp_path / folder / "start file.txt").write_text(SMALL_START)
     out = fixed_point(millsim, tmp_path, f"{folder}/deck.ini")
     assert "start file.txt" in out
     assert str(tmp_path) in out
@@ -728,6 +730,7 @@ def test_a_start_file_is_found_again_wherever_the_deck_lies(millsim, tmp_path, w
 
 def test_a_file_name_may_hold_a_hash(printed, write_deck, tmp_path):
     write_deck(set_key(SMALL, "balls", "start", "a#1;b c.txt  # remark")[0])
+    (tmp_path / "a#1;b c.txt").write_text(SMALL_START)
     assert printed("deck.ini")["balls.start"] == f"{tmp_path}/a#1;b c.txt"
 
 
