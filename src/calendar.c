@@ -38,7 +38,8 @@ struct mill_calendar {
     uint64_t taken;    /* events that came up in this year */
     int32_t last_item; /* the event handed out last, so that asking twice counts once */
     double last_t;
-    int32_t ahead; /* a walk through tomorrow's list that fetches its nodes before they are needed */
+    int32_t
+        ahead; /* a walk through tomorrow's list that fetches its nodes before they are needed */
     struct node *node;
     int32_t *head;
     struct entry *heap;
@@ -288,9 +289,9 @@ static void next_year(struct mill_calendar *c)
     refile_overflow(c);
 }
 
-/* The nodes of a list lie anywhere in memory, so walking it waits for each of them in turn; they are
- * asked for one at an event while today lasts. Whatever happens to the list meanwhile, `ahead` is
- * an item or -1, and only speed depends on it. */
+/* The nodes of a list lie anywhere in memory, so walking it waits for each of them in turn; they
+ * are asked for one at an event while today lasts. Whatever happens to the list meanwhile, `ahead`
+ * is an item or -1, and only speed depends on it. */
 static void fetch_ahead(struct mill_calendar *c)
 {
     if (c->ahead >= 0)

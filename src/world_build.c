@@ -1,5 +1,5 @@
-/* Builds the world of a deck: species, surfaces, start positions. It stands above what it calls (fill and
- * start need the world's state), which is why it is not in world.c. */
+/* Builds the world of a deck: species, surfaces, start positions. It stands above what it calls
+ * (fill and start need the world's state), which is why it is not in world.c. */
 #include "fill.h"
 #include "millsim/world.h"
 #include "start.h"
@@ -34,8 +34,7 @@ static enum mill_status make_species(const struct mill_deck *deck, struct mill_w
         struct mill_species *s = &w->species[k];
         memcpy(s->name, kind->name, sizeof s->name);
         s->radius = 0.5 * kind->diameter;
-        s->mass = kind->density * (4.0 / 3.0) * PI * s->radius * s->radius *
-                  s->radius;
+        s->mass = kind->density * (4.0 / 3.0) * PI * s->radius * s->radius * s->radius;
         s->inertia = 0.4 * s->mass * s->radius * s->radius;
         for (long n = 0; n < kind->count; n++)
             w->ball[i++].species = k;
@@ -70,4 +69,3 @@ enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_wor
     *world = w;
     return MILL_OK;
 }
-

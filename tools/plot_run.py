@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Draws one run: `python3 tools/plot_run.py run.h5 run.png`.
 
-Left the balls of the last stored frame, seen along the drum's axis, coloured by speed; in the middle where
-the energy goes; right how often and how hard the balls meet. Needs h5py and matplotlib.
+Left the balls of the last stored frame, seen along the drum's axis, coloured by speed; in the
+middle where the energy goes; right how often and how hard the balls meet. Needs h5py and matplotlib.
 """
 
 import sys

@@ -274,7 +274,9 @@ def test_an_end_that_is_no_multiple_has_no_frame(tmp_path):
 
 def test_energy_balance_closes_in_every_row(mill):
     group = mill["/observables"]
-    energy = sum(group[f"{name}_energy/value"][:] for name in ("kinetic", "rotational", "potential"))
+    energy = sum(
+        group[f"{name}_energy/value"][:] for name in ("kinetic", "rotational", "potential")
+    )
     lost = sum(group[f"dissipation/{kind}/value"][:] for kind in KINDS)
     work = group["rotor_work/value"][:]
     error = abs(work - work[0] - (energy - energy[0]) - lost)
@@ -388,7 +390,15 @@ def test_run_facts(mill):
 
 def test_a_stopped_run_leaves_a_readable_file(tmp_path):
     (tmp_path / "mill.ini").write_text(DECK)
-    arguments = [MILLSIM, "-q", "-s", "run.time=1000 s", "-s", "output.impacts=statistics", "mill.ini"]
+    arguments = [
+        MILLSIM,
+        "-q",
+        "-s",
+        "run.time=1000 s",
+        "-s",
+        "output.impacts=statistics",
+        "mill.ini",
+    ]
     with subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE) as running:
         time.sleep(1.5)
         running.send_signal(signal.SIGINT)

@@ -8,7 +8,6 @@ a blade and the drum or an end wall, since a pinch has no outcome to agree upon.
 from dataclasses import dataclass
 
 import numpy as np
-
 from oracle import KINDS, Blade, Law, Mill, Simulation
 
 ROOM = 1.3  # ball diameters left free between a blade and the drum or an end wall

@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
-
 from decks import random_case
 
 PROGRAM = Path(os.environ.get("MILLSIM", Path(__file__).resolve().parents[2] / "millsim"))

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from decks import random_case
 from few_balls import agreement, predict, row_of
 from oracle import KINDS, STEP, Blade, Law, Mill, Simulation
