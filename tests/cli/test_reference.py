@@ -1,0 +1,107 @@
+"""The decks that come with millsim: the reference mill's figures, and the books of every deck."""
+
+import json
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+from conftest import PROGRAM, ROOT
+
+
+def run_deck(name, folder, *options):
+    """The summary of a deck of input/, run in a folder."""
+    done = subprocess.run(
+        [PROGRAM, ROOT / "input" / name, "--quiet", "--json", "-o", "run.h5", *options],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)["run"]
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The reference mill over 0.4 s of steady state."""
+    folder = tmp_path_factory.mktemp("reference")
+    summary = run_deck("simoloyer.ini", folder, "-s", "run.time=0.5s")
+    with h5py.File(folder / "run.h5") as run:
+        yield run, summary
+
+
+def mean_since(run, name, start):
+    time = run[f"observables/{name}/time"][:]
+    return run[f"observables/{name}/value"][:][time >= start - 1e-9].mean()
+
+
+# What an independent hard-sphere model gave for this mill, and how far two such models may differ.
+
+
+def test_the_rotor_draws_855_watt(reference):
+    run, _ = reference
+    assert run["statistics/rotor/power"][()] == pytest.approx(855, rel=0.04)
+
+
+def test_the_charge_moves_with_9_6_joule(reference):
+    run, _ = reference
+    assert mean_since(run, "kinetic_energy", 0.1) == pytest.approx(9.6, rel=0.02)
+
+
+def test_the_charge_spins_with_0_66_joule(reference):
+    run, _ = reference
+    assert mean_since(run, "rotational_energy", 0.1) == pytest.approx(0.66, rel=0.05)
+
+
+def test_normal_impacts_dissipate_267_watt(reference):
+    run, _ = reference
+    lost = 0.0
+    for kind in run["observables/dissipation_normal"]:
+        series = run[f"observables/dissipation_normal/{kind}"]
+        value, time = series["value"][:], series["time"][:]
+        lost += value[-1] - value[np.argmin(abs(time - 0.1))]
+    assert lost / 0.4 == pytest.approx(267, rel=0.05)
+
+
+def test_balls_hit_each_other_above_1_m_s_1_11_million_times_a_second(reference):
+    run, _ = reference
+    histogram = run["statistics/impacts/ball_ball/normal_speed/histogram"]
+    fast = histogram["edges"][:-1] > 1 - 1e-9
+    rate = histogram["count"][:][fast].sum() / run["statistics/duration"][()]
+    assert rate == pytest.approx(1.11e6, rel=0.05)
+
+
+@pytest.mark.skipif("asan" in PROGRAM.parts, reason="the sanitizer's own memory counts too")
+def test_a_mill_of_4000_balls_needs_less_than_60_megabyte(reference):
+    assert reference[1]["peak_memory"] < 60e6
+
+
+@pytest.mark.skipif("asan" in PROGRAM.parts, reason="the sanitizer's own memory counts too")
+def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
+    options = ["balls.count=256000", "balls.diameter=1.25mm", "run.time=20us", "run.sample_from=0s"]
+    sets = [word for option in options for word in ("--set", option)]
+    assert run_deck("gas.ini", tmp_path, *sets)["peak_memory"] < 600 * 256000
+
+
+def check_books(run):
+    assert run["energy_balance_error"] < 1e-9 * run["energy_turnover"]
+    assert run["largest_overlap"] < 1e-9
+    assert run["overlaps"] == run["reliefs"] == run["not_closing"] == 0
+
+
+def test_the_books_of_the_reference_mill_close(reference):
+    check_books(reference[1])
+
+
+def test_the_books_of_the_single_deck_close(tmp_path):
+    check_books(run_deck("single.ini", tmp_path))
+
+
+def test_the_gas_keeps_its_energy_over_a_million_contacts(tmp_path):
+    run = run_deck("gas.ini", tmp_path)
+    check_books(run)
+    assert sum(run["collisions"].values()) > 1e6
+    start = 4000 * 0.5 * 7800 * np.pi / 6 * 5e-3**3  # all at 1 m/s
+    assert run["kinetic_energy"] == pytest.approx(start, rel=1e-12, abs=0)
+    assert run["rotational_energy"] == 0
