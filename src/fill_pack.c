@@ -7,10 +7,10 @@
 
 #include <stdlib.h>
 
-#define DROP_FRACTION 0.18 /* of the room that single drops fill quickly */
-#define DENSEST 0.62       /* of the room: beyond it no random packing is tried */
+#define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
+#define DENSEST 0.59       /* of the room: beyond it no random packing is tried */
 #define DROPS 4000         /* tries for one ball */
-#define PATIENCE 200       /* rounds of pushing in which the overlap must become less by a tenth */
+#define PATIENCE 40 /* looks at each ball within which the pushing must become less by a tenth */
 
 struct pack {
     struct mill_world *world;
@@ -122,52 +122,52 @@ static bool sort_by_place(struct pack *p)
 }
 
 /* Moves ball i and its neighbours apart where they are nearer than the spacing; returns the sum of
- * what they lacked, in radii. */
+ * what they were pushed, in radii. */
 static double push_from_balls(struct pack *p, int32_t i)
 {
     struct mill_fill_spot *spot = p->sieve.spot, *me = &spot[i];
     const int32_t n = mill_fill_sieve_near(&p->sieve, me->r, me->radius, p->near);
-    double lack = 0.0;
+    double pushed = 0.0;
     for (int32_t k = 0; k < n; k++) {
         struct mill_fill_spot *o = &spot[p->near[k]];
         const double sum = me->radius + o->radius;
-        const double trigger = (1.0 + 0.3 * MILL_FILL_SPACING) * sum;
-        const double s = (1.0 + MILL_FILL_SPACING) * sum;
+        const double close = (1.0 + MILL_FILL_CLOSE) * sum;
         const vec3 d = vec3_sub(o->r, me->r);
         const double square = vec3_dot(d, d);
-        if (o == me || square >= trigger * trigger)
+        if (o == me || square >= close * close)
             continue;
         const double distance = sqrt(square);
         /* two centres at one place part along any fixed direction */
         const vec3 n_io = distance > 0.0 ? vec3_scale(d, 1.0 / distance) : vec3_make(1.0, 0.0, 0.0);
+        const double push = (1.0 + MILL_FILL_SPACING) * sum - distance;
         /* the smaller one gives way: it finds room sooner */
-        const double share = o->radius / (me->radius + o->radius);
-        me->r = vec3_axpy(me->r, -share * (s - distance), n_io);
-        o->r = vec3_axpy(o->r, (1.0 - share) * (s - distance), n_io);
+        me->r = vec3_axpy(me->r, -push * (o->radius / sum), n_io);
+        o->r = vec3_axpy(o->r, push * (me->radius / sum), n_io);
         me->stirred = o->stirred = true;
         mill_fill_sieve_replace(&p->sieve, p->near[k]);
-        lack += (s - distance) / (me->radius + o->radius);
+        pushed += push / sum;
     }
-    return lack;
+    return pushed;
 }
 
-/* One round over all balls whose neighbourhood was stirred; returns the sum of what they lacked. */
-static double push_round(struct pack *p)
+/* One round over all balls whose neighbourhood was stirred; adds their number to *looks and returns
+ * the sum of what they were pushed. */
+static double push_round(struct pack *p, uint64_t *looks)
 {
     struct mill_fill_spot *spot = p->sieve.spot;
     const int32_t balls = p->world->balls;
-    double lack = 0.0;
+    double pushed = 0.0;
     for (int32_t i = 0; i < balls; i++) {
         if (!spot[i].stirred)
             continue;
+        ++*looks;
         spot[i].stirred = false;
-        lack += push_from_balls(p, i);
-        if (mill_fill_room_push(p->room, &spot[i].r, spot[i].radius,
-                                MILL_FILL_SPACING * spot[i].radius))
+        pushed += push_from_balls(p, i);
+        if (mill_fill_room_push(p->room, &spot[i].r, spot[i].radius))
             spot[i].stirred = true;
         mill_fill_sieve_replace(&p->sieve, i);
     }
-    return lack;
+    return pushed;
 }
 
 /* Is every ball clear of all others and of all surfaces at full size? */
@@ -193,21 +193,21 @@ static bool all_clear(struct pack *p)
 /* False: they jammed. */
 static bool push_apart(struct pack *p)
 {
+    const uint64_t balls = (uint64_t)p->world->balls;
     double least = (double)INFINITY;
-    int since = 0; /* rounds without much progress */
+    uint64_t looks = 0; /* since the last progress */
     for (int32_t i = 0; i < p->world->balls; i++)
         p->sieve.spot[i].stirred = true;
-    for (int round = 1; since < PATIENCE; round++) {
-        const double lack = push_round(p);
-        if (getenv("FILLDEBUG") && (round % 10 == 0 || round < 10)) fprintf(stderr, "%d %g\n", round, lack);
-        if (lack == 0.0 || round % 16 == 0) {
-            if (all_clear(p))
-                return true;
-        }
-        since++;
-        if (lack < 0.9 * least) {
-            least = lack;
-            since = 0;
+    for (int round = 1; looks < PATIENCE * balls; round++) {
+        const uint64_t before = looks;
+        const double pushed = push_round(p, &looks);
+        if (looks == before)
+            return all_clear(p);
+        if (round % 16 == 0 && all_clear(p))
+            return true;
+        if (pushed < 0.9 * least) {
+            least = pushed;
+            looks = 0;
         }
     }
     return false;

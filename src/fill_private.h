@@ -11,8 +11,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Relative: the gap that pushing apart aims at. It ends with gaps between nothing and this. */
-#define MILL_FILL_SPACING 2e-3
+/* Relative to the radii: two bodies nearer than the first are pushed apart to the second. The
+ * difference makes a push suffice for a while, so the pushing comes to an end. */
+#define MILL_FILL_CLOSE 4e-4
+#define MILL_FILL_SPACING 4e-3
 
 /* ---- the room (fill_room.c) ---- */
 
@@ -33,8 +35,8 @@ void mill_fill_room_free(struct mill_fill_room *room);
 /* Is a ball there clear of all surfaces? Rotor at its starting angle. */
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius);
 
-/* Moves a ball off the surfaces that are nearer than `margin` [m]; true when it had to. */
-bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius, double margin);
+/* Moves a ball off the surfaces that it is too close to; true when it had to. */
+bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius);
 
 /* ---- balls by place (fill_sieve.c) ---- */
 
@@ -76,8 +78,8 @@ void mill_fill_sieve_clear(struct mill_fill_sieve *sieve);
 void mill_fill_sieve_place(struct mill_fill_sieve *sieve, int32_t i);
 void mill_fill_sieve_replace(struct mill_fill_sieve *sieve, int32_t i);
 
-/* Lists all placed balls that a ball of this radius at r may come nearer than the spacing, and some
- * others; `out` must have room for all balls. */
+/* Lists all placed balls that a ball of this radius at r may be nearer to than the spacing, and
+ * some others; `out` must have room for all balls. */
 int32_t mill_fill_sieve_near(const struct mill_fill_sieve *sieve, vec3 r, double radius,
                              int32_t *out);
 

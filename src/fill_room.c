@@ -61,7 +61,7 @@ static int32_t along(double x, double side, int32_t n)
     return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
 }
 
-static uint64_t near(const struct mill_fill_room *room, vec3 r)
+static uint64_t shapes_near(const struct mill_fill_room *room, vec3 r)
 {
     const int32_t ix = along(r.x - room->lo.x, room->side[0], room->n[0]);
     const int32_t iy = along(r.y - room->lo.y, room->side[1], room->n[1]);
@@ -72,7 +72,7 @@ static uint64_t near(const struct mill_fill_room *room, vec3 r)
 bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = near(room, r);
+    const uint64_t mask = shapes_near(room, r);
     for (int k = 0; mask && k < w->shapes; k++) {
         if (mask >> k % 64 & 1 && !(w->shape[k]->ops->gap(w->shape[k], r, radius, w->turn) > 0.0))
             return false;
@@ -80,17 +80,17 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
     return true;
 }
 
-bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius, double margin)
+bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius)
 {
     const struct mill_world *w = room->world;
-    const uint64_t mask = near(room, *r);
+    const uint64_t mask = shapes_near(room, *r);
     bool moved = false;
     for (int k = 0; mask && k < w->shapes; k++) {
         if (!(mask >> k % 64 & 1))
             continue;
         const struct mill_contact c = w->shape[k]->ops->contact(w->shape[k], *r, radius, w->turn);
-        if (c.gap < 0.3 * margin) {
-            *r = vec3_axpy(*r, margin - c.gap, c.normal);
+        if (c.gap < MILL_FILL_CLOSE * radius) {
+            *r = vec3_axpy(*r, MILL_FILL_SPACING * radius - c.gap, c.normal);
             moved = true;
         }
     }

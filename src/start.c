@@ -10,6 +10,8 @@
 
 /* [m] rounding of a decimal position may make touching balls overlap by this much */
 #define SLACK 1e-12
+#define LIGHT                                                                                      \
+    299792458.0 /* [m/s] a speed beyond it is a slip of units, and its square may overflow */
 
 static const char *shape_name(const struct mill_shape *shape)
 {
@@ -18,11 +20,13 @@ static const char *shape_name(const struct mill_shape *shape)
     return name[shape->ops->kind];
 }
 
-/* Reads up to nine numbers of a line; -1: something else stands there. */
-static int read_numbers(char *line, double value[10])
+/* Reads up to nine numbers of a line of this length; -1: something else stands there. */
+static int read_numbers(char *line, size_t length, double value[10])
 {
     int n = 0;
     char *hash = strchr(line, '#');
+    if (strlen(line) != length)
+        return -1;
     if (hash)
         *hash = '\0';
     for (char *p = line;;) {
@@ -38,16 +42,25 @@ static int read_numbers(char *line, double value[10])
     }
 }
 
+static enum mill_status cannot_read(const struct mill_deck *deck, int why, struct mill_error *error)
+{
+    return mill_deck_fault(deck, error, "balls", "start", "cannot read '%s': %s", deck->start,
+                           strerror(why));
+}
+
 static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct mill_world *world,
                                   long *line_of, struct mill_error *error)
 {
     char *line = NULL;
     size_t room = 0;
+    ssize_t length;
     int32_t rows = 0;
     enum mill_status status = MILL_OK;
-    for (long number = 1; status == MILL_OK && getline(&line, &room, in) >= 0; number++) {
+    errno = 0;
+    for (long number = 1; status == MILL_OK && (length = getline(&line, &room, in)) >= 0;
+         number++) {
         double x[10] = {0.0};
-        const int n = read_numbers(line, x);
+        const int n = read_numbers(line, (size_t)length, x);
         if (n == 0)
             continue;
         if (n != 3 && n != 6 && n != 9) {
@@ -68,13 +81,29 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct
     }
     const int failed = ferror(in), why = errno;
     free(line);
-    if (status == MILL_OK && failed)
+    if (status == MILL_OK && failed && why == EISDIR)
+        status = cannot_read(deck, why, error);
+    else if (status == MILL_OK && (failed || why == ENOMEM))
         status = mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(why));
     if (status == MILL_OK && rows != world->balls)
         status = mill_deck_fault(deck, error, "balls", "start",
                                  "'%s' has %ld rows, but the deck has %ld balls", deck->start,
                                  (long)rows, (long)world->balls);
     return status;
+}
+
+static enum mill_status check_speeds(const struct mill_deck *deck, const struct mill_world *world,
+                                     const long *line_of, struct mill_error *error)
+{
+    for (int32_t i = 0; i < world->balls; i++) {
+        const struct mill_ball *b = &world->ball[i];
+        const double radius = world->species[b->species].radius;
+        if (!(vec3_norm(b->v) <= LIGHT) || !(vec3_norm(world->spin[i]) * radius <= LIGHT))
+            return mill_error_set(error, MILL_BAD_DECK,
+                                  "%s:%ld: a speed beyond that of light: give m/s and rad/s",
+                                  deck->start, line_of[i]);
+    }
+    return MILL_OK;
 }
 
 static enum mill_status check_shapes(const struct mill_deck *deck, const struct mill_world *world,
@@ -144,8 +173,7 @@ enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world
 {
     FILE *in = fopen(deck->start, "r");
     if (!in)
-        return mill_deck_fault(deck, error, "balls", "start", "cannot read '%s': %s", deck->start,
-                               strerror(errno));
+        return cannot_read(deck, errno, error);
     long *line_of = malloc(sizeof *line_of * ((size_t)world->balls + 1));
     enum mill_status status = MILL_OK;
     if (!line_of)
@@ -153,6 +181,8 @@ enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world
             mill_error_set(error, MILL_FAILED, "out of memory for %ld balls", (long)world->balls);
     if (status == MILL_OK)
         status = read_rows(deck, in, world, line_of, error);
+    if (status == MILL_OK)
+        status = check_speeds(deck, world, line_of, error);
     if (status == MILL_OK)
         status = check_shapes(deck, world, line_of, error);
     if (status == MILL_OK)

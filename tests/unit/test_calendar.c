@@ -118,10 +118,9 @@ static void disturb(struct twin *twin, uint64_t *seed, enum gaps kind, double me
 static void compare_with_a_list(uint64_t seed, int32_t items, enum gaps kind, long steps)
 {
     struct twin twin = make_twin(items);
-    double mean = 1e-4;
     for (long step = 0; step < steps; step++) {
         const long phase = steps / 6 + 1;
-        mean = step / phase % 2 ? 1e-10 : 1e-4; /* up and down by a million, twice */
+        const double mean = step / phase % 2 ? 1e-10 : 1e-4; /* up and down by a million, twice */
         if (step % (steps / 3 + 1) == 0) {
             clear(&twin, uniform(&seed, -1.0, 1.0));
             for (int32_t i = 0; i < items; i++)

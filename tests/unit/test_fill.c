@@ -1,0 +1,445 @@
+/* Claims about random first positions: nothing overlaps, the seed decides, what does not fit is
+ * answered with a number that does. */
+#include "millsim/world.h"
+#include "shape.h"
+
+#include "engine_fixture.h"
+
+#include <time.h>
+
+/* ---- mills to fill ---- */
+
+struct kind {
+    double diameter; /* [mm] */
+    double share;    /* of the solid volume */
+};
+
+struct charge {
+    double radius, length; /* [mm] of the drum */
+    bool rotor;            /* shaft and pitched blades in proportion */
+    struct kind kind[3];   /* diameter 0: no more */
+    double fraction;       /* of the free volume */
+    double speed;          /* [m/s] */
+    unsigned long seed;
+};
+
+static const struct charge reference = {75, 120, true, {{5, 1}}, 0.3, 0, 1};
+
+/* Writes the deck of a charge with these counts. */
+static void write_deck(char *text, size_t size, const struct charge *c, const long *count)
+{
+    int n = snprintf(text, size,
+                     "[run]\ntime = 1 s\nseed = %lu\n[drum]\nradius = %g mm\nlength = %g mm\n"
+                     "[contact]\nrestitution = 0.8\n",
+                     c->seed, c->radius, c->length);
+    if (c->rotor)
+        n += snprintf(text + n, size - (size_t)n,
+                      "[rotor]\nspeed = 500 rpm\nshaft_radius = %g mm\nangle = 25 deg\n"
+                      "[blades]\ncount = 5\ntip_radius = %g mm\nwidth = %g mm\nthickness = %g mm\n"
+                      "pitch = 30 deg\n",
+                      0.2 * c->radius, 0.88 * c->radius, 0.15 * c->length, 0.08 * c->radius);
+    if (c->speed > 0.0)
+        n += snprintf(text + n, size - (size_t)n, "[balls]\nspeed = %g m/s\n", c->speed);
+    for (int k = 0; k < 3 && c->kind[k].diameter > 0.0; k++)
+        n += snprintf(text + n, size - (size_t)n,
+                      "[balls.k%d]\ncount = %ld\ndiameter = %.17g mm\ndensity = 7800 kg/m^3\n", k,
+                      count[k], c->kind[k].diameter);
+}
+
+/* Volume outside the rotor [m^3], by throwing points. */
+static double free_volume(const struct charge *c)
+{
+    char text[2048];
+    const long one[3] = {1, 1, 1};
+    uint64_t seed = 99;
+    write_deck(text, sizeof text, c, one);
+    struct mill_deck *deck = read_deck(text);
+    struct mill_world *w = make_world(deck);
+    const vec3 hi = {0.5 * w->drum_length, w->drum_radius, w->drum_radius};
+    const long points = 30000;
+    long inside = 0;
+    for (long n = 0; n < points; n++)
+        inside += mill_world_gap(w, point_in(&seed, vec3_scale(hi, -1.0), hi), 0.0, w->turn) > 0.0;
+    mill_world_free(w);
+    mill_deck_free(deck);
+    return 8.0 * hi.x * hi.y * hi.z * (double)inside / (double)points;
+}
+
+static void count_balls(const struct charge *c, long *count)
+{
+    const double volume = c->fraction * free_volume(c);
+    for (int k = 0; k < 3 && c->kind[k].diameter > 0.0; k++)
+        count[k] =
+            lrint(volume * c->kind[k].share / (PI / 6.0 * pow(1e-3 * c->kind[k].diameter, 3.0)));
+}
+
+static struct mill_world *fill(const struct charge *c)
+{
+    char text[2048];
+    long count[3] = {0, 0, 0};
+    count_balls(c, count);
+    write_deck(text, sizeof text, c, count);
+    struct mill_deck *deck = read_deck(text);
+    struct mill_world *w = make_world(deck);
+    mill_deck_free(deck);
+    return w;
+}
+
+static double radius_of(const struct mill_world *w, int32_t i)
+{
+    return w->species[w->ball[i].species].radius;
+}
+
+/* ---- no overlap ---- */
+
+struct placed {
+    vec3 r;
+    double radius;
+};
+
+static int by_x(const void *a, const void *b)
+{
+    const struct placed *p = a, *q = b;
+    return (p->r.x > q->r.x) - (p->r.x < q->r.x);
+}
+
+/* Pairs and surfaces that overlap, every pair looked at that is within a diameter along x. */
+static long overlaps(const struct mill_world *w)
+{
+    struct placed *p = malloc(sizeof *p * (size_t)w->balls);
+    double widest = 0.0;
+    long bad = 0;
+    for (int32_t i = 0; i < w->balls; i++) {
+        p[i].r = w->ball[i].r;
+        p[i].radius = radius_of(w, i);
+        widest = fmax(widest, p[i].radius);
+        bad += !(mill_world_gap(w, p[i].r, p[i].radius, w->turn) >= 0.0);
+    }
+    qsort(p, (size_t)w->balls, sizeof *p, by_x);
+    for (int32_t i = 0; i < w->balls; i++) {
+        for (int32_t j = i + 1; j < w->balls && p[j].r.x - p[i].r.x <= 2.0 * widest; j++)
+            bad += vec3_norm(vec3_sub(p[j].r, p[i].r)) < p[i].radius + p[j].radius;
+    }
+    free(p);
+    return bad;
+}
+
+static void check_charge(const struct charge *c)
+{
+    struct mill_world *w = fill(c);
+    ck_assert_int_eq(overlaps(w), 0);
+    mill_world_free(w);
+}
+
+START_TEST(equal_balls_do_not_overlap_up_to_half_of_the_free_volume)
+{
+    static const double fraction[] = {0.01, 0.1, 0.19, 0.21, 0.3, 0.4, 0.5};
+    for (int k = 0; k < 7; k++) {
+        struct charge c = reference;
+        c.fraction = fraction[k];
+        check_charge(&c);
+        c.rotor = false;
+        check_charge(&c);
+    }
+}
+END_TEST
+
+START_TEST(mixtures_do_not_overlap_up_to_half_of_the_free_volume)
+{
+    static const struct charge mixture[] = {
+        {75, 120, true, {{10, 0.5}, {5, 0.5}}, 0.2, 0, 1},
+        {75, 120, true, {{10, 0.5}, {5, 0.5}}, 0.5, 0, 1},
+        {50, 60, true, {{10, 0.5}, {2, 0.5}}, 0.2, 0, 1},
+        {50, 60, true, {{10, 0.5}, {2, 0.5}}, 0.5, 0, 1},
+        {75, 120, true, {{2, 0.1}, {10, 0.9}}, 0.5, 0, 1}, /* small ones first in the deck */
+        {75, 120, true, {{6, 0.3}, {5, 0.3}, {4.5, 0.4}}, 0.5, 0, 1}, /* sizes close together */
+        {60, 60, false, {{20, 0.4}, {6, 0.4}, {1.5, 0.2}}, 0.45, 0, 1},
+        {60, 60, false, {{30, 0.999}, {1, 0.001}}, 0.3, 0, 1},
+    };
+    for (size_t k = 0; k < sizeof mixture / sizeof *mixture; k++)
+        check_charge(&mixture[k]);
+}
+END_TEST
+
+START_TEST(balls_in_narrow_drums_do_not_overlap)
+{
+    static const struct charge narrow[] = {
+        {15, 20, false, {{5, 1}}, 0.40, 0, 1},   {15, 200, false, {{5, 1}}, 0.42, 0, 1},
+        {15, 100, true, {{5, 1}}, 0.10, 0, 1},   {10.2, 60, false, {{5, 1}}, 0.30, 0, 1},
+        {75, 5.5, false, {{5, 1}}, 0.30, 0, 1},  {5.2, 100, false, {{5, 1}}, 0.2, 0, 1},
+        {15, 20, false, {{5, 1}}, 0.0047, 0, 1},
+    };
+    for (size_t k = 0; k < sizeof narrow / sizeof *narrow; k++) {
+        for (unsigned long seed = 1; seed <= 5; seed++) {
+            struct charge c = narrow[k];
+            c.seed = seed;
+            check_charge(&c);
+        }
+    }
+}
+END_TEST
+
+START_TEST(many_seeds_fill_without_overlap)
+{
+    for (unsigned long seed = 1; seed <= 40; seed++) {
+        const struct charge c = {30, 40, true, {{6, 0.5}, {3, 0.5}}, 0.45, 0, seed};
+        check_charge(&c);
+    }
+}
+END_TEST
+
+/* ---- the seed ---- */
+
+START_TEST(the_same_seed_gives_the_same_bits_and_another_one_other_places)
+{
+    static const double fraction[] = {0.1, 0.45};
+    for (int k = 0; k < 2; k++) {
+        struct charge c = reference;
+        c.fraction = fraction[k];
+        c.speed = 1.0;
+        struct mill_world *a = fill(&c), *b = fill(&c);
+        c.seed = 2;
+        struct mill_world *other = fill(&c);
+        int32_t same = 0;
+        /* a single coordinate may agree: balls pushed off a wall stand at one distance from it */
+        ck_assert_int_eq(memcmp(a->ball, b->ball, sizeof *a->ball * (size_t)a->balls), 0);
+        for (int32_t i = 0; i < a->balls; i++)
+            same += vec3_norm(vec3_sub(a->ball[i].r, other->ball[i].r)) == 0.0 ||
+                    vec3_norm(vec3_sub(a->ball[i].v, other->ball[i].v)) == 0.0;
+        ck_assert_int_eq(same, 0);
+        mill_world_free(a);
+        mill_world_free(b);
+        mill_world_free(other);
+    }
+}
+END_TEST
+
+/* ---- speeds ---- */
+
+/* Chi-square of counts in eight equal classes; 24.3 is exceeded once in a thousand. */
+static double octants(const long *count)
+{
+    double total = 0.0, chi = 0.0;
+    for (int k = 0; k < 8; k++)
+        total += (double)count[k];
+    for (int k = 0; k < 8; k++)
+        chi += pow((double)count[k] - total / 8.0, 2.0) / (total / 8.0);
+    return chi;
+}
+
+static int octant(vec3 a)
+{
+    return (a.x > 0.0) + 2 * (a.y > 0.0) + 4 * (a.z > 0.0);
+}
+
+START_TEST(every_ball_has_the_speed_asked_for_in_a_random_direction)
+{
+    struct charge c = reference;
+    long count[8] = {0};
+    vec3 sum = {0.0, 0.0, 0.0};
+    c.speed = 2.5;
+    struct mill_world *w = fill(&c);
+    for (int32_t i = 0; i < w->balls; i++) {
+        ck_assert_double_eq_tol(vec3_norm(w->ball[i].v), 2.5, 1e-14);
+        ck_assert_double_eq(vec3_norm(w->spin[i]), 0.0);
+        sum = vec3_axpy(sum, 1.0 / 2.5, w->ball[i].v);
+        count[octant(w->ball[i].v)]++;
+    }
+    ck_assert_double_lt(octants(count), 24.3);
+    /* 3 |sum|^2 / N is chi-square with three degrees of freedom */
+    ck_assert_double_lt(3.0 * vec3_dot(sum, sum) / w->balls, 16.3);
+    mill_world_free(w);
+}
+END_TEST
+
+START_TEST(without_a_speed_the_balls_rest)
+{
+    struct mill_world *w = fill(&reference);
+    for (int32_t i = 0; i < w->balls; i++)
+        ck_assert_double_eq(vec3_norm(w->ball[i].v), 0.0);
+    mill_world_free(w);
+}
+END_TEST
+
+/* ---- where they are ---- */
+
+START_TEST(balls_are_spread_evenly)
+{
+    for (unsigned long seed = 1; seed <= 8; seed++) {
+        struct charge c = reference;
+        long count[8] = {0};
+        c.rotor = false;
+        c.fraction = seed % 2 ? 0.12 : 0.3; /* dropped; dropped and pushed */
+        c.seed = seed;
+        struct mill_world *w = fill(&c);
+        long inner = 0;
+        const double reach = w->drum_radius - radius_of(w, 0);
+        for (int32_t i = 0; i < w->balls; i++) {
+            const vec3 r = w->ball[i].r;
+            count[octant(r)]++;
+            inner += r.y * r.y + r.z * r.z < 0.5 * reach * reach;
+        }
+        ck_assert_double_lt(octants(count), 24.3);
+        /* half of the room for centres; balls at the wall stand a little denser */
+        ck_assert_double_eq_tol((double)inner / w->balls, 0.5, 0.04);
+        mill_world_free(w);
+    }
+}
+END_TEST
+
+START_TEST(neighbours_in_memory_are_neighbours_in_space)
+{
+    struct mill_world *w = fill(&reference);
+    double beside = 0.0, anywhere = 0.0;
+    for (int32_t i = 1; i < w->balls; i++) {
+        const int32_t j = (int32_t)((i * (int64_t)7919) % w->balls);
+        beside += vec3_norm(vec3_sub(w->ball[i].r, w->ball[i - 1].r));
+        anywhere += vec3_norm(vec3_sub(w->ball[i].r, w->ball[j].r));
+    }
+    ck_assert_double_lt(beside, 0.25 * anywhere);
+    mill_world_free(w);
+}
+END_TEST
+
+/* ---- too many ---- */
+
+/* Asks for these counts; the answer's text when they do not fit, "" when they do. */
+static enum mill_status ask(const struct charge *c, const long *count, char answer[1024])
+{
+    char text[2048];
+    struct mill_error error = {""};
+    struct mill_world *w = NULL;
+    write_deck(text, sizeof text, c, count);
+    struct mill_deck *deck = read_deck(text);
+    const enum mill_status status = mill_world_create(deck, &w, &error);
+    strcpy(answer, error.text);
+    mill_world_free(w);
+    mill_deck_free(deck);
+    return status;
+}
+
+/* The numbers between "; " and " do" in an answer */
+static int numbers_offered(const char *answer, long *count)
+{
+    const char *p = strrchr(answer, ';');
+    int n = 0;
+    ck_assert_ptr_nonnull(p);
+    p = strpbrk(p, "0123456789");
+    while (p && n < 3) {
+        char *end;
+        count[n++] = strtol(p, &end, 10);
+        p = strchr(end, ',');
+        p = p ? strpbrk(p, "0123456789") : NULL;
+    }
+    return n;
+}
+
+START_TEST(too_many_balls_are_refused_with_a_number_that_fits)
+{
+    static const double fraction[] = {0.585, 0.62, 0.70};
+    for (int k = 0; k < 3; k++) {
+        const struct charge c = {50, 80, true, {{5, 1}}, fraction[k], 0, 3};
+        char answer[1024];
+        long count[3] = {0}, offered[3] = {0};
+        count_balls(&c, count);
+        ck_assert_int_eq(ask(&c, count, answer), MILL_BAD_DECK);
+        ck_assert_ptr_nonnull(strstr(answer, "do not fit"));
+        ck_assert_ptr_nonnull(strstr(answer, "count"));
+        ck_assert_int_eq(numbers_offered(answer, offered), 1);
+        ck_assert_int_lt(offered[0], count[0]);
+        ck_assert_int_gt(offered[0], count[0] * 7 / 10);
+        ck_assert_msg(ask(&c, offered, answer) == MILL_OK, "%s", answer);
+    }
+}
+END_TEST
+
+START_TEST(too_many_of_a_mixture_are_refused_with_counts_that_fit)
+{
+    const struct charge c = {50, 80, true, {{8, 0.5}, {4, 0.3}, {2, 0.2}}, 0.70, 0, 3};
+    char answer[1024];
+    long count[3] = {0}, offered[3] = {0};
+    count_balls(&c, count);
+    ck_assert_int_eq(ask(&c, count, answer), MILL_BAD_DECK);
+    ck_assert_msg(numbers_offered(answer, offered) == 3, "%s", answer);
+    for (int k = 0; k < 3; k++) {
+        ck_assert_int_lt(offered[k], count[k]);
+        ck_assert_int_gt(offered[k], count[k] / 2);
+    }
+    ck_assert_msg(ask(&c, offered, answer) == MILL_OK, "%s", answer);
+}
+END_TEST
+
+START_TEST(a_mill_without_room_for_one_ball_says_so)
+{
+    /* six blades from end to end, the sectors between them too narrow for a ball */
+    char text[2048];
+    int n = snprintf(text, sizeof text,
+                     "[run]\ntime = 1 s\n[balls]\ncount = 1\ndiameter = 20 mm\n"
+                     "density = 7800 kg/m^3\n[drum]\nradius = 30 mm\nlength = 60 mm\n"
+                     "[contact]\nrestitution = 0.8\n[rotor]\nspeed = 1 rpm\n"
+                     "shaft_radius = 5 mm\n");
+    for (int k = 0; k < 6; k++)
+        n += snprintf(text + n, sizeof text - (size_t)n,
+                      "[blade.b%d]\nposition = 0 mm\nangle = %d deg\ntip_radius = 29 mm\n"
+                      "width = 60 mm\nthickness = 12 mm\n",
+                      k, 60 * k);
+    struct mill_error error = {""};
+    struct mill_world *w = NULL;
+    struct mill_deck *deck = read_deck(text);
+    ck_assert_int_eq(mill_world_create(deck, &w, &error), MILL_BAD_DECK);
+    ck_assert_ptr_null(w);
+    ck_assert_msg(strstr(error.text, "not a single ball fits") != NULL, "%s", error.text);
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* ---- cost ---- */
+
+static double seconds_to_fill(const struct charge *c)
+{
+    struct timespec begin, end;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin);
+    struct mill_world *w = fill(c);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
+    ck_assert_int_gt(w->balls, 95000);
+    mill_world_free(w);
+    return (double)(end.tv_sec - begin.tv_sec) + 1e-9 * (double)(end.tv_nsec - begin.tv_nsec);
+}
+
+START_TEST(a_hundred_thousand_balls_take_less_than_three_seconds)
+{
+    static const struct charge many[] = {
+        {188, 300, true, {{5, 1}}, 0.21, 0, 1},
+        {150, 240, true, {{5, 1}}, 0.42, 0, 1},
+        {75, 120, true, {{10, 0.5}, {2, 0.5}}, 0.45, 0, 1},
+    };
+    for (size_t k = 0; k < sizeof many / sizeof *many; k++)
+        ck_assert_double_lt(seconds_to_fill(&many[k]), 3.0);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("fill");
+    TCase *tests = tcase_create("fill");
+    tcase_set_timeout(tests, 120);
+    tcase_add_test(tests, equal_balls_do_not_overlap_up_to_half_of_the_free_volume);
+    tcase_add_test(tests, mixtures_do_not_overlap_up_to_half_of_the_free_volume);
+    tcase_add_test(tests, balls_in_narrow_drums_do_not_overlap);
+    tcase_add_test(tests, many_seeds_fill_without_overlap);
+    tcase_add_test(tests, the_same_seed_gives_the_same_bits_and_another_one_other_places);
+    tcase_add_test(tests, every_ball_has_the_speed_asked_for_in_a_random_direction);
+    tcase_add_test(tests, without_a_speed_the_balls_rest);
+    tcase_add_test(tests, balls_are_spread_evenly);
+    tcase_add_test(tests, neighbours_in_memory_are_neighbours_in_space);
+    tcase_add_test(tests, too_many_balls_are_refused_with_a_number_that_fits);
+    tcase_add_test(tests, too_many_of_a_mixture_are_refused_with_counts_that_fit);
+    tcase_add_test(tests, a_mill_without_room_for_one_ball_says_so);
+    tcase_add_test(tests, a_hundred_thousand_balls_take_less_than_three_seconds);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

@@ -1,0 +1,313 @@
+/* Claims about start files: every number read to the bit, every fault named with its line. */
+#include "millsim/world.h"
+
+#include "engine_fixture.h"
+
+#include <sys/stat.h>
+
+/* A mill with shaft and one blade along +y, and two kinds of balls, of 10 and 6 mm. */
+static const char mill[] = "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n"
+                           "[contact]\nrestitution = 0.8\n"
+                           "[rotor]\nspeed = 100 rpm\nshaft_radius = 15 mm\n"
+                           "[blade.a]\nposition = 0 mm\nangle = 0 deg\ntip_radius = 50 mm\n"
+                           "width = 20 mm\nthickness = 8 mm\n"
+                           "[balls.large]\ncount = 2\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n"
+                           "[balls.small]\ncount = 1\ndiameter = 6 mm\ndensity = 7800 kg/m^3\n";
+
+struct outcome {
+    enum mill_status status;
+    struct mill_error error;
+    struct mill_world *world;
+    char path[64]; /* of the start file, gone by now */
+};
+
+/* Builds the mill's world from this start file. */
+static struct outcome start_from_file(const char *path)
+{
+    struct outcome out = {MILL_OK, {""}, NULL, ""};
+    char text[2048];
+    strcpy(out.path, path);
+    snprintf(text, sizeof text, "%s[balls]\nstart = %s\n", mill, path);
+    struct mill_deck *deck = read_deck(text);
+    out.status = mill_world_create(deck, &out.world, &out.error);
+    mill_deck_free(deck);
+    return out;
+}
+
+static struct outcome start_from_bytes(const char *bytes, size_t length)
+{
+    char path[64];
+    write_file(path, bytes, length);
+    struct outcome out = start_from_file(path);
+    unlink(path);
+    return out;
+}
+
+static struct outcome start_from(const char *rows)
+{
+    return start_from_bytes(rows, strlen(rows));
+}
+
+/* The start must be refused as a wrong deck, at this line of the start file (0: of the deck), with
+ * these words. */
+static void refused(const char *rows, int line, const char *words)
+{
+    struct outcome out = start_from(rows);
+    char where[96];
+    ck_assert_msg(out.status == MILL_BAD_DECK, "status %d for: %s", (int)out.status, rows);
+    ck_assert_ptr_null(out.world);
+    snprintf(where, sizeof where, "%s:%d: ", out.path, line);
+    if (line > 0)
+        ck_assert_msg(strncmp(out.error.text, where, strlen(where)) == 0, "%s", out.error.text);
+    else
+        ck_assert_msg(strstr(out.error.text, "[balls] start: ") != NULL, "%s", out.error.text);
+    ck_assert_msg(strstr(out.error.text, words) != NULL, "%s", out.error.text);
+    ck_assert_ptr_null(strchr(out.error.text, '\n'));
+}
+
+static struct mill_world *accepted(const char *rows)
+{
+    struct outcome out = start_from(rows);
+    ck_assert_msg(out.status == MILL_OK, "%s", out.error.text);
+    return out.world;
+}
+
+static void same(vec3 a, double x, double y, double z)
+{
+    ck_assert(a.x == x && a.y == y && a.z == z);
+}
+
+/* ---- what is read ---- */
+
+START_TEST(rows_of_three_six_and_nine_numbers_are_read)
+{
+    struct mill_world *w = accepted("0.01 0.02 -0.03\n"
+                                    "-0.02 0.05 0.01 1 2 3\n"
+                                    "0.03 -0.05 0.01 -1 -2 -3 40 50 60\n");
+    same(w->ball[0].r, 0.01, 0.02, -0.03);
+    same(w->ball[0].v, 0.0, 0.0, 0.0);
+    same(w->spin[0], 0.0, 0.0, 0.0);
+    same(w->ball[1].r, -0.02, 0.05, 0.01);
+    same(w->ball[1].v, 1.0, 2.0, 3.0);
+    same(w->spin[1], 0.0, 0.0, 0.0);
+    same(w->ball[2].v, -1.0, -2.0, -3.0);
+    same(w->spin[2], 40.0, 50.0, 60.0);
+    mill_world_free(w);
+}
+END_TEST
+
+START_TEST(rows_belong_to_the_balls_in_the_order_of_the_deck)
+{
+    struct mill_world *w = accepted("0.01 0.02 -0.03\n0.03 0.02 -0.03\n0.04 -0.02 -0.03\n");
+    ck_assert_int_eq(w->balls, 3);
+    ck_assert_str_eq(w->species[w->ball[0].species].name, "large");
+    ck_assert_str_eq(w->species[w->ball[1].species].name, "large");
+    ck_assert_str_eq(w->species[w->ball[2].species].name, "small");
+    same(w->ball[2].r, 0.04, -0.02, -0.03);
+    mill_world_free(w);
+}
+END_TEST
+
+START_TEST(comments_blank_lines_commas_tabs_and_line_ends_do_not_matter)
+{
+    struct mill_world *w = accepted("# x y z\n\n   \t\n"
+                                    "0.01,0.02,-0.03 # first\r\n"
+                                    "  -0.02 ,\t5.0e-2\t1E-2, +1,2 3#second\r\n"
+                                    "#0.5 0.5 0.5\n"
+                                    "0.03 -0.05 .01"); /* no newline at the end */
+    same(w->ball[0].r, 0.01, 0.02, -0.03);
+    same(w->ball[1].r, -0.02, 0.05, 0.01);
+    same(w->ball[1].v, 1.0, 2.0, 3.0);
+    same(w->ball[2].r, 0.03, -0.05, 0.01);
+    mill_world_free(w);
+}
+END_TEST
+
+START_TEST(numbers_are_read_to_the_last_bit)
+{
+    uint64_t seed = 1;
+    for (int n = 0; n < 300; n++) {
+        double x[3][9];
+        char rows[2048];
+        int used = 0;
+        for (int ball = 0; ball < 3; ball++) {
+            x[ball][0] = uniform(&seed, -0.05, -0.02) + 0.03 * ball;
+            x[ball][1] = uniform(&seed, -0.03, -0.02);
+            x[ball][2] = uniform(&seed, -0.05, -0.03);
+            for (int k = 3; k < 9; k++)
+                x[ball][k] = (below(&seed, 2) ? 1.0 : -1.0) * log_uniform(&seed, 1e-8, 50.0);
+            x[ball][0] = fmin(x[ball][0], -0.04 + 0.03 * ball); /* apart by more than a diameter */
+            for (int k = 0; k < 9; k++)
+                used += snprintf(rows + used, sizeof rows - (size_t)used, "%.17g ", x[ball][k]);
+            used += snprintf(rows + used, sizeof rows - (size_t)used, "\n");
+        }
+        struct mill_world *w = accepted(rows);
+        for (int ball = 0; ball < 3; ball++) {
+            same(w->ball[ball].r, x[ball][0], x[ball][1], x[ball][2]);
+            same(w->ball[ball].v, x[ball][3], x[ball][4], x[ball][5]);
+            same(w->spin[ball], x[ball][6], x[ball][7], x[ball][8]);
+        }
+        mill_world_free(w);
+    }
+}
+END_TEST
+
+/* ---- what is refused ---- */
+
+START_TEST(a_wrong_number_of_rows_is_refused)
+{
+    refused("0.01 0.02 -0.03\n0.03 0.02 -0.03\n", 0, "has 2 rows, but the deck has 3 balls");
+    refused("0.01 0.02 -0.03\n\n0.03 0.02 -0.03\n0.04 -0.02 -0.03\n#\n0.04 -0.04 -0.03\n", 6,
+            "more rows than the 3 balls");
+    refused("", 0, "has 0 rows");
+    refused("# nothing\n\n", 0, "has 0 rows");
+}
+END_TEST
+
+START_TEST(what_is_not_three_six_or_nine_numbers_is_refused)
+{
+    static const char *const row[] = {"0.01",
+                                      "0.01 0.02",
+                                      "0.01 0.02 -0.03 1",
+                                      "0.01 0.02 -0.03 1 2",
+                                      "0.01 0.02 -0.03 1 2 3 4",
+                                      "0.01 0.02 -0.03 1 2 3 4 5",
+                                      "0.01 0.02 -0.03 1 2 3 4 5 6 7",
+                                      "0.01 0.02 -0.03 1 2 3 4 5 6 7 8 9",
+                                      "0.01 0.02 x",
+                                      "x y z",
+                                      "0.01 0.02 -0.03m",
+                                      "0.01 0.02 -0.03 mm",
+                                      "0.01 0.02 --0.03",
+                                      "0.01 0.02 1e",
+                                      "0.01 0.02 1e999",
+                                      "0.01;0.02;0.03",
+                                      "0.01 0.02 nan",
+                                      "nan nan nan",
+                                      "0.01 0.02 -0.03 inf 0 0",
+                                      "0.01 0.02 -0.03 0 0 0 0 0 -infinity",
+                                      "\x01\x02\x7f"};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
+        char rows[256];
+        snprintf(rows, sizeof rows, "0.05 0 0.05\n%s\n0.04 -0.02 -0.03\n", row[k]);
+        refused(rows, 2, "expected 3, 6 or 9 numbers");
+    }
+}
+END_TEST
+
+START_TEST(a_zero_byte_does_not_hide_the_rest_of_a_line)
+{
+    static const char rows[] = "0.05 0 0.05\n0.01 0.02 -0.03\0 junk\n0.04 -0.02 -0.03\n";
+    struct outcome out = start_from_bytes(rows, sizeof rows - 1);
+    ck_assert_int_eq(out.status, MILL_BAD_DECK);
+    ck_assert_msg(strstr(out.error.text, ":2: ") != NULL, "%s", out.error.text);
+}
+END_TEST
+
+START_TEST(two_balls_that_overlap_are_named_by_both_their_lines)
+{
+    /* the large ones are 10 mm wide, the small one 6 mm */
+    refused("# start\n0.01 0.02 -0.03\n\n0.0199 0.02 -0.03\n0.04 -0.02 -0.03\n", 4,
+            "overlaps the one of line 2 by 0.0001 m");
+    refused("0.01 0.02 -0.03\n0.03 0.02 -0.03\n0.03 0.0125 -0.03\n", 3,
+            "overlaps the one of line 2 by 0.0005 m");
+    refused("0.01 0.02 -0.03\n0.03 0.02 -0.03\n0.01 0.02 -0.03\n", 3, "of line 1 by 0.008 m");
+}
+END_TEST
+
+START_TEST(balls_that_touch_are_accepted)
+{
+    mill_world_free(accepted("0.01 0.02 -0.03\n0.02 0.02 -0.03\n0.028 0.02 -0.03\n"));
+    /* on the drum's bottom, at both end walls */
+    mill_world_free(accepted("-0.055 0 -0.07\n0.055 0 -0.07\n0 0 -0.072\n"));
+}
+END_TEST
+
+START_TEST(balls_beyond_a_surface_are_refused_with_its_name)
+{
+    refused("0 0 -0.07\n0 0 -0.0701\n0.04 -0.02 -0.03\n", 2, "overlaps the drum by 0.0001 m");
+    refused("0 0 -0.07\n0 0.5 0\n0.04 -0.02 -0.03\n", 2, "overlaps the drum");
+    refused("0.0552 0 -0.05\n0 0 -0.03\n0.04 -0.02 -0.03\n", 1, "overlaps an end wall by 0.0002 m");
+    refused("-3 0 -0.05\n0 0 -0.03\n0.04 -0.02 -0.03\n", 1, "overlaps an end wall");
+    refused("0.05 0 -0.05\n0.04 -0.02 -0.03\n\n0.05 0 -0.0177\n", 4,
+            "overlaps the shaft by 0.0003 m");
+    refused("0.05 0 -0.05\n0.04 -0.02 -0.03\n0.05 0 0\n", 3, "overlaps the shaft");
+    refused("0 0.03 0.0085\n0.04 -0.02 -0.03\n0.04 0.02 -0.03\n", 1,
+            "overlaps a blade by 0.0005 m");
+    refused("0 0.03 0\n0.04 -0.02 -0.03\n0.04 0.02 -0.03\n", 1, "overlaps a blade");
+    refused("1e300 1e300 1e300\n0.04 -0.02 -0.03\n0.04 0.02 -0.03\n", 1, "overlaps");
+}
+END_TEST
+
+/* Nothing that the loop would square into infinity, and no light. */
+START_TEST(speeds_beyond_all_sense_are_refused)
+{
+    refused("0.05 0 0.05\n0.01 0.02 -0.03 1e200 0 0\n0.04 -0.02 -0.03\n", 2, "speed");
+    refused("0.05 0 0.05\n0.01 0.02 -0.03 0 0 0 1e200 0 0\n0.04 -0.02 -0.03\n", 2, "speed");
+}
+END_TEST
+
+START_TEST(a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it)
+{
+    static const char *const path[] = {"/tmp/millsim-no-such-folder/start.txt", "/tmp",
+                                       "/dev/full/x"};
+    for (int k = 0; k < 3; k++) {
+        const struct outcome out = start_from_file(path[k]);
+        ck_assert_int_eq(out.status, MILL_BAD_DECK);
+        ck_assert_ptr_null(out.world);
+        ck_assert_msg(strstr(out.error.text, path[k]) != NULL, "%s", out.error.text);
+        ck_assert_msg(strstr(out.error.text, "[balls] start: ") != NULL, "%s", out.error.text);
+    }
+}
+END_TEST
+
+/* A slow check of all pairs would take minutes here. */
+START_TEST(many_rows_are_checked_quickly)
+{
+    enum { BALLS = 100000 };
+    char *rows = malloc(BALLS * 64), path[64], text[512];
+    size_t used = 0;
+    for (int i = 0; i < BALLS; i++)
+        used += (size_t)sprintf(rows + used, "%.6f %.6f %.6f\n", 1e-3 * (i % 100 - 49.5),
+                                1e-3 * (i / 100 % 32 - 15.5), 1e-3 * (i / 3200 - 15.5));
+    write_file(path, rows, used);
+    snprintf(text, sizeof text,
+             "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n[contact]\n"
+             "restitution = 0.8\n[balls]\ncount = %d\ndiameter = 0.999 mm\n"
+             "density = 7800 kg/m^3\nstart = %s\n",
+             BALLS, path);
+    struct mill_deck *deck = read_deck(text);
+    struct mill_world *w = make_world(deck);
+    ck_assert_double_eq(w->ball[BALLS - 1].r.x, 49.5e-3);
+    mill_world_free(w);
+    mill_deck_free(deck);
+    unlink(path);
+    free(rows);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("start");
+    TCase *tests = tcase_create("start");
+    tcase_set_timeout(tests, 30);
+    tcase_add_test(tests, rows_of_three_six_and_nine_numbers_are_read);
+    tcase_add_test(tests, rows_belong_to_the_balls_in_the_order_of_the_deck);
+    tcase_add_test(tests, comments_blank_lines_commas_tabs_and_line_ends_do_not_matter);
+    tcase_add_test(tests, numbers_are_read_to_the_last_bit);
+    tcase_add_test(tests, a_wrong_number_of_rows_is_refused);
+    tcase_add_test(tests, what_is_not_three_six_or_nine_numbers_is_refused);
+    tcase_add_test(tests, a_zero_byte_does_not_hide_the_rest_of_a_line);
+    tcase_add_test(tests, two_balls_that_overlap_are_named_by_both_their_lines);
+    tcase_add_test(tests, balls_that_touch_are_accepted);
+    tcase_add_test(tests, balls_beyond_a_surface_are_refused_with_its_name);
+    tcase_add_test(tests, speeds_beyond_all_sense_are_refused);
+    tcase_add_test(tests, a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it);
+    tcase_add_test(tests, many_rows_are_checked_quickly);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
