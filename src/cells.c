@@ -59,6 +59,8 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     }
     if (cells > INT32_MAX)
         return false;
+    c->per_n[0] = 1.0 / c->n[1];
+    c->per_n[1] = 1.0 / c->n[2];
     /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack
      * densely */
     const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
@@ -104,9 +106,11 @@ int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
 
 static void split(const struct mill_cells *c, int32_t cell, int32_t i[3])
 {
-    i[2] = cell % c->n[2];
-    i[1] = cell / c->n[2] % c->n[1];
-    i[0] = cell / c->n[2] / c->n[1];
+    /* exact: a cell number plus a half is never nearer to a multiple than rounding reaches */
+    const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);
+    i[2] = cell - column * c->n[2];
+    i[0] = (int32_t)(((double)column + 0.5) * c->per_n[0]);
+    i[1] = column - i[0] * c->n[1];
 }
 
 static void face_pair(const struct mill_cells *c, int axis, double origin, int32_t i, double *lo,
@@ -199,18 +203,32 @@ static void try_face(struct mill_cell_exit *best, int32_t face, double gap, doub
     }
 }
 
+/* Both faces of one axis; without gravity along it only the one ahead can be reached. */
+static void try_axis(struct mill_cell_exit *best, int32_t face, double r, double v, double g,
+                     double lo, double hi)
+{
+    if (g != 0.0) {
+        try_face(best, face, r - lo, -v, -g);
+        try_face(best, face + 1, hi - r, v, g);
+    } else if (v != 0.0) {
+        const double gap = v > 0.0 ? hi - r : r - lo;
+        const double dt = gap > 0.0 ? gap / fabs(v) : 0.0;
+        if (dt < best->dt) {
+            best->dt = dt;
+            best->face = v > 0.0 ? face + 1 : face;
+        }
+    }
+}
+
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
                                       vec3 g)
 {
     struct mill_cell_exit best = {HUGE_VAL, 0};
     vec3 lo, hi;
     mill_cells_box(c, cell, &lo, &hi);
-    try_face(&best, 0, r.x - lo.x, -v.x, -g.x);
-    try_face(&best, 1, hi.x - r.x, v.x, g.x);
-    try_face(&best, 2, r.y - lo.y, -v.y, -g.y);
-    try_face(&best, 3, hi.y - r.y, v.y, g.y);
-    try_face(&best, 4, r.z - lo.z, -v.z, -g.z);
-    try_face(&best, 5, hi.z - r.z, v.z, g.z);
+    try_axis(&best, 0, r.x, v.x, g.x, lo.x, hi.x);
+    try_axis(&best, 2, r.y, v.y, g.y, lo.y, hi.y);
+    try_axis(&best, 4, r.z, v.z, g.z, lo.z, hi.z);
     return best;
 }
 

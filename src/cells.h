@@ -14,6 +14,7 @@ struct mill_cells {
     vec3 lo;            /* [m] corner of the first inner cell */
     double side[3];     /* [m] */
     int32_t n[3];       /* cells along x, y, z, one layer of empty ones on each side included */
+    double per_n[2];    /* 1 / n[1], 1 / n[2] */
     int32_t around[27]; /* offsets of a cell's neighbourhood, itself included */
     int32_t ahead[6]
                  [9]; /* offsets of the new neighbours after crossing a face, from the new cell */
