@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define MOST_ROOM 63.0 /* balls a cell begins with at most; it widens when one needs more */
+
 static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, int32_t iz)
 {
     return (ix * c->n[1] + iy) * c->n[2] + iz;
@@ -65,7 +67,7 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
      * densely */
     const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
     double room = widest < 1.3 ? 7.0 : 1.35 * pow(widest + 1.0, 3.0) / 8.0 * 1.5 + 7.0;
-    room = fmin(room, (double)balls + 7.0);
+    room = fmin(room, fmin((double)balls + 7.0, MOST_ROOM));
     c->row = MILL_CELL_ROW * (int32_t)ceil((room + 1.0) / MILL_CELL_ROW);
     /* one row more: the gather reads whole rows */
     c->bucket = calloc(((size_t)cells + 1) * (size_t)c->row, sizeof *c->bucket);

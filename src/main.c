@@ -27,7 +27,7 @@ static const char help[] =
     "                       override one value of the deck, such as -s 'rotor.speed=800 rpm';\n"
     "                       may be repeated\n"
     "  -c, --check          check the deck and print it with all defaults; do not run\n"
-    "  -r, --resume         continue an interrupted run of this output file\n"
+    "  -r, --resume         continue an interrupted run (not in this version)\n"
     "  -f, --force          overwrite an existing output file\n"
     "  -j, --json           print the summary as one JSON object\n"
     "  -q, --quiet          no progress\n"
@@ -235,8 +235,8 @@ static enum mill_status check_output(const struct arguments *a, const struct mil
     if (slash && !slash[1])
         status = mill_error_set(error, MILL_BAD_DECK, "%s: is not the name of a file", output);
     else if (access(folder, W_OK | X_OK) != 0)
-        status = mill_error_set(error, MILL_BAD_DECK, "%s: cannot be written in this folder: %s",
-                                output, strerror(errno));
+        status = mill_error_set(error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
+                                strerror(errno));
     free(folder);
     return status;
 }

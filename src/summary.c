@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 100, LABEL = 18 };
+enum { WIDTH = 100, LABEL = 18, FEW_BLOCKS = 8 };
 
 /* How a number of four significant digits is written: times 1000^-thousands, with these decimals.
  */
@@ -44,6 +44,8 @@ const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, co
         snprintf(text, MILL_SUMMARY_NUMBER, "-");
     else if (value == 0)
         snprintf(text, MILL_SUMMARY_NUMBER, "0%s%s", *unit ? " " : "", unit);
+    else if (!*unit && value < 1000 && value == floor(value)) /* a count */
+        snprintf(text, MILL_SUMMARY_NUMBER, "%.0f", value);
     else if (!fits(value, &scale))
         snprintf(text, MILL_SUMMARY_NUMBER, "%.3e %s", value, unit);
     else
@@ -126,8 +128,13 @@ static void print_mean(FILE *out, const char *label, double mean, double error, 
     } else {
         fprintf(out, "%s", mill_summary_number(text, mean, unit));
     }
+    const char *remark = "";
+    if (isnan(error))
+        remark = ": too few for an error";
+    else if (stat->blocks < FEW_BLOCKS)
+        remark = ": the error is rough";
     fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
-            isnan(error) ? ": too few for an error" : "");
+            remark);
 }
 
 static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t anomalies)
@@ -167,10 +174,9 @@ static void print_state(FILE *out, const struct mill_world *world, const struct 
         print_mean(out, "rotor torque", mill_tally_torque(tally),
                    mill_rotorstat_error(stat->torque, stat->blocks), "N m", stat);
     }
-    fprintf(out, "%-*s %s\n", LABEL, "kinetic energy",
-            mill_summary_number(a, totals->energy.kinetic, "J"));
-    fprintf(out, "%-*s %s\n", LABEL, "rotational energy",
-            mill_summary_number(a, totals->energy.rotational, "J"));
+    fprintf(out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
+            mill_summary_number(a, totals->energy.kinetic, "J"),
+            mill_summary_number(b, totals->energy.rotational, "J"));
     fprintf(out, "%-*s %s of %s turned over", LABEL, "energy error",
             mill_summary_number(a, totals->balance_error, "J"),
             mill_summary_number(b, totals->turnover, "J"));

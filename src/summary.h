@@ -42,7 +42,7 @@ struct mill_summary_totals {
 struct mill_summary_totals mill_summary_add(const struct mill_world *world,
                                             const struct mill_summary_facts *facts);
 
-enum { MILL_SUMMARY_NOTES = 6, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32 };
+enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32 };
 
 /* What a reader of the numbers ought to know, one sentence each; returns how many. */
 int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *world,
