@@ -103,8 +103,9 @@ int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *wo
     if (world->counts.reliefs > 0)
         snprintf(
             note[n++], MILL_SUMMARY_NOTE,
-            "balls were pinched by a blade %llu times: each time thousands of contacts count that "
-            "no mill has. Leave more than a ball's diameter around the blades.",
+            "pinched balls were let go %llu times. The thousands of contacts before each spoil "
+            "counts and medians (strikes less); wider gaps around the blades help, though chains "
+            "of balls may still be pressed.",
             (unsigned long long)world->counts.reliefs);
     if (floored > 0.3)
         snprintf(note[n++], MILL_SUMMARY_NOTE,

@@ -132,7 +132,7 @@ def members(family, row):
 
 def test_the_run_is_worth_looking_at(log, families):
     count = np.bincount(log["kind"][log["inside"]], minlength=5)
-    assert count.min() > 300, dict(zip(KINDS, count))
+    assert count.min() > 100, dict(zip(KINDS, count))
     assert 0.05 < 1 - len(families["strikes"]["kind"]) / len(families["impacts"]["kind"]) < 0.9
     head = merge(log, WINDOW)
     assert np.any(log["inside"] & ~log["inside"][head])  # strikes that began before the window
