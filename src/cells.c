@@ -49,15 +49,21 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
      * pair. */
     double side = diameter * (1.0 + 1e-9);
     const double most = 16.0 * (double)balls + 4096.0;
-    const double volume = extent[0] * extent[1] * extent[2];
-    if (volume / (side * side * side) > most)
-        side = cbrt(volume / most);
-    int64_t cells = 1;
+    double inner[3], total;
+    for (;; side *= fmax(cbrt(total / most), 1.05)) {
+        total = 1.0;
+        for (int axis = 0; axis < 3; axis++) {
+            inner[axis] = fmax(floor(extent[axis] / side), 1.0);
+            total *= inner[axis];
+        }
+        if (total <= most)
+            break;
+    }
+    double cells = 1.0;
     for (int axis = 0; axis < 3; axis++) {
-        const double inner = fmin(fmax(floor(extent[axis] / side), 1.0), 1e6);
-        c->side[axis] = extent[axis] / inner;
-        c->n[axis] = (int32_t)inner + 2;
-        cells *= c->n[axis];
+        c->side[axis] = extent[axis] / inner[axis];
+        c->n[axis] = (int32_t)inner[axis] + 2;
+        cells *= inner[axis] + 2.0;
     }
     if (cells > INT32_MAX)
         return false;

@@ -13,6 +13,7 @@ enum { MOST_BALLS = 50000000 };
 static const double most_samples = 1e8;
 static const double rounding =
     1e-12; /* of the drum's length: blades may just touch the end walls */
+static const double least_diameter = 1e-9; /* [m] */
 static const double densest =
     0.7404804896930611; /* pi / sqrt(18): no packing of equal balls is denser */
 
@@ -44,15 +45,19 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
         name_kind(deck, k, title);
-        if (d > 2.0 * deck->drum_radius)
+        if (d < least_diameter)
+            return mill_deck_fault(deck, error, title, "diameter",
+                                   "must be at least %g m, got %g m", least_diameter, d);
+        /* one that just fits has no way to go: it would hit both sides for ever */
+        if (d >= 2.0 * deck->drum_radius)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum of radius %g m", d,
                                    deck->drum_radius);
-        if (d > deck->drum_length)
+        if (d >= deck->drum_length)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum %g m long", d,
                                    deck->drum_length);
-        if (deck->rotor && d > deck->drum_radius - deck->shaft_radius)
+        if (deck->rotor && d >= deck->drum_radius - deck->shaft_radius)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit between the shaft and the drum, "
                                    "%g m apart",
@@ -170,7 +175,8 @@ static void warn_of_gap(const struct mill_deck *deck, int number, const char *ke
     mill_deck_fault(deck, &line, title, key,
                     "the gap of %.3g mm between blade and %s is %s a ball's diameter of %.3g mm: "
                     "balls can be pinched in it",
-                    1e3 * gap, where, gap < diameter ? "less than" : "just", 1e3 * diameter);
+                    1e3 * gap, where, gap < diameter * (1.0 - 1e-9) ? "less than" : "just",
+                    1e3 * diameter);
     warn(line.text);
 }
 
@@ -186,7 +192,7 @@ static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *
         const double tip = deck->drum_radius - blade_reach(blade);
         const double side = 0.5 * deck->drum_length - fabs(blade->position) - blade_along(blade);
         const bool equal = k < deck->text->blades.count;
-        if (tip < diameter && (k == 0 || !equal))
+        if (tip < diameter * (1.0 - 1e-9) && (k == 0 || !equal))
             warn_of_gap(deck, k, "tip_radius", "drum", tip, diameter, warn);
         /* a gap of nothing but rounding lets no ball in; one of a diameter and rounding pinches it
          */

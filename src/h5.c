@@ -126,9 +126,9 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
     enum mill_status status;
     *out = NULL;
     if (how == MILL_H5_NEW && access(path, F_OK) == 0)
-        return mill_error_set(error, MILL_FAILED,
-                              "%s: exists already (--force overwrites it, --resume continues it)",
-                              path);
+        return mill_error_set(
+            error, MILL_FAILED,
+            "%s: exists already; use --force to overwrite it or -o for another name", path);
     file = allocate(path);
     if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);

@@ -12,11 +12,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #ifndef MILL_VERSION
 #define MILL_VERSION "unknown"
 #endif
+
+#define IMPATIENCE 2 /* [s] between two signals that mean one */
 
 static const char help[] =
     "Usage: millsim [options] DECK\n"
@@ -49,12 +52,18 @@ struct arguments {
 /* The signal that asked for an end; 0: none */
 static volatile sig_atomic_t stop;
 
+/* Results exist that a signal must not lose */
+static volatile sig_atomic_t begun;
+
+/* The first signal ends the run in good order, or at once when there is nothing to save yet. An
+ * impatient second one within seconds changes nothing; a later one ends it at once. */
 static void take_signal(int number)
 {
-    if (stop) {
-        signal(number, SIG_DFL);
-        raise(number);
-    }
+    static volatile time_t first;
+    if (!begun || (stop && time(NULL) - first > IMPATIENCE))
+        _exit(128 + number);
+    if (!stop)
+        first = time(NULL);
     stop = number;
 }
 
@@ -299,6 +308,7 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
         options.self = &display;
     }
     options.stop = &stop;
+    options.begun = &begun;
     options.summary = open_memstream(&summary, &size);
     if (!options.summary)
         return complain(&(struct mill_error){"out of memory"}, MILL_FAILED);
@@ -333,8 +343,13 @@ static int run_deck(const struct arguments *a, const char *command)
     } else if (a->check) {
         result = print_deck(deck);
     } else {
-        struct mill_run_options options = {output, a->force, a->quiet, command, NULL,
-                                           NULL,   NULL,     NULL,     a->json};
+        const struct mill_run_options options = {
+            .output = output,
+            .force = a->force,
+            .quiet = a->quiet,
+            .command = command,
+            .json = a->json,
+        };
         result = run(deck, options);
     }
     free(output);

@@ -88,7 +88,7 @@ enum mill_status mill_predict_create(struct mill_world *world, struct mill_predi
     if (!allocate(p, &widest) || !list_surfaces(p, widest))
         return no_memory(p, error);
     for (int32_t i = 0; i < world->balls; i++) {
-        p->plan[i].let_go = MILL_NOBODY;
+        p->plan[i].let_go = false;
         if (!mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, world->ball[i].r)))
             return no_memory(p, error);
     }
@@ -174,6 +174,21 @@ static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
     }
 }
 
+/* Is a ball that was let go clear of every blade again? */
+static bool clear_of_blades(const struct mill_predict *p, int32_t i, double now)
+{
+    const struct mill_world *w = p->world;
+    const double radius = p->radius[w->ball[i].species];
+    const double turn = w->turn + w->rotor_speed * now;
+    for (int k = 0; k < w->shapes; k++) {
+        const struct mill_shape *s = w->shape[k];
+        if (s->ops->kind == MILL_BALL_BLADE &&
+            s->ops->gap(s, w->ball[i].r, radius, turn) <= CLEAR * radius)
+            return false;
+    }
+    return true;
+}
+
 /* Cell exit, then surfaces within the window that is left, then the calendar. */
 static void complete(struct mill_predict *p, int32_t i, double now, int32_t touched)
 {
@@ -187,6 +202,8 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
 
+    if (plan->let_go)
+        plan->let_go = !clear_of_blades(p, i, now);
     const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
     if (first < end) {
         const double radius = p->radius[ball->species];
@@ -196,11 +213,8 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
         for (int32_t k = first; k < end; k++) {
             const int32_t s = p->surface[k];
             const struct mill_shape *shape = w->shape[s];
-            if (s == plan->let_go) {
-                if (shape->ops->gap(shape, ball->r, radius, turn) <= CLEAR * radius)
-                    continue;
-                plan->let_go = MILL_NOBODY;
-            }
+            if (plan->let_go && shape->ops->kind == MILL_BALL_BLADE)
+                continue;
             const double dt =
                 shape->ops->next_contact(shape, &flight, radius, turn, window, s == touched);
             if (dt <= window) {
@@ -251,7 +265,7 @@ double mill_predict_overlap(struct mill_predict *p, int32_t i, double turn)
                 fmax(deepest, radius + p->radius[o->species] - vec3_norm(vec3_sub(o->r, me->r)));
     }
     for (int k = 0; k < w->shapes; k++) {
-        if (k != p->plan[i].let_go)
+        if (!p->plan[i].let_go || w->shape[k]->ops->kind != MILL_BALL_BLADE)
             deepest = fmax(deepest, -w->shape[k]->ops->gap(w->shape[k], me->r, radius, turn));
     }
     return deepest;

@@ -17,7 +17,7 @@ struct mill_plan {
     uint32_t
         partner_contacts; /* the partner's count when this was found: another one now = stale */
     int16_t shape;
-    int16_t let_go; /* the blade whose pinch was relieved, ignored until clear; or MILL_NOBODY */
+    int16_t let_go; /* a pinch was relieved: blades are ignored until the ball is clear of them */
     int16_t face;
 };
 
@@ -49,8 +49,8 @@ void mill_predict_ball(struct mill_predict *predict, int32_t i, double now, int3
 bool mill_predict_cross(struct mill_predict *predict, int32_t i, double now);
 
 /* Deepest overlap of ball i's neighbourhood and surfaces [m], <= 0: none; balls at their own
- * records, which must all stand at the same time, rotor at `turn`. A blade that was let go does not
- * count. */
+ * records, which must all stand at the same time, rotor at `turn`. Blades do not count for a ball
+ * that was let go. */
 double mill_predict_overlap(struct mill_predict *predict, int32_t i, double turn);
 
 #endif

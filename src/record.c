@@ -118,7 +118,9 @@ static enum mill_status write_counts(struct mill_h5 *file, const struct mill_cou
         {"/run/not_closing", counts->not_closing,
          "anomaly: a contact that was due found itself opening; the rebound floor was applied"},
         {"/run/reliefs", counts->reliefs,
-         "anomaly: balls let go that were pinched between a blade and a wall"},
+         "anomaly: balls let go by the blades because they were pinched"},
+        {"/run/smoothed", counts->smoothed,
+         "anomaly: contacts made frictionless because time stood still at them"},
         {"/run/overlaps", counts->overlaps,
          "anomaly: balls found deeper than 1e-9 m in another body"},
     };

@@ -183,6 +183,8 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     enum mill_status status = mill_world_create(deck, &r.world, error);
     if (status == MILL_OK)
         status = mill_sim_create(r.world, &r.sim, error);
+    if (status == MILL_OK && options->begun)
+        *options->begun = 1;
     if (status == MILL_OK)
         status = open_output(&r, error);
     if (status == MILL_OK)

@@ -22,6 +22,7 @@ struct mill_run_options {
     bool quiet;
     const char *command; /* the command line, shell-quoted, for the record */
     const volatile sig_atomic_t *stop;
+    volatile sig_atomic_t *begun; /* set to 1 once there are results to save; may be NULL */
     void (*progress)(void *self, const struct mill_progress *);
     void *self;
     FILE *summary; /* where the summary goes */

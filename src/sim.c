@@ -18,14 +18,15 @@
     1e-12 /* [m] a surface contact due with a gap above this: the search gave up early */
 #define PINCH_TIME 1e-5      /* [s] pinch relief: more than ... */
 #define PINCH_CONTACTS 30000 /* ... contacts of one ball within that time ... */
-#define PINCH_BLOWS 20       /* ... this many of them with one blade */
+#define PINCH_BLOWS 20       /* ... this many of them with blades */
+#define STILL                                                                                      \
+    100000 /* events within a nanosecond, and no pinch: from here on contacts are smooth */
 #define MOST_OBSERVERS 8
 
 struct pinch {
     double since;      /* [s] local */
     uint32_t contacts; /* the ball's count then */
-    uint32_t blows;    /* with this blade since */
-    int32_t blade;     /* shape */
+    uint32_t blows;    /* of blades since */
 };
 
 struct watch {
@@ -95,15 +96,6 @@ static void end_epoch(struct mill_sim *sim)
     begin_epoch(sim);
 }
 
-/* Without blades nothing pinches, and a large run keeps the memory. */
-static bool make_pinch(struct mill_sim *sim)
-{
-    sim->pinch = calloc((size_t)sim->world->balls, sizeof *sim->pinch);
-    for (int32_t i = 0; sim->pinch && i < sim->world->balls; i++)
-        sim->pinch[i].blade = MILL_NOBODY;
-    return sim->pinch != NULL;
-}
-
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
 {
@@ -114,7 +106,9 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     s->world = world;
     const bool blades =
         world->shape[world->shapes - 1]->ops->kind == MILL_BALL_BLADE; /* the last ones */
-    if (blades && !make_pinch(s)) {
+    /* without blades nothing pinches, and a large run keeps the memory */
+    s->pinch = blades ? calloc((size_t)world->balls, sizeof *s->pinch) : NULL;
+    if (blades && !s->pinch) {
         free(s);
         return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     }
@@ -164,8 +158,8 @@ static void tell(struct mill_sim *sim, const struct mill_impact *impact)
     }
 }
 
-static void book(struct mill_sim *sim, enum mill_kind kind, const struct mill_blow *blow,
-                 struct mill_impact *impact)
+static void book(struct mill_sim *sim, enum mill_kind kind, double reduced_mass,
+                 const struct mill_blow *blow, struct mill_impact *impact)
 {
     struct mill_account *a = &sim->world->account;
     a->collisions[kind]++;
@@ -173,6 +167,7 @@ static void book(struct mill_sim *sim, enum mill_kind kind, const struct mill_bl
     a->dissipation[kind] += blow->dissipation;
     a->dissipation_normal[kind] += blow->dissipation_normal;
     a->dissipation_gross += fabs(blow->dissipation);
+    a->incident += 0.5 * reduced_mass * blow->normal_speed * blow->normal_speed;
     impact->time = sim->world->base + sim->now;
     impact->kind = kind;
     impact->normal_speed = blow->normal_speed;
@@ -191,6 +186,19 @@ static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, b
     if (!smooth) /* else rounding alone would turn it */
         w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
     b->contacts++;
+}
+
+/* The law of a contact. Friction and the rebound floor can pass a ball in a corner to and fro
+ * without any time going by, the floor giving what friction takes. Where time stands still contacts
+ * are therefore smooth until it moves on; then the floor parts the bodies. */
+static struct mill_law law_of(struct mill_sim *sim, enum mill_kind kind)
+{
+    struct mill_law law = sim->world->law[kind];
+    if (sim->watch.standing > STILL && law.friction > 0.0) {
+        law.friction = 0.0;
+        sim->world->counts.smoothed++;
+    }
+    return law;
 }
 
 static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
@@ -212,39 +220,38 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
     const vec3 slip = vec3_add(u, vec3_cross(spin, n));
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
-    const struct mill_blow blow =
-        mill_impact_resolve(&w->law[MILL_BALL_BALL], w->rebound_floor, reduced, n, slip);
-    w->counts.not_closing += vec3_dot(u, n) <= 0.0;
+    const struct mill_law law = law_of(sim, MILL_BALL_BALL);
+    const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, reduced, n, slip);
+    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
     w->counts.largest_overlap = fmax(w->counts.largest_overlap, sa->radius + sb->radius - distance);
     struct mill_impact impact;
     impact.ball = i;
     impact.partner = j;
     impact.position = vec3_axpy(a->r, sa->radius, n);
     impact.normal = vec3_scale(n, -1.0);
-    const bool smooth = w->law[MILL_BALL_BALL].friction == 0.0;
+    const bool smooth = law.friction == 0.0;
     kick(w, i, n, vec3_scale(blow.impulse, -1.0), smooth);
     kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
-    book(sim, MILL_BALL_BALL, &blow, &impact);
+    book(sim, MILL_BALL_BALL, reduced, &blow, &impact);
     mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
     mill_predict_ball(sim->predict, j, sim->now, MILL_NOBODY);
 }
 
-/* A ball that a blade presses against something may meet both without end: the blade lets it go. */
-static void relieve_pinch(struct mill_sim *sim, int32_t i, int32_t s)
+/* A ball that a blade presses against something may meet both without end: the blades let it go. */
+static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
     struct pinch *p = &sim->pinch[i];
     const uint32_t contacts = sim->world->ball[i].contacts;
-    if (p->blade != s || sim->now - p->since > PINCH_TIME) {
-        p->blade = s;
+    if (p->blows == 0 || sim->now - p->since > PINCH_TIME) {
         p->since = sim->now;
         p->contacts = contacts;
         p->blows = 0;
     }
     p->blows++;
     if (p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
-        sim->predict->plan[i].let_go = (int16_t)s;
+        sim->predict->plan[i].let_go = true;
         sim->world->counts.reliefs++;
-        p->blade = MILL_NOBODY;
+        p->blows = 0;
     }
 }
 
@@ -265,10 +272,10 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const vec3 u = vec3_sub(b->v, c.velocity);
     const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));
     const enum mill_kind kind = shape->ops->kind;
-    const struct mill_blow blow =
-        mill_impact_resolve(&w->law[kind], w->rebound_floor, sb->mass, n, slip);
-    w->counts.not_closing += vec3_dot(u, n) <= 0.0;
-    if (s != sim->predict->plan[i].let_go)
+    const struct mill_law law = law_of(sim, kind);
+    const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, sb->mass, n, slip);
+    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
+    if (!sim->predict->plan[i].let_go || kind != MILL_BALL_BLADE)
         w->counts.largest_overlap = fmax(w->counts.largest_overlap, -c.gap);
     const vec3 impulse = vec3_scale(blow.impulse, -1.0); /* on the ball */
     if (shape->turns) {
@@ -282,10 +289,10 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     impact.partner = shape->number;
     impact.position = c.point;
     impact.normal = c.normal;
-    kick(w, i, n, impulse, w->law[kind].friction == 0.0);
-    book(sim, kind, &blow, &impact);
+    kick(w, i, n, impulse, law.friction == 0.0);
+    book(sim, kind, sb->mass, &blow, &impact);
     if (kind == MILL_BALL_BLADE)
-        relieve_pinch(sim, i, s);
+        relieve_pinch(sim, i);
     mill_predict_ball(sim->predict, i, sim->now, s);
 }
 

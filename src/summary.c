@@ -63,7 +63,8 @@ struct mill_summary_totals mill_summary_add(const struct mill_world *world,
         totals.contacts += world->account.collisions[kind];
         totals.dissipation += world->account.dissipation[kind];
     }
-    totals.anomalies = world->counts.not_closing + world->counts.reliefs + world->counts.overlaps;
+    totals.anomalies = world->counts.not_closing + world->counts.reliefs + world->counts.smoothed +
+                       world->counts.overlaps;
     mill_world_balance(world, t, &totals.balance_error, &totals.turnover);
     return totals;
 }
@@ -151,9 +152,10 @@ static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t 
         const char *what;
     } list[] = {{counts->not_closing, "contacts found opening"},
                 {counts->reliefs, "pinched balls let go"},
+                {counts->smoothed, "contacts made smooth"},
                 {counts->overlaps, "overlaps"}};
     const char *comma = "";
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 4; i++)
         if (list[i].count > 0) {
             fprintf(out, "%s%s: %llu", comma, list[i].what, (unsigned long long)list[i].count);
             comma = ", ";

@@ -202,6 +202,7 @@ static void run(struct json *json, const struct mill_world *world,
     number(json, "energy_turnover", totals.turnover);
     whole(json, "not_closing", world->counts.not_closing);
     whole(json, "reliefs", world->counts.reliefs);
+    whole(json, "smoothed", world->counts.smoothed);
     whole(json, "overlaps", world->counts.overlaps);
     number(json, "largest_overlap", world->counts.largest_overlap);
     number(json, "wall_time", facts->wall);

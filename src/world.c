@@ -50,8 +50,9 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
     for (int k = 0; k < MILL_KINDS; k++)
         dissipation += w->account.dissipation[k];
     *error = fabs(w->account.rotor_work - change - dissipation);
-    *turnover = w->start.kinetic + w->start.rotational + fabs(e.potential - w->start.potential) +
-                w->account.rotor_work_gross + w->account.dissipation_gross;
+    *turnover = w->start.kinetic + w->start.rotational + fabs(w->start.potential) +
+                fabs(e.potential - w->start.potential) + w->account.rotor_work_gross +
+                w->account.dissipation_gross + w->account.incident;
 }
 
 double mill_world_gap(const struct mill_world *w, vec3 point, double radius, double turn)

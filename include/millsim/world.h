@@ -35,6 +35,7 @@ struct mill_account {
     double dissipation[MILL_KINDS];        /* [J] */
     double dissipation_normal[MILL_KINDS]; /* [J] its normal part */
     double dissipation_gross;              /* [J] sum of |dissipation| */
+    double incident; /* [J] sum of the energies of normal approach, m* v_n^2 / 2 */
     uint64_t collisions[MILL_KINDS];
     uint64_t floored[MILL_KINDS]; /* of these: the rebound floor acted */
 };
@@ -46,6 +47,7 @@ struct mill_counts {
     uint64_t pair_tests;
     uint64_t not_closing; /* anomaly: a due contact found itself opening; the floor was applied */
     uint64_t reliefs;     /* anomaly: balls let go that were pinched by a blade */
+    uint64_t smoothed;    /* anomaly: contacts made frictionless because time stood still */
     uint64_t overlaps;    /* anomaly: balls found deeper than 1e-9 m in another body */
     struct mill_poly_counts quartics;
     double largest_overlap; /* [m] ever seen at a contact or an audit */

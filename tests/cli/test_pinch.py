@@ -29,11 +29,7 @@ friction = 0.3
 """
 
 
-@pytest.mark.parametrize(
-    "pitch"end wall"),  # gap of 4.3 mm beside the blades
-        0,  # of just a ball's diameter
-    ],
-)
+@pytest.mark.parametrize("pitch", [20, 0])  # gaps of 4.3 mm and of just a ball's diameter
 def test_a_pinched_ball_is_let_go_and_counted(millsim, tmp_path, pitch):
     (tmp_path / "deck.ini").write_text(DECK.format(pitch=pitch))
     done = millsim("deck.ini", "--json", "--quiet")
@@ -43,3 +39,97 @@ def test_a_pinched_ball_is_let_go_and_counted(millsim, tmp_path, pitch):
     assert summary["run"]["reliefs"] > 0
     assert summary["run"]["overlaps"] == 0
     assert "pinched balls were let go" in " ".join(summary["notes"])
+
+
+PADDLE = """
+[run]
+time = 100 ms
+[balls]
+count = 1
+diameter = {diameter} mm
+density = 7800 kg/m^3
+start = start.txt
+[drum]
+radius = 50 mm
+length = 60 mm
+[rotor]
+speed = 600 rpm
+shaft_radius = 5 mm
+angle = -150 deg
+[contact]
+restitution = 0.8
+friction = 0.5
+"""
+SIDE_BY_SIDE = """
+[blades]
+count = 2
+tip_radius = 45.2 mm
+width = 30 mm
+thickness = 5 mm
+angle_step = 0 deg
+"""
+APART = """
+[blade.a]
+position = -3 mm
+angle = 0 deg
+tip_radius = 40 mm
+width = 1 mm
+thickness = 5 mm
+[blade.b]
+position = 3 mm
+angle = 0 deg
+tip_radius = 40 mm
+width = 1 mm
+thickness = 5 mm
+"""
+
+
+@pytest.mark.parametrize(
+    "blades, diameter, start",
+    [(SIDE_BY_SIDE, 5, "0 0 -0.0475"), (APART, 12, "0 0 -0.044")],
+)
+def test_a_ball_pinched_by_two_blades_at_once_is_let_go_by_both(
+    millsim, tmp_path, blades, diameter, start
+):
+    (tmp_path / "deck.ini").write_text(PADDLE.format(diameter=diameter) + blades)
+    (tmp_path / "start.txt").write_text(start)
+    done = millsim("deck.ini", "--json", "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["run"]["reliefs"] > 0
+
+
+CORNER = """
+[run]
+time = 10 ms
+[balls]
+count = 1
+diameter = 5 mm
+density = 7800 kg/m^3
+start = start.txt
+[drum]
+radius = 50 mm
+length = 60 mm
+[contact]
+restitution = 0.8
+friction = 1
+tangential_restitution = 0.8
+"""
+
+
+def test_a_ball_that_friction_keeps_in_a_corner_does_not_stop_time(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(CORNER)
+    (tmp_path / "start.txt").write_text("0.0275 0 -0.0475 0.0030 0 0.0058 0 -5.854 0")
+    done = millsim("deck.ini", "--json", "--quiet")
+    assert done.returncode == 0, done.stderr
+    run = json.loads(done.stdout)["run"]
+    assert run["smoothed"] > 0
+    assert run["energy_balance_error"] < 1e-9
+
+
+def test_the_books_of_a_ball_at_rest_close(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(CORNER)
+    (tmp_path / "start.txt").write_text("0 0 -0.0475")
+    heavy = ["-s", "gravity.acceleration=0 0 -981 m/s^2", "-s", "contact.rebound_floor=0.1 mm/s"]
+    run = json.loads(millsim("deck.ini", "--json", "--quiet", *heavy).stdout)["run"]
+    assert run["energy_balance_error"] < 1e-9
+    assert run["not_closing"] == 0

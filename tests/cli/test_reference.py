@@ -87,7 +87,7 @@ def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
 def check_books(run):
     assert run["energy_balance_error"] < 1e-9  # of the energy turned over
     assert run["largest_overlap"] < 1e-9
-    assert run["overlaps"] == run["reliefs"] == run["not_closing"] == 0
+    assert run["overlaps"] == run["reliefs"] == run["not_closing"] == run["smoothed"] == 0
 
 
 def test_the_books_of_the_reference_mill_close(reference):
