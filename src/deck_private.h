@@ -9,6 +9,9 @@
 
 /* ---- the table (deck_table.c) ---- */
 
+/* Bound of all values that have no closer one: products of several stay far from overflow. */
+#define MILL_DECK_LARGEST 1e9
+
 enum mill_deck_part {
     DECK_RUN,
     DECK_GRAVITY,

@@ -16,10 +16,9 @@
 #define BLADE(member) DECK_IN_BLADE, offsetof(struct mill_deck_blade, member)
 #define LAW(member) DECK_IN_LAW, offsetof(struct mill_law, member)
 #define NOWHERE DECK_NOWHERE, 0
-/* bounds that keep squares and products of several values far from overflow */
-#define ANY -1e9, 1e9, false, false
-#define POSITIVE 0, 1e9, true, false
-#define NOT_NEGATIVE 0, 1e9, false, false
+#define ANY -MILL_DECK_LARGEST, MILL_DECK_LARGEST, false, false
+#define POSITIVE 0, MILL_DECK_LARGEST, true, false
+#define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
 #define FROM_TO(lo, hi) lo, hi, false, false
 #define WAVY 0, INFINITY, true, true
 #define REQUIRED NULL, false

@@ -97,7 +97,8 @@ static bool in_range(const struct mill_deck_key *key, double value)
     return (key->above ? value > key->lo : value >= key->lo) && value <= key->hi;
 }
 
-static bool refuse_range(const struct mill_deck_key *key, const char *text, struct mill_error *why)
+static bool refuse_range(const struct mill_deck_key *key, double value, const char *text,
+                         struct mill_error *why)
 {
     char lo[32], hi[32], limit[120];
     if (key->type == DECK_SEED)
@@ -108,9 +109,11 @@ static bool refuse_range(const struct mill_deck_key *key, const char *text, stru
         snprintf(hi, sizeof hi, "%.0f", key->hi);
     else
         mill_deck_value_shortest(key->hi, hi);
-    if (key->above)
+    if (value > key->hi && key->hi == MILL_DECK_LARGEST)
+        snprintf(limit, sizeof limit, "at most %s%s%s", hi, space, unit);
+    else if (key->above)
         snprintf(limit, sizeof limit, "greater than %s%s%s", lo, space, unit);
-    else if (isinf(key->hi))
+    else if (key->hi == MILL_DECK_LARGEST)
         snprintf(limit, sizeof limit, "at least %s%s%s", lo, space, unit);
     else
         snprintf(limit, sizeof limit, "between %s and %s%s%s", lo, hi, space, unit);
@@ -162,7 +165,7 @@ static bool read_scalar(const struct mill_units *units, const struct mill_deck_k
     if (!isfinite(value))
         return refuse(key, true, text, " (too large)", why);
     if (!in_range(key, value))
-        return refuse_range(key, text, why);
+        return refuse_range(key, value, text, why);
     if (home)
         *home = value;
     return true;
@@ -187,6 +190,8 @@ static bool read_vector(const struct mill_units *units, const struct mill_deck_k
         value[i] = mill_units_convert(value[i], scale);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
+        if (fabs(value[i]) > key->hi)
+            return refuse_range(key, fabs(value[i]), text, why);
     }
     *home = vec3_make(value[0], value[1], value[2]);
     return true;
@@ -204,7 +209,7 @@ static bool read_whole(const struct mill_deck_key *key, const char *text, void *
     char *end;
     const long value = strtol(text, &end, 10);
     if (errno == ERANGE || !in_range(key, (double)value))
-        return refuse_range(key, text, why);
+        return refuse_range(key, (double)value, text, why);
     if (home && key->type == DECK_SEED)
         *(unsigned long *)home = (unsigned long)value;
     else if (home)

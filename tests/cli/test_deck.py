@@ -147,6 +147,10 @@ WRONG_VALUES = [
     ("balls", "density", "7800 kg", "expected a density such as '7800 kg/m^3', got '7800 kg'"),
     ("balls", "speed", "-1 m/s", "must be at least 0 m/s"),
     ("balls", "speed", "1 m", "expected a speed such as '5 mm/s', got '1 m'"),
+    ("gravity", "acceleration", "0 0 -1e200 m/s^2", "must be at most 1000000000 m/s^2"),
+    ("balls", "density", "1e308 kg/m^3", "must be at most 1000000000 kg/m^3"),
+    ("balls", "diameter", "1e-200 m", "must be at least 1e-09 m"),
+    ("rotor", "speed", "1e300 rpm", "must be at most 1000000000 rad/s"),
     ("balls", "start", "", "expected 'random' or the name of a file, got nothing"),
     (
         "rotor",
