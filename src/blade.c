@@ -27,11 +27,10 @@ struct blade {
     double mill_radius;        /* [m] */
 };
 
-/* The rotor's frame at one moment, and the vector from the box to the ball's centre in it */
+/* Where a ball's centre is as seen from the box */
 struct view {
-    double c, s; /* cos and sin of the blade's angle in space */
-    double d;    /* [m] signed distance of the centre to the box */
-    vec3 n;      /* unit, world frame: from the box to the centre */
+    double d; /* [m] signed distance to the box */
+    vec3 n;   /* unit, world frame: from the box to the centre */
 };
 
 static double clamp_out(double q, double half)
@@ -50,11 +49,10 @@ static vec3 to_world(const struct blade *b, double c, double s, double w, double
 static struct view look(const struct blade *b, vec3 r, double turn)
 {
     struct view k;
-    k.c = cos(b->angle + turn);
-    k.s = sin(b->angle + turn);
+    const double c = cos(b->angle + turn), s = sin(b->angle + turn);
     const double x = r.x - b->position;
-    const double radial = k.c * r.y + k.s * r.z - b->half_s;
-    const double tangential = k.c * r.z - k.s * r.y;
+    const double radial = c * r.y + s * r.z - b->half_s;
+    const double tangential = c * r.z - s * r.y;
     const double w = b->cos_p * x + b->sin_p * tangential;
     const double h = b->cos_p * tangential - b->sin_p * x;
     const double ow = clamp_out(w, b->half_w);
@@ -63,18 +61,18 @@ static struct view look(const struct blade *b, vec3 r, double turn)
     const double square = ow * ow + os * os + oh * oh;
     if (square > 0.0) {
         k.d = sqrt(square);
-        k.n = to_world(b, k.c, k.s, ow / k.d, os / k.d, oh / k.d);
+        k.n = to_world(b, c, s, ow / k.d, os / k.d, oh / k.d);
         return k;
     }
     /* the centre is inside: only a pinched ball gets here; out through the nearest face */
     const double dw = fabs(w) - b->half_w, ds = fabs(radial) - b->half_s, dh = fabs(h) - b->half_h;
     k.d = fmax(dw, fmax(ds, dh));
     if (k.d == dw)
-        k.n = to_world(b, k.c, k.s, w < 0.0 ? -1.0 : 1.0, 0.0, 0.0);
+        k.n = to_world(b, c, s, w < 0.0 ? -1.0 : 1.0, 0.0, 0.0);
     else if (k.d == dh)
-        k.n = to_world(b, k.c, k.s, 0.0, 0.0, h < 0.0 ? -1.0 : 1.0);
+        k.n = to_world(b, c, s, 0.0, 0.0, h < 0.0 ? -1.0 : 1.0);
     else
-        k.n = to_world(b, k.c, k.s, 0.0, radial < 0.0 ? -1.0 : 1.0, 0.0);
+        k.n = to_world(b, c, s, 0.0, radial < 0.0 ? -1.0 : 1.0, 0.0);
     return k;
 }
 

@@ -193,10 +193,9 @@ void mill_calendar_free(struct mill_calendar *c)
     free(c);
 }
 
-void mill_calendar_clear(struct mill_calendar *c, double start)
+/* Forgets what is filed where; the nodes keep their times and whether they have an event. */
+static void empty(struct mill_calendar *c, double start)
 {
-    for (int32_t i = 0; i < c->items; i++)
-        c->node[i].place = NOWHERE;
     for (int32_t d = 0; d < c->days; d++)
         c->head[d] = -1;
     c->overflow = -1;
@@ -204,9 +203,16 @@ void mill_calendar_clear(struct mill_calendar *c, double start)
     c->in_year = 0;
     c->today = 0;
     c->taken = 0;
-    c->last_item = -1;
     c->ahead = -1;
     c->year_start = start;
+}
+
+void mill_calendar_clear(struct mill_calendar *c, double start)
+{
+    for (int32_t i = 0; i < c->items; i++)
+        c->node[i].place = NOWHERE;
+    c->last_item = -1;
+    empty(c, start);
 }
 
 void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
@@ -233,17 +239,10 @@ double mill_calendar_width(const struct mill_calendar *c)
     return c->width;
 }
 
-/* Collects every event into the overflow list and files them again from `start` on. */
+/* Files every event again from `start` on. */
 static void refile_all(struct mill_calendar *c, double start)
 {
-    for (int32_t d = 0; d < c->days; d++)
-        c->head[d] = -1;
-    c->overflow = -1;
-    c->heap_size = 0;
-    c->in_year = 0;
-    c->today = 0;
-    c->taken = 0;
-    c->year_start = start;
+    empty(c, start);
     for (int32_t i = 0; i < c->items; i++) {
         if (c->node[i].place != NOWHERE)
             file(c, i);

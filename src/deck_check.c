@@ -15,7 +15,7 @@ static const double rounding =
     1e-12; /* of the drum's length: blades may just touch the end walls */
 static const double least_diameter = 1e-9; /* [m] */
 static const double densest =
-    0.7404804896930611; /* pi / sqrt(18): no packing of equal balls is denser */
+    0.7404804896930611; /* MILL_PI / sqrt(18): no packing of equal balls is denser */
 
 static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
 {
@@ -68,9 +68,9 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
 
 static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
 {
-    const double pi = 3.141592653589793, shaft = deck->rotor ? deck->shaft_radius : 0.0;
+    const double shaft = deck->rotor ? deck->shaft_radius : 0.0;
     const double room =
-        pi * (deck->drum_radius * deck->drum_radius - shaft * shaft) * deck->drum_length;
+        MILL_PI * (deck->drum_radius * deck->drum_radius - shaft * shaft) * deck->drum_length;
     double volume = 0.0;
     long total = 0;
     char title[80];
@@ -81,7 +81,7 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
         if (total > MOST_BALLS)
             return mill_deck_fault(deck, error, title, "count", "more than %d balls in all",
                                    MOST_BALLS);
-        volume += (double)deck->balls[k].count * pi / 6.0 * d * d * d;
+        volume += (double)deck->balls[k].count * MILL_PI / 6.0 * d * d * d;
         if (volume > (deck->kinds == 1 ? densest : 1.0) * room)
             return mill_deck_fault(deck, error, title, "count",
                                    "%ld balls do not fit: they fill %.3g litres of the drum's %.3g",

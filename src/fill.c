@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PI 3.14159265358979323846
 #define LIKELY 0.55 /* of the room: what an answer tries at first; it packs in seconds */
 
 static double solid_volume(const struct mill_world *w)
@@ -16,7 +15,7 @@ static double solid_volume(const struct mill_world *w)
     double v = 0.0;
     for (int32_t i = 0; i < w->balls; i++) {
         const double a = w->species[w->ball[i].species].radius;
-        v += (4.0 / 3.0) * PI * a * a * a;
+        v += (4.0 / 3.0) * MILL_PI * a * a * a;
     }
     return v;
 }

@@ -163,10 +163,9 @@ static void pour_axial(struct mill_map *map, vec3 r, vec3 v, double h, double po
 
 void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t)
 {
-    const double pi = 3.14159265358979323846;
     for (int32_t i = 0; i < world->balls; i++) {
         const double a = world->species[world->ball[i].species].radius;
-        const double point = 4 * pi / 3 * a * a * a / POINTS, h = a * HALF_SPACING;
+        const double point = 4 * MILL_PI / 3 * a * a * a / POINTS, h = a * HALF_SPACING;
         const vec3 r = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
         pour_cross(&maps->cross, r, v, h, point);
         pour_axial(&maps->axial, r, v, h, point);

@@ -250,9 +250,11 @@ bool mill_predict_cross(struct mill_predict *p, int32_t i, double now)
     return true;
 }
 
-double mill_predict_overlap(struct mill_predict *p, int32_t i, double turn)
+double mill_predict_overlap(struct mill_predict *p, int32_t i, double t)
 {
     const struct mill_world *w = p->world;
+    const double turn = w->turn + w->rotor_speed * t;
+    const vec3 r = mill_world_position(w, i, t);
     const struct mill_ball *me = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[me->species];
@@ -262,11 +264,12 @@ double mill_predict_overlap(struct mill_predict *p, int32_t i, double turn)
         const struct mill_ball *o = &w->ball[p->near[k]];
         if (o != me)
             deepest =
-                fmax(deepest, radius + p->radius[o->species] - vec3_norm(vec3_sub(o->r, me->r)));
+                fmax(deepest, radius + p->radius[o->species] -
+                                  vec3_norm(vec3_sub(mill_world_position(w, p->near[k], t), r)));
     }
     for (int k = 0; k < w->shapes; k++) {
         if (!p->plan[i].let_go || w->shape[k]->ops->kind != MILL_BALL_BLADE)
-            deepest = fmax(deepest, -w->shape[k]->ops->gap(w->shape[k], me->r, radius, turn));
+            deepest = fmax(deepest, -w->shape[k]->ops->gap(w->shape[k], r, radius, turn));
     }
     return deepest;
 }

@@ -48,9 +48,8 @@ void mill_predict_ball(struct mill_predict *predict, int32_t i, double now, int3
  * pair contact known so far. Its record must stand at `now`. False when out of memory. */
 bool mill_predict_cross(struct mill_predict *predict, int32_t i, double now);
 
-/* Deepest overlap of ball i's neighbourhood and surfaces [m], <= 0: none; balls at their own
- * records, which must all stand at the same time, rotor at `turn`. Blades do not count for a ball
- * that was let go. */
-double mill_predict_overlap(struct mill_predict *predict, int32_t i, double turn);
+/* Deepest overlap of ball i with its neighbours and the surfaces at local time t [m], <= 0: none.
+ * Blades do not count for a ball that was let go. */
+double mill_predict_overlap(struct mill_predict *predict, int32_t i, double t);
 
 #endif

@@ -109,7 +109,7 @@ static enum mill_status write_counts(struct mill_h5 *file, const struct mill_cou
     } table[] = {
         {"/run/events/cell_crossings", counts->cell_crossings, "balls changing their cell"},
         {"/run/events/stale", counts->stale,
-         "events dropped because the partner had changed its course"},
+         "events dropped: the partner had changed course, or a search is to go on"},
         {"/run/events/predictions", counts->predictions, "full predictions of a ball's next event"},
         {"/run/events/pair_tests", counts->pair_tests, "pairs of balls tested for a contact"},
         {"/run/events/quartics", counts->quartics.solves, "quartic equations solved"},

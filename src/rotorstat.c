@@ -11,11 +11,10 @@
 
 bool mill_rotorstat_init(struct mill_rotorstat *stat, double rotor_speed, double duration)
 {
-    const double pi = 3.14159265358979323846;
     *stat = (struct mill_rotorstat){.block = INFINITY, .revolutions = 1};
     if (rotor_speed == 0 || !(duration > 0))
         return true;
-    stat->block = 2 * pi / fabs(rotor_speed);
+    stat->block = 2 * MILL_PI / fabs(rotor_speed);
     /* a window of exactly n revolutions has n, whatever the rounding */
     while (duration / stat->block * (1 + 1e-12) >= MILL_ROTORSTAT_MOST_BLOCKS + 1) {
         stat->revolutions *= 2;

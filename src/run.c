@@ -111,6 +111,7 @@ static enum mill_status advance(struct run *r, struct mill_error *error)
         status = mill_sim_run(r->sim, r->deck->time, slice, r->options->stop, error);
         const double took = wall_clock() - before;
         show(r);
+        /* the end was reached before this slice too: nothing was left that is due at it */
         if (mill_sim_time(r->sim) >= r->deck->time && reached >= r->deck->time)
             break;
         if (status == MILL_OK && wall_clock() - r->saved > r->deck->checkpoint)
@@ -124,6 +125,7 @@ static enum mill_status advance(struct run *r, struct mill_error *error)
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
     const double local = mill_sim_local_time(r->sim);
+    mill_sim_audit(r->sim);
     mill_tally_finish(r->tally, r->world, local);
     enum mill_status status = save(r, error);
     if (status == MILL_OK)

@@ -7,8 +7,6 @@
 
 #include <math.h>
 
-static const double PI = 3.14159265358979323846;
-
 enum {
     ANGLES = 720, /* directions in which a profile is measured */
     SUBS = 32     /* sub-points of a cell or ring along each direction */
@@ -24,7 +22,7 @@ static const struct mill_shape *odd_drum(const struct mill_world *world)
         if (shape->ops->kind != MILL_BALL_DRUM)
             continue;
         for (int k = 0; k < ANGLES; k++) {
-            const double angle = 2 * PI * k / ANGLES;
+            const double angle = 2 * MILL_PI * k / ANGLES;
             const vec3 p = vec3_make(0, radius * cos(angle), radius * sin(angle));
             if (!(fabs(shape->ops->gap(shape, p, 0, 0)) < 1e-9 * radius))
                 return shape;
@@ -45,7 +43,7 @@ double mill_section_radius(const struct mill_world *world)
     if (!drum)
         return farthest;
     for (int k = 0; k < ANGLES; k++) {
-        const double c = cos(2 * PI * k / ANGLES), s = sin(2 * PI * k / ANGLES);
+        const double c = cos(2 * MILL_PI * k / ANGLES), s = sin(2 * MILL_PI * k / ANGLES);
         double r = 0; /* steps of the gap's length never pass the wall */
         for (int step = 0; step < 1000; step++) {
             const double gap = gap_at(drum, r * c, r * s);
@@ -119,9 +117,9 @@ void mill_section_rings(const struct mill_world *world, double radius, int n, do
             const double r = sqrt(r0 * r0 + (r1 * r1 - r0 * r0) * (j + 0.5) / SUBS);
             int inside = drum ? 0 : ANGLES;
             for (int k = 0; drum && k < ANGLES; k++)
-                inside +=
-                    gap_at(drum, r * cos(2 * PI * k / ANGLES), r * sin(2 * PI * k / ANGLES)) > 0;
-            area[i] += PI * (r1 * r1 - r0 * r0) / SUBS * inside / ANGLES;
+                inside += gap_at(drum, r * cos(2 * MILL_PI * k / ANGLES),
+                                 r * sin(2 * MILL_PI * k / ANGLES)) > 0;
+            area[i] += MILL_PI * (r1 * r1 - r0 * r0) / SUBS * inside / ANGLES;
         }
     }
 }

@@ -11,16 +11,19 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define EPOCH                                                                                      \
-    0.0625        /* [s] between restarts of local time; a power of two, so that the sum is exact */
-#define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
-#define NOT_YET                                                                                    \
-    1e-12 /* [m] a surface contact due with a gap above this: the search gave up early */
-#define PINCH_TIME 1e-5      /* [s] pinch relief: more than ... */
-#define PINCH_CONTACTS 30000 /* ... contacts of one ball within that time ... */
-#define PINCH_BLOWS 20       /* ... this many of them with blades */
-#define STILL                                                                                      \
-    100000 /* events within a nanosecond, and no pinch: from here on contacts are smooth */
+/* [s] between restarts of local time; a power of two, so that the sum is exact */
+#define EPOCH 0.0625
+/* [m] an overlap beyond this is an anomaly */
+#define DEEP 1e-9
+/* [m] a surface contact that is due with a gap above this: the search gave up early */
+#define NOT_YET 1e-12
+/* Pinch relief: more than so many contacts of one ball within this time [s], more than so many of
+ * them with blades */
+#define PINCH_TIME 1e-5
+#define PINCH_CONTACTS 30000
+#define PINCH_BLOWS 20
+/* Events within a nanosecond, and no pinch: from here on contacts are smooth */
+#define STILL 100000
 #define MOST_OBSERVERS 8
 
 struct pinch {
@@ -66,11 +69,11 @@ static void begin_epoch(struct mill_sim *sim)
         mill_predict_ball(p, i, 0.0, MILL_NOBODY);
 }
 
-static void audit(struct mill_sim *sim, double turn)
+void mill_sim_audit(struct mill_sim *sim)
 {
     struct mill_counts *counts = &sim->world->counts;
     for (int32_t i = 0; i < sim->world->balls; i++) {
-        const double overlap = mill_predict_overlap(sim->predict, i, turn);
+        const double overlap = mill_predict_overlap(sim->predict, i, sim->now);
         counts->largest_overlap = fmax(counts->largest_overlap, overlap);
         counts->overlaps += overlap > DEEP;
     }
@@ -79,17 +82,16 @@ static void audit(struct mill_sim *sim, double turn)
 static void end_epoch(struct mill_sim *sim)
 {
     struct mill_world *w = sim->world;
-    const double turn = w->turn + w->rotor_speed * EPOCH;
-    for (int32_t i = 0; i < w->balls; i++)
-        move_to(w, i, EPOCH);
-    audit(sim, turn);
+    sim->now = EPOCH;
+    mill_sim_audit(sim);
     for (int32_t i = 0; i < w->balls; i++) {
+        move_to(w, i, EPOCH);
         w->ball[i].t = 0.0;
         if (sim->pinch)
             sim->pinch[i].since -= EPOCH;
     }
     w->base += EPOCH;
-    w->turn = fmod(turn, 2.0 * 3.14159265358979323846);
+    w->turn = fmod(w->turn + w->rotor_speed * EPOCH, 2.0 * MILL_PI);
     sim->watch.last -= EPOCH;
     sim->watch.since -= EPOCH;
     sim->now = 0.0;
@@ -237,6 +239,14 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     mill_predict_ball(sim->predict, j, sim->now, MILL_NOBODY);
 }
 
+/* What was planned is not so any more: the ball is planned anew from here. */
+static void drop_stale(struct mill_sim *sim, int32_t i)
+{
+    sim->world->counts.stale++;
+    move_to(sim->world, i, sim->now);
+    mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
+}
+
 /* A ball that a blade presses against something may meet both without end: the blades let it go. */
 static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
@@ -265,7 +275,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const double turn = w->turn + w->rotor_speed * sim->now;
     const struct mill_contact c = shape->ops->contact(shape, b->r, sb->radius, turn);
     if (c.gap > NOT_YET) {
-        mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
+        drop_stale(sim, i);
         return;
     }
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
@@ -301,13 +311,6 @@ static void ball_changes_cell(struct mill_sim *sim, int32_t i)
     move_to(sim->world, i, sim->now);
     if (!mill_predict_cross(sim->predict, i, sim->now))
         sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
-}
-
-static void drop_stale(struct mill_sim *sim, int32_t i)
-{
-    sim->world->counts.stale++;
-    move_to(sim->world, i, sim->now);
-    mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
 }
 
 static void happen(struct mill_sim *sim, int32_t i)

@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PI 3.14159265358979323846
-
 static enum mill_status make_species(const struct mill_deck *deck, struct mill_world *w,
                                      struct mill_error *error)
 {
@@ -34,7 +32,7 @@ static enum mill_status make_species(const struct mill_deck *deck, struct mill_w
         struct mill_species *s = &w->species[k];
         memcpy(s->name, kind->name, sizeof s->name);
         s->radius = 0.5 * kind->diameter;
-        s->mass = kind->density * (4.0 / 3.0) * PI * s->radius * s->radius * s->radius;
+        s->mass = kind->density * (4.0 / 3.0) * MILL_PI * s->radius * s->radius * s->radius;
         s->inertia = 0.4 * s->mass * s->radius * s->radius;
         for (long n = 0; n < kind->count; n++)
             w->ball[i++].species = k;
@@ -53,7 +51,7 @@ enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_wor
     w->drum_radius = deck->drum_radius;
     w->drum_length = deck->drum_length;
     w->rotor_speed = deck->rotor ? deck->rotor_speed : 0.0;
-    w->turn = deck->rotor ? fmod(deck->rotor_angle, 2.0 * PI) : 0.0;
+    w->turn = deck->rotor ? fmod(deck->rotor_angle, 2.0 * MILL_PI) : 0.0;
     memcpy(w->law, deck->law, sizeof w->law);
     w->rebound_floor = deck->rebound_floor;
     enum mill_status status = make_species(deck, w, error);

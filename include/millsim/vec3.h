@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#define MILL_PI 3.14159265358979323846
+
 typedef struct {
     double x, y, z;
 } vec3;

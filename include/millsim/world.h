@@ -42,7 +42,7 @@ struct mill_account {
 
 struct mill_counts {
     uint64_t cell_crossings;
-    uint64_t stale;       /* events dropped because the partner had changed course */
+    uint64_t stale; /* events dropped: the partner had changed course, or a search is to go on */
     uint64_t predictions; /* full ones */
     uint64_t pair_tests;
     uint64_t not_closing; /* anomaly: a due contact found itself opening; the floor was applied */

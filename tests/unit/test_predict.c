@@ -337,7 +337,7 @@ START_TEST(the_deepest_overlap_is_that_of_all_pairs_and_surfaces)
                 if (j != i)
                     deepest = fmax(deepest, radius_of(w, i) + radius_of(w, j) - d);
             }
-            const double found = mill_predict_overlap(p, i, turn);
+            const double found = mill_predict_overlap(p, i, 0.0);
             overlapping += deepest > 0.0;
             if (deepest > 0.0)
                 ck_assert_double_eq_tol(found, deepest, 1e-16);

@@ -270,6 +270,27 @@ START_TEST(restarts_of_the_local_clock_do_not_show_in_the_result)
 }
 END_TEST
 
+START_TEST(an_audit_finds_what_overlaps_at_any_moment_of_the_run)
+{
+    struct bench b;
+    bench_open(&b, mills[0], NULL);
+    bench_run(&b, 0.01);
+    mill_sim_audit(b.sim);
+    ck_assert_uint_eq(b.world->counts.overlaps, 0);
+    ck_assert_double_eq_tol(fmax(bench_overlap(&b), 0.0),
+                            fmax(b.world->counts.largest_overlap, 0.0), 1e-15);
+    /* ball 0 is put a micrometre into the drum, by hand */
+    struct mill_ball *ball = &b.world->ball[0];
+    const double touch = b.world->drum_radius - b.world->species[ball->species].radius;
+    *ball = (struct mill_ball){
+        .r = {0.0, touch + 1e-6, 0.0}, .t = mill_sim_local_time(b.sim), .species = ball->species};
+    mill_sim_audit(b.sim);
+    ck_assert_uint_ge(b.world->counts.overlaps, 1);
+    ck_assert_double_ge(b.world->counts.largest_overlap, 1e-6 - 1e-12);
+    bench_close(&b);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("sim");
@@ -285,6 +306,7 @@ int main(void)
     tcase_add_test(tests, energy_of_a_free_flight_only_changes_its_form);
     tcase_add_test(tests, a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked);
     tcase_add_test(tests, restarts_of_the_local_clock_do_not_show_in_the_result);
+    tcase_add_test(tests, an_audit_finds_what_overlaps_at_any_moment_of_the_run);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);
     srunner_run_all(runner, CK_NORMAL);
