@@ -22,7 +22,9 @@ LDLIBS := $(shell pkg-config --libs gsl hdf5 inih 2>/dev/null) -ludunits2 -lm
 LIB := $(filter-out $(BUILD)/src/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
 BENCH := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/bench_*.c))
-C_FILES := $(wildcard src/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch])
+PROBES := $(patsubst %.c,build/release/%,$(wildcard validation/*/*.c))
+C_FILES := $(wildcard src/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
+             validation/*/*.[ch])
 
 all: millsim
 
@@ -31,6 +33,7 @@ help:
 	@echo 'make run       install what is missing, build, run the reference mill'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
+	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these)'
 	@echo 'make bench     measure speed        make install   into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|asan  WERROR=1  V=1'
 
@@ -56,6 +59,9 @@ $(BUILD)/version: always
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)
+
+$(BUILD)/validation/%: $(BUILD)/validation/%.o $(LIB)
+	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
 
 needed:
 	@tools/setup --check build
@@ -84,11 +90,16 @@ lint:
 	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
 	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
 	codespell -q 3 .
-	.venv/bin/ruff check tests tools && .venv/bin/ruff format --check tests tools
+	.venv/bin/ruff check tests tools validation && .venv/bin/ruff format --check tests tools validation
 
 format:
 	clang-format-14 -i $(C_FILES)
-	.venv/bin/ruff format tests tools
+	.venv/bin/ruff format tests tools validation
+
+validate:
+	@tools/setup build test
+	@$(MAKE) $(PARALLEL) millsim $(PROBES)
+	.venv/bin/python validation/ladder.py $(CASES)
 
 bench: $(BENCH) millsim
 	@set -e; for b in $(BENCH); do $$b; done
@@ -101,4 +112,4 @@ clean:
 
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH))
 .SECONDARY:
-.PHONY: all help needed run test unit cli lint format bench install clean always
+.PHONY: all help needed run test unit cli validate lint format bench install clean always

@@ -3,10 +3,8 @@
  * simulated time, fixed by nothing but the clock: then every ball is brought to the same instant,
  * checked for overlap, and planned afresh, so local times stay small and precise and no output
  * option can change the run. */
-#include "millsim/sim.h"
-
-#include "predict.h"
 #include "shape.h"
+#include "sim_private.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -24,32 +22,6 @@
 #define PINCH_BLOWS 20
 /* Events within a nanosecond, and no pinch: from here on contacts are smooth */
 #define STILL 100000
-#define MOST_OBSERVERS 8
-
-struct pinch {
-    double since;      /* [s] local */
-    uint32_t contacts; /* the ball's count then */
-    uint32_t blows;    /* of blades since */
-};
-
-struct watch {
-    double last;       /* [s] local time of the last event that counted as an advance */
-    uint64_t standing; /* events since then */
-    double since;      /* [s] local start of the present millisecond */
-    uint64_t events;   /* in it */
-};
-
-struct mill_sim {
-    struct mill_world *world;
-    struct mill_predict *predict;
-    struct pinch *pinch;
-    struct watch watch;
-    double now; /* [s] local */
-    int observers;
-    struct mill_observer *observer[MOST_OBSERVERS];
-    struct mill_error *error; /* of the running mill_sim_run */
-    enum mill_status status;
-};
 
 static void move_to(struct mill_world *w, int32_t i, double t)
 {
@@ -135,7 +107,7 @@ void mill_sim_free(struct mill_sim *sim)
 
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer)
 {
-    if (sim->observers == MOST_OBSERVERS)
+    if (sim->observers == MILL_SIM_OBSERVERS)
         return MILL_FAILED;
     sim->observer[sim->observers++] = observer;
     return MILL_OK;
@@ -250,7 +222,7 @@ static void drop_stale(struct mill_sim *sim, int32_t i)
 /* A ball that a blade presses against something may meet both without end: the blades let it go. */
 static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
-    struct pinch *p = &sim->pinch[i];
+    struct mill_pinch *p = &sim->pinch[i];
     const uint32_t contacts = sim->world->ball[i].contacts;
     if (p->blows == 0 || sim->now - p->since > PINCH_TIME) {
         p->since = sim->now;
@@ -331,7 +303,7 @@ static void happen(struct mill_sim *sim, int32_t i)
 /* Stops runs in which infinitely many contacts would happen in finite time. */
 static void watch_time(struct mill_sim *sim, int32_t i, double t)
 {
-    struct watch *w = &sim->watch;
+    struct mill_watch *w = &sim->watch;
     const uint64_t balls = (uint64_t)sim->world->balls;
     /* hops that shrink to the clock's resolution still tick: less than a nanosecond is no advance
      */

@@ -1,0 +1,294 @@
+#!/usr/bin/env python3
+"""The verification ladder: runs every case of this folder and writes RESULTS.md, its figures, and README's short form.
+
+A case is a folder with a deck, a README.md (claim, source, tolerance) and a check.py whose check(case) runs
+millsim, works out what it measures, and states claims. The first line of check.py's docstring is its title.
+
+    ladder.py [CASE ...] [--jobs N]      ends with 1 when a claim is outside its band
+"""
+
+import argparse
+import concurrent.futures
+import contextlib
+import dataclasses
+import importlib.util
+import math
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+HERE = ROOT / "validation"
+# The order of the ladder: each rung stands on those before it
+CASES = ["single", "gas", "dense", "cooling", "balances", "invariances", "sensitivities"]
+
+
+@dataclasses.dataclass
+class Claim:
+    """One sentence held against a number."""
+
+    what: str
+    against: str  # theory, paper, equation
+    measured: float
+    expected: float | None  # None: the claim is a bound on `measured` alone
+    band: float  # allowed |measured - expected|, or the bound
+    error: float | None  # standard error of `measured`
+    unit: str
+    headline: bool  # goes into the README
+
+    @property
+    def holds(self) -> bool:
+        off = self.measured - (0.0 if self.expected is None else self.expected)
+        return math.isfinite(off) and abs(off) <= self.band
+
+
+class Case:
+    """What check.py works with: runs decks in a scratch folder, gathers claims, saves the figure."""
+
+    def __init__(self, folder: pathlib.Path, scratch: pathlib.Path):
+        self.folder = folder
+        self.scratch = scratch
+        self.program = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
+        self.claims: list[Claim] = []
+        self.runs = 0
+        self.contacts = 0
+
+    def write(self, name: str, text: str) -> pathlib.Path:
+        """A file for a run: a start file or a deck of its own."""
+        path = self.scratch / name
+        path.write_text(text)
+        return path
+
+    def run(
+        self, deck: str | pathlib.Path = "deck.ini", output: str | None = None, **settings
+    ) -> pathlib.Path:
+        """Runs a deck of the case's folder, or a path, and returns the output file.
+
+        settings: deck values with `__` for the dot: run(run__time="1 s", contact__ball_ball__friction=0).
+        The summary that --json prints is saved beside the output as .json.
+        """
+        self.runs += 1
+        deck = self.folder / deck
+        path = self.scratch / (output or f"run{self.runs}.h5")
+        options = [f"--set={key.replace('__', '.')}={value}" for key, value in settings.items()]
+        result = subprocess.run(
+            [self.program, "--json", "--quiet", "--force", "-o", path, *options, deck],
+            cwd=self.scratch,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if result.returncode != 0:
+            raise RuntimeError(f"millsim {' '.join(options)} {deck}: {result.stderr.strip()}")
+        path.with_suffix(".json").write_text(result.stdout)
+        return path
+
+    def claim(
+        self, what, measured, expected, band, *, against, error=None, unit="1", headline=False
+    ):
+        """`measured` lies within `band` of `expected`."""
+        self.claims.append(
+            Claim(
+                what,
+                against,
+                float(measured),
+                float(expected),
+                float(band),
+                _number(error),
+                unit,
+                headline,
+            )
+        )
+
+    def bound(self, what, measured, limit, *, against, error=None, unit="1", headline=False):
+        """|measured| is at most `limit`."""
+        self.claims.append(
+            Claim(
+                what, against, float(measured), None, float(limit), _number(error), unit, headline
+            )
+        )
+
+    def save(self, figure, name: str = "figure.png"):
+        """Saves a matplotlib figure into the case's folder, without dates, so that equal runs give equal files."""
+        figure.savefig(self.folder / name, dpi=110, metadata={"Software": None})
+
+
+def _number(value):
+    return None if value is None else float(value)
+
+
+def run_case(name: str) -> dict:
+    """Runs one case in this process; what went wrong is a result like any other."""
+    folder = HERE / name
+    started = time.monotonic()
+    spec = importlib.util.spec_from_file_location(f"check_{name}", folder / "check.py")
+    result = {"name": name, "title": name, "claims": [], "failure": None}
+    with contextlib.suppress(ImportError):
+        import matplotlib
+
+        matplotlib.use("Agg")
+    with tempfile.TemporaryDirectory(prefix=f"millsim-{name}-") as scratch:
+        case = Case(folder, pathlib.Path(scratch))
+        try:
+            module = importlib.util.module_from_spec(spec)
+            sys.path.insert(0, str(HERE))
+            spec.loader.exec_module(module)
+            result["title"] = (module.__doc__ or name).strip().splitlines()[0].rstrip(".")
+            module.check(case)
+        except Exception:
+            result["failure"] = traceback.format_exc()
+        result["claims"] = [dataclasses.asdict(claim) for claim in case.claims]
+    result["seconds"] = time.monotonic() - started
+    return result
+
+
+def show(value: float | None, digits: int = 5) -> str:
+    return "" if value is None else f"{value:.{digits}g}"
+
+
+def cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def with_unit(text: str, unit: str) -> str:
+    return text if unit == "1" or not text else f"{text} {unit}"
+
+
+def figures(case: dict) -> list[str]:
+    return sorted(path.name for path in (HERE / case["name"]).glob("*.png"))
+
+
+def write_results(cases: list[dict], path: pathlib.Path) -> None:
+    claims = [Claim(**claim) for case in cases for claim in case["claims"]]
+    held = sum(claim.holds for claim in claims)
+    lines = [
+        "# The verification ladder",
+        "",
+        f"Written by `make validate`: {held} of {len(claims)} claims hold. *Band* is what the measured value may be "
+        "off, or its bound where nothing is expected but smallness; *error* is its standard error.",
+        "",
+    ]
+    for case in cases:
+        lines += [
+            f"## {case['title']}",
+            "",
+            f"[What is claimed, and why so]({case['name']}/README.md)",
+            "",
+        ]
+        if case["failure"]:
+            lines += [
+                "**The case failed:**",
+                "",
+                *("    " + line for line in case["failure"].rstrip().splitlines()),
+                "",
+            ]
+        if case["claims"]:
+            lines += [
+                "| claim | against | expected | measured | error | band | holds |",
+                "| --- | --- | --- | --- | --- | --- | --- |",
+            ]
+        for claim in (Claim(**claim) for claim in case["claims"]):
+            band = (
+                f"<= {show(claim.band, 3)}"
+                if claim.expected is None
+                else f"+- {show(claim.band, 2)}"
+            )
+            row = [
+                cell(claim.what),
+                cell(claim.against),
+                with_unit(show(claim.expected), claim.unit),
+                with_unit(show(claim.measured), claim.unit),
+                show(claim.error, 2),
+                band,
+                "yes" if claim.holds else "**NO**",
+            ]
+            lines.append("| " + " | ".join(row) + " |")
+        lines.append("")
+        lines += [f"![{case['title']}]({case['name']}/{figure})\n" for figure in figures(case)]
+    path.write_text("\n".join(lines).rstrip() + "\n")
+
+
+def write_short_form(cases: list[dict], path: pathlib.Path) -> None:
+    """Headlines between README's two marks; everything else in README is left alone."""
+    rows = ["| claim | against | expected | measured | case |", "| --- | --- | --- | --- | --- |"]
+    for case in cases:
+        for claim in (Claim(**claim) for claim in case["claims"]):
+            if not claim.headline:
+                continue
+            error = f" +- {show(claim.error, 2)}" if claim.error else ""
+            expected = (
+                f"at most {show(claim.band, 3)}"
+                if claim.expected is None
+                else f"{show(claim.expected)} +- {show(claim.band, 2)}"
+            )
+            verdict = "" if claim.holds else " **(outside)**"
+            rows.append(
+                f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)} "
+                f"| {with_unit(show(claim.measured) + error, claim.unit)}{verdict} "
+                f"| [{case['name']}](validation/{case['name']}/README.md) |"
+            )
+    text = path.read_text()
+    marks = re.compile(
+        r"(<!-- ladder: written by make validate -->\n).*?(<!-- /ladder -->)", re.DOTALL
+    )
+    path.write_text(
+        marks.sub(lambda m: m.group(1) + "\n" + "\n".join(rows) + "\n\n" + m.group(2), text)
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "case", nargs="*", help=f"of {', '.join(CASES)}; default: all, and only then RESULTS.md"
+    )
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count(), help="cases at a time (default: all cores)"
+    )
+    arguments = parser.parse_args()
+    names = arguments.case or CASES
+    for name in names:
+        if name not in CASES:
+            parser.error(f"no case '{name}'; there are {', '.join(CASES)}")
+    started = time.monotonic()
+    results = {}
+    print(f"ladder: {len(names)} cases, {arguments.jobs} at a time", flush=True)
+    with concurrent.futures.ProcessPoolExecutor(arguments.jobs) as pool:
+        futures = {pool.submit(run_case, name): name for name in names}
+        for future in concurrent.futures.as_completed(futures):
+            result = future.result()
+            results[result["name"]] = result
+            claims = [Claim(**claim) for claim in result["claims"]]
+            state = f"{sum(c.holds for c in claims)} of {len(claims)} claims hold"
+            print(f"ladder: {result['name']:14} {state}, {result['seconds']:.0f} s", flush=True)
+            for claim in claims:
+                if not claim.holds or arguments.case:
+                    expected = "" if claim.expected is None else f" expected {claim.expected:.6g}"
+                    error = "" if claim.error is None else f" +- {claim.error:.2g}"
+                    print(
+                        f"    {'yes' if claim.holds else 'NO '} {claim.what}: {claim.measured:.6g}{error}"
+                        f"{expected} band {claim.band:.3g} [{claim.unit}]",
+                        flush=True,
+                    )
+            if result["failure"]:
+                print(result["failure"], flush=True)
+    ordered = [results[name] for name in CASES if name in results]
+    good = all(
+        not r["failure"] and r["claims"] and all(Claim(**c).holds for c in r["claims"])
+        for r in ordered
+    )
+    if not arguments.case:
+        write_results(ordered, HERE / "RESULTS.md")
+        write_short_form(ordered, ROOT / "README.md")
+        print(
+            f"ladder: {time.monotonic() - started:.0f} s; validation/RESULTS.md written", flush=True
+        )
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
