@@ -150,6 +150,21 @@ static double polish_cubic(double g, double h, double t)
     return t;
 }
 
+/* Two roots at or next to zero between one far out on either side: the resolvent then has a double
+ * root and pairs a small one with each large one, where Newton's method finds no way on. Parts the
+ * small from the large instead: x^2 + (c/b) x + d/b. Returns the size of the better residual. */
+static double part_small_pair(const struct monic *p, struct factors *best, double size)
+{
+    if (p->b.hi == 0.0)
+        return size;
+    struct factors f = {dd_div(p->c, p->b), dd_div(p->d, p->b), p->a, p->b};
+    const double other = refine(&f, p);
+    if (!(other < size))
+        return size;
+    *best = f;
+    return other;
+}
+
 /* Resolvent t^3 + g t + h = 0: its largest real root splits the quartic into real quadratics. Next
  * to a double root rounding may leave only the far one; then the turning point is tried as well. */
 static double factorise(const struct monic *p, struct factors *best)
@@ -170,7 +185,8 @@ static double factorise(const struct monic *p, struct factors *best)
     consider_root(p, polish_cubic(g, h, t), best, &size);
     if (disc >= 0.0 && size > GOOD_START)
         consider_root(p, turn, best, &size);
-    return refine(best, p);
+    size = refine(best, p);
+    return size > CONVERGED ? part_small_pair(p, best, size) : size;
 }
 
 /* For roots in a cluster, whose factors the coefficients hide: the same about their mean -a/4,
@@ -217,6 +233,8 @@ static struct factors best_factors(const struct monic *p)
             best = f;
         }
     }
+    if (p->d.hi == 0.0) /* a root at zero is there exactly, not within rounding */
+        *(fabs(best.b1.hi) <= fabs(best.b2.hi) ? &best.b1 : &best.b2) = dd_from(0.0);
     return best;
 }
 

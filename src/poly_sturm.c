@@ -234,6 +234,15 @@ static double isolate(const struct chain *s, const double at[4], double *lo, dou
     return hi;
 }
 
+/* a / b, also where a or b lies beyond the range of doubles */
+static double ratio(struct wide a, struct wide b)
+{
+    const int shift = (a.exponent + a.size) - (b.exponent + b.size);
+    a.exponent = -a.size;
+    b.exponent = -b.size;
+    return ldexp(wide_to_double(&a) / wide_to_double(&b), 32 * shift);
+}
+
 /* The only root of p in (lo, hi], where p turns positive: Newton on exact values, bisection where
  * it strays. hi may be INFINITY. */
 static double refine(const struct poly *p, const double at[4], double lo, double hi)
@@ -252,7 +261,7 @@ static double refine(const struct poly *p, const double at[4], double lo, double
             lo = x;
         else
             hi = x;
-        double step = wide_to_double(&v) / wide_to_double(&d), next = x - step;
+        double step = ratio(v, d), next = x - step;
         if (fabs(step) <= 0.5 * DBL_EPSILON * x && next >= lo && next <= hi)
             return next;
         if (!(next > lo && next < hi && fabs(step) <= 0.5 * last)) {

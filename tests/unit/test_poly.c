@@ -157,6 +157,48 @@ START_TEST(quartic_with_zero_roots_has_them_exactly)
 }
 END_TEST
 
+/* The resolvent cubic then has a double root, known to half the digits only. */
+START_TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
+{
+    gsl_rng *rng = seeded(103);
+    for (int i = 0; i < 1000; i++) {
+        const double c[5] = {0.0, 0.0, log_uniform(rng, 1e-20, 1e20), 0.0,
+                             -log_uniform(rng, 1e-20, 1e20)};
+        const double root = sqrt(-c[2] / c[4]);
+        double re[4], im[4];
+        int zeros = 0;
+        mill_poly_quartic_roots(c, re, im);
+        for (int k = 0; k < 4; k++)
+            zeros += re[k] == 0.0 && im[k] == 0.0;
+        ck_assert_int_eq(zeros, 2);
+        ck_assert_double_le(distance_to_nearest(root, re, im), 1e-15 * root);
+        ck_assert_double_le(distance_to_nearest(-root, re, im), 1e-15 * root);
+    }
+    gsl_rng_free(rng);
+}
+END_TEST
+
+static int exact_zeros(const double c[5])
+{
+    double re[4], im[4];
+    int zeros = 0;
+    mill_poly_quartic_roots(c, re, im);
+    for (int k = 0; k < 4; k++)
+        zeros += re[k] == 0.0 && im[k] == 0.0;
+    return zeros;
+}
+
+START_TEST(a_root_at_zero_is_exact_beside_a_cluster)
+{
+    const double found[5] = {0.0, 0x1.e378p+5, -0x1.d64p+5, 0x1.07p+4, -0x1.ffffffffffffep-1};
+    ck_assert_int_eq(exact_zeros(found), 1);
+    for (double r = 0.0625; r < 4.0; r += 0.0625) { /* x (x - r)^3 but for a bit */
+        const double c[5] = {0.0, -r * r * r, 3.0 * r * r, -3.0 * r, 1.0 + 0x1p-52};
+        ck_assert_int_eq(exact_zeros(c), 1);
+    }
+}
+END_TEST
+
 /* Roots of magnitude 1e-6..1e6, real, conjugate, and multiple; c = their product, rounded */
 static void random_quartic(gsl_rng *rng, double complex root[4], double c[5])
 {
@@ -375,6 +417,8 @@ static Suite *poly_suite(void)
     tcase_add_test(tc, conjugate_pairs_are_adjacent);
     tcase_add_test(tc, quartic_scales_to_the_ends_of_the_exponent_range);
     tcase_add_test(tc, quartic_with_zero_roots_has_them_exactly);
+    tcase_add_test(tc, two_zero_roots_between_large_ones_leave_these_all_their_digits);
+    tcase_add_test(tc, a_root_at_zero_is_exact_beside_a_cluster);
     tcase_add_test(tc, quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow);
     tcase_add_test(tc, quartic_roots_of_any_finite_input_are_numbers);
     tc = group(s, "sturm");

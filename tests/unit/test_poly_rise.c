@@ -271,6 +271,19 @@ START_TEST(root_is_found_beside_terms_that_overflow_at_the_end_of_the_window)
 }
 END_TEST
 
+START_TEST(rise_from_the_smallest_of_doubles_is_found_to_the_last_bit)
+{
+    const double tiny = 0x1p-1074;
+    const double steep[5] = {-tiny, 0x1.bp-8, 0x1.bp-4, 0x1.2p-1, 1.0};
+    const double flat[5] = {-tiny, 0.0, 0.0, 0.0, 1.0};
+    ck_assert_double_le(DIFFER(mill_poly_first_rise(steep, INFINITY, false, NULL), tiny / 0x1.bp-8),
+                        tiny);
+    ck_assert_double_le(
+        DIFFER(mill_poly_first_rise(flat, INFINITY, false, NULL), 0x1p-269 * sqrt(2.0)),
+        1e-15 * 0x1p-269);
+}
+END_TEST
+
 START_TEST(first_rise_does_not_depend_on_the_units)
 {
     gsl_rng *rng = seeded(113);
@@ -323,6 +336,7 @@ static Suite *rise_suite(void)
     tcase_add_test(tc, first_rise_of_any_finite_input_is_a_time);
     tcase_add_test(tc, nothing_never_rises);
     tcase_add_test(tc, root_is_found_beside_terms_that_overflow_at_the_end_of_the_window);
+    tcase_add_test(tc, rise_from_the_smallest_of_doubles_is_found_to_the_last_bit);
     tcase_add_test(tc, first_rise_does_not_depend_on_the_units);
     return s;
 }
