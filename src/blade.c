@@ -13,9 +13,13 @@
 #define STILL                                                                                      \
     1e-9 /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
 #define MOST_STEPS 400 /* of one search; one or two are usual */
-/* of one that waits for an overlapping ball to close again: the loop would take giving up there for
- * a contact */
-#define MOST_STEPS_INSIDE 100000
+/* of one with the gap closed, or less open than OPEN [m]: the loop would take giving up there for a
+ * contact */
+#define MOST_STEPS_CLOSED 100000
+#define OPEN 2e-12
+/* [m] what such a long search concedes: a ball that glides along the blade, its gap next to
+ * nothing, would go on by steps next to nothing */
+#define CONCEDED 1e-13
 
 struct blade {
     struct mill_shape base;
@@ -94,7 +98,7 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
     /* |a| in the rotor's frame <= g + 2 Omega v + Omega^2 rho, v in the frame at rest */
     const double a = g + omega * (2.0 * v_perp + omega * b->mill_radius) + 1e-9;
     double t = 0.0, d = 0.0;
-    for (int step = 0; step < (d > 0.0 ? MOST_STEPS : MOST_STEPS_INSIDE); step++) {
+    for (int step = 0; step < (d > OPEN ? MOST_STEPS : MOST_STEPS_CLOSED); step++) {
         const vec3 r = vec3_fly(f->r, f->v, f->g, t);
         const vec3 v = vec3_axpy(f->v, t, f->g);
         const struct view k = look(b, r, turn + b->speed * t);
@@ -104,13 +108,14 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
             return INFINITY; /* the plane between box and ball stands still: never nearer again */
         if (d <= TOUCH && d1 <= STILL)
             return t;
+        const double slack = step < MOST_STEPS ? 0.0 : CONCEDED;
         double dt;
-        if (d <= 0.0)
-            dt = d1 / a; /* overlapping and opening: it cannot close before this */
+        if (d <= 0.0) /* overlapping and opening: it cannot close before this */
+            dt = (d1 + sqrt(2.0 * a * slack)) / a;
         else if (d1 < 0.0)
             dt = 2.0 * d / (sqrt(d1 * d1 + 2.0 * a * d) - d1);
         else
-            dt = (d1 + sqrt(d1 * d1 + 2.0 * a * d)) / a;
+            dt = (d1 + sqrt(d1 * d1 + 2.0 * a * (d + slack))) / a;
         const double next = t + dt;
         if (next > horizon)
             return INFINITY;

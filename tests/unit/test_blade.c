@@ -331,6 +331,21 @@ START_TEST(a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_ear
 }
 END_TEST
 
+/* The face draws back from a falling ball by some nanometres a second: the gap stays below what the
+ * loop can tell from a contact, while every certain step is next to nothing. */
+START_TEST(a_ball_that_glides_along_a_face_drawing_back_is_not_met)
+{
+    struct mill m;
+    const struct mill_deck_blade spec = blade_spec(0.067, WIDTH, THICK, 0.0);
+    mill_build(&m, &spec, -1e-7);
+    const struct flight f = {
+        {{0.0, 0.06, 0.5 * THICK + RADIUS}, {0.0, 0.0, 0.0}, {0.0, -9.81, 0.0}}, RADIUS, 0.0};
+    ck_assert_double_eq_tol(gap_at(&m, BLADE, &f, 0.0), 0.0, 1e-17);
+    ck_assert(isinf(first_contact(&m, BLADE, &f, 0.06, true, NULL)));
+    mill_demolish(&m);
+}
+END_TEST
+
 START_TEST(a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity)
 {
     const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
@@ -361,6 +376,7 @@ int main(void)
     tcase_add_test(tests, a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misses);
     tcase_add_test(tests, a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw);
     tcase_add_test(tests, a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_early);
+    tcase_add_test(tests, a_ball_that_glides_along_a_face_drawing_back_is_not_met);
     tcase_add_test(tests, a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);
