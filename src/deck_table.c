@@ -18,6 +18,9 @@
 #define NOWHERE DECK_NOWHERE, 0
 #define ANY -MILL_DECK_LARGEST, MILL_DECK_LARGEST, false, false
 #define POSITIVE 0, MILL_DECK_LARGEST, true, false
+/* In a mill of ten kilometres a place is told to 2e-12 m: a larger one could not keep overlaps
+ * below a nanometre. */
+#define SIZE_OF_MILL 0, 1e4, true, false
 #define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
 #define FROM_TO(lo, hi) lo, hi, false, false
 #define WAVY 0, INFINITY, true, true
@@ -56,9 +59,9 @@ const struct mill_deck_key mill_deck_table[] = {
     {DECK_BALLS_NAME, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,
      "of this kind's material"},
 
-    {DECK_DRUM, "radius", DECK_NUMBER, "m", POSITIVE, REQUIRED, DECK(drum_radius), NULL,
+    {DECK_DRUM, "radius", DECK_NUMBER, "m", SIZE_OF_MILL, REQUIRED, DECK(drum_radius), NULL,
      "inner radius of the drum"},
-    {DECK_DRUM, "length", DECK_NUMBER, "m", POSITIVE, REQUIRED, DECK(drum_length), NULL,
+    {DECK_DRUM, "length", DECK_NUMBER, "m", SIZE_OF_MILL, REQUIRED, DECK(drum_length), NULL,
      "inner length of the drum"},
     {DECK_DRUM, "profile", DECK_CHOICE, NULL, ANY, PRESET("circle"), NOWHERE, "circle|wavy",
      "shape of the drum's wall"},

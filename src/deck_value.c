@@ -109,7 +109,7 @@ static bool refuse_range(const struct mill_deck_key *key, double value, const ch
         snprintf(hi, sizeof hi, "%.0f", key->hi);
     else
         mill_deck_value_shortest(key->hi, hi);
-    if (value > key->hi && key->hi == MILL_DECK_LARGEST)
+    if (value > key->hi && (key->above || key->hi == MILL_DECK_LARGEST))
         snprintf(limit, sizeof limit, "at most %s%s%s", hi, space, unit);
     else if (key->above)
         snprintf(limit, sizeof limit, "greater than %s%s%s", lo, space, unit);
