@@ -3,6 +3,7 @@ MODE ?= release
 BUILD := build/$(MODE)
 CC ?= cc
 PREFIX ?= /usr/local
+FUZZ_SECONDS ?= 30
 Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
 PARALLEL := --no-print-directory -j$(shell nproc 2>/dev/null || echo 2)
 VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
@@ -11,8 +12,13 @@ CFLAGS_release := -O3 -g
 CFLAGS_debug := -O0 -g
 CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS_asan := -fsanitize=address,undefined
+SANITIZERS_fuzz := -fsanitize=address,undefined,float-cast-overflow
+CFLAGS_fuzz := -O1 -g -fno-omit-frame-pointer $(SANITIZERS_fuzz) -fsanitize=fuzzer-no-link -fno-sanitize-recover=all
+LDFLAGS_fuzz := $(SANITIZERS_fuzz)
+# clang's INFINITY is a float
+WARN_fuzz := -Wno-double-promotion
 WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef -Wvla \
-        -Wdouble-promotion $(if $(WERROR),-Werror)
+        -Wdouble-promotion $(if $(WERROR),-Werror) $(WARN_$(MODE))
 # no contraction, no fast-math: the same deck gives the same bits
 FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(CFLAGS_$(MODE)) $(CFLAGS)
 ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 inih 2>/dev/null)
@@ -22,6 +28,11 @@ LDLIBS := $(shell pkg-config --libs gsl hdf5 inih 2>/dev/null) -ludunits2 -lm
 LIB := $(filter-out $(BUILD)/src/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
 BENCH := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/bench_*.c))
+FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
+FUZZERS := $(patsubst %,$(BUILD)/tests/fuzz/fuzz_%,$(FUZZ))
+# who hands the bytes to a fuzz target: libFuzzer, or files of the corpus one by one
+FUZZ_LINK := -Wl,--wrap=mill_units_create,--wrap=mill_units_free $(if $(filter fuzz,$(MODE)),-fsanitize=fuzzer)
+FUZZ_MAIN := $(BUILD)/tests/fuzz/units_once.o $(if $(filter fuzz,$(MODE)),,$(BUILD)/tests/fuzz/replay.o)
 PROBES := $(patsubst %.c,build/release/%,$(wildcard validation/*/*.c))
 C_FILES := $(wildcard src/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
              validation/*/*.[ch])
@@ -34,6 +45,7 @@ help:
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these)'
+	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed        make install   into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|asan  WERROR=1  V=1'
 
@@ -60,6 +72,9 @@ $(BUILD)/version: always
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)
 
+$(FUZZERS): %: %.o $(FUZZ_MAIN) $(LIB)
+	$(Q)$(CC) $(ALL_LDFLAGS) $(FUZZ_LINK) -o $@ $^ $(LDLIBS)
+
 $(BUILD)/validation/%: $(BUILD)/validation/%.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
 
@@ -73,11 +88,15 @@ run:
 
 test:
 	@tools/setup build test
-	@$(MAKE) $(PARALLEL) $(UNIT) $(BUILD)/millsim millsim
-	@$(MAKE) --no-print-directory unit cli
+	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BUILD)/millsim millsim
+	@$(MAKE) --no-print-directory unit replay cli
 
 unit: $(UNIT)
 	@set -e; for t in $^; do $$t; done
+
+# the seeds and past finds of the fuzz targets, without a fuzzer
+replay: $(FUZZERS)
+	@set -e; for t in $(FUZZ); do $(BUILD)/tests/fuzz/fuzz_$$t tests/fuzz/corpus/$$t; done
 
 cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q tests
@@ -96,6 +115,16 @@ format:
 	clang-format-14 -i $(C_FILES)
 	.venv/bin/ruff format tests tools validation
 
+fuzz:
+	@tools/setup build fuzz
+	@$(MAKE) $(PARALLEL) MODE=fuzz CC=clang-14 fuzzers
+	@$(MAKE) --no-print-directory -k -j2 MODE=fuzz CC=clang-14 $(addprefix fuzz-,$(FUZZ))
+
+fuzzers: $(FUZZERS)
+
+fuzz-%:
+	@tools/fuzz $* $(FUZZ_SECONDS)
+
 validate:
 	@tools/setup build test
 	@$(MAKE) $(PARALLEL) millsim $(PROBES)
@@ -110,6 +139,7 @@ install: millsim
 clean:
 	rm -rf build millsim
 
--include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH))
+-include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(FUZZERS)) \
+    $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit cli validate lint format bench install clean always
+.PHONY: all help needed run test unit replay fuzz fuzzers cli validate lint format bench install clean always

@@ -1,0 +1,104 @@
+/* The deck from any bytes: read without harm, refused with one line, and what is accepted reads
+ * back from its own print to the same. Behind each 0x1e stands one --set value. */
+#include "fuzz.h"
+
+#include "millsim/deck.h"
+
+enum { MOST_ORDERS = 8 };
+
+static struct fuzz_file deck_file;
+
+static void check_warning(const char *line)
+{
+    fuzz_require_message(line);
+}
+
+static struct mill_deck *read_deck(const void *data, size_t size, int count,
+                                   const char *const *orders)
+{
+    struct mill_error error = {""};
+    struct mill_deck *deck = NULL;
+    const char *path = fuzz_file_write(&deck_file, data, size);
+    const enum mill_status status =
+        mill_deck_read(path, count, orders, check_warning, &deck, &error);
+    fuzz_require((status == MILL_OK) == (deck != NULL), "status %d and deck disagree", (int)status);
+    if (status != MILL_OK) {
+        fuzz_require(status == MILL_BAD_DECK, "status %d: %s", (int)status, error.text);
+        fuzz_require_message(error.text);
+        if (fuzz_shown())
+            fprintf(stderr, "%s\n", error.text);
+    }
+    return deck;
+}
+
+static char *printed(const struct mill_deck *deck, size_t *size)
+{
+    char *text = NULL;
+    FILE *out = open_memstream(&text, size);
+    fuzz_require(out != NULL, "out of memory");
+    mill_deck_print(deck, out);
+    fclose(out);
+    return text;
+}
+
+static void check_numbers(const struct mill_deck *d)
+{
+    fuzz_require(d->kinds > 0 && d->blades >= 0, "%d kinds, %d blades", d->kinds, d->blades);
+    fuzz_require(d->time > 0.0 && d->series > 0.0 && d->sample_from >= 0.0 &&
+                     d->sample_from < d->time && isfinite(d->time),
+                 "times %g %g %g", d->time, d->sample_from, d->series);
+    fuzz_require(isfinite(vec3_norm(d->gravity)) && isfinite(d->rotor_speed) &&
+                     isfinite(d->rotor_angle),
+                 "gravity or rotor is not a number");
+    for (int k = 0; k < d->kinds; k++)
+        fuzz_require(d->balls[k].count > 0 && d->balls[k].diameter > 0.0 &&
+                         d->balls[k].diameter < 2.0 * d->drum_radius &&
+                         d->balls[k].diameter < d->drum_length && d->balls[k].density > 0.0,
+                     "kind %d", k);
+    for (int k = 0; k < d->blades; k++)
+        fuzz_require(d->blade[k].tip_radius < d->drum_radius && d->blade[k].width > 0.0 &&
+                         d->blade[k].thickness > 0.0,
+                     "blade %d", k);
+    for (int k = 0; k < MILL_KINDS; k++)
+        fuzz_require(d->law[k].restitution >= 0.0 && d->law[k].restitution <= 1.0 &&
+                         d->law[k].friction >= 0.0 && fabs(d->law[k].tangential) <= 1.0,
+                     "law %d", k);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    char *order[MOST_ORDERS] = {NULL};
+    int orders = 0;
+    const uint8_t *end = memchr(data, 0x1e, size);
+    const size_t length = end ? (size_t)(end - data) : size;
+    size_t at = length;
+    while (at < size && orders < MOST_ORDERS) {
+        const uint8_t *next = memchr(data + at + 1, 0x1e, size - at - 1);
+        const size_t stop = next ? (size_t)(next - data) : size;
+        order[orders] = malloc(stop - at);
+        fuzz_require(order[orders] != NULL, "out of memory");
+        memcpy(order[orders], data + at + 1, stop - at - 1);
+        order[orders++][stop - at - 1] = '\0';
+        at = stop;
+    }
+    struct mill_deck *deck = read_deck(data, length, orders, (const char *const *)order);
+    if (deck) {
+        size_t first_size, second_size;
+        check_numbers(deck);
+        char *first = printed(deck, &first_size);
+        if (fuzz_shown())
+            fputs(first, stderr);
+        struct mill_deck *again = read_deck(first, first_size, 0, NULL);
+        fuzz_require(again != NULL, "the printed deck is refused:\n%s", first);
+        char *second = printed(again, &second_size);
+        fuzz_require(first_size == second_size && memcmp(first, second, first_size) == 0,
+                     "printed, read and printed again:\n%s\nbecomes\n%s", first, second);
+        mill_deck_free(again);
+        free(first);
+        free(second);
+    }
+    mill_deck_free(deck);
+    for (int i = 0; i < orders; i++)
+        free(order[i]);
+    return 0;
+}
