@@ -13,6 +13,8 @@
 #define LIGHT                                                                                      \
     299792458.0 /* [m/s] a speed beyond it is a slip of units, and its square may overflow */
 
+enum { LONGEST_ROW = 4096 };
+
 static const char *shape_name(const struct mill_shape *shape)
 {
     static const char *const name[MILL_KINDS] = {"another ball", "the drum", "an end wall",
@@ -20,22 +22,35 @@ static const char *shape_name(const struct mill_shape *shape)
     return name[shape->ops->kind];
 }
 
-/* Reads up to nine numbers of a line of this length; -1: something else stands there. */
-static int read_numbers(char *line, size_t length, double value[10])
+/* The next row, without comment and newline, but no more of a file that has no rows than fits.
+ * false: the end. *good: it is text. */
+static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
+{
+    int length = 0, c = getc(in);
+    bool comment = false;
+    if (c == EOF)
+        return false;
+    for (*good = true; c != EOF && c != '\n' && *good; c = getc(in)) {
+        comment = comment || c == '#';
+        *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
+        if (*good && !comment)
+            row[length++] = (char)c;
+    }
+    row[length] = '\0';
+    return true;
+}
+
+/* Reads up to nine numbers of a row; -1: something else stands there. */
+static int read_numbers(const char *row, double value[10])
 {
     int n = 0;
-    char *hash = strchr(line, '#');
-    if (strlen(line) != length)
-        return -1;
-    if (hash)
-        *hash = '\0';
-    for (char *p = line;;) {
-        p += strspn(p, " \t\r\n\f\v,");
+    for (const char *p = row;;) {
+        p += strspn(p, " \t\r\f\v,");
         if (!*p)
             return n;
         char *end;
         const double x = strtod(p, &end);
-        if (end == p || !isfinite(x) || (*end && !strchr(" \t\r\n\f\v,", *end)) || n == 9)
+        if (end == p || !isfinite(x) || (*end && !strchr(" \t\r\f\v,", *end)) || n == 9)
             return -1;
         value[n++] = x;
         p = end;
@@ -51,16 +66,14 @@ static enum mill_status cannot_read(const struct mill_deck *deck, int why, struc
 static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct mill_world *world,
                                   long *line_of, struct mill_error *error)
 {
-    char *line = NULL;
-    size_t room = 0;
-    ssize_t length;
+    char row[LONGEST_ROW];
     int32_t rows = 0;
+    bool good;
     enum mill_status status = MILL_OK;
     errno = 0;
-    for (long number = 1; status == MILL_OK && (length = getline(&line, &room, in)) >= 0;
-         number++) {
+    for (long number = 1; status == MILL_OK && next_row(in, row, &good); number++) {
         double x[10] = {0.0};
-        const int n = read_numbers(line, (size_t)length, x);
+        const int n = good ? read_numbers(row, x) : -1;
         if (n == 0)
             continue;
         if (n != 3 && n != 6 && n != 9) {
@@ -80,10 +93,9 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct
         }
     }
     const int failed = ferror(in), why = errno;
-    free(line);
     if (status == MILL_OK && failed && why == EISDIR)
         status = cannot_read(deck, why, error);
-    else if (status == MILL_OK && (failed || why == ENOMEM))
+    else if (status == MILL_OK && failed)
         status = mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(why));
     if (status == MILL_OK && rows != world->balls)
         status = mill_deck_fault(deck, error, "balls", "start",

@@ -204,6 +204,33 @@ START_TEST(a_zero_byte_does_not_hide_the_rest_of_a_line)
 }
 END_TEST
 
+START_TEST(a_file_without_rows_is_refused_at_once_however_long_it_is)
+{
+    struct outcome out = start_from_file("/dev/zero");
+    ck_assert_int_eq(out.status, MILL_BAD_DECK);
+    ck_assert_msg(strstr(out.error.text, "/dev/zero:1: expected 3, 6 or 9 numbers"), "%s",
+                  out.error.text);
+}
+END_TEST
+
+START_TEST(a_row_may_have_many_digits_and_a_long_comment_but_not_no_end)
+{
+    char text[12000];
+    int n = snprintf(text, sizeof text, "0.05 0 0.0");
+    memset(text + n, '5', 3000);
+    n += 3000;
+    n += snprintf(text + n, sizeof text - (size_t)n, "\n0.01 0.02 -0.03 #");
+    memset(text + n, '#', 8000);
+    snprintf(text + n + 8000, sizeof text - (size_t)n - 8000, "\n0.04 -0.02 -0.03\n");
+    struct mill_world *w = accepted(text);
+    ck_assert_double_eq(w->ball[0].r.z, 1.0 / 18.0);
+    mill_world_free(w);
+    memset(text, ' ', 5000);
+    snprintf(text + 5000, sizeof text - 5000, "0 0 0\n");
+    refused(text, 1, "expected 3, 6 or 9 numbers");
+}
+END_TEST
+
 START_TEST(two_balls_that_overlap_are_named_by_both_their_lines)
 {
     /* the large ones are 10 mm wide, the small one 6 mm */
@@ -298,6 +325,8 @@ int main(void)
     tcase_add_test(tests, a_wrong_number_of_rows_is_refused);
     tcase_add_test(tests, what_is_not_three_six_or_nine_numbers_is_refused);
     tcase_add_test(tests, a_zero_byte_does_not_hide_the_rest_of_a_line);
+    tcase_add_test(tests, a_file_without_rows_is_refused_at_once_however_long_it_is);
+    tcase_add_test(tests, a_row_may_have_many_digits_and_a_long_comment_but_not_no_end);
     tcase_add_test(tests, two_balls_that_overlap_are_named_by_both_their_lines);
     tcase_add_test(tests, balls_that_touch_are_accepted);
     tcase_add_test(tests, balls_beyond_a_surface_are_refused_with_its_name);
