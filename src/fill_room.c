@@ -8,22 +8,35 @@
 #include <stdlib.h>
 
 #define POINTS 200000 /* of the lattice, about */
+#define FEWEST 8      /* of them along each axis */
 
 static int32_t points_along(double length, double side)
 {
-    return (int32_t)fmin(fmax(ceil(length / side), 8.0), POINTS);
+    return (int32_t)fmin(fmax(ceil(length / side), FEWEST), POINTS);
+}
+
+/* Lays the lattice over a box: cubes, but for a drum that is flat or thin. */
+static void lay_out(struct mill_fill_room *room, const double extent[3])
+{
+    double side = cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
+    do {
+        points = 1.0;
+        for (int axis = 0; axis < 3; axis++) {
+            room->n[axis] = points_along(extent[axis], side);
+            room->side[axis] = extent[axis] / room->n[axis];
+            points *= room->n[axis];
+        }
+        side *= 1.25;
+    } while (points > FEWEST * (double)POINTS);
 }
 
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
 {
     const double extent[3] = {w->drum_length, 2.0 * w->drum_radius, 2.0 * w->drum_radius};
-    const double side = cbrt(extent[0] * extent[1] * extent[2] / POINTS);
     double diagonal = 0.0;
-    for (int axis = 0; axis < 3; axis++) {
-        room->n[axis] = points_along(extent[axis], side);
-        room->side[axis] = extent[axis] / room->n[axis];
+    lay_out(room, extent);
+    for (int axis = 0; axis < 3; axis++)
         diagonal += room->side[axis] * room->side[axis];
-    }
     const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * sqrt(diagonal);
     const size_t cells = (size_t)room->n[0] * (size_t)room->n[1] * (size_t)room->n[2];
     room->world = w;

@@ -4,6 +4,7 @@
 #include "shape.h"
 
 #include "engine_fixture.h"
+#include "fill_private.h"
 
 #include <time.h>
 
@@ -176,6 +177,35 @@ START_TEST(balls_in_narrow_drums_do_not_overlap)
             check_charge(&c);
         }
     }
+}
+END_TEST
+
+static int32_t lattice(double radius, double length)
+{
+    static const char form[] =
+        "[run]\ntime = 1 s\n[drum]\nradius = %g m\nlength = %g m\n[contact]\n"
+        "restitution = 0.8\n[balls]\ncount = 1\ndiameter = 1 nm\n"
+        "density = 7800 kg/m^3\n";
+    char text[512];
+    snprintf(text, sizeof text, form, radius, length);
+    struct mill_deck *deck = read_deck(text);
+    struct mill_world *w = make_world(deck);
+    struct mill_fill_room room;
+    ck_assert(mill_fill_room_init(&room, w, 5e-10));
+    const double points = (double)room.n[0] * room.n[1] * room.n[2];
+    ck_assert_double_eq_tol(room.volume / (PI * radius * radius * length), 1.0, 0.1);
+    mill_fill_room_free(&room);
+    mill_world_free(w);
+    mill_deck_free(deck);
+    return (int32_t)fmin(points, INT32_MAX);
+}
+
+START_TEST(the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any)
+{
+    ck_assert_int_gt(lattice(0.075, 0.12), 200000);
+    ck_assert_int_lt(lattice(0.075, 0.12), 300000);
+    ck_assert_int_lt(lattice(1e4, 1e-3), 2000000);
+    ck_assert_int_lt(lattice(1e-3, 1e4), 2000000);
 }
 END_TEST
 
@@ -426,6 +456,7 @@ int main(void)
     tcase_add_test(tests, equal_balls_do_not_overlap_up_to_half_of_the_free_volume);
     tcase_add_test(tests, mixtures_do_not_overlap_up_to_half_of_the_free_volume);
     tcase_add_test(tests, balls_in_narrow_drums_do_not_overlap);
+    tcase_add_test(tests, the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any);
     tcase_add_test(tests, many_seeds_fill_without_overlap);
     tcase_add_test(tests, the_same_seed_gives_the_same_bits_and_another_one_other_places);
     tcase_add_test(tests, every_ball_has_the_speed_asked_for_in_a_random_direction);
