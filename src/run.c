@@ -321,6 +321,15 @@ static enum mill_status close_output(struct run *r, struct mill_error *error)
     return mill_h5_close(file, error);
 }
 
+/* The file could not be written any more: what is not lost. */
+static void explain(struct mill_error *error)
+{
+    const struct mill_error what = *error;
+    mill_error_set(error, MILL_FAILED,
+                   "%s; the file is as at its last checkpoint, and --resume goes on from there",
+                   what.text);
+}
+
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
                           struct mill_error *error)
 {
@@ -345,9 +354,11 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
         enum mill_status written = conclude(&r, status, &later);
         if (written == MILL_OK)
             written = close_output(&r, &later);
-        if (written != MILL_OK && (status == MILL_OK || status == MILL_STOPPED)) {
-            status = written;
+        if (written != MILL_OK && (status == MILL_OK || status == MILL_STOPPED))
             *error = later;
+        if (written != MILL_OK) {
+            status = written;
+            explain(error);
         }
     }
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
