@@ -47,8 +47,9 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
-$(BUILD)/src/main.o $(BUILD)/src/run.o $(BUILD)/src/record.o: $(BUILD)/version
-$(BUILD)/src/main.o $(BUILD)/src/run.o $(BUILD)/src/record.o: DEFINES = \
+VERSIONED := $(patsubst %,$(BUILD)/src/%.o,main run record checkpoint)
+$(VERSIONED): $(BUILD)/version
+$(VERSIONED): DEFINES = \
 	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
 
 # rewritten only when they change, so that a change rebuilds what depends on it

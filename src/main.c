@@ -30,7 +30,8 @@ static const char help[] =
     "                       override one value of the deck, such as -s 'rotor.speed=800 rpm';\n"
     "                       may be repeated\n"
     "  -c, --check          check the deck and print it with all defaults; do not run\n"
-    "  -r, --resume         continue an interrupted run (not in this version)\n"
+    "  -r, --resume         continue an interrupted run of this output file, to the\n"
+    "                       same results as if it had never been interrupted\n"
     "  -f, --force          overwrite an existing output file\n"
     "  -j, --json           print the summary as one JSON object\n"
     "  -q, --quiet          no progress\n"
@@ -38,7 +39,7 @@ static const char help[] =
     "  -V, --version        print the version and end\n"
     "\n"
     "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
-    "signal N (INT or TERM), with everything up to then in the output file.\n";
+    "signal N (INT or TERM), with everything up to then in the output file, for --resume.\n";
 
 struct arguments {
     const char *deck;
@@ -94,6 +95,11 @@ static int complain(const struct mill_error *error, enum mill_status status)
 {
     fprintf(stderr, "millsim: %s\n", error->text);
     return (int)status;
+}
+
+static void say(const char *line)
+{
+    fprintf(stderr, "millsim: %s\n", line);
 }
 
 static void warn(const char *line)
@@ -171,6 +177,11 @@ static enum mill_status read_arguments(int argc, char **argv, struct arguments *
     }
     if (a->output && !a->output[0])
         return mill_error_set(error, MILL_BAD_DECK, "option '--output' needs the name of a file");
+    if (a->resume && a->force)
+        return mill_error_set(
+            error, MILL_BAD_DECK,
+            "options '--resume' and '--force' exclude each other: go on, or start "
+            "again");
     if (optind == argc)
         return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
     if (optind + 1 < argc)
@@ -217,23 +228,20 @@ static enum mill_status check_existing(const struct arguments *a, const struct m
     if (!S_ISREG(found->st_mode))
         return mill_error_set(error, MILL_BAD_DECK,
                               "%s: is not a regular file; use -o for another name", output);
-    if (!a->force)
-        return mill_error_set(
-            error, MILL_BAD_DECK,
-            "%s: exists already; use --force to overwrite it or -o for another name", output);
+    if (!a->force && !a->resume)
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: exists already; use --resume to go on with it, --force to "
+                              "overwrite it or -o for another name",
+                              output);
     if (access(output, W_OK) != 0)
         return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
                               strerror(errno));
     return MILL_OK;
 }
 
-/* Can the run write there? Asked before it begins, not hours later. */
-static enum mill_status check_output(const struct arguments *a, const struct mill_deck *deck,
-                                     const char *output, struct mill_error *error)
+/* Results are written beside the output file and take its place. */
+static enum mill_status check_folder(const char *output, struct mill_error *error)
 {
-    struct stat found;
-    if (stat(output, &found) == 0)
-        return check_existing(a, deck, output, &found, error);
     const char *slash = strrchr(output, '/');
     const size_t length = slash ? (size_t)(slash - output) + 1 : 0;
     char *folder = malloc(length + sizeof ".");
@@ -248,6 +256,17 @@ static enum mill_status check_output(const struct arguments *a, const struct mil
                                 strerror(errno));
     free(folder);
     return status;
+}
+
+/* Can the run write there? Asked before it begins, not hours later. */
+static enum mill_status check_output(const struct arguments *a, const struct mill_deck *deck,
+                                     const char *output, struct mill_error *error)
+{
+    struct stat found;
+    enum mill_status status = MILL_OK;
+    if (stat(output, &found) == 0)
+        status = check_existing(a, deck, output, &found, error);
+    return status == MILL_OK ? check_folder(output, error) : status;
 }
 
 /* The command line as a shell would read it back. NULL: out of memory. Owner: the caller. */
@@ -307,6 +326,7 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
         options.progress = mill_progress_show;
         options.self = &display;
     }
+    options.say = options.quiet ? NULL : say;
     options.stop = &stop;
     options.begun = &begun;
     options.summary = open_memstream(&summary, &size);
@@ -320,7 +340,8 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
         result = put(summary, result);
     free(summary);
     if (status == MILL_STOPPED && !error.text[0])
-        mill_error_set(&error, status, "stopped by signal %d; %s holds everything up to then",
+        mill_error_set(&error, status,
+                       "stopped by signal %d; %s holds everything up to then, and --resume goes on",
                        (int)stop, options.output);
     return status == MILL_OK ? result : (complain(&error, status), result);
 }
@@ -346,6 +367,7 @@ static int run_deck(const struct arguments *a, const char *command)
         const struct mill_run_options options = {
             .output = output,
             .force = a->force,
+            .resume = a->resume,
             .quiet = a->quiet,
             .command = command,
             .json = a->json,
@@ -371,10 +393,6 @@ int main(int argc, char **argv)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     if (status == MILL_OK)
         status = read_arguments(argc, argv, &a, &error);
-    if (status == MILL_OK && a.resume && !a.text)
-        status = mill_error_set(&error, MILL_BAD_DECK,
-                                "--resume: this version writes no checkpoints; start the run again "
-                                "with --force");
     if (status != MILL_OK)
         result = complain(&error, status);
     else if (a.text)

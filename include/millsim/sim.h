@@ -28,6 +28,14 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
  * are beyond 1e-9 m go to the world's counts. The loop does it 16 times a simulated second. */
 void mill_sim_audit(struct mill_sim *sim);
 
+/* The state of sim and world as one run of bytes, for a run that is interrupted and goes on to the
+ * same bits. Load into a sim of the same deck, before it runs. The bytes are good for the same
+ * program only; MILL_FAILED when they are of another deck or damaged. */
+size_t mill_sim_state_size(const struct mill_sim *sim);
+void mill_sim_save(const struct mill_sim *sim, unsigned char *state);
+enum mill_status mill_sim_load(struct mill_sim *sim, const unsigned char *state, size_t size,
+                               struct mill_error *error);
+
 /* Simulated time reached [s]; local time of the same. */
 double mill_sim_time(const struct mill_sim *sim);
 double mill_sim_local_time(const struct mill_sim *sim);
