@@ -174,8 +174,7 @@ static const H5FD_class_t driver = {
 bool mill_h5_use_disk(hid_t access_list, struct mill_h5_disk *disk)
 {
     const hid_t id = H5FDregister(&driver);
-    const bool done = id >= 0 && H5Pset_driver(access_list, id, &disk) >= 0;
-    if (id >= 0)
-        H5FDunregister(id); /* the list keeps it alive */
-    return done;
+    /* never unregistered: H5FD_close drops the file's own reference and then still calls through
+     * the class, which the last reference would have freed */
+    return id >= 0 && H5Pset_driver(access_list, id, &disk) >= 0;
 }

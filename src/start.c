@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* [m] rounding of a decimal position may make touching balls overlap by this much */
 #define SLACK 1e-12
@@ -20,23 +21,32 @@ static const char *shape_name(const struct mill_shape *shape)
     return name[shape->ops->kind];
 }
 
-/* Reads up to nine numbers of a line of this length; -1: something else stands there. */
+#define BLANKS " \t\r\n\f\v,"
+
+/* Reads up to nine numbers of a line of this length; -1: something else stands there. Hexadecimal
+ * ones are none, as in a deck. A comma stands between all numbers or between none: some, as in
+ * "0,1 0,2 0,3", are decimal commas, and would give six numbers. */
 static int read_numbers(char *line, size_t length, double value[10])
 {
-    int n = 0;
+    int n = 0, separated = 0;
     char *hash = strchr(line, '#');
     if (strlen(line) != length)
         return -1;
     if (hash)
         *hash = '\0';
     for (char *p = line;;) {
-        p += strspn(p, " \t\r\n\f\v,");
+        int commas = 0;
+        for (; *p && strchr(BLANKS, *p); p++)
+            commas += *p == ',';
         if (!*p)
-            return n;
+            return separated == 0 || separated == n - 1 ? n : -1;
+        const char *digits = p + (*p == '+' || *p == '-');
         char *end;
         const double x = strtod(p, &end);
-        if (end == p || !isfinite(x) || (*end && !strchr(" \t\r\n\f\v,", *end)) || n == 9)
+        if (end == p || !isfinite(x) || !strchr(BLANKS, *end) || n == 9 || commas > 1 ||
+            (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X')))
             return -1;
+        separated += n > 0 && commas > 0;
         value[n++] = x;
         p = end;
     }
@@ -60,7 +70,8 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct
     for (long number = 1; status == MILL_OK && (length = getline(&line, &room, in)) >= 0;
          number++) {
         double x[10] = {0.0};
-        const int n = read_numbers(line, (size_t)length, x);
+        const int mark = number == 1 && strncmp(line, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* UTF-8 */
+        const int n = read_numbers(line + mark, (size_t)(length - mark), x);
         if (n == 0)
             continue;
         if (n != 3 && n != 6 && n != 9) {
@@ -171,9 +182,15 @@ static enum mill_status check_pairs(const struct mill_deck *deck, const struct m
 enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world *world,
                                  struct mill_error *error)
 {
+    struct stat about;
     FILE *in = fopen(deck->start, "r");
     if (!in)
         return cannot_read(deck, errno, error);
+    if (fstat(fileno(in), &about) == 0 && (S_ISCHR(about.st_mode) || S_ISBLK(about.st_mode))) {
+        fclose(in); /* it may have no end */
+        return mill_deck_fault(deck, error, "balls", "start", "'%s' is a device, not a file",
+                               deck->start);
+    }
     long *line_of = malloc(sizeof *line_of * ((size_t)world->balls + 1));
     enum mill_status status = MILL_OK;
     if (!line_of)

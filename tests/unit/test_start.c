@@ -112,7 +112,7 @@ START_TEST(comments_blank_lines_commas_tabs_and_line_ends_do_not_matter)
 {
     struct mill_world *w = accepted("# x y z\n\n   \t\n"
                                     "0.01,0.02,-0.03 # first\r\n"
-                                    "  -0.02 ,\t5.0e-2\t1E-2, +1,2 3#second\r\n"
+                                    "  -0.02 ,\t5.0e-2\t,1E-2, +1,2, 3#second\r\n"
                                     "#0.5 0.5 0.5\n"
                                     "0.03 -0.05 .01"); /* no newline at the end */
     same(w->ball[0].r, 0.01, 0.02, -0.03);
@@ -182,6 +182,9 @@ START_TEST(what_is_not_three_six_or_nine_numbers_is_refused)
                                       "0.01 0.02 1e",
                                       "0.01 0.02 1e999",
                                       "0.01;0.02;0.03",
+                                      "0,01 0,02 -0,03", /* would be six numbers */
+                                      "0.01,,0.02,-0.03",
+                                      "0x1p-7 0.02 -0.03",
                                       "0.01 0.02 nan",
                                       "nan nan nan",
                                       "0.01 0.02 -0.03 inf 0 0",
