@@ -192,7 +192,10 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     if (status == MILL_OK)
         status = add_observers(&r, error);
     if (status == MILL_OK) {
-        status = advance(&r, error);
+        if (options->paranoid)
+            status = mill_sim_paranoid(r.sim, true, error);
+        if (status == MILL_OK)
+            status = advance(&r, error);
         const enum mill_status written = conclude(&r, status, &later);
         if (written != MILL_OK && (status == MILL_OK || status == MILL_STOPPED)) {
             status = written;
@@ -208,6 +211,8 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     }
     if (status == MILL_OK || status == MILL_STOPPED)
         summarise(&r, status == MILL_STOPPED);
+    if (options->paranoid && r.sim)
+        *options->paranoid = mill_sim_checks(r.sim);
     release(&r);
     return status;
 }
