@@ -61,14 +61,16 @@ static struct pair relate(const struct mill_predict *q, int32_t i, int32_t j, do
 }
 
 /* How far roundings may take the gap of ball i to a surface until local time `end` [m]: the squares
- * of all it travels through come in */
+ * of all it travels through come in, and how far it and the surface get within a tick of the clock
+ */
 static double surface_slack(const struct mill_predict *q, int32_t i, double now, double end)
 {
     const struct mill_world *w = q->world;
     const double dt = fmax(end - now, 0.0);
-    const double reach = mill_sim_paranoid_size(w) +
-                         dt * (vec3_norm(velocity(w, i, now)) + 0.5 * dt * vec3_norm(w->g));
-    return MILL_SIM_ROUNDINGS * (reach + reach * reach / radius_of(w, i));
+    const double swift = vec3_norm(velocity(w, i, now)) + dt * vec3_norm(w->g);
+    const double reach = mill_sim_paranoid_size(w) + dt * swift;
+    const double ticks = (swift + fabs(w->rotor_speed) * w->drum_radius) * q->horizon;
+    return MILL_SIM_ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
 }
 
 /* ---- the contact a plan ends with ---- */

@@ -246,6 +246,23 @@ START_TEST(a_plan_with_nobody_is_told)
 }
 END_TEST
 
+/* A tick of the clock late in an epoch is 7e-18 s, in which a ball of 20 km/s gets 1e-13 m. Pinched
+ * elastic balls are as fast. */
+START_TEST(what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball)
+{
+    for (int k = 0; k < 500; k++) {
+        const double now = 0.06 + 1.1e-6 * k;
+        b.world->ball[2].v.z = -20000.0;
+        b.world->ball[2].r.z = -0.0449 + 1.7e-8 * k;
+        b.world->ball[2].t = now;
+        mill_predict_ball(q, 2, now, MILL_NOBODY);
+        ck_assert_msg(mill_sim_paranoid_ball(&p, 2, now, true, MILL_NOBODY, &error) == MILL_OK &&
+                          mill_sim_paranoid_touch(&p, 2, &q->plan[2], &error) == MILL_OK,
+                      "%s", error.text);
+    }
+}
+END_TEST
+
 /* ---- calendar, cells, books ---- */
 
 START_TEST(a_calendar_that_disagrees_with_a_plan_is_told)
@@ -440,6 +457,7 @@ int main(void)
     tcase_add_test(state, a_contact_of_balls_that_part_is_told);
     tcase_add_test(state, a_contact_with_a_surface_that_is_left_is_told);
     tcase_add_test(state, a_plan_with_nobody_is_told);
+    tcase_add_test(state, what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball);
     tcase_add_test(state, a_calendar_that_disagrees_with_a_plan_is_told);
     tcase_add_test(state, an_event_that_is_not_the_earliest_is_told);
     tcase_add_test(state, an_event_in_the_past_is_told);
