@@ -35,18 +35,21 @@ static const char help[] =
     "  -f, --force          overwrite an existing output file\n"
     "  -j, --json           print the summary as one JSON object\n"
     "  -q, --quiet          no progress\n"
+    "      --paranoid       check every step against brute force (slow)\n"
     "  -h, --help           print this and end\n"
     "  -V, --version        print the version and end\n"
     "\n"
     "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
     "signal N (INT or TERM), with everything up to then in the output file, for --resume.\n";
 
+enum { PARANOID = 256 }; /* an option without a letter */
+
 struct arguments {
     const char *deck;
     const char *output; /* NULL: by the deck's name */
     const char **set;
     int sets;
-    bool check, resume, force, json, quiet;
+    bool check, resume, force, json, quiet, paranoid;
     const char *text; /* to be printed instead of a run, or NULL */
 };
 
@@ -148,6 +151,9 @@ static void take_option(struct arguments *a, int option)
     case 'q':
         a->quiet = true;
         break;
+    case PARANOID:
+        a->paranoid = true;
+        break;
     case 'h':
         a->text = help;
         break;
@@ -160,12 +166,17 @@ static void take_option(struct arguments *a, int option)
 static enum mill_status read_arguments(int argc, char **argv, struct arguments *a,
                                        struct mill_error *error)
 {
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'}, {"set", required_argument, NULL, 's'},
-        {"check", no_argument, NULL, 'c'},        {"resume", no_argument, NULL, 'r'},
-        {"force", no_argument, NULL, 'f'},        {"json", no_argument, NULL, 'j'},
-        {"quiet", no_argument, NULL, 'q'},        {"help", no_argument, NULL, 'h'},
-        {"version", no_argument, NULL, 'V'},      {NULL, 0, NULL, 0}};
+    static const struct option options[] = {{"output", required_argument, NULL, 'o'},
+                                            {"set", required_argument, NULL, 's'},
+                                            {"check", no_argument, NULL, 'c'},
+                                            {"resume", no_argument, NULL, 'r'},
+                                            {"force", no_argument, NULL, 'f'},
+                                            {"json", no_argument, NULL, 'j'},
+                                            {"quiet", no_argument, NULL, 'q'},
+                                            {"help", no_argument, NULL, 'h'},
+                                            {"version", no_argument, NULL, 'V'},
+                                            {"paranoid", no_argument, NULL, PARANOID},
+                                            {NULL, 0, NULL, 0}};
     int option;
     opterr = 0;
     while ((option = getopt_long(argc, argv, ":o:s:crfjqhV", options, NULL)) != -1) {
@@ -314,6 +325,17 @@ static int print_deck(const struct mill_deck *deck)
     return ferror(stdout) ? put("", MILL_FAILED) : put("", MILL_OK);
 }
 
+static void tell_checks(const struct mill_sim_checks *c)
+{
+    fprintf(stderr,
+            "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), %llu "
+            "calendar entries, %llu cells, %llu balances: all held\n",
+            (unsigned long long)c->events, (unsigned long long)c->predictions,
+            (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
+            (unsigned long long)c->samples, (unsigned long long)c->entries,
+            (unsigned long long)c->places, (unsigned long long)c->accounts);
+}
+
 /* Runs, then ends the progress line, then prints: the summary waits in memory meanwhile. */
 static int run(const struct mill_deck *deck, struct mill_run_options options)
 {
@@ -335,6 +357,8 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
     const enum mill_status status = mill_run(deck, &options, &error);
     fclose(options.summary);
     mill_progress_end(&display);
+    if (options.paranoid && (status == MILL_OK || status == MILL_STOPPED))
+        tell_checks(options.paranoid);
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     if (summary && summary[0])
         result = put(summary, result);
@@ -354,6 +378,7 @@ static int run_deck(const struct arguments *a, const char *command)
     if (status != MILL_OK)
         return complain(&error, status);
     int result;
+    struct mill_sim_checks checks = {0};
     char *output = name_output(a);
     if (!output)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
@@ -371,6 +396,7 @@ static int run_deck(const struct arguments *a, const char *command)
             .quiet = a->quiet,
             .command = command,
             .json = a->json,
+            .paranoid = a->paranoid ? &checks : NULL,
         };
         result = run(deck, options);
     }

@@ -350,7 +350,10 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     status = prepare(&r, error);
     const bool prepared = status == MILL_OK;
     if (prepared) {
-        status = advance(&r, error);
+        if (options->paranoid)
+            status = mill_sim_paranoid(r.sim, true, error);
+        if (status == MILL_OK)
+            status = advance(&r, error);
         enum mill_status written = conclude(&r, status, &later);
         if (written == MILL_OK)
             written = close_output(&r, &later);
@@ -364,6 +367,8 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED)
         summarise(&r, status == MILL_STOPPED);
+    if (options->paranoid && r.sim)
+        *options->paranoid = mill_sim_checks(r.sim);
     release(&r);
     return status;
 }

@@ -3,6 +3,7 @@
 #define MILLSIM_RUN_H
 
 #include "millsim/deck.h"
+#include "millsim/sim.h"
 #include "millsim/status.h"
 
 #include <signal.h>
@@ -30,6 +31,8 @@ struct mill_run_options {
     void (*say)(const char *line); /* what --resume finds; may be NULL */
     FILE *summary;                 /* where the summary goes */
     bool json;
+    /* NULL: not; else every step is checked against brute force, and this tells how often */
+    struct mill_sim_checks *paranoid;
 };
 
 /* Runs the deck and writes options->output and the summary. Polls *stop and calls progress a few

@@ -7,6 +7,7 @@
 #include "millsim/world.h"
 
 #include <signal.h>
+#include <stdbool.h>
 
 struct mill_sim;
 
@@ -35,6 +36,27 @@ size_t mill_sim_state_size(const struct mill_sim *sim);
 void mill_sim_save(const struct mill_sim *sim, unsigned char *state);
 enum mill_status mill_sim_load(struct mill_sim *sim, const unsigned char *state, size_t size,
                                struct mill_error *error);
+
+/* How often each thing was checked, and held */
+struct mill_sim_checks {
+    uint64_t events;      /* due in time, the earliest of all, of bodies that do touch */
+    uint64_t entries;     /* of the calendar, compared with the plan they stand for */
+    uint64_t predictions; /* plans of one ball, compared with brute force */
+    uint64_t pairs;       /* of balls: no overlap now, no contact before the next event of either */
+    uint64_t surfaces;    /* of a ball and a surface: the same */
+    uint64_t samples;     /* of gaps to surfaces until the next event */
+    uint64_t places;      /* balls found in their cell */
+    uint64_t accounts;    /* balances of the energy account */
+};
+
+/* Switches on (or off) the checks of every step against brute force: each event, and the state now,
+ * before this returns. They change nothing in the world; the first that does not hold ends the run
+ * with MILL_FAILED and one line "paranoid: ...". The cost of an event grows with the number of
+ * balls. */
+enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error);
+
+/* The checks made since they were switched on; all zero without. */
+struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim);
 
 /* Simulated time reached [s]; local time of the same. */
 double mill_sim_time(const struct mill_sim *sim);
