@@ -19,22 +19,22 @@ time = 0.5 s
 sample_from = 200 ms
 seed = 3
 [balls.steel]
-count = 800
+count = 500
 diameter = 5 mm
 density = 7800 kg/m^3
 [balls.glass]
-count = 400
+count = 250
 diameter = 4 mm
 density = 2500 kg/m^3
 [drum]
-radius = 60 mm
-length = 80 mm
+radius = 50 mm
+length = 70 mm
 [rotor]
 speed = 1000 rpm
 shaft_radius = 12 mm
 [blades]
 count = 3
-tip_radius = 52 mm
+tip_radius = 43 mm
 width = 10 mm
 thickness = 6 mm
 pitch = 20 deg
@@ -400,7 +400,7 @@ def test_another_setting_is_refused_and_the_same_one_is_not(folder, tmp_path_fac
 def test_the_same_deck_in_other_words_is_the_same_deck(folder, short):
     mill = folder()
     mill.stop("-q")
-    words = SHORT.replace("radius = 60 mm", "radius = 6e-2 m # the drum")
+    words = SHORT.replace("radius = 50 mm", "radius = 5e-2 m # the drum")
     (mill.path / "mill.ini").write_text("# my mill\n" + words)
     mill.finish("--resume")
     assert_same(mill.file, short)
@@ -529,6 +529,22 @@ def test_resume_and_force_exclude_each_other(folder):
     assert mill.names() == {"mill.ini"}
 
 
+def test_a_run_that_failed_is_not_tried_again(folder):
+    mill = folder(
+        "[run]\ntime = 10 s\n[balls]\ncount = 1\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n"
+        "start = start.txt\n[drum]\nradius = 100 mm\nlength = 100 mm\n"
+        "[contact]\nrestitution = 0\nrebound_floor = 0 m/s\n[output]\ncheckpoint = 1 ms\n"
+    )
+    (mill.path / "start.txt").write_text("0 0 0\n")
+    code, said = mill.run("-q")
+    assert code == 1 and one_line(said, "rebound_floor")
+    assert status(mill.file)[0] == "failed"
+    bytes_ = mill.file.read_bytes()
+    code, said = mill.run("-q", "--resume")
+    assert code == 1 and one_line(said, "mill.h5: its run failed and would fail again")
+    assert mill.file.read_bytes() == bytes_
+
+
 # ---- others at the same file ----
 
 
@@ -651,6 +667,17 @@ def test_a_disk_full_from_the_start_is_told_in_one_line(folder, disk):
     assert code == 1
     assert one_line(said, "disk/mill.h5: cannot ", "No space left on device")
     assert {entry.name for entry in mill.file.parent.iterdir()} <= {"mill.h5"}
+
+
+def test_a_forced_run_on_a_full_disk_leaves_the_old_file(folder, disk):
+    mill = folder()
+    mill.file = disk("16k") / "mill.h5"
+    mill.file.write_text("my thesis")
+    code, said = mill.run("-q", "--force", "-o", "disk/mill.h5")
+    assert code == 1
+    assert one_line(said, "disk/mill.h5: cannot ", "No space left on device")
+    assert mill.file.read_text() == "my thesis"
+    assert [entry.name for entry in mill.file.parent.iterdir()] == ["mill.h5"]
 
 
 @pytest.mark.parametrize("size", ["1m", "2500k", "5m"])
