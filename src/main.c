@@ -357,7 +357,8 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
     const enum mill_status status = mill_run(deck, &options, &error);
     fclose(options.summary);
     mill_progress_end(&display);
-    if (options.paranoid && (status == MILL_OK || status == MILL_STOPPED))
+    if (options.paranoid && options.paranoid->predictions &&
+        (status == MILL_OK || status == MILL_STOPPED))
         tell_checks(options.paranoid);
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     if (summary && summary[0])

@@ -157,7 +157,9 @@ enum mill_status mill_sim_paranoid_after(struct mill_sim_paranoid *p, int32_t i,
     const bool pair = due->pair_t == next;
     const bool crossed = !pair && due->shape_t != next;
     const int32_t touched = met && !pair ? due->shape : MILL_NOBODY;
-    enum mill_status status = check_ball(p, i, now, !crossed, touched, error);
+    enum mill_status status = met ? mill_sim_paranoid_met(p, i, now, error) : MILL_OK;
+    if (status == MILL_OK)
+        status = check_ball(p, i, now, !crossed, touched, error);
     if (status == MILL_OK && met && pair)
         status = check_ball(p, due->partner, now, true, MILL_NOBODY, error);
     p->checks.events++;

@@ -40,6 +40,11 @@ enum mill_status mill_sim_paranoid_account(struct mill_sim_paranoid *p, double n
 enum mill_status mill_sim_paranoid_touch(const struct mill_sim_paranoid *p, int32_t i,
                                          const struct mill_plan *plan, struct mill_error *error);
 
+/* What ball i has just met at `now`, by the plan that was due, touches it: a plan that fell due may
+ * have been overtaken, and must not have been carried out then. */
+enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_t i, double now,
+                                       struct mill_error *error);
+
 /* Ball i against all other balls and all surfaces: no overlap at `now`, and no contact before
  * the next event of either. fresh: ball i has been planned at `now`, so its own plan must know of
  * all contacts with balls of the cells around. touched: the surface it has just met, or

@@ -148,6 +148,32 @@ enum mill_status mill_sim_paranoid_touch(const struct mill_sim_paranoid *p, int3
     return status;
 }
 
+enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_t i, double now,
+                                       struct mill_error *error)
+{
+    const struct mill_world *w = p->predict->world;
+    const struct mill_plan *due = &p->due;
+    if (due->pair_t == mill_sim_paranoid_next(due)) {
+        const struct pair k = relate(p->predict, i, due->partner, now);
+        const double gap = vec3_norm(k.d) - k.sum;
+        if (!(gap <= k.slack))
+            return mill_error_set(error, MILL_FAILED,
+                                  "paranoid: ball %ld and ball %ld met with a gap of %.3g m at t = "
+                                  "%.17g s",
+                                  (long)i, (long)due->partner, gap, w->base + now);
+    } else {
+        const struct mill_shape *shape = w->shape[due->shape];
+        const double gap =
+            shape->ops->gap(shape, place(w, i, now), radius_of(w, i), turn_at(w, now));
+        if (!(gap <= NOT_YET + surface_slack(p->predict, i, now, now)))
+            return mill_error_set(error, MILL_FAILED,
+                                  "paranoid: ball %ld met a surface (%s) with a gap of %.3g m at t "
+                                  "= %.17g s",
+                                  (long)i, mill_kind_name[shape->ops->kind], gap, w->base + now);
+    }
+    return MILL_OK;
+}
+
 /* ---- balls ---- */
 
 static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)

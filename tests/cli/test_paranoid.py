@@ -5,7 +5,16 @@ import re
 
 import pytest
 
-KEYS = ("events", "predictions", "pairs", "surfaces", "gaps", "calendar entries", "cells", "balances")
+KEYS = (
+    "events",
+    "predictions",
+    "pairs",
+    "surfaces",
+    "gaps",
+    "calendar entries",
+    "cells",
+    "balances",
+)
 COUNTS = re.compile(
     r"paranoid: (\d+) events, (\d+) predictions, (\d+) pairs, (\d+) surfaces \((\d+) gaps\), "
     r"(\d+) calendar entries, (\d+) cells, (\d+) balances: all held\n"
@@ -118,7 +127,11 @@ def test_a_watched_run_writes_the_same_data(millsim, small_deck, tmp_path):
     with h5py.File(tmp_path / "plain.h5") as a, h5py.File(tmp_path / "watched.h5") as b:
         names = []
         a.visititems(lambda name, item: names.append(name) if hasattr(item, "shape") else None)
-        data = [name for name in names if name.split("/")[0] in ("particles", "observables", "statistics")]
+        data = [
+            name
+            for name in names
+            if name.split("/")[0] in ("particles", "observables", "statistics")
+        ]
         assert len(data) > 100
         for name in data:
             assert a[name][()].tobytes() == b[name][()].tobytes(), name

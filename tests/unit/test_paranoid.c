@@ -293,6 +293,24 @@ START_TEST(an_event_in_the_past_is_told)
 }
 END_TEST
 
+/* Ball 0 has met, so the loop says, what its plan names. */
+static enum mill_status carry_out(const struct mill_plan *plan, double now)
+{
+    p.due = *plan;
+    p.contacts = b.world->ball[0].contacts++;
+    return mill_sim_paranoid_after(&p, 0, now, &error);
+}
+
+START_TEST(a_contact_carried_out_with_bodies_apart_is_told)
+{
+    const struct mill_plan pair = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0};
+    expect(carry_out(&pair, 0.0), "ball 0 and ball 1 met with a gap of 0.0015 m");
+    const struct mill_plan surface = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, 2, 0, 0};
+    expect(carry_out(&surface, 0.0), "ball 0 met a surface (ball_wall) with a gap of 0.0165 m");
+    ck_assert_int_eq(b.world->shape[2]->number, 1);
+}
+END_TEST
+
 START_TEST(a_ball_outside_its_cell_is_told)
 {
     mill_cells_remove(&q->cells, 3);
@@ -461,6 +479,7 @@ int main(void)
     tcase_add_test(state, a_calendar_that_disagrees_with_a_plan_is_told);
     tcase_add_test(state, an_event_that_is_not_the_earliest_is_told);
     tcase_add_test(state, an_event_in_the_past_is_told);
+    tcase_add_test(state, a_contact_carried_out_with_bodies_apart_is_told);
     tcase_add_test(state, a_ball_outside_its_cell_is_told);
     tcase_add_test(state, a_ball_that_its_cell_does_not_list_is_told);
     tcase_add_test(state, an_account_that_is_out_by_more_than_a_billionth_is_told);
