@@ -133,6 +133,6 @@ install: millsim
 clean:
 	rm -rf build millsim
 
--include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH))
+-include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES))
 .SECONDARY:
 .PHONY: all help needed run test unit cli golden valgrind validate lint format bench install clean always

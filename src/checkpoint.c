@@ -14,9 +14,9 @@
 
 static const char magic[8] = {'M', 'I', 'L', 'L', 'C', 'K', 'P', '1'};
 
-static uint64_t checksum_of(const unsigned char *bytes, size_t size)
+static uint64_t add_to(uint64_t sum, const unsigned char *bytes, size_t size)
 {
-    uint64_t sum = UINT64_C(14695981039346656037), word;
+    uint64_t word;
     size_t at = 0;
     for (; at + sizeof word <= size; at += sizeof word) {
         memcpy(&word, bytes + at, sizeof word);
@@ -26,6 +26,16 @@ static uint64_t checksum_of(const unsigned char *bytes, size_t size)
     for (; at < size; at++)
         sum = (sum ^ bytes[at]) * UINT64_C(1099511628211);
     return sum;
+}
+
+/* Of head and body, the head's own field counted as 0. */
+static uint64_t checksum_of(const unsigned char *state, size_t size)
+{
+    struct mill_checkpoint head = mill_checkpoint_head(state);
+    head.checksum = 0;
+    const uint64_t sum =
+        add_to(UINT64_C(14695981039346656037), (const unsigned char *)&head, sizeof head);
+    return add_to(sum, state + sizeof head, size - sizeof head);
 }
 
 unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts, double wall,
@@ -49,7 +59,8 @@ unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts, d
         return NULL;
     mill_sim_save(parts->sim, state + sizeof head);
     mill_tally_save(parts->tally, state + sizeof head + head.sim);
-    head.checksum = checksum_of(state + sizeof head, (size_t)(head.sim + head.tally));
+    memcpy(state, &head, sizeof head);
+    head.checksum = checksum_of(state, (size_t)head.size);
     memcpy(state, &head, sizeof head);
     return state;
 }
@@ -92,7 +103,7 @@ static enum mill_status check(const unsigned char *state, size_t size, const cha
             name, head.version, MILL_VERSION);
     const uint64_t body = size - sizeof head;
     if (head.size != size || head.sim > body || head.tally != body - head.sim ||
-        head.checksum != checksum_of(state + sizeof head, (size_t)body))
+        head.checksum != checksum_of(state, size))
         return mill_error_set(error, MILL_FAILED,
                               "%s: its checkpoint is damaged; start again with --force", name);
     return MILL_OK;

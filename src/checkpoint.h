@@ -21,7 +21,7 @@ struct mill_checkpoint {
     char magic[8];
     char version[64];  /* of the program that wrote it */
     uint64_t size;     /* [byte] all of it */
-    uint64_t checksum; /* of the bytes behind this head */
+    uint64_t checksum; /* of all of it, this field as 0 */
     double wall, cpu;  /* [s] used so far */
     struct mill_frames_state frames;
     struct mill_series_state series;

@@ -34,16 +34,37 @@ static char *join(const char *path, const char *end)
     return name;
 }
 
+/* A link stays a link: what it points to is replaced, or made. NULL: out of memory. */
+static char *follow(const char *path)
+{
+    char *target = realpath(path, NULL);
+    if (target)
+        return target;
+    /* nothing there yet, or a link to nothing: one step, the rest is for open to refuse */
+    char link[4096];
+    const ssize_t length = readlink(path, link, sizeof link - 1);
+    if (length <= 0)
+        return join(path, "");
+    link[length] = '\0';
+    const char *slash = strrchr(path, '/');
+    if (link[0] == '/' || !slash)
+        return join(link, "");
+    const size_t folder = (size_t)(slash - path) + 1;
+    target = malloc(folder + (size_t)length + 1);
+    if (target) {
+        memcpy(target, path, folder);
+        strcpy(target + folder, link);
+    }
+    return target;
+}
+
 struct mill_draft *mill_draft_create(const char *path)
 {
     struct mill_draft *draft = calloc(1, sizeof *draft);
     if (!draft)
         return NULL;
     draft->fd = draft->lock_fd = -1;
-    /* a link stays a link: what it points to is replaced */
-    draft->path = realpath(path, NULL);
-    if (!draft->path)
-        draft->path = join(path, "");
+    draft->path = follow(path);
     if (draft->path) {
         draft->part = join(draft->path, ".part");
         draft->lock = join(draft->path, ".lock");
@@ -242,7 +263,8 @@ void mill_draft_free(struct mill_draft *draft)
         return;
     drop(draft);
     if (draft->lock_fd >= 0) {
-        unlink(draft->lock); /* still locked, so nobody else holds it */
+        if (names(draft->lock, draft->lock_fd)) /* and not another writer's by now */
+            unlink(draft->lock);
         close(draft->lock_fd);
     }
     free(draft->path);

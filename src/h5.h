@@ -133,9 +133,9 @@ struct mill_h5_layout {
     const char *unit, *description;
 };
 
-/* The column takes up after the rows it has where `path` exists, keeping the first `keep` of them
- * at most; else it is made empty, chunked, shuffled, deflated at level 1. The file must outlive it.
- * Owner: the caller. */
+/* The column takes up after the first `keep` rows of what `path` names (MILL_FAILED where there are
+ * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked,
+ * shuffled, deflated at level 1. The file must outlive it. Owner: the caller. */
 enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
                                        const struct mill_h5_layout *layout, uint64_t keep,
                                        struct mill_h5_column **column, struct mill_error *error);

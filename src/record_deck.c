@@ -84,10 +84,30 @@ static bool next_line(const char **text, char *section, char *line, size_t size)
     return false;
 }
 
+/* Says where two decks differ, at the lines `there` and `here` (empty: at the end). */
+static enum mill_status tell_difference(const char *name, const char *old, const char *new,
+                                        const char *section, const char *there, const char *here,
+                                        struct mill_error *error)
+{
+    static const char mend[] = "resume it with its own deck, or start again with --force";
+    if (there[0] == '[' && !strstr(new, there))
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: is of another deck: it has a section %s, and this one has none; "
+                              "%s",
+                              name, there, mend);
+    if (here[0] == '[' && !strstr(old, here))
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: is of another deck: it has no section %s, and this one has; %s",
+                              name, here, mend);
+    return mill_error_set(
+        error, MILL_BAD_DECK, "%s: is of another deck: %s '%.400s' there, '%.400s' here; %s", name,
+        section, there[0] ? there : "nothing more", here[0] ? here : "nothing more", mend);
+}
+
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
-    enum { LINE = 400 };
+    enum { LINE = 4500 }; /* a path, and what stands around it */
     char there[LINE], here[LINE], section_there[LINE] = "", section_here[LINE] = "";
     char *old = NULL, *new = print_deck(deck);
     if (!new)
@@ -102,12 +122,7 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
         more = next_line(&to, section_here, here, LINE) || more;
         if (strcmp(there, here) == 0 && strcmp(section_there, section_here) == 0)
             continue;
-        const bool headers = there[0] == '[' || here[0] == '[' || !there[0] || !here[0];
-        status = mill_error_set(error, MILL_BAD_DECK,
-                                "%s: is of another deck: %s%s'%s' there, '%s' here; resume it with "
-                                "its own deck, or start again with --force",
-                                name, headers ? "" : section_here, headers ? "" : " ",
-                                there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+        status = tell_difference(name, old, new, section_here, there, here, error);
         break;
     }
     free(old);

@@ -35,6 +35,7 @@ struct run {
     double started;       /* [s] of wall time */
     double due;           /* [s] of wall time, the next checkpoint */
     double wall, cpu;     /* [s] of earlier legs of the run */
+    bool unsaved;         /* the last checkpoint failed */
 };
 
 static double wall_clock(void)
@@ -216,8 +217,10 @@ static enum mill_status save(struct run *r, struct mill_error *error)
 {
     const double before = wall_clock();
     unsigned char *state = take_state(r);
-    if (!state)
+    if (!state) {
+        r->unsaved = true;
         return mill_error_set(error, MILL_FAILED, "out of memory for a checkpoint");
+    }
     enum mill_status status = write_all(r, "running", state, error);
     if (status == MILL_OK)
         status = mill_h5_flush(r->file, error);
@@ -227,6 +230,7 @@ static enum mill_status save(struct run *r, struct mill_error *error)
     if (status == MILL_OK)
         status = mill_checkpoint_load_tally(state, r->tally, error);
     free(state);
+    r->unsaved = status != MILL_OK;
     const double now = wall_clock();
     r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
     return status;
@@ -322,12 +326,13 @@ static enum mill_status close_output(struct run *r, struct mill_error *error)
 }
 
 /* The file could not be written any more: what is not lost. */
-static void explain(struct mill_error *error)
+static void explain(const struct run *r, struct mill_error *error)
 {
     const struct mill_error what = *error;
-    mill_error_set(error, MILL_FAILED,
-                   "%s; the file is as at its last checkpoint, and --resume goes on from there",
-                   what.text);
+    if (access(r->options->output, F_OK) == 0)
+        mill_error_set(error, MILL_FAILED,
+                       "%s; the file is as at its last checkpoint, and --resume goes on from there",
+                       what.text);
 }
 
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
@@ -354,14 +359,15 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
             status = mill_sim_paranoid(r.sim, true, error);
         if (status == MILL_OK)
             status = advance(&r, error);
-        enum mill_status written = conclude(&r, status, &later);
+        /* a checkpoint that failed is no end of the run: the one before it stands */
+        enum mill_status written = r.unsaved ? MILL_FAILED : conclude(&r, status, &later);
         if (written == MILL_OK)
             written = close_output(&r, &later);
         if (written != MILL_OK && (status == MILL_OK || status == MILL_STOPPED))
             *error = later;
         if (written != MILL_OK) {
             status = written;
-            explain(error);
+            explain(&r, error);
         }
     }
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
