@@ -176,10 +176,10 @@ def test_a_run_killed_fifty_times_ends_with_the_same_bits(folder, tmp_path_facto
     mill.stop("-q", number=signal.SIGKILL)
     first = time.monotonic() - began  # how long it takes to the first checkpoint, here and now
     held, kills, resumed_at = rows(mill.file), 1, set()
-    for _ in range(49):
+    while kills < 50:
         interval = f"output.checkpoint={chance.uniform(1, 40):.2f} ms"
         hit, said = kill_after(mill, chance.uniform(0.0, 2.0 * first), "--resume", "-s", interval)
-        kills += hit
+        kills += hit  # some come too late: the run was over
         if "resuming at t = " in said:
             resumed_at.add(float(said.split("resuming at t = ")[1].split()[0]))
         assert_beginning_of(mill.file, whole)
@@ -195,7 +195,6 @@ def test_a_run_killed_fifty_times_ends_with_the_same_bits(folder, tmp_path_facto
     mill.run("-q", "--resume")
     assert_same(mill.file, whole)
     assert mill.names() == {"mill.ini", "mill.h5"}
-    assert kills >= 45
     assert min(resumed_at) > 0 and len(resumed_at) >= 10, resumed_at
 
 
@@ -368,7 +367,7 @@ def test_a_quiet_resume_is_quiet(folder):
         (("count = 3\n", "count = 2\n"), "count"),
         (("pitch = 20 deg\n", ""), "pitch"),
         (("impacts = all\n", ""), "impacts"),
-        (("[balls.glass]", "[balls.aqua]"), "balls.aqua"),
+        (("[balls.glass]", "[balls.aqua]"), "balls.glass"),
     ],
 )
 def test_another_deck_is_refused_by_its_key_and_the_file_left_alone(folder, change, key):
