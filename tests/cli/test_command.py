@@ -16,7 +16,7 @@ import time
 import pytest
 from conftest import PROGRAM
 
-OPTIONS = ["output", "set", "check", "resume", "force", "json", "quiet", "help", "version"]
+OPTIONS = ["output", "set", "check", "resume", "force", "json", "quiet", "paranoid", "help", "version"]
 FULL = pathlib.Path("/dev/full")
 
 
