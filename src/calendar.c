@@ -234,6 +234,11 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
         file(c, item);
 }
 
+double mill_calendar_time(const struct mill_calendar *c, int32_t item)
+{
+    return c->node[item].place == NOWHERE ? HUGE_VAL : c->node[item].t;
+}
+
 double mill_calendar_width(const struct mill_calendar *c)
 {
     return c->width;

@@ -22,6 +22,9 @@ void mill_calendar_set(struct mill_calendar *calendar, int32_t item, double t);
  * The event stays until it is set anew. */
 int32_t mill_calendar_next(struct mill_calendar *calendar, double *t);
 
+/* When the item's event is due [s], INFINITY: it has none. */
+double mill_calendar_time(const struct mill_calendar *calendar, int32_t item);
+
 /* Width of a day [s], for tests and tuning; setting it re-sorts everything. */
 double mill_calendar_width(const struct mill_calendar *calendar);
 void mill_calendar_set_width(struct mill_calendar *calendar, double width);

@@ -215,7 +215,8 @@ static bool push_apart(struct pack *p)
 
 static enum mill_status settle(struct pack *p, double fraction)
 {
-    double scale = fraction > DROP_FRACTION ? cbrt(DROP_FRACTION / fraction) : 1.0;
+    const bool packed = p->world->balls > 1 && fraction > DROP_FRACTION;
+    double scale = packed ? cbrt(DROP_FRACTION / fraction) : 1.0;
     while (!drop_all(p, scale)) {
         scale *= 0.93;
         if (scale < 0.4)
@@ -231,7 +232,7 @@ enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill
 {
     struct pack p = {world, room, rng, {0}, NULL};
     enum mill_status status = MILL_FAILED;
-    if (fraction > DENSEST)
+    if (world->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */
         return MILL_BAD_DECK;
     p.near = malloc(sizeof *p.near * (size_t)world->balls);
     if (p.near && mill_fill_sieve_init(&p.sieve, world))

@@ -24,9 +24,7 @@ static void find_reason(const struct mill_h5 *file, char *reason, size_t size)
     const char *words = NULL;
     const int number = file->disk.number;
     if (number == EWOULDBLOCK)
-        words = "another program has it open";
-    else if (number == ENODATA)
-        words = "its run was killed before the first checkpoint; start it again with --force";
+        words = "another run is writing it";
     else if (number)
         words = strerror(number);
     else
@@ -77,119 +75,125 @@ static hid_t access_list(struct mill_h5_disk *disk)
     return list;
 }
 
+/* Through the draft, which is open, or for reading only. The lists leak where it fails, so that the
+ * error stack lives on. */
 static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
 {
-    const char *path = file->path;
     const hid_t list = access_list(&file->disk);
     const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
-    hid_t id = -1;
-    if (list >= 0 && create >= 0 && how == MILL_H5_UPDATE)
-        id = H5Fopen(path, H5F_ACC_RDWR, list);
-    else if (list >= 0 && create >= 0)
-        id = H5Fcreate(path, how == MILL_H5_NEW ? H5F_ACC_EXCL : H5F_ACC_TRUNC, create, list);
-    if (id < 0)
-        return id; /* the lists leak here, so that the error stack lives on */
-    H5Pclose(create);
-    H5Pclose(list);
+    hid_t id;
+    if (list < 0 || create < 0)
+        return -1;
+    if (how == MILL_H5_READ)
+        id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
+    else if (how == MILL_H5_UPDATE)
+        id = H5Fopen(file->path, H5F_ACC_RDWR, list);
+    else
+        id = H5Fcreate(file->path, H5F_ACC_TRUNC, create, list);
+    if (id >= 0) {
+        H5Pclose(create);
+        H5Pclose(list);
+    }
     return id;
 }
 
-static struct mill_h5 *allocate(const char *path)
+static void release(struct mill_h5 *file)
+{
+    mill_draft_free(file->disk.draft);
+    free(file->path);
+    free(file);
+}
+
+static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
 {
     struct mill_h5 *file = calloc(1, sizeof *file);
     if (!file)
         return NULL;
     file->id = -1;
     file->path = malloc(strlen(path) + 1);
-    file->disk.journal = mill_journal_create(path);
-    if (!file->path || !file->disk.journal) {
-        mill_journal_free(file->disk.journal);
-        free(file->path);
-        free(file);
+    file->disk.draft = how == MILL_H5_READ ? NULL : mill_draft_create(path);
+    if (!file->path || (how != MILL_H5_READ && !file->disk.draft)) {
+        release(file);
         return NULL;
     }
     strcpy(file->path, path);
     return file;
 }
 
-static void release(struct mill_h5 *file)
+static enum mill_status refuse_existing(const char *path, struct mill_error *error)
 {
-    mill_journal_free(file->disk.journal);
-    free(file->path);
-    free(file);
+    return mill_error_set(error, MILL_FAILED,
+                          "%s: exists already; use --force to overwrite it or -o for another name",
+                          path);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    struct mill_h5 *file;
-    enum mill_status status;
+    enum mill_status status = MILL_OK;
     *out = NULL;
-    if (how == MILL_H5_NEW && access(path, F_OK) == 0)
-        return mill_error_set(
-            error, MILL_FAILED,
-            "%s: exists already; use --force to overwrite it or -o for another name", path);
-    file = allocate(path);
+    struct mill_h5 *file = allocate(path, how);
     if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    file->disk.recover = how == MILL_H5_UPDATE;
-    file->id = open_file(file, how);
-    if (file->id < 0) {
-        status = mill_h5_fail(file, error, how == MILL_H5_UPDATE ? "open" : "create", NULL);
-        mill_journal_discard(file->disk.journal);
+    if (file->disk.draft)
+        file->disk.number = mill_draft_open(file->disk.draft, how == MILL_H5_UPDATE);
+    /* asked for only now, under the lock: a run that ends makes the file */
+    if (!file->disk.number && how == MILL_H5_NEW && access(path, F_OK) == 0)
+        status = refuse_existing(path, error);
+    else if (file->disk.number || (file->id = open_file(file, how)) < 0)
+        status = mill_h5_fail(
+            file, error, how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create", NULL);
+    if (status != MILL_OK)
         release(file);
-        return status;
-    }
-    *out = file;
-    return MILL_OK;
+    else
+        *out = file;
+    return status;
+}
+
+static enum mill_status publish(struct mill_h5 *file, bool go_on, struct mill_error *error)
+{
+    const int failed = mill_draft_publish(file->disk.draft, go_on);
+    if (!failed)
+        return MILL_OK;
+    file->disk.number = failed;
+    return mill_h5_fail(file, error, "write", NULL);
 }
 
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error)
 {
-    int failed;
     if (file->spent != MILL_OK)
         return mill_h5_check(file, error);
     if (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
         return mill_h5_fail(file, error, "write", NULL);
-    failed = mill_journal_commit(file->disk.journal, file->disk.size);
-    if (failed) {
-        file->disk.number = failed;
-        return mill_h5_fail(file, error, "write its journal", NULL);
-    }
-    return MILL_OK;
-}
-
-/* The file as it was at the last commit, or the fragment that it is. Should even that fail, the
- * journal stays for the next attempt. */
-static void fall_back(struct mill_h5 *file)
-{
-    file->disk.mute = true; /* what HDF5 still holds must not reach the disk */
-    if (H5Iis_valid(file->id) > 0)
-        H5Fclose(file->id);
-    if (!mill_journal_committed(file->disk.journal) ||
-        mill_h5_restore(file->path, &file->disk) == 0)
-        mill_journal_discard(file->disk.journal);
+    return publish(file, true, error);
 }
 
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
 {
-    enum mill_status status;
     if (!file)
         return MILL_OK;
     mill_h5_orphan_columns(file); /* their datasets are closed with the file */
-    status = mill_h5_flush(file, error);
-    if (status != MILL_OK) {
-        fall_back(file);
-    } else if (H5Fclose(file->id) < 0) {
-        status = mill_h5_fail(file, error, "close", NULL);
-        fall_back(file);
-    } else {
-        mill_journal_discard(file->disk.journal);
-    }
+    if (file->spent == MILL_OK && file->disk.draft && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
+        mill_h5_fail(file, error, "write", NULL);
+    file->disk.mute = file->spent != MILL_OK; /* what HDF5 still holds must not reach the disk */
+    if (H5Fclose(file->id) < 0 && file->spent == MILL_OK)
+        mill_h5_fail(file, error, "close", NULL);
+    if (file->spent == MILL_OK && file->disk.draft)
+        publish(file, false, error);
+    const enum mill_status status = mill_h5_check(file, error);
     release(file);
     return status;
+}
+
+void mill_h5_abandon(struct mill_h5 *file)
+{
+    if (!file)
+        return;
+    if (file->spent == MILL_OK)
+        file->spent = MILL_FAILED;
+    mill_h5_close(file, NULL);
 }
 
 bool mill_h5_exists(const struct mill_h5 *file, const char *path)

@@ -32,24 +32,28 @@ enum mill_h5_type {
 enum mill_h5_open {
     MILL_H5_NEW,       /* refuse a file that exists */
     MILL_H5_OVERWRITE, /* empty a file that exists */
-    MILL_H5_UPDATE     /* go on in a file that was closed, or from its last flush if it was not */
+    MILL_H5_UPDATE,    /* go on in a file as it was last published */
+    MILL_H5_READ       /* look into a file, whoever writes it */
 };
 
 /* ---- the file ---- */
 
-/* Owner: the caller. */
+/* Until the first flush nothing is at `path` that was not there before; what is written goes to
+ * PATH.part meanwhile, and PATH.lock keeps a second writer away. Owner: the caller. */
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **file,
                                 struct mill_error *error);
 
-/* Everything written so far goes to the disk and is committed: if the process dies or the disk
- * fills up later, the file comes back to this state (by itself when the file is closed after a
- * failure, or when it is next opened with MILL_H5_UPDATE). Columns are flushed by their owners
- * before. Meanwhile PATH.journal lies beside the file. */
+/* Publishes: everything written so far becomes the file in one step. If the process or the machine
+ * dies later, or the disk fills up, the file stays as it is now, and readable. Columns are flushed
+ * by their owners before. Costs a copy of the file where the file system cannot share blocks. */
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error);
 
-/* Closes and frees in every case, also after a failure, which it returns again. Columns must have
- * been freed before. NULL is fine. */
+/* Publishes and closes, and frees in every case, also after a failure, which it returns again.
+ * Columns must have been freed before. NULL is fine. */
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error);
+
+/* Closes and frees without publishing what was written since the last flush. NULL is fine. */
+void mill_h5_abandon(struct mill_h5 *file);
 
 /* True if the path exists in the file (a dataset, a group or a link). */
 bool mill_h5_exists(const struct mill_h5 *file, const char *path);
@@ -96,6 +100,13 @@ enum mill_status mill_h5_view(struct mill_h5 *file, const char *path, enum mill_
                               const size_t *source_dims, const char *unit, const char *description,
                               struct mill_error *error);
 
+/* What a dataset holds. A scalar text, or all bytes of a dataset of U8 and their number.
+ * MILL_FAILED also where there is no such dataset. Owner: the caller, of memory from malloc. */
+enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
+                                   struct mill_error *error);
+enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, unsigned char **bytes,
+                                    size_t *count, struct mill_error *error);
+
 /* ---- attributes of the group or dataset `object`: each replaces an old one of its name ---- */
 
 /* count values, or one as a scalar where count is 0 */
@@ -122,9 +133,9 @@ struct mill_h5_layout {
     const char *unit, *description;
 };
 
-/* The column takes up after the rows it has where `path` exists, keeping the first `keep` of them
- * at most; else it is made empty, chunked, shuffled, deflated at level 1. The file must outlive it.
- * Owner: the caller. */
+/* The column takes up after the first `keep` rows of what `path` names (MILL_FAILED where there are
+ * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked,
+ * shuffled, deflated at level 1. The file must outlive it. Owner: the caller. */
 enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
                                        const struct mill_h5_layout *layout, uint64_t keep,
                                        struct mill_h5_column **column, struct mill_error *error);

@@ -63,7 +63,7 @@ static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout 
     return done;
 }
 
-static bool take_up(struct mill_h5_column *column, uint64_t keep)
+static bool take_up(struct mill_h5_column *column, uint64_t keep, uint64_t *rows)
 {
     hsize_t extent[MAX_ROW_RANK + 1];
     hid_t space;
@@ -75,7 +75,8 @@ static bool take_up(struct mill_h5_column *column, uint64_t keep)
         H5Sget_simple_extent_dims(space, extent, NULL) < 0)
         return false;
     H5Sclose(space);
-    column->extent[0] = extent[0] < keep ? extent[0] : keep;
+    *rows = extent[0];
+    column->extent[0] = *rows < keep ? *rows : keep;
     return H5Dset_extent(column->set, column->extent) >= 0;
 }
 
@@ -114,14 +115,23 @@ enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
 {
     enum mill_status status = mill_h5_parents(file, path, error);
     struct mill_h5_column *column;
+    uint64_t rows = 0;
     *out = NULL;
     if (status != MILL_OK)
         return status;
     column = allocate(file, path, layout);
     if (!column)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory for %s", file->path, path);
-    if (!(mill_h5_exists(file, path) ? take_up(column, keep) : make_set(column, layout))) {
+    if (!(mill_h5_exists(file, path) ? take_up(column, keep, &rows) : make_set(column, layout))) {
         status = mill_h5_fail(file, error, "write", path);
+    } else if (rows < keep) {
+        status =
+            mill_error_set(error, MILL_FAILED,
+                           "%s: %s has %llu rows, its checkpoint says %llu: damaged; start "
+                           "again with --force",
+                           file->path, path, (unsigned long long)rows, (unsigned long long)keep);
+    }
+    if (status != MILL_OK) {
         mill_h5_column_free(column);
         return status;
     }

@@ -3,6 +3,7 @@
  */
 #include "h5_internal.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define MAX_RANK 8
@@ -147,4 +148,55 @@ enum mill_status mill_h5_view(struct mill_h5 *file, const char *path, enum mill_
     H5Sclose(origin);
     H5Sclose(space);
     return status;
+}
+
+/* A dataset opened for reading, and how many elements it has; -1 on failure. */
+static hid_t open_set(struct mill_h5 *file, const char *path, size_t *count)
+{
+    const hid_t set = mill_h5_exists(file, path) ? H5Dopen2(file->id, path, H5P_DEFAULT) : -1;
+    const hid_t space = set >= 0 ? H5Dget_space(set) : -1;
+    const hssize_t n = space >= 0 ? H5Sget_simple_extent_npoints(space) : -1;
+    if (space >= 0)
+        H5Sclose(space);
+    if (n < 0 && set >= 0)
+        H5Dclose(set);
+    *count = n < 0 ? 0 : (size_t)n;
+    return n < 0 ? -1 : set;
+}
+
+enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
+                                   struct mill_error *error)
+{
+    size_t count;
+    const hid_t set = open_set(file, path, &count);
+    const hid_t type = mill_h5_text_type();
+    char *held = NULL; /* HDF5's own memory */
+    *text = NULL;
+    if (set >= 0 && count == 1 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &held) >= 0 &&
+        held && (*text = malloc(strlen(held) + 1)))
+        strcpy(*text, held);
+    if (held)
+        H5free_memory(held);
+    H5Tclose(type);
+    if (set >= 0)
+        H5Dclose(set);
+    return *text ? MILL_OK : mill_h5_fail(file, error, "read", path);
+}
+
+enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, unsigned char **bytes,
+                                    size_t *count, struct mill_error *error)
+{
+    const hid_t set = open_set(file, path, count);
+    bool good = set >= 0 && (*bytes = malloc(*count + 1));
+    if (set < 0)
+        *bytes = NULL;
+    if (good)
+        good = H5Dread(set, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, *bytes) >= 0;
+    if (set >= 0)
+        H5Dclose(set);
+    if (good)
+        return MILL_OK;
+    free(*bytes);
+    *bytes = NULL;
+    return mill_h5_fail(file, error, "read", path);
 }

@@ -4,18 +4,16 @@
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
 
+#include "draft.h"
 #include "h5.h"
-#include "journal.h"
 
 #include <hdf5.h>
 
 /* What the file driver and the owner of the file tell each other. */
 struct mill_h5_disk {
-    struct mill_journal *journal;
-    uint64_t size; /* [byte] of the file */
-    bool recover;  /* on opening, bring back the last commit and start a journal from there */
-    bool mute;     /* nothing is to be written any more */
-    int number;    /* errno of the first failure, 0 = none */
+    struct mill_draft *draft; /* NULL: the file is only read */
+    bool mute;                /* nothing is to be written any more */
+    int number;               /* errno of the first failure, 0 = none */
 };
 
 struct mill_h5 {
@@ -40,9 +38,6 @@ enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct 
 
 /* Files opened with this access list go through h5_driver.c; `disk` must outlive them. */
 bool mill_h5_use_disk(hid_t access_list, struct mill_h5_disk *disk);
-
-/* Brings the closed file `path` back to its last commit; 0 or an errno. */
-int mill_h5_restore(const char *path, const struct mill_h5_disk *disk);
 
 /* The columns outlive their file as empty shells. */
 void mill_h5_orphan_columns(struct mill_h5 *file);

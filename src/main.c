@@ -1,13 +1,13 @@
 /* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
+#include "command.h"
 #include "millsim/world.h"
 #include "progress.h"
 #include "run.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <getopt.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,39 +15,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
-
 #define IMPATIENCE 2 /* [s] between two signals that mean one */
-
-static const char help[] =
-    "Usage: millsim [options] DECK\n"
-    "Simulates the balls of a high-energy ball mill, contact by contact.\n"
-    "\n"
-    "  -o, --output FILE    where results go; default: the deck's name with .h5, in this folder\n"
-    "  -s, --set SECTION.KEY=VALUE\n"
-    "                       override one value of the deck, such as -s 'rotor.speed=800 rpm';\n"
-    "                       may be repeated\n"
-    "  -c, --check          check the deck and print it with all defaults; do not run\n"
-    "  -r, --resume         continue an interrupted run (not in this version)\n"
-    "  -f, --force          overwrite an existing output file\n"
-    "  -j, --json           print the summary as one JSON object\n"
-    "  -q, --quiet          no progress\n"
-    "  -h, --help           print this and end\n"
-    "  -V, --version        print the version and end\n"
-    "\n"
-    "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
-    "signal N (INT or TERM), with everything up to then in the output file.\n";
-
-struct arguments {
-    const char *deck;
-    const char *output; /* NULL: by the deck's name */
-    const char **set;
-    int sets;
-    bool check, resume, force, json, quiet;
-    const char *text; /* to be printed instead of a run, or NULL */
-};
 
 /* The signal that asked for an end; 0: none */
 static volatile sig_atomic_t stop;
@@ -96,102 +64,14 @@ static int complain(const struct mill_error *error, enum mill_status status)
     return (int)status;
 }
 
+static void say(const char *line)
+{
+    fprintf(stderr, "millsim: %s\n", line);
+}
+
 static void warn(const char *line)
 {
     fprintf(stderr, "millsim: warning: %s\n", line);
-}
-
-/* What getopt_long refused, as a usage error. */
-static enum mill_status refuse_option(int result, char *const *argv, struct mill_error *error)
-{
-    const char *word = argv[optind - 1];
-    const bool is_long = strncmp(word, "--", 2) == 0;
-    char letter[3] = {'-', (char)optopt, '\0'};
-    if (result == ':')
-        return mill_error_set(error, MILL_BAD_DECK, "option '%s' needs a value; see millsim --help",
-                              is_long ? word : letter);
-    if (is_long && optopt)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "option '%.*s' takes no value; see millsim --help",
-                              (int)strcspn(word, "="), word);
-    return mill_error_set(error, MILL_BAD_DECK, "unknown option '%s'; see millsim --help",
-                          is_long ? word : letter);
-}
-
-static void take_option(struct arguments *a, int option)
-{
-    switch (option) {
-    case 'o':
-        a->output = optarg;
-        break;
-    case 's':
-        a->set[a->sets++] = optarg;
-        break;
-    case 'c':
-        a->check = true;
-        break;
-    case 'r':
-        a->resume = true;
-        break;
-    case 'f':
-        a->force = true;
-        break;
-    case 'j':
-        a->json = true;
-        break;
-    case 'q':
-        a->quiet = true;
-        break;
-    case 'h':
-        a->text = help;
-        break;
-    case 'V':
-        a->text = "millsim " MILL_VERSION "\n";
-        break;
-    }
-}
-
-static enum mill_status read_arguments(int argc, char **argv, struct arguments *a,
-                                       struct mill_error *error)
-{
-    static const struct option options[] = {
-        {"output", required_argument, NULL, 'o'}, {"set", required_argument, NULL, 's'},
-        {"check", no_argument, NULL, 'c'},        {"resume", no_argument, NULL, 'r'},
-        {"force", no_argument, NULL, 'f'},        {"json", no_argument, NULL, 'j'},
-        {"quiet", no_argument, NULL, 'q'},        {"help", no_argument, NULL, 'h'},
-        {"version", no_argument, NULL, 'V'},      {NULL, 0, NULL, 0}};
-    int option;
-    opterr = 0;
-    while ((option = getopt_long(argc, argv, ":o:s:crfjqhV", options, NULL)) != -1) {
-        if (option == '?' || option == ':')
-            return refuse_option(option, argv, error);
-        take_option(a, option);
-        if (a->text)
-            return MILL_OK;
-    }
-    if (a->output && !a->output[0])
-        return mill_error_set(error, MILL_BAD_DECK, "option '--output' needs the name of a file");
-    if (optind == argc)
-        return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
-    if (optind + 1 < argc)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "one deck at a time, got '%s' and '%s'; see millsim --help",
-                              argv[optind], argv[optind + 1]);
-    a->deck = argv[optind];
-    return MILL_OK;
-}
-
-/* "some/simoloyer.ini" -> "simoloyer.h5". NULL: out of memory. Owner: the caller. */
-static char *name_output(const struct arguments *a)
-{
-    const char *slash = strrchr(a->deck, '/');
-    const char *base = a->output ? a->output : slash ? slash + 1 : a->deck;
-    const char *dot = strrchr(base, '.');
-    const size_t stem = !a->output && dot && dot > base ? (size_t)(dot - base) : strlen(base);
-    char *name = malloc(stem + sizeof ".h5");
-    if (name)
-        sprintf(name, "%.*s%s", (int)stem, base, a->output ? "" : ".h5");
-    return name;
 }
 
 static bool same_file(const struct stat *a, const char *path)
@@ -201,7 +81,7 @@ static bool same_file(const struct stat *a, const char *path)
 }
 
 /* An output file that exists: may it be overwritten? */
-static enum mill_status check_existing(const struct arguments *a, const struct mill_deck *deck,
+static enum mill_status check_existing(const struct mill_command *a, const struct mill_deck *deck,
                                        const char *output, const struct stat *found,
                                        struct mill_error *error)
 {
@@ -217,23 +97,20 @@ static enum mill_status check_existing(const struct arguments *a, const struct m
     if (!S_ISREG(found->st_mode))
         return mill_error_set(error, MILL_BAD_DECK,
                               "%s: is not a regular file; use -o for another name", output);
-    if (!a->force)
-        return mill_error_set(
-            error, MILL_BAD_DECK,
-            "%s: exists already; use --force to overwrite it or -o for another name", output);
+    if (!a->force && !a->resume)
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s: exists already; use --resume to go on with it, --force to "
+                              "overwrite it or -o for another name",
+                              output);
     if (access(output, W_OK) != 0)
         return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
                               strerror(errno));
     return MILL_OK;
 }
 
-/* Can the run write there? Asked before it begins, not hours later. */
-static enum mill_status check_output(const struct arguments *a, const struct mill_deck *deck,
-                                     const char *output, struct mill_error *error)
+/* Results are written beside the output file and take its place. */
+static enum mill_status check_folder(const char *output, struct mill_error *error)
 {
-    struct stat found;
-    if (stat(output, &found) == 0)
-        return check_existing(a, deck, output, &found, error);
     const char *slash = strrchr(output, '/');
     const size_t length = slash ? (size_t)(slash - output) + 1 : 0;
     char *folder = malloc(length + sizeof ".");
@@ -250,23 +127,15 @@ static enum mill_status check_output(const struct arguments *a, const struct mil
     return status;
 }
 
-/* The command line as a shell would read it back. NULL: out of memory. Owner: the caller. */
-static char *quote_command(int argc, char **argv)
+/* Can the run write there? Asked before it begins, not hours later. */
+static enum mill_status check_output(const struct mill_command *a, const struct mill_deck *deck,
+                                     const char *output, struct mill_error *error)
 {
-    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
-                                "%+,-./:=@_";
-    size_t size = 1;
-    for (int i = 0; i < argc; i++)
-        size += 4 * strlen(argv[i]) + 3;
-    char *line = malloc(size), *at = line;
-    for (int i = 0; line && i < argc; i++) {
-        const bool bare = argv[i][0] && !argv[i][strspn(argv[i], plain)];
-        at += sprintf(at, "%s%s", i ? " " : "", bare ? argv[i] : "'");
-        for (const char *p = argv[i]; *p && !bare; p++)
-            at += sprintf(at, *p == '\'' ? "'\\''" : "%c", *p);
-        at += sprintf(at, "%s", bare ? "" : "'");
-    }
-    return line;
+    struct stat found;
+    enum mill_status status = MILL_OK;
+    if (stat(output, &found) == 0)
+        status = check_existing(a, deck, output, &found, error);
+    return status == MILL_OK ? check_folder(output, error) : status;
 }
 
 /* Hands text to standard output; a full disk or a closed pipe is a failure like any other. */
@@ -295,6 +164,17 @@ static int print_deck(const struct mill_deck *deck)
     return ferror(stdout) ? put("", MILL_FAILED) : put("", MILL_OK);
 }
 
+static void tell_checks(const struct mill_sim_checks *c)
+{
+    fprintf(stderr,
+            "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), %llu "
+            "calendar entries, %llu cells, %llu balances: all held\n",
+            (unsigned long long)c->events, (unsigned long long)c->predictions,
+            (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
+            (unsigned long long)c->samples, (unsigned long long)c->entries,
+            (unsigned long long)c->places, (unsigned long long)c->accounts);
+}
+
 /* Runs, then ends the progress line, then prints: the summary waits in memory meanwhile. */
 static int run(const struct mill_deck *deck, struct mill_run_options options)
 {
@@ -307,6 +187,7 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
         options.progress = mill_progress_show;
         options.self = &display;
     }
+    options.say = options.quiet ? NULL : say;
     options.stop = &stop;
     options.begun = &begun;
     options.summary = open_memstream(&summary, &size);
@@ -315,17 +196,21 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
     const enum mill_status status = mill_run(deck, &options, &error);
     fclose(options.summary);
     mill_progress_end(&display);
+    if (options.paranoid && options.paranoid->predictions &&
+        (status == MILL_OK || status == MILL_STOPPED))
+        tell_checks(options.paranoid);
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     if (summary && summary[0])
         result = put(summary, result);
     free(summary);
     if (status == MILL_STOPPED && !error.text[0])
-        mill_error_set(&error, status, "stopped by signal %d; %s holds everything up to then",
+        mill_error_set(&error, status,
+                       "stopped by signal %d; %s holds everything up to then, and --resume goes on",
                        (int)stop, options.output);
     return status == MILL_OK ? result : (complain(&error, status), result);
 }
 
-static int run_deck(const struct arguments *a, const char *command)
+static int run_deck(const struct mill_command *a, const char *command)
 {
     struct mill_deck *deck = NULL;
     struct mill_error error = {""};
@@ -333,7 +218,8 @@ static int run_deck(const struct arguments *a, const char *command)
     if (status != MILL_OK)
         return complain(&error, status);
     int result;
-    char *output = name_output(a);
+    struct mill_sim_checks checks = {0};
+    char *output = mill_command_output(a);
     if (!output)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     else if (!a->check)
@@ -346,9 +232,11 @@ static int run_deck(const struct arguments *a, const char *command)
         const struct mill_run_options options = {
             .output = output,
             .force = a->force,
+            .resume = a->resume,
             .quiet = a->quiet,
             .command = command,
             .json = a->json,
+            .paranoid = a->paranoid ? &checks : NULL,
         };
         result = run(deck, options);
     }
@@ -359,22 +247,18 @@ static int run_deck(const struct arguments *a, const char *command)
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {0};
+    struct mill_command a = {0};
     struct mill_error error = {""};
     occupy_standard_streams();
     catch_signals();
     a.set = calloc((size_t)argc + 1, sizeof *a.set);
-    char *command = quote_command(argc, argv);
+    char *command = mill_command_quote(argc, argv);
     int result;
     enum mill_status status = MILL_OK;
     if (!a.set || !command)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     if (status == MILL_OK)
-        status = read_arguments(argc, argv, &a, &error);
-    if (status == MILL_OK && a.resume && !a.text)
-        status = mill_error_set(&error, MILL_BAD_DECK,
-                                "--resume: this version writes no checkpoints; start the run again "
-                                "with --force");
+        status = mill_command_read(argc, argv, &a, &error);
     if (status != MILL_OK)
         result = complain(&error, status);
     else if (a.text)

@@ -55,7 +55,7 @@ static bool allocate(struct mill_predict *p, double *widest)
     const size_t n = (size_t)w->balls + MILL_CELL_ROW;
     double least = INFINITY;
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
-    p->plan = malloc(sizeof *p->plan * n);
+    p->plan = calloc(n, sizeof *p->plan); /* it is saved, with its padding */
     p->near = malloc(sizeof *p->near * n);
     p->kept = malloc(sizeof *p->kept * n);
     p->b = malloc(sizeof *p->b * n);
@@ -94,6 +94,19 @@ enum mill_status mill_predict_create(struct mill_world *world, struct mill_predi
     }
     *predict = p;
     return MILL_OK;
+}
+
+bool mill_predict_restore(struct mill_predict *p, const int32_t *cell)
+{
+    for (int32_t i = 0; i < p->world->balls; i++)
+        mill_cells_remove(&p->cells, i);
+    for (int32_t i = 0; i < p->world->balls; i++) {
+        const struct mill_plan *plan = &p->plan[i];
+        if (!mill_cells_insert(&p->cells, i, cell[i]))
+            return false;
+        mill_calendar_set(p->calendar, i, fmin(fmin(plan->pair_t, plan->shape_t), plan->exit_t));
+    }
+    return true;
 }
 
 void mill_predict_free(struct mill_predict *p)

@@ -40,6 +40,10 @@ enum mill_status mill_predict_create(struct mill_world *world, struct mill_predi
                                      struct mill_error *error);
 void mill_predict_free(struct mill_predict *predict);
 
+/* Files the plans, set from outside, and puts each ball i into cell[i]: the order within a cell
+ * decides nothing. False when out of memory. */
+bool mill_predict_restore(struct mill_predict *predict, const int32_t *cell);
+
 /* Plans ball i anew at local time `now`; its record must stand at `now`. touched: the shape it has
  * just met, or MILL_NOBODY. */
 void mill_predict_ball(struct mill_predict *predict, int32_t i, double now, int32_t touched);

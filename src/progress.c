@@ -93,6 +93,10 @@ void mill_progress_show(void *self, const struct mill_progress *now)
 {
     struct mill_progress_display *display = self;
     char line[MILL_PROGRESS_LINE];
+    if (now->begins) {
+        display->then[0] = display->then[1] = *now;
+        return;
+    }
     if (display->terminal) {
         /* the last column stays free: many terminals wrap as soon as it is written */
         mill_progress_format(&display->then[0], now, terminal_width(display->out) - 1, line);

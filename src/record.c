@@ -1,12 +1,10 @@
-/* Writes what a reader needs to trust and to repeat a run: the deck as run (/deck), and the
- * program, its counts and its anomalies (/run). Only /run may differ between two runs of one deck:
- * it alone holds times and names of the machine's libraries. */
+/* Writes what a reader needs to trust a run: the program, its counts and its anomalies (/run). Only
+ * /run may differ between two runs of one deck: it alone holds times and names of the machine's
+ * libraries. */
 #include "record.h"
 
 #include <gsl/gsl_version.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <time.h>
 
@@ -21,51 +19,6 @@
 #else
 #define COMPILER "gcc " __VERSION__
 #endif
-
-struct scribe {
-    struct mill_h5 *file;
-    struct mill_error *error;
-    enum mill_status status;
-};
-
-static void write_entry(void *self, const char *section, const char *key, const char *value,
-                        const char *meaning)
-{
-    struct scribe *scribe = self;
-    char path[4 * MILL_NAME_LENGTH];
-    char *name = path + strlen("/deck/");
-    if (scribe->status != MILL_OK)
-        return;
-    snprintf(path, sizeof path, "/deck/%s|%s", section, key);
-    for (; *name; name++) /* a name from the deck must not become a path of its own */
-        *name = *name == '/' ? '_' : *name;
-    *strrchr(path, '|') = '/';
-    scribe->status = mill_h5_write_text(scribe->file, path, value, meaning, scribe->error);
-}
-
-enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
-                                  struct mill_error *error)
-{
-    struct scribe scribe = {file, error, MILL_OK};
-    char *text = NULL;
-    size_t size = 0;
-    FILE *stream;
-    mill_deck_each(deck, write_entry, &scribe);
-    if (scribe.status != MILL_OK)
-        return scribe.status;
-    stream = open_memstream(&text, &size);
-    if (!stream)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
-    mill_deck_print(deck, stream);
-    if (fclose(stream) != 0) {
-        free(text);
-        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
-    }
-    scribe.status = mill_h5_write_text(file, "/deck/text", text,
-                                       "the deck as run, with all defaults; itself a deck", error);
-    free(text);
-    return scribe.status;
-}
 
 enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
                                    struct mill_error *error)

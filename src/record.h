@@ -19,6 +19,12 @@ struct mill_record_end {
 enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
                                   struct mill_error *error);
 
+/* Is the file's run of this deck? MILL_BAD_DECK with a line that names the first difference, or
+ * MILL_FAILED when the file holds no deck. The interval of checkpoints and the folder of a start
+ * file may differ. name: of the file, for messages. */
+enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
+                                     const struct mill_deck *deck, struct mill_error *error);
+
 /* Writes into /run what is known before the first event: version, compiler, flags, libraries,
  * command, started (UTC, ISO 8601), status "running". command: the command line, quoted. */
 enum mill_status mill_record_start(struct mill_h5 *file, const char *command,

@@ -2,14 +2,9 @@
  * they are wired together. */
 #include "run.h"
 
-#include "frames.h"
-#include "h5.h"
-#include "impactlog.h"
-#include "millsim/sim.h"
+#include "checkpoint.h"
 #include "record.h"
-#include "series.h"
 #include "summary.h"
-#include "tally.h"
 
 #include <gsl/gsl_errno.h>
 #ifdef __linux__
@@ -17,13 +12,16 @@
 #endif
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #ifndef MILL_VERSION
 #define MILL_VERSION "unknown"
 #endif
 
 #define SHOW_EVERY 0.25 /* [s] of wall time between two reports of progress */
+#define MOST_SHARE 0.02 /* of the wall time goes into checkpoints, whatever their interval */
 
 struct run {
     const struct mill_deck *deck;
@@ -33,7 +31,11 @@ struct run {
     struct mill_h5 *file;
     struct mill_observer *frames, *series, *log;
     struct mill_tally *tally;
-    double started, saved; /* [s] of wall time */
+    unsigned char *state; /* to go on from; NULL: from the beginning */
+    double started;       /* [s] of wall time */
+    double due;           /* [s] of wall time, the next checkpoint */
+    double wall, cpu;     /* [s] of earlier legs of the run */
+    bool unsaved;         /* the last checkpoint failed */
 };
 
 static double wall_clock(void)
@@ -43,10 +45,65 @@ static double wall_clock(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+static double wall_time(const struct run *r)
+{
+    return r->wall + wall_clock() - r->started;
+}
+
+static double cpu_time(const struct run *r)
+{
+    return r->cpu + mill_record_cpu_time();
+}
+
+static void say(const struct run *r, const char *what)
+{
+    struct mill_error line;
+    mill_error_set(&line, MILL_OK, "%s: %s", r->options->output, what);
+    if (r->options->say)
+        r->options->say(line.text);
+}
+
+/* What --resume finds: `done` where nothing is left to do, a state to go on from, or none. */
+static enum mill_status look(struct run *r, bool *done, struct mill_error *error)
+{
+    const char *name = r->options->output;
+    struct mill_h5 *file;
+    char *ended = NULL;
+    if (access(name, F_OK) != 0) {
+        say(r, "does not exist yet: starting from the beginning");
+        return MILL_OK;
+    }
+    enum mill_status status = mill_h5_create(name, MILL_H5_READ, &file, error);
+    if (status != MILL_OK)
+        return status;
+    status = mill_record_compare(file, name, r->deck, error);
+    if (status == MILL_OK)
+        status = mill_h5_read_text(file, "/run/status", &ended, error);
+    if (status == MILL_OK && strcmp(ended, "failed") == 0)
+        status = mill_error_set(error, MILL_FAILED,
+                                "%s: its run failed and would fail again; change the deck and "
+                                "start again with --force",
+                                name);
+    *done = status == MILL_OK && strcmp(ended, "complete") == 0;
+    if (status == MILL_OK && !*done)
+        status = mill_checkpoint_read(file, name, &r->state, error);
+    if (*done)
+        say(r, "is complete: nothing to resume");
+    else if (status == MILL_OK && !r->state)
+        say(r, "ended before its first checkpoint: starting from the beginning");
+    free(ended);
+    mill_h5_close(file, NULL);
+    return status;
+}
+
 static enum mill_status open_output(struct run *r, struct mill_error *error)
 {
-    enum mill_status status = mill_h5_create(
-        r->options->output, r->options->force ? MILL_H5_OVERWRITE : MILL_H5_NEW, &r->file, error);
+    const char *name = r->options->output;
+    if (r->state)
+        return mill_h5_create(name, MILL_H5_UPDATE, &r->file, error);
+    const bool over = r->options->force || r->options->resume;
+    enum mill_status status =
+        mill_h5_create(name, over ? MILL_H5_OVERWRITE : MILL_H5_NEW, &r->file, error);
     if (status == MILL_OK)
         status = mill_record_deck(r->file, r->deck, error);
     if (status == MILL_OK)
@@ -54,48 +111,128 @@ static enum mill_status open_output(struct run *r, struct mill_error *error)
     return status;
 }
 
+/* The observers that write as they go: new ones, or those of the state. */
+static enum mill_status make_writers(struct run *r, struct mill_error *error)
+{
+    struct mill_checkpoint at = {0};
+    if (r->state)
+        at = mill_checkpoint_head(r->state);
+    enum mill_status status =
+        r->state ? mill_frames_resume(r->file, r->deck, r->world, &at.frames, &r->frames, error)
+                 : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
+    if (status == MILL_OK)
+        status = r->state
+                     ? mill_series_resume(r->file, r->deck, r->world, &at.series, &r->series, error)
+                     : mill_series_create(r->file, r->deck, r->world, &r->series, error);
+    if (status == MILL_OK && r->deck->log_impacts)
+        status = r->state
+                     ? mill_impactlog_resume(r->file, r->deck, r->world, &at.log, &r->log, error)
+                     : mill_impactlog_create(r->file, r->deck, r->world, &r->log, error);
+    return status;
+}
+
 static enum mill_status add_observers(struct run *r, struct mill_error *error)
 {
     enum mill_status status = mill_tally_create(r->deck, r->world, &r->tally, error);
     if (status == MILL_OK)
-        status = mill_sim_observe(r->sim, mill_tally_observer(r->tally));
-    if (status == MILL_OK)
-        status = mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
-    if (status == MILL_OK)
-        status = mill_sim_observe(r->sim, r->frames);
-    if (status == MILL_OK)
-        status = mill_series_create(r->file, r->deck, r->world, &r->series, error);
-    if (status == MILL_OK)
-        status = mill_sim_observe(r->sim, r->series);
-    if (status == MILL_OK && r->deck->log_impacts) {
-        status = mill_impactlog_create(r->file, r->deck, r->world, &r->log, error);
-        if (status == MILL_OK)
-            status = mill_sim_observe(r->sim, r->log);
-    }
+        status = make_writers(r, error);
+    if (status != MILL_OK)
+        return status;
+    struct mill_observer *all[] = {mill_tally_observer(r->tally), r->frames, r->series, r->log};
+    for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
+        if (all[k] && status == MILL_OK)
+            status = mill_sim_observe(r->sim, all[k]);
     return status;
 }
 
-static void show(const struct run *r)
+static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time, 0, wall_clock() - r->started};
+    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time, 0, wall_clock() - r->started,
+                              begins};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     if (r->options->progress)
         r->options->progress(r->options->self, &p);
 }
 
-/* Everything gathered so far goes to the disk: a killed run leaves what it had at the last of
- * these. */
-static enum mill_status save(struct run *r, struct mill_error *error)
+/* Sim and tally take up the state; the file is then that of a run that goes on. */
+static enum mill_status take_up(struct run *r, struct mill_error *error)
+{
+    const struct mill_checkpoint at = mill_checkpoint_head(r->state);
+    char text[80];
+    enum mill_status status = mill_checkpoint_load_sim(r->state, r->sim, error);
+    if (status == MILL_OK)
+        status = mill_checkpoint_load_tally(r->state, r->tally, error);
+    free(r->state);
+    r->state = NULL;
+    r->wall = at.wall;
+    r->cpu = at.cpu;
+    snprintf(text, sizeof text, "resuming at t = %.6g s", mill_sim_time(r->sim));
+    if (status == MILL_OK) {
+        say(r, text);
+        show(r, true);
+    }
+    return status;
+}
+
+static enum mill_status flush_writers(struct run *r, struct mill_error *error)
 {
     enum mill_status status = mill_frames_finish(r->frames, error);
     if (status == MILL_OK)
         status = mill_series_finish(r->series, error);
     if (status == MILL_OK && r->log)
         status = mill_impactlog_finish(r->log, error);
+    return status;
+}
+
+/* Everything that is known now into the file; state: to go on from, or NULL. Finishes the tally. */
+static enum mill_status write_all(struct run *r, const char *ended, const unsigned char *state,
+                                  struct mill_error *error)
+{
+    const double local = mill_sim_local_time(r->sim);
+    enum mill_status status = flush_writers(r, error);
+    mill_tally_finish(r->tally, r->world, local);
+    if (status == MILL_OK)
+        status = mill_tally_write(r->tally, r->file, error);
+    const struct mill_record_end end = {
+        ended, mill_sim_time(r->sim), local, wall_time(r), cpu_time(r), mill_record_peak_memory(),
+    };
+    if (status == MILL_OK)
+        status = mill_record_finish(r->file, r->world, &end, error);
+    if (status == MILL_OK)
+        status = mill_checkpoint_remove(r->file, error);
+    if (status == MILL_OK && state)
+        status = mill_checkpoint_write(state, r->file, error);
+    return status;
+}
+
+static unsigned char *take_state(const struct run *r)
+{
+    const struct mill_checkpoint_parts parts = {r->sim, r->tally, r->frames, r->series, r->log};
+    return mill_checkpoint_take(&parts, wall_time(r), cpu_time(r));
+}
+
+/* Publishes all results up to now, as if the run ended here, together with the state. */
+static enum mill_status save(struct run *r, struct mill_error *error)
+{
+    const double before = wall_clock();
+    unsigned char *state = take_state(r);
+    if (!state) {
+        r->unsaved = true;
+        return mill_error_set(error, MILL_FAILED, "out of memory for a checkpoint");
+    }
+    enum mill_status status = write_all(r, "running", state, error);
     if (status == MILL_OK)
         status = mill_h5_flush(r->file, error);
-    r->saved = wall_clock();
+    /* the state's room in the file is free for what comes */
+    if (status == MILL_OK)
+        status = mill_checkpoint_remove(r->file, error);
+    if (status == MILL_OK)
+        status = mill_checkpoint_load_tally(state, r->tally, error);
+    free(state);
+    r->unsaved = status != MILL_OK;
+    const double now = wall_clock();
+    r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
     return status;
 }
 
@@ -103,56 +240,47 @@ static enum mill_status save(struct run *r, struct mill_error *error)
  */
 static enum mill_status advance(struct run *r, struct mill_error *error)
 {
+    const double aim = fmin(SHOW_EVERY, r->deck->checkpoint);
     uint64_t slice = 1000;
-    enum mill_status status = save(r, error);
+    enum mill_status status = MILL_OK;
+    r->due = wall_clock() + r->deck->checkpoint;
     while (status == MILL_OK) {
         const double before = wall_clock();
         const double reached = mill_sim_time(r->sim);
         status = mill_sim_run(r->sim, r->deck->time, slice, r->options->stop, error);
         const double took = wall_clock() - before;
-        show(r);
+        show(r, false);
         /* the end was reached before this slice too: nothing was left that is due at it */
         if (mill_sim_time(r->sim) >= r->deck->time && reached >= r->deck->time)
             break;
-        if (status == MILL_OK && wall_clock() - r->saved > r->deck->checkpoint)
+        if (status == MILL_OK && wall_clock() > r->due)
             status = save(r, error);
-        slice = (uint64_t)fmin(fmax((double)slice * SHOW_EVERY / fmax(took, 1e-6), 100.0), 1e8);
+        slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
     }
     return status;
 }
 
-/* Closes the books: everything up to now goes into the file, also after a stop or a failure. */
+/* Closes the books: everything up to now goes into the file, also after a stop or a failure. A
+ * stopped run can go on. */
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
-    const double local = mill_sim_local_time(r->sim);
-    mill_sim_audit(r->sim);
-    mill_tally_finish(r->tally, r->world, local);
-    enum mill_status status = save(r, error);
-    if (status == MILL_OK)
-        status = mill_tally_write(r->tally, r->file, error);
-    const struct mill_record_end end = {
-        ended == MILL_OK ? "complete" : (ended == MILL_STOPPED ? "stopped" : "failed"),
-        mill_sim_time(r->sim),
-        local,
-        wall_clock() - r->started,
-        mill_record_cpu_time(),
-        mill_record_peak_memory(),
-    };
-    if (status == MILL_OK)
-        status = mill_record_finish(r->file, r->world, &end, error);
+    unsigned char *state = NULL;
+    if (ended == MILL_STOPPED && !(state = take_state(r)))
+        return mill_error_set(error, MILL_FAILED, "out of memory for a checkpoint");
+    mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
+    const enum mill_status status =
+        write_all(r, ended == MILL_OK ? "complete" : (ended == MILL_STOPPED ? "stopped" : "failed"),
+                  state, error);
+    free(state);
     return status;
 }
 
 static void summarise(const struct run *r, bool stopped)
 {
-    const struct mill_summary_facts facts = {wall_clock() - r->started,
-                                             mill_record_cpu_time(),
-                                             mill_record_peak_memory(),
-                                             mill_sim_time(r->sim),
-                                             MILL_VERSION,
-                                             mill_deck_file(r->deck),
-                                             r->options->output,
-                                             stopped};
+    const struct mill_summary_facts facts = {
+        wall_time(r),          cpu_time(r),  mill_record_peak_memory(),
+        mill_sim_time(r->sim), MILL_VERSION, mill_deck_file(r->deck),
+        r->options->output,    stopped};
     if (r->options->json)
         mill_summary_json(r->options->summary, r->deck, r->world, r->tally, &facts);
     else
@@ -161,6 +289,7 @@ static void summarise(const struct run *r, bool stopped)
 
 static void release(struct run *r)
 {
+    free(r->state);
     mill_frames_free(r->frames);
     mill_series_free(r->series);
     mill_impactlog_free(r->log);
@@ -169,11 +298,49 @@ static void release(struct run *r)
     mill_world_free(r->world);
 }
 
+/* The mill as the deck or the state says, and a file that holds what is known so far. */
+static enum mill_status prepare(struct run *r, struct mill_error *error)
+{
+    enum mill_status status = mill_world_create(r->deck, &r->world, error);
+    if (status == MILL_OK)
+        status = mill_sim_create(r->world, &r->sim, error);
+    if (status == MILL_OK && r->options->begun)
+        *r->options->begun = 1;
+    if (status == MILL_OK)
+        status = open_output(r, error);
+    if (status == MILL_OK)
+        status = add_observers(r, error);
+    if (status == MILL_OK && r->state)
+        return take_up(r, error);
+    if (status == MILL_OK)
+        status = flush_writers(r, error);
+    /* a disk that cannot be written is told now, and a killed run leaves a file */
+    return status == MILL_OK ? mill_h5_flush(r->file, error) : status;
+}
+
+static enum mill_status close_output(struct run *r, struct mill_error *error)
+{
+    struct mill_h5 *file = r->file;
+    r->file = NULL;
+    return mill_h5_close(file, error);
+}
+
+/* The file could not be written any more: what is not lost. */
+static void explain(const struct run *r, struct mill_error *error)
+{
+    const struct mill_error what = *error;
+    if (access(r->options->output, F_OK) == 0)
+        mill_error_set(error, MILL_FAILED,
+                       "%s; the file is as at its last checkpoint, and --resume goes on from there",
+                       what.text);
+}
+
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
                           struct mill_error *error)
 {
     struct run r = {0};
     struct mill_error later = {""};
+    bool done = false;
     r.deck = deck;
     r.options = options;
     r.started = wall_clock();
@@ -182,32 +349,32 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
-    enum mill_status status = mill_world_create(deck, &r.world, error);
-    if (status == MILL_OK)
-        status = mill_sim_create(r.world, &r.sim, error);
-    if (status == MILL_OK && options->begun)
-        *options->begun = 1;
-    if (status == MILL_OK)
-        status = open_output(&r, error);
-    if (status == MILL_OK)
-        status = add_observers(&r, error);
-    if (status == MILL_OK) {
-        status = advance(&r, error);
-        const enum mill_status written = conclude(&r, status, &later);
-        if (written != MILL_OK && (status == MILL_OK || status == MILL_STOPPED)) {
+    enum mill_status status = options->resume ? look(&r, &done, error) : MILL_OK;
+    if (status != MILL_OK || done)
+        return status;
+    status = prepare(&r, error);
+    const bool prepared = status == MILL_OK;
+    if (prepared) {
+        if (options->paranoid)
+            status = mill_sim_paranoid(r.sim, true, error);
+        if (status == MILL_OK)
+            status = advance(&r, error);
+        /* a checkpoint that failed is no end of the run: the one before it stands */
+        enum mill_status written = r.unsaved ? MILL_FAILED : conclude(&r, status, &later);
+        if (written == MILL_OK)
+            written = close_output(&r, &later);
+        if (written != MILL_OK && (status == MILL_OK || status == MILL_STOPPED))
+            *error = later;
+        if (written != MILL_OK) {
             status = written;
-            *error = later;
+            explain(&r, error);
         }
     }
-    if (r.file) {
-        const enum mill_status closed = mill_h5_close(r.file, &later);
-        if (closed != MILL_OK && (status == MILL_OK || status == MILL_STOPPED)) {
-            status = closed;
-            *error = later;
-        }
-    }
+    mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED)
         summarise(&r, status == MILL_STOPPED);
+    if (options->paranoid && r.sim)
+        *options->paranoid = mill_sim_checks(r.sim);
     release(&r);
     return status;
 }

@@ -3,6 +3,7 @@
 #define MILLSIM_RUN_H
 
 #include "millsim/deck.h"
+#include "millsim/sim.h"
 #include "millsim/status.h"
 
 #include <signal.h>
@@ -13,25 +14,30 @@
 struct mill_progress {
     double time, end; /* [s] simulated */
     uint64_t collisions;
-    double wall; /* [s] */
+    double wall; /* [s] of this leg */
+    bool begins; /* a resumed run stands here: rates count from now on */
 };
 
 struct mill_run_options {
     const char *output; /* path */
     bool force;
+    bool resume; /* go on from the state in the output file; from the beginning where none is */
     bool quiet;
     const char *command; /* the command line, shell-quoted, for the record */
     const volatile sig_atomic_t *stop;
     volatile sig_atomic_t *begun; /* set to 1 once there are results to save; may be NULL */
     void (*progress)(void *self, const struct mill_progress *);
     void *self;
-    FILE *summary; /* where the summary goes */
+    void (*say)(const char *line); /* what --resume finds; may be NULL */
+    FILE *summary;                 /* where the summary goes */
     bool json;
+    /* NULL: not; else every step is checked against brute force, and this tells how often */
+    struct mill_sim_checks *paranoid;
 };
 
 /* Runs the deck and writes options->output and the summary. Polls *stop and calls progress a few
  * times a second; MILL_STOPPED when *stop became non-zero: the file then holds everything up to
- * that moment. */
+ * that moment, and the state to go on from. */
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
                           struct mill_error *error);
 

@@ -68,6 +68,8 @@ static void end_epoch(struct mill_sim *sim)
     sim->watch.since -= EPOCH;
     sim->now = 0.0;
     begin_epoch(sim);
+    if (sim->paranoid)
+        sim->status = mill_sim_paranoid_all(sim->paranoid, sim->now, true, sim->error);
 }
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
@@ -102,6 +104,7 @@ void mill_sim_free(struct mill_sim *sim)
         return;
     mill_predict_free(sim->predict);
     free(sim->pinch);
+    free(sim->paranoid);
     free(sim);
 }
 
@@ -361,10 +364,17 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
                (i = mill_calendar_next(sim->predict->calendar, &t)) >= 0 && t < limit) {
             if (stop && *stop)
                 return MILL_STOPPED;
+            if (sim->paranoid) {
+                sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, error);
+                if (sim->status != MILL_OK)
+                    break;
+            }
             /* rounding may put an event a hair before the last one: time never runs backwards */
             sim->now = fmax(t, sim->now);
             happen(sim, i);
             watch_time(sim, i, t);
+            if (sim->paranoid && sim->status == MILL_OK)
+                sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, error);
             budget--;
         }
         if (sim->status != MILL_OK || budget == 0)
@@ -375,7 +385,8 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         } else if (sample <= until) {
             take_samples(sim, sample);
         } else {
-            return MILL_OK;
+            return sim->paranoid ? mill_sim_paranoid_account(sim->paranoid, sim->now, error)
+                                 : MILL_OK;
         }
         if (stop && *stop)
             return MILL_STOPPED;

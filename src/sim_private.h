@@ -4,6 +4,7 @@
 
 #include "millsim/sim.h"
 #include "predict.h"
+#include "sim_paranoid.h"
 
 enum { MILL_SIM_OBSERVERS = 8 }; /* at most */
 
@@ -25,7 +26,8 @@ struct mill_sim {
     struct mill_predict *predict;
     struct mill_pinch *pinch;
     struct mill_watch watch;
-    double now; /* [s] local */
+    struct mill_sim_paranoid *paranoid; /* NULL: off */
+    double now;                         /* [s] local */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_error *error; /* of the running mill_sim_run */

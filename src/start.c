@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* [m] rounding of a decimal position may make touching balls overlap by this much */
 #define SLACK 1e-12
@@ -40,18 +41,27 @@ static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
     return true;
 }
 
-/* Reads up to nine numbers of a row; -1: something else stands there. */
+#define BLANKS " \t\r\f\v,"
+
+/* Reads up to nine numbers of a row; -1: something else stands there. Hexadecimal ones are none, as
+ * in a deck. A comma stands between all numbers or between none: some, as in "0,1 0,2 0,3", are
+ * decimal commas, and would give six numbers. */
 static int read_numbers(const char *row, double value[10])
 {
-    int n = 0;
+    int n = 0, separated = 0;
     for (const char *p = row;;) {
-        p += strspn(p, " \t\r\f\v,");
+        int commas = 0;
+        for (; *p && strchr(BLANKS, *p); p++)
+            commas += *p == ',';
         if (!*p)
-            return n;
+            return separated == 0 || separated == n - 1 ? n : -1;
+        const char *digits = p + (*p == '+' || *p == '-');
         char *end;
         const double x = strtod(p, &end);
-        if (end == p || !isfinite(x) || (*end && !strchr(" \t\r\f\v,", *end)) || n == 9)
+        if (end == p || !isfinite(x) || !strchr(BLANKS, *end) || n == 9 || commas > 1 ||
+            (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X')))
             return -1;
+        separated += n > 0 && commas > 0;
         value[n++] = x;
         p = end;
     }
@@ -73,7 +83,9 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct
     errno = 0;
     for (long number = 1; status == MILL_OK && next_row(in, row, &good); number++) {
         double x[10] = {0.0};
-        const int n = good ? read_numbers(row, x) : -1;
+        /* of UTF-8 */
+        const bool marked = number == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
+        const int n = good ? read_numbers(row + (marked ? 3 : 0), x) : -1;
         if (n == 0)
             continue;
         if (n != 3 && n != 6 && n != 9) {
@@ -183,9 +195,15 @@ static enum mill_status check_pairs(const struct mill_deck *deck, const struct m
 enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world *world,
                                  struct mill_error *error)
 {
+    struct stat about;
     FILE *in = fopen(deck->start, "r");
     if (!in)
         return cannot_read(deck, errno, error);
+    if (fstat(fileno(in), &about) == 0 && (S_ISCHR(about.st_mode) || S_ISBLK(about.st_mode))) {
+        fclose(in); /* it may have no end */
+        return mill_deck_fault(deck, error, "balls", "start", "'%s' is a device, not a file",
+                               deck->start);
+    }
     long *line_of = malloc(sizeof *line_of * ((size_t)world->balls + 1));
     enum mill_status status = MILL_OK;
     if (!line_of)

@@ -87,8 +87,11 @@ int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *wo
     if (ring != 0)
         snprintf(note[n++], MILL_SUMMARY_NOTE,
                  "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
-                 "speed: nothing brakes the balls in a smooth drum without friction.",
-                 100 * ring / world->rotor_speed);
+                 "speed%s.",
+                 100 * ring / world->rotor_speed,
+                 world->law[MILL_BALL_DRUM].friction > 0
+                     ? ""
+                     : ": nothing brakes the balls in a smooth drum without friction");
     else if (unsteady(world, tally))
         snprintf(
             note[n++], MILL_SUMMARY_NOTE,

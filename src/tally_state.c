@@ -1,15 +1,11 @@
 /* The tally's state as one run of bytes, so that an interrupted run ends with the statistics of an
  * uninterrupted one. Only what gathering changes is saved; the rest is made again from the deck. */
+#include "parts.h"
 #include "tally.h"
 
 #include <string.h>
 
 enum { PARTS = 14 };
-
-struct part {
-    void *at;
-    size_t bytes;
-};
 
 /* What stands in front: lengths that must agree, and the one that sets the length of the table. */
 struct header {
@@ -26,12 +22,12 @@ static struct header header_of(const struct mill_tally *tally)
                            .bits = (uint64_t)tally->pairs.bits};
 }
 
-static void list_parts(const struct mill_tally *tally, struct part part[PARTS])
+static void list_parts(const struct mill_tally *tally, struct mill_part part[PARTS])
 {
     struct mill_tally *t = (struct mill_tally *)tally; /* written to only by mill_tally_load */
     const struct header n = header_of(tally);
     struct mill_map *cross = &t->maps->cross, *axial = &t->maps->axial;
-    const struct part parts[PARTS] = {
+    const struct mill_part parts[PARTS] = {
         {&t->at, sizeof t->at},
         {t->impacts, sizeof t->impacts},
         {t->strikes, sizeof t->strikes},
@@ -52,26 +48,18 @@ static void list_parts(const struct mill_tally *tally, struct part part[PARTS])
 
 size_t mill_tally_state_size(const struct mill_tally *tally)
 {
-    struct part part[PARTS];
+    struct mill_part part[PARTS];
     list_parts(tally, part);
-    size_t size = sizeof(struct header);
-    for (int i = 0; i < PARTS; i++)
-        size += part[i].bytes;
-    return size;
+    return sizeof(struct header) + mill_parts_size(part, PARTS);
 }
 
 void mill_tally_save(const struct mill_tally *tally, unsigned char *state)
 {
-    struct part part[PARTS];
+    struct mill_part part[PARTS];
     list_parts(tally, part);
     const struct header header = header_of(tally);
     memcpy(state, &header, sizeof header);
-    state += sizeof header;
-    for (int i = 0; i < PARTS; i++) {
-        if (part[i].bytes > 0)
-            memcpy(state, part[i].at, part[i].bytes);
-        state += part[i].bytes;
-    }
+    mill_parts_pack(part, PARTS, state + sizeof header);
 }
 
 /* Indices that a damaged file must not smuggle in */
@@ -103,14 +91,9 @@ enum mill_status mill_tally_load(struct mill_tally *tally, const unsigned char *
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
     if (size != mill_tally_state_size(tally))
         return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
-    struct part part[PARTS];
+    struct mill_part part[PARTS];
     list_parts(tally, part);
-    state += sizeof header;
-    for (int i = 0; i < PARTS; i++) {
-        if (part[i].bytes > 0)
-            memcpy(part[i].at, state, part[i].bytes);
-        state += part[i].bytes;
-    }
+    mill_parts_unpack(part, PARTS, state + sizeof header);
     if (!sane(tally))
         return mill_error_set(error, MILL_FAILED, "the saved statistics are damaged");
     tally->observer.next = tally->at.next;

@@ -13,6 +13,7 @@ import contextlib
 import dataclasses
 import importlib.util
 import math
+import multiprocessing
 import os
 import pathlib
 import re
@@ -257,7 +258,10 @@ def main() -> int:
     started = time.monotonic()
     results = {}
     print(f"ladder: {len(names)} cases, {arguments.jobs} at a time", flush=True)
-    with concurrent.futures.ProcessPoolExecutor(arguments.jobs) as pool:
+    # a process for each case: modules of one folder must not be taken for those of another
+    pool_of = concurrent.futures.ProcessPoolExecutor
+    spawn = multiprocessing.get_context("spawn")
+    with pool_of(arguments.jobs, mp_context=spawn, max_tasks_per_child=1) as pool:
         futures = {pool.submit(run_case, name): name for name in names}
         for future in concurrent.futures.as_completed(futures):
             result = future.result()

@@ -7,6 +7,7 @@
 #include "millsim/world.h"
 
 #include <signal.h>
+#include <stdbool.h>
 
 struct mill_sim;
 
@@ -27,6 +28,35 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
 /* Checks every ball against its neighbours and all surfaces, now; the deepest overlap and how many
  * are beyond 1e-9 m go to the world's counts. The loop does it 16 times a simulated second. */
 void mill_sim_audit(struct mill_sim *sim);
+
+/* The state of sim and world as one run of bytes, for a run that is interrupted and goes on to the
+ * same bits. Load into a sim of the same deck, before it runs. The bytes are good for the same
+ * program only; MILL_FAILED when they are of another deck or damaged. */
+size_t mill_sim_state_size(const struct mill_sim *sim);
+void mill_sim_save(const struct mill_sim *sim, unsigned char *state);
+enum mill_status mill_sim_load(struct mill_sim *sim, const unsigned char *state, size_t size,
+                               struct mill_error *error);
+
+/* How often each thing was checked, and held */
+struct mill_sim_checks {
+    uint64_t events;      /* due in time, the earliest of all, of bodies that do touch */
+    uint64_t entries;     /* of the calendar, compared with the plan they stand for */
+    uint64_t predictions; /* plans of one ball, compared with brute force */
+    uint64_t pairs;       /* of balls: no overlap now, no contact before the next event of either */
+    uint64_t surfaces;    /* of a ball and a surface: the same */
+    uint64_t samples;     /* of gaps to surfaces until the next event */
+    uint64_t places;      /* balls found in their cell */
+    uint64_t accounts;    /* balances of the energy account */
+};
+
+/* Switches on (or off) the checks of every step against brute force: each event, and the state now,
+ * before this returns. They change nothing in the world; the first that does not hold ends the run
+ * with MILL_FAILED and one line "paranoid: ...". The cost of an event grows with the number of
+ * balls. */
+enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error);
+
+/* The checks made since they were switched on; all zero without. */
+struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim);
 
 /* Simulated time reached [s]; local time of the same. */
 double mill_sim_time(const struct mill_sim *sim);

@@ -16,7 +16,7 @@ import time
 import pytest
 from conftest import PROGRAM
 
-OPTIONS = ["output", "set", "check", "resume", "force", "json", "quiet", "help", "version"]
+OPTIONS = ["output", "set", "check", "resume", "force", "json", "quiet", "paranoid", "help", "version"]
 FULL = pathlib.Path("/dev/full")
 
 
@@ -58,13 +58,6 @@ def test_wrong_usage_is_one_line_and_status_2(millsim, small_deck, arguments, co
     assert result.returncode == 2
     assert result.stdout == ""
     assert result.stderr == f"millsim: {complaint}\n"
-
-
-def test_resume_says_that_there_are_no_checkpoints(millsim, small_deck):
-    result = millsim("--resume", "deck.ini")
-    assert result.returncode == 2
-    expected = "--resume: this version writes no checkpoints; start the run again with --force"
-    assert result.stderr == f"millsim: {expected}\n"
 
 
 def test_options_may_follow_the_deck(millsim, small_deck):
@@ -122,7 +115,10 @@ def test_an_existing_output_is_refused_and_kept(millsim, small_deck, tmp_path):
     (tmp_path / "deck.h5").write_text("precious")
     result = millsim("deck.ini")
     assert result.returncode == 2
-    expected = "deck.h5: exists already; use --force to overwrite it or -o for another name"
+    expected = (
+        "deck.h5: exists already; use --resume to go on with it, --force to overwrite it "
+        "or -o for another name"
+    )
     assert result.stderr == f"millsim: {expected}\n"
     assert (tmp_path / "deck.h5").read_text() == "precious"
 

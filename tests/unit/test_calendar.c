@@ -193,6 +193,26 @@ START_TEST(an_empty_calendar_has_no_event)
 }
 END_TEST
 
+START_TEST(it_tells_when_an_item_is_due_wherever_that_is_filed)
+{
+    struct twin twin = make_twin(5);
+    const double far[] = {1e-9, 1e-7, 1e-3, 1e3};
+    for (int32_t item = 0; item < 4; item++)
+        set(&twin, item, far[item]);
+    for (int32_t turn = 0; turn < 4; turn++) {
+        for (int32_t item = 0; item < 5; item++)
+            ck_assert_double_eq(mill_calendar_time(twin.calendar, item),
+                                item < turn || item == 4 ? HUGE_VAL : far[item]);
+        ck_assert_int_eq(next(&twin), turn);
+        set(&twin, turn, INFINITY);
+    }
+    set(&twin, 2, 1e3);
+    clear(&twin, 0.0);
+    ck_assert_double_eq(mill_calendar_time(twin.calendar, 2), INFINITY);
+    free_twin(&twin);
+}
+END_TEST
+
 /* ---- extremes: a livelock here ends in the test's timeout ---- */
 
 static void run_with_gaps(int32_t items, const double *gaps, int count, double start)
@@ -303,6 +323,7 @@ int main(void)
     tcase_add_test(tests, equal_times_come_out_in_the_order_of_the_items);
     tcase_add_test(tests, the_width_of_a_day_has_no_influence_on_the_order);
     tcase_add_test(tests, an_empty_calendar_has_no_event);
+    tcase_add_test(tests, it_tells_when_an_item_is_due_wherever_that_is_filed);
     tcase_add_test(tests, extreme_gaps_neither_stall_nor_disorder_it);
     tcase_add_loop_test(tests, a_million_items_cost_hardly_more_per_event_than_a_thousand, 0, GAPS);
     tcase_add_test(tests, the_width_follows_the_rate_of_events);

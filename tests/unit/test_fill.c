@@ -423,6 +423,27 @@ START_TEST(a_mill_without_room_for_one_ball_says_so)
 }
 END_TEST
 
+START_TEST(one_ball_that_just_fits_is_placed)
+{
+    /* of the drum's volume 0.37 and nearly 2/3, the most there is: with 0.1 mm to spare, and 1 um
+     */
+    static const struct charge tight[] = {
+        {40, 60, false, {{59.9, 1}}, 0, 0, 0},
+        {20, 40, false, {{39.9, 1}}, 0, 0, 0},
+        {20, 40, false, {{39.999, 1}}, 0, 0, 0},
+    };
+    const long one[3] = {1, 0, 0};
+    for (size_t k = 0; k < sizeof tight / sizeof *tight; k++) {
+        for (unsigned long seed = 1; seed <= 20; seed++) {
+            struct charge c = tight[k];
+            char answer[1024];
+            c.seed = seed;
+            ck_assert_msg(ask(&c, one, answer) == MILL_OK, "%s", answer);
+        }
+    }
+}
+END_TEST
+
 /* ---- cost ---- */
 
 static double seconds_to_fill(const struct charge *c)
@@ -466,6 +487,7 @@ int main(void)
     tcase_add_test(tests, too_many_balls_are_refused_with_a_number_that_fits);
     tcase_add_test(tests, too_many_of_a_mixture_are_refused_with_counts_that_fit);
     tcase_add_test(tests, a_mill_without_room_for_one_ball_says_so);
+    tcase_add_test(tests, one_ball_that_just_fits_is_placed);
     tcase_add_test(tests, a_hundred_thousand_balls_take_less_than_three_seconds);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);

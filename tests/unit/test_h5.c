@@ -1,35 +1,5 @@
 /* The HDF5 door: what is written is read back by HDF5 itself, and failures are told in one line. */
-#include "output_fixture.h"
-
-#include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <time.h>
-
-/* From here on this process cannot make a file longer than `bytes`: writing on fails with EFBIG, as
- * it fails with ENOSPC on a full disk. Undone by 0. */
-static void limit_files(rlim_t bytes)
-{
-    struct rlimit limit;
-    signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &limit);
-    limit.rlim_cur = bytes ? bytes : limit.rlim_max;
-    setrlimit(RLIMIT_FSIZE, &limit);
-}
-
-static struct mill_h5 *new_file(struct fixture *f)
-{
-    struct mill_h5 *file = NULL;
-    struct mill_error error;
-    fixture_init(f);
-    ck_assert_msg(mill_h5_create(f->path, MILL_H5_NEW, &file, &error) == MILL_OK, "%s", error.text);
-    return file;
-}
-
-static void close_file(struct mill_h5 *file)
-{
-    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
-}
+#include "h5_fixture.h"
 
 START_TEST(an_array_comes_back_with_shape_unit_and_description)
 {
@@ -226,33 +196,6 @@ START_TEST(attributes_are_numbers_texts_and_arrays)
 }
 END_TEST
 
-/* appends first..end - 1, one by one or in blocks of 7 */
-static void append_range(struct mill_h5_column *column, int64_t first, int64_t end, bool blocks)
-{
-    int64_t rows[7], k;
-    size_t n = 0, refused = 0;
-    for (k = first; k < end; k++) {
-        rows[n++] = k;
-        if (blocks && n < 7 && k + 1 < end)
-            continue;
-        refused += mill_h5_column_append(column, n, rows, NULL) != MILL_OK;
-        n = 0;
-    }
-    ck_assert_uint_eq(refused, 0);
-}
-
-static void assert_counts_up(const char *path, const char *name, size_t rows)
-{
-    hsize_t dims[1];
-    double *read = look(path, name, 1, dims);
-    size_t i, wrong = 0;
-    ck_assert_uint_eq(dims[0], rows);
-    for (i = 0; i < rows; i++)
-        wrong += read[i] != (double)i;
-    ck_assert_uint_eq(wrong, 0);
-    free(read);
-}
-
 START_TEST(a_column_holds_its_rows_in_order_however_they_came)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows"};
@@ -368,169 +311,38 @@ START_TEST(two_files_of_the_same_content_have_the_same_bytes)
 }
 END_TEST
 
-/* The column is freed before (_i even) or after the file is closed. */
-START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
+START_TEST(bytes_come_back_and_nothing_else_passes_for_them)
 {
-    const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise"};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    struct mill_h5_column *column;
-    struct mill_error error = {""}, again = {""};
-    enum mill_status status = MILL_OK;
-    int i;
-    mill_h5_column_create(file, "/particles/noise", &layout, 0, &column, NULL);
-    mill_h5_flush(file, NULL);
-    limit_files(100000);
-    for (i = 0; i < 1000000 && status == MILL_OK; i++) {
-        const double noise = rand() / 7.0;
-        status = mill_h5_column_append(column, 1, &noise, &error);
-    }
-    ck_assert_int_eq(status, MILL_FAILED);
-    ck_assert_msg(strstr(error.text, "cannot write /particles/noise: File too large"), "%s",
-                  error.text);
-    ck_assert_int_eq(mill_h5_write_double(file, "/x", 1, "1", "-", &again), MILL_FAILED);
-    ck_assert_str_eq(again.text, error.text);
-    if (_i % 2 == 0)
-        mill_h5_column_free(column);
-    ck_assert_int_eq(mill_h5_close(file, &again), MILL_FAILED);
-    if (_i % 2 == 1)
-        mill_h5_column_free(column);
-    limit_files(0);
-    ck_assert_str_eq(again.text, error.text);
-    unlink(f.path);
-}
-END_TEST
-
-static bool has_journal(const struct fixture *f)
-{
-    char name[sizeof f->path + sizeof ".journal"];
-    snprintf(name, sizeof name, "%s.journal", f->path);
-    return access(name, F_OK) == 0;
-}
-
-START_TEST(after_a_full_disk_the_file_is_as_last_flushed)
-{
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    struct mill_h5_column *column;
-    uint64_t noise = 1;
-    mill_h5_column_create(file, "/c", &layout, 0, &column, NULL);
-    append_range(column, 0, 1000, false);
-    mill_h5_column_flush(column, NULL);
-    ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
-    ck_assert(has_journal(&f));
-    limit_files(60000);
-    while (mill_h5_column_append(column, 1, &noise, NULL) == MILL_OK)
-        noise = noise * 6364136223846793005u + 1442695040888963407u;
-    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_FAILED);
-    limit_files(0);
-    mill_h5_column_free(column);
-    ck_assert(!has_journal(&f));
-    assert_counts_up(f.path, "/c", 1000);
-    unlink(f.path);
-}
-END_TEST
-
-/* Appends rows for ever, flushing now and then; after each flush it tells how many there are. */
-static void write_until_killed(const char *path, int tell)
-{
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
-    struct mill_h5 *file;
-    struct mill_h5_column *column;
-    int64_t k;
-    if (mill_h5_create(path, MILL_H5_OVERWRITE, &file, NULL) != MILL_OK ||
-        mill_h5_column_create(file, "/c", &layout, 0, &column, NULL) != MILL_OK)
-        return;
-    for (k = 1;; k++) {
-        const int64_t row = k - 1;
-        mill_h5_column_append(column, 1, &row, NULL);
-        if (k % 1000 != 0)
-            continue;
-        mill_h5_write_double(file, "/run/time", (double)k, "s", "-", NULL);
-        mill_h5_column_flush(column, NULL);
-        if (mill_h5_flush(file, NULL) != MILL_OK || write(tell, &k, sizeof k) != sizeof k)
-            return;
-    }
-}
-
-START_TEST(a_killed_file_comes_back_as_last_flushed)
-{
-    const struct timespec later = {0, 1000000L * (17 * _i % 40)};
-    struct fixture f;
-    struct mill_h5 *file;
-    struct mill_error error = {""};
-    int tube[2], end;
-    int64_t told = 0, rows;
-    pid_t child;
-    fixture_init(&f);
-    ck_assert(pipe(tube) == 0);
-    child = fork();
-    if (child == 0) {
-        write_until_killed(f.path, tube[1]);
-        _exit(1);
-    }
-    close(tube[1]);
-    ck_assert(read(tube[0], &told, sizeof told) == sizeof told);
-    nanosleep(&later, NULL);
-    kill(child, SIGKILL);
-    waitpid(child, &end, 0);
-    ck_assert(WIFSIGNALED(end) && WTERMSIG(end) == SIGKILL);
-    while (read(tube[0], &told, sizeof told) == sizeof told)
-        ;
-    ck_assert_msg(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error) == MILL_OK, "%s",
-                  error.text);
-    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
-    rows = (int64_t)look_rows(f.path, "/c", 1);
-    ck_assert(rows == told || rows == told + 1000); /* killed before it could tell */
-    assert_counts_up(f.path, "/c", (size_t)rows);
-    ck_assert(look_at(f.path, "/run/time", 0, 0) == (double)rows);
-    ck_assert(!has_journal(&f));
-    unlink(f.path);
-}
-END_TEST
-
-START_TEST(a_file_killed_before_its_first_flush_says_so)
-{
-    struct fixture f;
-    struct mill_h5 *file;
-    struct mill_error error = {""};
-    char name[sizeof f.path + sizeof ".journal"];
-    int end;
-    pid_t child;
-    fixture_init(&f);
-    child = fork();
-    if (child == 0)
-        _exit(mill_h5_create(f.path, MILL_H5_NEW, &file, NULL)); /* and not closed */
-    waitpid(child, &end, 0);
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error), MILL_FAILED);
-    ck_assert_msg(strstr(error.text, "killed before the first checkpoint"), "%s", error.text);
-    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
+    const unsigned char bytes[5] = {0, 255, 1, 128, 7};
+    unsigned char *read = NULL;
+    char *text = NULL;
+    size_t count = 5;
+    mill_h5_write(file, "/b", MILL_H5_U8, 1, &count, bytes, "byte", "-", NULL);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    mill_h5_write_text(file, "/t", "text", "-", NULL);
     close_file(file);
-    unlink(f.path);
-    snprintf(name, sizeof name, "%s.journal", f.path);
-    ck_assert(access(name, F_OK) != 0);
-}
-END_TEST
-
-START_TEST(a_file_in_use_is_not_opened_twice)
-{
-    struct fixture f;
-    struct mill_h5 *file = new_file(&f);
-    struct mill_error error = {""};
-    int end;
-    pid_t child = fork();
-    if (child == 0) {
-        struct mill_h5 *second;
-        const enum mill_status status = mill_h5_create(f.path, MILL_H5_OVERWRITE, &second, &error);
-        _exit(status == MILL_FAILED && strstr(error.text, "another program has it open") ? 0 : 1);
-    }
-    waitpid(child, &end, 0);
-    ck_assert(WIFEXITED(end) && WEXITSTATUS(end) == 0);
-    ck_assert(has_journal(&f));
-    mill_h5_write_double(file, "/x", 1, "1", "-", NULL);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_READ, &file, NULL), MILL_OK);
+    count = 0;
+    ck_assert_int_eq(mill_h5_read_bytes(file, "/b", &read, &count, NULL), MILL_OK);
+    ck_assert_uint_eq(count, 5);
+    ck_assert_mem_eq(read, bytes, 5);
+    free(read);
     close_file(file);
-    ck_assert(look_at(f.path, "/x", 0, 0) == 1);
+    const char *const no_bytes[] = {"/t", "/none", "/x/y"}, *const no_text[] = {"/b", "/x",
+                                                                                "/none"};
+    for (int k = 0; k < 3; k++) {
+        struct mill_error error = {""};
+        mill_h5_create(f.path, MILL_H5_READ, &file, NULL);
+        ck_assert_int_eq(mill_h5_read_bytes(file, no_bytes[k], &read, &count, &error), MILL_FAILED);
+        ck_assert_msg(strstr(error.text, no_bytes[k]), "%s", error.text);
+        mill_h5_abandon(file);
+        mill_h5_create(f.path, MILL_H5_READ, &file, NULL);
+        ck_assert_int_eq(mill_h5_read_text(file, no_text[k], &text, &error), MILL_FAILED);
+        ck_assert_msg(strstr(error.text, no_text[k]), "%s", error.text);
+        mill_h5_abandon(file);
+    }
     unlink(f.path);
 }
 END_TEST
@@ -554,11 +366,7 @@ int main(void)
         a_column_taken_up_again_drops_what_came_after,
         a_column_may_outlive_its_file,
         two_files_of_the_same_content_have_the_same_bytes,
-        after_a_full_disk_the_file_is_as_last_flushed,
-        a_file_killed_before_its_first_flush_says_so,
-        a_file_in_use_is_not_opened_twice,
+        bytes_come_back_and_nothing_else_passes_for_them,
     };
-    const TTest *const loops[] = {a_full_disk_is_told_once_and_the_file_still_closes,
-                                  a_killed_file_comes_back_as_last_flushed};
-    return run_tests("h5", tests, sizeof tests / sizeof tests[0], loops, 2, 20);
+    return run_tests("h5", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);
 }

@@ -6,8 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct mill_progress start = {0.0, 0.3, 0, 0.0};
-static const struct mill_progress half = {0.15, 0.3, 12000000, 5.0};
+static const struct mill_progress start = {.end = 0.3};
+static const struct mill_progress half = {
+    .time = 0.15, .end = 0.3, .collisions = 12000000, .wall = 5.0};
 
 START_TEST(all_is_told_where_there_is_room)
 {
@@ -31,7 +32,7 @@ END_TEST
 START_TEST(only_the_end_is_100_percent)
 {
     char line[MILL_PROGRESS_LINE];
-    struct mill_progress now = {0.29999999, 0.3, 1, 1.0};
+    struct mill_progress now = {.time = 0.29999999, .end = 0.3, .collisions = 1, .wall = 1.0};
     mill_progress_format(&start, &now, 120, line);
     ck_assert_ptr_nonnull(strstr(line, " 99 %"));
     now.time = 0.3;
@@ -59,7 +60,8 @@ static const struct left {
 START_TEST(time_left_is_told_in_its_own_units)
 {
     char line[MILL_PROGRESS_LINE];
-    const struct mill_progress now = {0.15, 0.3, 1, lefts[_i].wall};
+    const struct mill_progress now = {
+        .time = 0.15, .end = 0.3, .collisions = 1, .wall = lefts[_i].wall};
     mill_progress_format(&start, &now, 150, line);
     ck_assert_ptr_nonnull(strstr(line, lefts[_i].text));
 }
@@ -76,7 +78,8 @@ START_TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
     ck_assert_ptr_nonnull(out);
     mill_progress_init(&display, out, false);
     for (int tick = 1; tick <= 800; tick++) {
-        const struct mill_progress now = {1e-6 * tick, 0.3, 1000, 0.25 * tick};
+        const struct mill_progress now = {
+            .time = 1e-6 * tick, .end = 0.3, .collisions = 1000, .wall = 0.25 * tick};
         const size_t before = size;
         mill_progress_show(&display, &now);
         if (size == before)

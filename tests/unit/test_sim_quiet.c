@@ -1,6 +1,6 @@
 /* Claims about the loop where contacts pile up or nothing happens at all: bouncing to rest, heaps,
  * rows of touching balls, pinched balls, still mills. */
-#include "sim_fixture.h"
+#include "sim_mills.h"
 
 #define ONE_BALL                                                                                   \
     "[balls]\ncount = 1\ndiameter = 10 mm\ndensity = 7800 kg/m^3\nstart = start.txt\n"             \
@@ -147,24 +147,6 @@ START_TEST(a_mill_in_which_nothing_moves_is_done_at_once)
     bench_close(&b);
 }
 END_TEST
-
-/* Mills in which a blade presses balls into a wedge that friction keeps shut: at the tip, and a
- * pitched blade's face at the end wall. */
-static const char *const pinching[] = {
-    "[run]\ntime = 1 s\n[balls]\ncount = 60\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
-    "[drum]\nradius = 40 mm\nlength = 30 mm\n[rotor]\nspeed = 300 rpm\nshaft_radius = 8 mm\n"
-    "[blades]\ncount = 1\ntip_radius = 35.05 mm\nwidth = 10 mm\nthickness = 5 mm\n"
-    "[contact]\nrestitution = 0.8\nfriction = 0.5\n",
-    "[run]\ntime = 1 s\n[balls]\ncount = 60\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
-    "[drum]\nradius = 40 mm\nlength = 30 mm\n[rotor]\nspeed = -600 rpm\nshaft_radius = 8 mm\n"
-    "[blades]\ncount = 1\ntip_radius = 35 mm\nwidth = 10 mm\nthickness = 5 mm\npitch = 30 deg\n"
-    "[contact]\nrestitution = 0.8\nfriction = 0.5\n",
-    "[run]\ntime = 1 s\n[balls]\ncount = 200\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
-    "[drum]\nradius = 40 mm\nlength = 40 mm\n[rotor]\nspeed = 1000 rpm\nshaft_radius = 8 mm\n"
-    "[blades]\ncount = 2\ntip_radius = 33 mm\nwidth = 10 mm\nthickness = 5 mm\npitch = 20 deg\n"
-    "[contact]\nrestitution = 0.8\nfriction = 0.3\ntangential_restitution = 0.484\n",
-};
-enum { PINCHING = sizeof pinching / sizeof *pinching };
 
 START_TEST(pinched_balls_are_let_go_counted_and_never_lost)
 {

@@ -220,7 +220,17 @@ START_TEST(a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed)
     run_ring(0.62 * f.world.rotor_speed, 0.1, 1);
     assert_holds(printed(false),
                  "note: the charge has come off the rotor and turns as a ring, at 62 %");
+    assert_holds(text, "without friction");
     assert_fits(text);
+}
+END_TEST
+
+START_TEST(the_drums_friction_is_not_denied_to_a_ring_that_has_it)
+{
+    f.world.law[MILL_BALL_DRUM].friction = 0.3;
+    run_ring(0.62 * f.world.rotor_speed, 0.1, 1);
+    assert_holds(printed(false), "turns as a ring, at 62 %");
+    assert_lacks(text, "without friction");
 }
 END_TEST
 
@@ -326,6 +336,7 @@ static Suite *make_suite(void)
     tcase_add_test(tests, the_table_fits_100_columns_with_every_note_and_large_numbers);
     tcase_add_test(tests, a_run_stopped_before_the_window_has_a_summary);
     tcase_add_test(tests, a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed);
+    tcase_add_test(tests, the_drums_friction_is_not_denied_to_a_ring_that_has_it);
     tcase_add_test(tests, a_charge_that_the_rotor_still_strikes_is_no_ring);
     tcase_add_test(tests, a_charge_too_slow_to_stay_up_is_no_ring);
     tcase_add_test(tests, a_charge_with_much_other_motion_is_no_ring);

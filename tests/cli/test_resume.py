@@ -1,0 +1,728 @@
+"""Interrupted runs: --resume goes on to the same bits, and the output file is whole at every moment."""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import pytest
+from conftest import PROGRAM, SMALL
+from results import OWN, differences, status
+
+# Two kinds of balls, blades, friction, everything recorded; about two seconds of processor time
+MILL = """\
+[run]
+time = 0.5 s
+sample_from = 200 ms
+seed = 3
+[balls.steel]
+count = 500
+diameter = 5 mm
+density = 7800 kg/m^3
+[balls.glass]
+count = 250
+diameter = 4 mm
+density = 2500 kg/m^3
+[drum]
+radius = 50 mm
+length = 70 mm
+[rotor]
+speed = 1000 rpm
+shaft_radius = 12 mm
+[blades]
+count = 3
+tip_radius = 43 mm
+width = 10 mm
+thickness = 6 mm
+pitch = 20 deg
+[contact]
+restitution = 0.8
+friction = 0.3
+tangential_restitution = 0.4
+[output]
+frames = 5 ms
+series = 1 ms
+impacts = all
+checkpoint = 10 ms
+"""
+# The same for a shorter time: what most tests need
+SHORT = MILL.replace("time = 0.5 s", "time = 0.15 s").replace("200 ms", "50 ms")
+# One that nobody waits for
+ENDLESS = SHORT.replace("time = 0.15 s", "time = 1000 s").replace("impacts = all\n", "")
+
+# Where two runs differ that had checkpoints at different intervals
+INTERVAL = ("/deck/output/checkpoint", "/deck/text")
+GROWING = ("/observables/rotor_work/value", "/particles/trajectory/position/value", "/impacts/time")
+
+
+class Folder:
+    """A folder with a deck, mill.ini, in which runs are started."""
+
+    def __init__(self, path, deck):
+        self.path = path
+        self.file = path / "mill.h5"
+        (path / "mill.ini").write_text(deck)
+
+    def start(self, *arguments):
+        return subprocess.Popen(
+            [PROGRAM, *map(str, arguments), "mill.ini"],
+            cwd=self.path,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, *arguments):
+        """Status, and what was said on standard error."""
+        process = self.start(*arguments)
+        said = process.communicate(timeout=120)[1]
+        return process.returncode, said
+
+    def finish(self, *arguments):
+        done = self.run("-q", *arguments)
+        assert done == (0, ""), done
+
+    def stop(self, *arguments, number=signal.SIGINT, after=0.0):
+        """Starts a run and sends it a signal `after` seconds after its first checkpoint."""
+        process = self.start(*arguments)
+        self.await_checkpoint(process)
+        time.sleep(after)
+        process.send_signal(number)
+        said = process.communicate(timeout=60)[1]
+        return process.returncode, said
+
+    def await_checkpoint(self, process):
+        """A checkpoint of this run, at t > 0."""
+        before = self.file.stat().st_ino if self.file.exists() else None
+        for _ in range(3000):
+            assert process.poll() is None, process.communicate()[1]
+            if self.file.exists() and self.file.stat().st_ino != before and status(self.file)[1]:
+                return
+            time.sleep(0.01)
+        pytest.fail("no checkpoint within 30 s")
+
+    def names(self):
+        return {entry.name for entry in self.path.iterdir()}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """folder(deck) is a Folder with this deck, SHORT by default."""
+    return lambda deck=SHORT: Folder(tmp_path, deck)
+
+
+def undisturbed(tmp_path_factory, deck, *arguments):
+    """The output of a run without any checkpoint."""
+    whole = Folder(tmp_path_factory.mktemp("whole"), deck)
+    whole.finish("-s", "output.checkpoint=1 h", *arguments)
+    return whole.file
+
+
+def assert_same(path, whole, apart_from=()):
+    assert differences(path, whole, (*OWN, *INTERVAL, *apart_from)) == []
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """The output of the undisturbed run of SHORT."""
+    return undisturbed(tmp_path_factory, SHORT)
+
+
+def one_line(said, *words):
+    """It is one message, and holds these words."""
+    assert said.startswith("millsim: ") and said.count("\n") == 1, said
+    for word in words:
+        assert word in said, said
+    return True
+
+
+# ---- kill -9 ----
+
+
+def rows(path):
+    with h5py.File(path, "r") as file:
+        return [len(file[name]) for name in GROWING]
+
+
+def assert_beginning_of(part, whole):
+    """The growing data of the one file are those with which the other begins, to the bit."""
+    with h5py.File(part, "r") as a, h5py.File(whole, "r") as b:
+        for name in GROWING:
+            held = a[name][:]
+            assert held.tobytes() == b[name][: len(held)].tobytes(), name
+
+
+def kill_after(folder, seconds, *arguments):
+    """Kills a run after so long; whether it was still running, and what it had said."""
+    process = folder.start(*arguments)
+    try:
+        process.wait(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        process.kill()
+    said = process.communicate()[1]
+    assert process.returncode in (0, -signal.SIGKILL), said
+    return process.returncode != 0, said
+
+
+def test_a_run_killed_fifty_times_ends_with_the_same_bits(folder, tmp_path_factory):
+    chance = random.Random(20070315)
+    whole = undisturbed(tmp_path_factory, MILL)
+    mill = folder(MILL)
+    began = time.monotonic()
+    mill.stop("-q", number=signal.SIGKILL)
+    first = time.monotonic() - began  # how long it takes to the first checkpoint, here and now
+    held, kills, resumed_at = rows(mill.file), 1, set()
+    while kills < 50:
+        interval = f"output.checkpoint={chance.uniform(1, 40):.2f} ms"
+        hit, said = kill_after(mill, chance.uniform(0.0, 2.0 * first), "--resume", "-s", interval)
+        kills += hit  # some come too late: the run was over
+        if "resuming at t = " in said:
+            resumed_at.add(float(said.split("resuming at t = ")[1].split()[0]))
+        assert_beginning_of(mill.file, whole)
+        now = rows(mill.file)
+        assert all(b >= a for a, b in zip(held, now)), (held, now)
+        held = now
+        if not hit:  # it came to its end: once more from the beginning
+            assert_same(mill.file, whole)
+            mill.file.unlink()
+            mill.stop("-q", number=signal.SIGKILL)
+            held = rows(mill.file)
+    print(f"{kills} kills, resumed at {len(resumed_at)} different times up to {max(resumed_at)} s")
+    mill.run("-q", "--resume")
+    assert_same(mill.file, whole)
+    assert mill.names() == {"mill.ini", "mill.h5"}
+    assert min(resumed_at) > 0 and len(resumed_at) >= 10, resumed_at
+
+
+def test_a_run_killed_with_no_frames_ends_with_the_same_bits(folder, tmp_path_factory):
+    deck = SHORT.replace("frames = 5 ms", "frames = 0 s")
+    mill = folder(deck)
+    for k in range(3):
+        mill.stop("-q", *["--resume"][:k], number=signal.SIGKILL, after=0.02 * k)
+    mill.finish("--resume")
+    assert_same(mill.file, undisturbed(tmp_path_factory, deck))
+
+
+def test_a_run_killed_before_its_first_checkpoint_starts_again(folder, short):
+    mill = folder()
+    process = mill.start("-q", "-s", "output.checkpoint=1 h")
+    while not mill.file.exists():
+        assert process.poll() is None
+        time.sleep(0.002)
+    process.kill()
+    process.communicate()
+    assert status(mill.file) == ("running", 0.0)
+    code, said = mill.run("--resume")
+    assert code == 0
+    assert one_line(said, "mill.h5: ended before its first checkpoint: starting from the beginning")
+    assert_same(mill.file, short)
+
+
+def test_what_a_killed_run_leaves_beside_its_file_is_cleared_up(folder, short):
+    mill = folder()
+    mill.stop("-q", number=signal.SIGKILL)
+    assert "mill.h5.lock" in mill.names()
+    mill.finish("--force")
+    assert mill.names() == {"mill.ini", "mill.h5"}
+    assert_same(mill.file, short)
+
+
+# ---- signals ----
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, short, number):
+    mill = folder()
+    code, said = mill.stop("-q", number=number)
+    assert code == 128 + number
+    assert one_line(said, "mill.h5 holds everything up to then", "--resume goes on")
+    ended, reached = status(mill.file)
+    assert ended == "stopped" and 0 < reached < 0.15
+    assert_beginning_of(mill.file, short)
+    assert mill.names() == {"mill.ini", "mill.h5"}
+    code, said = mill.run("--resume")
+    assert code == 0
+    assert one_line(said, f"mill.h5: resuming at t = {reached:.6g} s")
+    assert_same(mill.file, short)
+
+
+def test_an_impatient_second_signal_changes_nothing(folder, short):
+    mill = folder()
+    process = mill.start("-q")
+    mill.await_checkpoint(process)
+    for _ in range(3):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.001)
+    assert one_line(process.communicate(timeout=60)[1])
+    assert process.returncode == 130
+    assert status(mill.file)[0] == "stopped"
+    mill.finish("--resume")
+    assert_same(mill.file, short)
+
+
+def test_stopped_and_resumed_again_and_again_ends_with_the_same_bits(folder, short):
+    mill = folder()
+    times = [0.0]
+    for k in range(6):
+        process = mill.start("-q", *["--resume"][:k])
+        time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        if process.returncode == 0:
+            break
+        assert process.returncode == 130
+        if mill.file.exists():
+            times.append(status(mill.file)[1])
+    assert times == sorted(times)
+    mill.run("-q", "--resume")
+    assert_same(mill.file, short)
+
+
+def test_a_stop_before_the_statistics_begin_is_no_loss(folder, tmp_path_factory):
+    deck = SHORT.replace("sample_from = 50 ms", "sample_from = 140 ms")
+    mill = folder(deck)
+    mill.stop("-q")
+    assert 0 < status(mill.file)[1] < 0.14
+    with h5py.File(mill.file) as file:
+        assert file["/statistics/duration"][()] == 0
+    mill.finish("--resume")
+    assert_same(mill.file, undisturbed(tmp_path_factory, deck))
+
+
+def test_the_summary_of_a_resumed_run_is_that_of_an_undisturbed_one(folder, tmp_path):
+    mill = folder()
+
+    def table(*arguments):
+        done = subprocess.run(
+            [PROGRAM, "-q", *arguments, "mill.ini"],
+            cwd=tmp_path, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        own = ("speed", "cost", "output", "millsim")
+        return [line for line in done.stdout.splitlines() if not line.startswith(own)]
+
+    whole = table("-o", "whole.h5")
+    mill.stop("-q")
+    assert table("--resume") == whole
+
+
+def test_wall_and_processor_time_are_those_of_all_legs(folder):
+    mill = folder(ENDLESS)
+    spent = []
+    for k in range(3):
+        mill.stop("-q", *["--resume"][:k], after=0.5)
+        with h5py.File(mill.file) as file:
+            spent.append(file["/run/wall_time"][()])
+    assert spent[0] > 0.5 and spent[1] > spent[0] + 0.5 and spent[2] > spent[1] + 0.5, spent
+
+
+# ---- what there is to resume ----
+
+
+def test_a_complete_run_is_left_as_it_is(folder):
+    mill = folder()
+    mill.finish()
+    bytes_, about = mill.file.read_bytes(), mill.file.stat()
+    code, said = mill.run("--resume")
+    assert code == 0
+    assert one_line(said, "mill.h5: is complete: nothing to resume")
+    assert mill.file.read_bytes() == bytes_
+    after = mill.file.stat()
+    assert (after.st_ino, after.st_mtime_ns) == (about.st_ino, about.st_mtime_ns)
+
+
+def test_no_state_is_left_in_a_complete_file(folder):
+    mill = folder()
+    mill.stop("-q")
+    with h5py.File(mill.file) as file:
+        assert "checkpoint" in file
+    mill.finish("--resume")
+    with h5py.File(mill.file) as file:
+        assert "checkpoint" not in file
+
+
+def test_without_a_file_a_resumed_run_starts_from_the_beginning(folder, short):
+    mill = folder()
+    code, said = mill.run("--resume")
+    assert code == 0
+    assert one_line(said, "mill.h5: does not exist yet: starting from the beginning")
+    assert_same(mill.file, short)
+
+
+def test_a_quiet_resume_is_quiet(folder):
+    mill = folder()
+    mill.stop("-q")
+    assert mill.run("-q", "--resume") == (0, "")
+
+
+@pytest.mark.parametrize(
+    "change, key",
+    [
+        (("friction = 0.3", "friction = 0.31"), "friction"),
+        (("seed = 3", "seed = 4"), "seed"),
+        (("time = 0.15 s", "time = 0.2 s"), "time"),
+        (("count = 3\n", "count = 2\n"), "count"),
+        (("pitch = 20 deg\n", ""), "pitch"),
+        (("impacts = all\n", ""), "impacts"),
+        (("[balls.glass]", "[balls.aqua]"), "balls.glass"),
+    ],
+)
+def test_another_deck_is_refused_by_its_key_and_the_file_left_alone(folder, change, key):
+    mill = folder()
+    mill.stop("-q")
+    bytes_ = mill.file.read_bytes()
+    deck = mill.path / "mill.ini"
+    deck.write_text(SHORT.replace(*change))
+    code, said = mill.run("-q", "--resume")
+    assert code == 2
+    assert one_line(said, "mill.h5: is of another deck: ", key, "--force")
+    assert mill.file.read_bytes() == bytes_
+
+
+def test_another_setting_is_refused_and_the_same_one_is_not(folder, tmp_path_factory):
+    setting = ("-s", "contact.ball_drum.restitution=0.6")
+    mill = folder()
+    mill.stop("-q", *setting)
+    bytes_ = mill.file.read_bytes()
+    for other in ((), ("-s", "contact.ball_drum.restitution=0.61")):
+        code, said = mill.run("-q", "--resume", *other)
+        assert code == 2
+        assert one_line(said, "restitution" if other else "contact.ball_drum")
+        assert mill.file.read_bytes() == bytes_
+    mill.finish("--resume", *setting)
+    assert_same(mill.file, undisturbed(tmp_path_factory, SHORT, *setting))
+
+
+def test_the_same_deck_in_other_words_is_the_same_deck(folder, short):
+    mill = folder()
+    mill.stop("-q")
+    words = SHORT.replace("radius = 50 mm", "radius = 5e-2 m # the drum")
+    (mill.path / "mill.ini").write_text("# my mill\n" + words)
+    mill.finish("--resume")
+    assert_same(mill.file, short)
+
+
+def test_the_interval_of_checkpoints_may_change(folder, short):
+    mill = folder()
+    mill.stop("-q")
+    mill.finish("--resume", "-s", "output.checkpoint=1 h")
+    assert_same(mill.file, short)
+
+
+def test_the_folder_may_move(tmp_path):
+    start = "".join(
+        f"{x} {y} {z} 0 1 0\n"
+        for x in (-0.016, -0.008, 0.0, 0.008, 0.016)
+        for y, z in ((0.027, 0), (-0.027, 0), (0, 0.027), (0, -0.027))
+    )
+    deck = SMALL.replace("time = 50 ms", "time = 1 s").replace(
+        "count = 20", "count = 20\nstart = begin.txt"
+    )
+    deck += "impacts = all\ncheckpoint = 1 ms\n"
+    homes = []
+    for name in ("here", "there"):
+        (tmp_path / name).mkdir()
+        homes.append(Folder(tmp_path / name, deck))
+        (tmp_path / name / "begin.txt").write_text(start)
+    homes[1].finish()
+    assert homes[0].stop("-q", "-s", "run.time=1 s")[0] == 130
+    moved = homes[0].path.rename(tmp_path / "elsewhere")
+    mill = Folder(moved, deck)
+    code, said = mill.run("--resume")
+    assert code == 0 and "resuming at t = " in said
+    assert_same(mill.file, homes[1].file, apart_from=["/deck"])
+
+
+# ---- files that cannot be resumed ----
+
+
+def assert_refused(mill, code, *words):
+    bytes_ = mill.file.read_bytes()
+    got, said = mill.run("-q", "--resume")
+    assert (got, one_line(said, "mill.h5: ", *words)) == (code, True), said
+    assert mill.file.read_bytes() == bytes_
+    assert mill.names() == {"mill.ini", "mill.h5"}
+
+
+@pytest.fixture(scope="module")
+def stopped(tmp_path_factory):
+    """The output of a stopped run of SHORT."""
+    mill = Folder(tmp_path_factory.mktemp("stopped"), SHORT)
+    assert mill.stop("-q")[0] == 130
+    return mill.file
+
+
+# Bytes of the head, of the balls, of the statistics; -1 counts from the end
+@pytest.mark.parametrize(
+    "at", [0, 7, 8, 73, 79, 80, 87, 89, 97, 104, 105, 112, 113, 121, 128, 129, 136, 137, 144,
+           145, 152, 160, 300, 5000, 50000, -50000, -1]
+)  # fmt: skip
+def test_a_damaged_checkpoint_is_refused(folder, stopped, at):
+    mill = folder()
+    shutil.copy(stopped, mill.file)
+    with h5py.File(mill.file, "r+") as file:
+        state = file["/checkpoint"][:]
+        state[at] ^= 0x10
+        file["/checkpoint"][:] = state
+    assert_refused(mill, 1, "checkpoint", "--force")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_a_file_cut_short_is_refused(folder, stopped, share):
+    mill = folder()
+    bytes_ = stopped.read_bytes()
+    mill.file.write_bytes(bytes_[: int(share * len(bytes_))])
+    assert_refused(mill, 1)
+
+
+def test_a_checkpoint_cut_short_is_refused(folder, stopped):
+    mill = folder()
+    for keep in (0, 5, 80, 151, 152, 1000):
+        shutil.copy(stopped, mill.file)
+        with h5py.File(mill.file, "r+") as file:
+            state = file["/checkpoint"][:keep]
+            del file["/checkpoint"]
+            file["/checkpoint"] = state
+        assert_refused(mill, 1, "checkpoint", "--force")
+
+
+def test_a_checkpoint_that_is_none_is_refused(folder, stopped):
+    mill = folder()
+    for thing in ("text", 3.5, [1.0, 2.0]):
+        shutil.copy(stopped, mill.file)
+        with h5py.File(mill.file, "r+") as file:
+            del file["/checkpoint"]
+            file["/checkpoint"] = thing
+        assert_refused(mill, 1, "checkpoint")
+
+
+@pytest.mark.parametrize("name", GROWING)
+def test_rows_missing_before_the_checkpoint_are_told(folder, stopped, name):
+    mill = folder()
+    shutil.copy(stopped, mill.file)
+    with h5py.File(mill.file, "r+") as file:
+        file[name].resize(len(file[name]) // 2, axis=0)
+    assert_refused(mill, 1)
+
+
+def test_a_foreign_file_is_refused(folder):
+    mill = folder()
+    mill.file.write_text("my thesis")
+    assert_refused(mill, 1)
+    with h5py.File(mill.file, "w") as file:
+        file["measurements"] = [1.0, 2.0]
+    assert_refused(mill, 1, "is not an output file of millsim")
+    with h5py.File(mill.file, "w") as file:
+        file["/deck/text"] = [1.0, 2.0]
+    assert_refused(mill, 1)
+
+
+def test_resume_and_force_exclude_each_other(folder):
+    mill = folder()
+    code, said = mill.run("--resume", "--force")
+    assert code == 2
+    assert one_line(said, "'--resume' and '--force' exclude each other")
+    assert mill.names() == {"mill.ini"}
+
+
+def test_a_run_that_failed_is_not_tried_again(folder):
+    mill = folder(
+        "[run]\ntime = 10 s\n[balls]\ncount = 1\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n"
+        "start = start.txt\n[drum]\nradius = 100 mm\nlength = 100 mm\n"
+        "[contact]\nrestitution = 0\nrebound_floor = 0 m/s\n[output]\ncheckpoint = 1 ms\n"
+    )
+    (mill.path / "start.txt").write_text("0 0 0\n")
+    code, said = mill.run("-q")
+    assert code == 1 and one_line(said, "rebound_floor")
+    assert status(mill.file)[0] == "failed"
+    bytes_ = mill.file.read_bytes()
+    code, said = mill.run("-q", "--resume")
+    assert code == 1 and one_line(said, "mill.h5: its run failed and would fail again")
+    assert mill.file.read_bytes() == bytes_
+
+
+# ---- others at the same file ----
+
+
+@pytest.mark.parametrize("option", [None, "--force", "--resume"])
+def test_a_second_run_on_the_same_output_is_refused_and_the_first_unharmed(folder, short, option):
+    mill = folder()
+    first = mill.start("-q")
+    mill.await_checkpoint(first)
+    first.send_signal(signal.SIGSTOP)  # so that it lives on meanwhile
+    code, said = mill.run("-q", *[option] if option else [])
+    first.send_signal(signal.SIGCONT)
+    assert first.wait(timeout=60) == 0
+    assert one_line(said, "mill.h5: ", "another run is writing it" if option else "exists already")
+    assert code == (1 if option else 2)
+    assert_same(mill.file, short)
+    assert mill.names() == {"mill.ini", "mill.h5"}
+
+
+@pytest.mark.parametrize("victims", [["mill.h5"], ["mill.h5.part"], ["mill.h5.lock"],
+                                     ["mill.h5", "mill.h5.part", "mill.h5.lock"]])  # fmt: skip
+def test_files_removed_under_a_run_do_not_hurt_it(folder, short, victims):
+    mill = folder()
+    process = mill.start("-q")
+    mill.await_checkpoint(process)
+    process.send_signal(signal.SIGSTOP)
+    for name in victims:
+        (mill.path / name).unlink(missing_ok=name.endswith("part"))
+    process.send_signal(signal.SIGCONT)
+    assert process.wait(timeout=60) == 0, process.communicate()[1]
+    assert_same(mill.file, short)
+    assert mill.names() == {"mill.ini", "mill.h5"}
+
+
+def test_a_removed_folder_ends_the_run_with_one_line(folder, tmp_path):
+    mill = folder()
+    mill.file = tmp_path / "out" / "mill.h5"
+    mill.file.parent.mkdir()
+    process = mill.start("-q", "-o", "out/mill.h5")
+    mill.await_checkpoint(process)
+    shutil.rmtree(mill.file.parent, ignore_errors=True)
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 1
+    assert one_line(said, "out/mill.h5: cannot write", "No such file or directory")
+    assert mill.names() == {"mill.ini"}
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_made_read_only_ends_the_run_with_one_line(folder, tmp_path):
+    mill = folder()
+    process = mill.start("-q")
+    mill.await_checkpoint(process)
+    tmp_path.chmod(0o500)
+    said = process.communicate(timeout=60)[1]
+    tmp_path.chmod(0o700)
+    assert process.returncode == 1
+    assert one_line(said, "mill.h5: cannot write", "Permission denied")
+    mill.finish("--resume")
+
+
+def test_a_reader_sees_a_whole_file_at_any_moment(folder, short):
+    mill = folder()
+    process = mill.start("-q")
+    held, looks = [0] * len(GROWING), 0
+    while process.poll() is None:
+        if mill.file.exists():
+            now = rows(mill.file)
+            assert all(b >= a for a, b in zip(held, now)), (held, now)
+            assert_beginning_of(mill.file, short)
+            held, looks = now, looks + 1
+    assert process.returncode == 0, process.communicate()[1]
+    assert looks >= 3
+    assert_same(mill.file, short)
+
+
+def test_a_linked_output_stays_a_link(folder, tmp_path, short):
+    mill = folder()
+    (tmp_path / "big").mkdir()
+    (tmp_path / "big" / "real.h5").write_text("old")
+    mill.file.symlink_to("big/real.h5")
+    mill.stop("-q", "--force")
+    mill.finish("--resume")
+    assert mill.file.is_symlink()
+    assert_same(tmp_path / "big" / "real.h5", short)
+
+
+# ---- full disks ----
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """disk(size) is a small disk of its own, or the same with another size; skips where none may be
+    mounted."""
+    place = tmp_path / "disk"
+
+    def mount(size):
+        options = f"size={size}"
+        if place.exists():
+            options += ",remount"
+        place.mkdir(exist_ok=True)
+        done = subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(place)],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if done.returncode != 0:
+            place.rmdir()
+            pytest.skip(f"no disk may be mounted here: {done.stderr.strip()}")
+        return place
+
+    if os.geteuid() != 0 or not shutil.which("mount"):
+        pytest.skip("only root may mount a small disk")
+    yield mount
+    if place.exists():
+        subprocess.run(["umount", "-l", str(place)], check=False)
+
+
+def test_a_disk_full_from_the_start_is_told_in_one_line(folder, disk):
+    mill = folder()
+    mill.file = disk("16k") / "mill.h5"
+    code, said = mill.run("-q", "-o", "disk/mill.h5")
+    assert code == 1
+    assert one_line(said, "disk/mill.h5: cannot ", "No space left on device")
+    assert {entry.name for entry in mill.file.parent.iterdir()} <= {"mill.h5"}
+
+
+def test_a_forced_run_on_a_full_disk_leaves_the_old_file(folder, disk):
+    mill = folder()
+    mill.file = disk("16k") / "mill.h5"
+    mill.file.write_text("my thesis")
+    code, said = mill.run("-q", "--force", "-o", "disk/mill.h5")
+    assert code == 1
+    assert one_line(said, "disk/mill.h5: cannot ", "No space left on device")
+    assert mill.file.read_text() == "my thesis"
+    assert [entry.name for entry in mill.file.parent.iterdir()] == ["mill.h5"]
+
+
+@pytest.mark.parametrize("size", ["1m", "2500k", "5m"])
+def test_a_disk_that_fills_up_takes_nothing_and_with_space_the_run_goes_on(
+    folder, disk, short, size
+):
+    mill = folder()
+    mill.file = disk(size) / "mill.h5"
+    code, said = mill.run("-q", "-o", "disk/mill.h5")
+    assert code == 1
+    assert one_line(said, "disk/mill.h5: cannot ", "No space left on device", "--resume")
+    assert {entry.name for entry in mill.file.parent.iterdir()} == {"mill.h5"}
+    assert status(mill.file)[0] == "running"
+    assert_beginning_of(mill.file, short)
+    disk("200m")
+    mill.finish("--resume", "-o", "disk/mill.h5")
+    assert_same(mill.file, short)
+    assert {entry.name for entry in mill.file.parent.iterdir()} == {"mill.h5"}
+
+
+def test_a_disk_too_full_to_resume_leaves_the_file_as_it_was(folder, disk, short):
+    mill = folder()
+    mill.file = disk("200m") / "mill.h5"
+    mill.stop("-q", "-o", "disk/mill.h5")
+    bytes_ = mill.file.read_bytes()
+    disk(f"{len(bytes_) // 1024 + 64}k")
+    code, said = mill.run("-q", "--resume", "-o", "disk/mill.h5")
+    assert code == 1
+    assert one_line(said, "disk/mill.h5: cannot ", "No space left on device")
+    assert mill.file.read_bytes() == bytes_
+    disk("200m")
+    mill.finish("--resume", "-o", "disk/mill.h5")
+    assert_same(mill.file, short)
+
+
+# ---- the cost ----
+
+
+def test_frequent_checkpoints_cost_little(folder):
+    """They may take 2 % of the time; measured in processor time, which busy neighbours change less."""
+    mill = folder(MILL.replace("time = 0.5 s", "time = 1 s").replace("impacts = all", ""))
+
+    def spent(interval):
+        mill.finish("--force", "-s", f"output.checkpoint={interval}")
+        with h5py.File(mill.file) as file:
+            return file["/run/cpu_time"][()]
+
+    often, never = (min(spent(interval) for _ in range(2)) for interval in ("1 ms", "1 h"))
+    assert often < 1.1 * never + 0.1  # one checkpoint comes in any case

@@ -1,0 +1,314 @@
+/* Claims about /checkpoint: the state of a run comes back from the file as it was put there, and
+ * whatever is not this program's whole state is refused with a line that says what it is. And about
+ * the list of places that states are made from. */
+#include "checkpoint.h"
+#include "parts.h"
+#include "sim_mills.h"
+
+#include <stddef.h>
+
+/* A mill with all its observers, writing into a file */
+struct run {
+    struct bench bench;
+    char path[64];
+    struct mill_h5 *file;
+    struct mill_checkpoint_parts parts;
+};
+
+static void observe(struct run *r, struct mill_observer *observer)
+{
+    ck_assert_int_eq(mill_sim_observe(r->bench.sim, observer), MILL_OK);
+}
+
+static void open_run(struct run *r, const char *deck)
+{
+    struct mill_error error = {""};
+    struct bench *b = &r->bench;
+    memset(r, 0, sizeof *r);
+    bench_open(b, deck, NULL);
+    snprintf(r->path, sizeof r->path, "/tmp/millsim_checkpoint_%ld.h5", (long)getpid());
+    unlink(r->path);
+    struct mill_checkpoint_parts *p = &r->parts;
+    p->sim = b->sim;
+    ck_assert_msg(
+        mill_h5_create(r->path, MILL_H5_NEW, &r->file, &error) == MILL_OK &&
+            mill_tally_create(b->deck, b->world, &p->tally, &error) == MILL_OK &&
+            mill_frames_create(r->file, b->deck, b->world, &p->frames, &error) == MILL_OK &&
+            mill_series_create(r->file, b->deck, b->world, &p->series, &error) == MILL_OK &&
+            mill_impactlog_create(r->file, b->deck, b->world, &p->log, &error) == MILL_OK,
+        "%s", error.text);
+    observe(r, mill_tally_observer(p->tally));
+    observe(r, p->frames);
+    observe(r, p->series);
+    observe(r, p->log);
+}
+
+static void close_run(struct run *r)
+{
+    mill_frames_free(r->parts.frames);
+    mill_series_free(r->parts.series);
+    mill_impactlog_free(r->parts.log);
+    mill_tally_free(r->parts.tally);
+    mill_h5_abandon(r->file);
+    bench_close(&r->bench);
+    unlink(r->path);
+}
+
+static struct run run;
+static unsigned char *state;
+static size_t size;
+
+/* A run that stands at 60 ms, and its state */
+static void setup(void)
+{
+    open_run(&run, mills[0]);
+    bench_run(&run.bench, 0.06);
+    state = mill_checkpoint_take(&run.parts, 7.5, 3.25);
+    ck_assert_ptr_nonnull(state);
+    size = (size_t)mill_checkpoint_head(state).size;
+}
+
+static void teardown(void)
+{
+    free(state);
+    close_run(&run);
+}
+
+/* What reading says of these bytes, stored as /checkpoint of the run's own file; "" where it takes
+ * them, and then they must come back as they were. */
+static const char *verdict(const unsigned char *bytes, size_t count)
+{
+    static struct mill_error error;
+    unsigned char *back = state;
+    error.text[0] = '\0';
+    ck_assert_int_eq(
+        mill_h5_write(run.file, "/checkpoint", MILL_H5_U8, 1, &count, bytes, "byte", "-", &error),
+        MILL_OK);
+    if (mill_checkpoint_read(run.file, "mill.h5", &back, &error) == MILL_OK) {
+        ck_assert_mem_eq(back, bytes, count);
+        free(back);
+        return "";
+    }
+    ck_assert_ptr_null(back);
+    return error.text;
+}
+
+START_TEST(a_state_comes_back_from_the_file_as_it_was)
+{
+    unsigned char *back = NULL;
+    struct mill_error error = {""};
+    ck_assert_int_eq(mill_checkpoint_write(state, run.file, NULL), MILL_OK);
+    ck_assert_msg(mill_checkpoint_read(run.file, "mill.h5", &back, &error) == MILL_OK, "%s",
+                  error.text);
+    ck_assert_mem_eq(back, state, size);
+    const struct mill_checkpoint head = mill_checkpoint_head(back);
+    ck_assert(head.wall == 7.5 && head.cpu == 3.25);
+    ck_assert_uint_eq(head.frames.rows, 7); /* one every 10 ms, from 0 on */
+    ck_assert_uint_eq(head.series.rows, 61);
+    ck_assert_uint_eq(head.log.rows, bench_collisions(&run.bench));
+    free(back);
+}
+END_TEST
+
+START_TEST(a_file_without_a_state_has_none)
+{
+    unsigned char *back = state;
+    ck_assert_int_eq(mill_checkpoint_read(run.file, "mill.h5", &back, NULL), MILL_OK);
+    ck_assert_ptr_null(back);
+    ck_assert_int_eq(mill_checkpoint_remove(run.file, NULL), MILL_OK);
+    mill_checkpoint_write(state, run.file, NULL);
+    ck_assert_int_eq(mill_checkpoint_remove(run.file, NULL), MILL_OK);
+    ck_assert(!mill_h5_exists(run.file, "/checkpoint"));
+    back = state;
+    ck_assert_int_eq(mill_checkpoint_read(run.file, "mill.h5", &back, NULL), MILL_OK);
+    ck_assert_ptr_null(back);
+}
+END_TEST
+
+START_TEST(a_state_taken_twice_is_the_same_bytes)
+{
+    unsigned char *again = mill_checkpoint_take(&run.parts, 7.5, 3.25);
+    ck_assert_mem_eq(again, state, size);
+    free(again);
+}
+END_TEST
+
+START_TEST(loop_and_statistics_go_on_from_it_to_the_same_bits)
+{
+    struct bench later;
+    struct mill_tally *tally;
+    bench_open(&later, mills[0], NULL);
+    ck_assert_int_eq(mill_tally_create(later.deck, later.world, &tally, NULL), MILL_OK);
+    ck_assert_int_eq(mill_sim_observe(later.sim, mill_tally_observer(tally)), MILL_OK);
+    ck_assert_int_eq(mill_checkpoint_load_sim(state, later.sim, NULL), MILL_OK);
+    ck_assert_int_eq(mill_checkpoint_load_tally(state, tally, NULL), MILL_OK);
+    bench_run(&later, 0.15);
+    bench_run(&run.bench, 0.15);
+    runs_are_alike(&run.bench, &later);
+    ck_assert_uint_eq(mill_tally_state_size(tally), mill_tally_state_size(run.parts.tally));
+    unsigned char *one = malloc(mill_tally_state_size(tally));
+    unsigned char *two = malloc(mill_tally_state_size(tally));
+    mill_tally_save(run.parts.tally, one);
+    mill_tally_save(tally, two);
+    ck_assert_mem_eq(one, two, mill_tally_state_size(tally));
+    free(one);
+    free(two);
+    mill_tally_free(tally);
+    bench_close(&later);
+}
+END_TEST
+
+START_TEST(bytes_of_another_program_are_refused)
+{
+    state[0] = 'm';
+    ck_assert_str_eq(verdict(state, size),
+                     "mill.h5: its checkpoint is none of this program; start again with --force");
+}
+END_TEST
+
+START_TEST(the_state_of_another_version_is_refused_by_its_name)
+{
+    memcpy(state + offsetof(struct mill_checkpoint, version), "0.0.1", 6);
+    const char *said = verdict(state, size);
+    ck_assert_msg(
+        strstr(said, "mill.h5: its checkpoint was written by millsim 0.0.1, and this is "), "%s",
+        said);
+}
+END_TEST
+
+START_TEST(a_version_without_an_end_is_no_way_out_of_the_state)
+{
+    memset(state + offsetof(struct mill_checkpoint, version), 'v', 64);
+    const char *said = verdict(state, size);
+    ck_assert_msg(strstr(said, "was written by millsim vvv"), "%s", said);
+    ck_assert_ptr_null(strchr(said, '\n'));
+}
+END_TEST
+
+static const char damaged[] = "mill.h5: its checkpoint is damaged; start again with --force";
+
+START_TEST(a_single_bit_flipped_behind_the_head_is_noticed)
+{
+    const size_t head = sizeof(struct mill_checkpoint);
+    for (size_t k = 0; k < 200; k++) {
+        const size_t at = head + (k * 7919 + k * k * 104729) % (size - head);
+        state[at] ^= (unsigned char)(1u << k % 8);
+        ck_assert_str_eq(verdict(state, size), damaged);
+        state[at] ^= (unsigned char)(1u << k % 8);
+    }
+    ck_assert_str_eq(verdict(state, size), "");
+}
+END_TEST
+
+/* Wrong numbers of rows would put the results out of step with the balls. */
+START_TEST(a_single_bit_flipped_in_the_head_is_noticed)
+{
+    const size_t from = offsetof(struct mill_checkpoint, size);
+    int missed = 0;
+    for (size_t at = from; at < sizeof(struct mill_checkpoint); at++) {
+        state[at] ^= 4;
+        missed += strcmp(verdict(state, size), damaged) != 0;
+        state[at] ^= 4;
+    }
+    ck_assert_int_eq(missed, 0);
+}
+END_TEST
+
+START_TEST(words_that_changed_places_are_noticed)
+{
+    unsigned char *at = state + sizeof(struct mill_checkpoint), word[8];
+    for (int k = 0; k < 1000; k++, at += 8) {
+        if (memcmp(at, at + 8, 8) == 0)
+            continue;
+        memcpy(word, at, 8);
+        memmove(at, at + 8, 8);
+        memcpy(at + 8, word, 8);
+        ck_assert_str_eq(verdict(state, size), damaged);
+        return;
+    }
+    ck_abort_msg("all words are alike");
+}
+END_TEST
+
+START_TEST(a_state_cut_short_or_with_more_behind_it_is_refused)
+{
+    const size_t head = sizeof(struct mill_checkpoint);
+    const size_t counts[] = {0, 1, 8, head - 1, head, head + 1, size / 2, size - 1, size + 1};
+    unsigned char *longer = calloc(1, size + 1);
+    memcpy(longer, state, size);
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
+        const char *said = verdict(longer, counts[k]);
+        ck_assert_msg(strstr(said, "mill.h5: its checkpoint is "), "%zu: %s", counts[k], said);
+    }
+    free(longer);
+}
+END_TEST
+
+/* Sizes that are wrong but fit together, or overflow */
+START_TEST(wrong_sizes_of_the_parts_are_refused)
+{
+    const struct mill_checkpoint good = mill_checkpoint_head(state);
+    const uint64_t sims[] = {0, good.sim + 8, good.sim - 8, UINT64_MAX, good.sim + good.tally + 8};
+    for (size_t k = 0; k < sizeof sims / sizeof *sims; k++) {
+        struct mill_checkpoint head = good;
+        head.sim = sims[k];
+        head.tally = good.tally + good.sim - sims[k];
+        memcpy(state, &head, sizeof head);
+        if (verdict(state, size)[0])
+            continue;
+        /* not noticed yet: then by those who take it up */
+        ck_assert_int_eq(mill_checkpoint_load_sim(state, run.bench.sim, NULL), MILL_FAILED);
+    }
+}
+END_TEST
+
+START_TEST(parts_are_packed_one_after_another_and_come_back)
+{
+    int32_t a = 7;
+    double b[3] = {1, 2, 3};
+    char c[5] = "abcd";
+    const struct mill_part part[] = {{&a, sizeof a}, {NULL, 0}, {b, sizeof b}, {c, 0}, {c, 5}};
+    unsigned char bytes[64];
+    ck_assert_uint_eq(mill_parts_size(part, 5), 4 + 24 + 5);
+    ck_assert_ptr_eq(mill_parts_pack(part, 5, bytes), bytes + 33);
+    a = 0;
+    memset(b, 0, sizeof b);
+    memset(c, 0, sizeof c);
+    ck_assert_ptr_eq(mill_parts_unpack(part, 5, bytes), bytes + 33);
+    ck_assert_int_eq(a, 7);
+    ck_assert(b[0] == 1 && b[1] == 2 && b[2] == 3);
+    ck_assert_str_eq(c, "abcd");
+    ck_assert_uint_eq(mill_parts_size(part, 0), 0);
+}
+END_TEST
+
+int main(void)
+{
+    const TTest *const tests[] = {
+        a_state_comes_back_from_the_file_as_it_was,
+        a_file_without_a_state_has_none,
+        a_state_taken_twice_is_the_same_bytes,
+        loop_and_statistics_go_on_from_it_to_the_same_bits,
+        bytes_of_another_program_are_refused,
+        the_state_of_another_version_is_refused_by_its_name,
+        a_version_without_an_end_is_no_way_out_of_the_state,
+        a_single_bit_flipped_behind_the_head_is_noticed,
+        a_single_bit_flipped_in_the_head_is_noticed,
+        words_that_changed_places_are_noticed,
+        a_state_cut_short_or_with_more_behind_it_is_refused,
+        wrong_sizes_of_the_parts_are_refused,
+        parts_are_packed_one_after_another_and_come_back,
+    };
+    Suite *suite = suite_create("checkpoint");
+    TCase *test = tcase_create("checkpoint");
+    tcase_set_timeout(test, 60.0);
+    tcase_add_checked_fixture(test, setup, teardown);
+    for (size_t i = 0; i < sizeof tests / sizeof *tests; i++)
+        tcase_add_test(test, tests[i]);
+    suite_add_tcase(suite, test);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

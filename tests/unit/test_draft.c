@@ -1,0 +1,527 @@
+/* A file that others only ever see whole: whatever is done to the writer or to the files around it,
+ * the name leads to what was last published, and nothing is left behind. */
+#define _XOPEN_SOURCE 700
+#include "draft.h"
+
+#include <check.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+static char folder[64], path[80], part[96], lock[96];
+
+static void setup(void)
+{
+    strcpy(folder, "/tmp/millsim_draft_XXXXXX");
+    ck_assert_ptr_nonnull(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/file", folder);
+    snprintf(part, sizeof part, "%s.part", path);
+    snprintf(lock, sizeof lock, "%s.lock", path);
+}
+
+static void teardown(void)
+{
+    char command[128];
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    ck_assert_int_eq(system(command), 0);
+}
+
+static bool there(const char *name)
+{
+    struct stat about;
+    return lstat(name, &about) == 0;
+}
+
+static bool is_link(const char *name)
+{
+    struct stat about;
+    return lstat(name, &about) == 0 && S_ISLNK(about.st_mode);
+}
+
+static void put(const char *name, const char *text)
+{
+    FILE *out = fopen(name, "w");
+    ck_assert_ptr_nonnull(out);
+    fputs(text, out);
+    ck_assert_int_eq(fclose(out), 0);
+}
+
+static void assert_holds(const char *name, const char *text)
+{
+    char read[256] = "";
+    FILE *in = fopen(name, "r");
+    ck_assert_msg(in != NULL, "%s is not there", name);
+    read[fread(read, 1, sizeof read - 1, in)] = '\0';
+    fclose(in);
+    ck_assert_str_eq(read, text);
+}
+
+static struct mill_draft *begin(const char *name, bool again)
+{
+    struct mill_draft *draft = mill_draft_create(name);
+    ck_assert_ptr_nonnull(draft);
+    ck_assert_int_eq(mill_draft_open(draft, again), 0);
+    return draft;
+}
+
+static void write_text(const struct mill_draft *draft, uint64_t offset, const char *text)
+{
+    const int fd = mill_draft_descriptor(draft);
+    ck_assert_int_eq(mill_draft_write(fd, offset, text, strlen(text)), 0);
+}
+
+static void assert_nothing_left(void)
+{
+    ck_assert(!there(part));
+    ck_assert(!there(lock));
+}
+
+START_TEST(nothing_is_there_before_the_first_publication)
+{
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "half");
+    ck_assert(!there(path));
+    mill_draft_free(draft);
+    ck_assert(!there(path));
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(each_publication_shows_what_was_written_up_to_then)
+{
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "one");
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    write_text(draft, 3, " two");
+    assert_holds(path, "one");
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    write_text(draft, 0, "TWO");
+    assert_holds(path, "one two");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "TWO two");
+    ck_assert_int_eq(mill_draft_publish(draft, false), EBADF);
+    mill_draft_free(draft);
+    assert_holds(path, "TWO two");
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(a_draft_taken_up_again_begins_with_the_published_bytes)
+{
+    put(path, "published");
+    struct mill_draft *draft = begin(path, true);
+    char read[16] = "";
+    ck_assert_int_eq(mill_draft_read(mill_draft_descriptor(draft), 0, read, 9), 0);
+    ck_assert_str_eq(read, "published");
+    write_text(draft, 0, "P");
+    assert_holds(path, "published");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "Published");
+    mill_draft_free(draft);
+}
+END_TEST
+
+START_TEST(a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published)
+{
+    put(path, "old and long");
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "new");
+    assert_holds(path, "old and long");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "new");
+    mill_draft_free(draft);
+}
+END_TEST
+
+START_TEST(taking_up_what_is_not_there_fails)
+{
+    struct mill_draft *draft = mill_draft_create(path);
+    ck_assert_int_eq(mill_draft_open(draft, true), ENOENT);
+    mill_draft_free(draft);
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(reading_past_the_end_gives_zeros)
+{
+    struct mill_draft *draft = begin(path, false);
+    char read[8];
+    memset(read, 'x', sizeof read);
+    write_text(draft, 0, "abc");
+    ck_assert_int_eq(mill_draft_read(mill_draft_descriptor(draft), 1, read, 6), 0);
+    ck_assert_mem_eq(read, "bc\0\0\0\0x", 7);
+    mill_draft_free(draft);
+}
+END_TEST
+
+START_TEST(a_reader_that_has_the_file_open_keeps_its_version)
+{
+    struct mill_draft *draft = begin(path, false);
+    char read[4] = "";
+    write_text(draft, 0, "one");
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    const int reader = open(path, O_RDONLY);
+    write_text(draft, 0, "two");
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    ck_assert_int_eq(mill_draft_read(reader, 0, read, 3), 0);
+    ck_assert_str_eq(read, "one");
+    assert_holds(path, "two");
+    close(reader);
+    mill_draft_free(draft);
+}
+END_TEST
+
+/* A version: its number, so many times that the versions differ in length */
+enum { WORDS = 3000, STEP = 700 };
+
+static size_t words_of(uint32_t version)
+{
+    return WORDS + version % 7 * STEP;
+}
+
+/* Publishes one version after another for ever; after each it tells which. Words are written in
+ * several pieces, so that a kill may come between them. */
+static void publish_for_ever(int tell)
+{
+    static uint32_t words[WORDS + 6 * STEP];
+    struct mill_draft *draft = mill_draft_create(path);
+    if (!draft || mill_draft_open(draft, false) != 0)
+        return;
+    for (uint32_t version = 1;; version++) {
+        const size_t n = words_of(version);
+        for (size_t i = 0; i < n; i++)
+            words[i] = version;
+        const int fd = mill_draft_descriptor(draft);
+        for (size_t i = 0; i < n; i += STEP / 2)
+            if (mill_draft_write(fd, 4 * i, words + i, 4 * (n - i < STEP / 2 ? n - i : STEP / 2)))
+                return;
+        if (ftruncate(fd, (off_t)(4 * n)) != 0 || mill_draft_publish(draft, true) != 0 ||
+            write(tell, &version, sizeof version) != sizeof version)
+            return;
+    }
+}
+
+/* The version that the file is; 0: the file is none of them. */
+static uint32_t version_there(void)
+{
+    static uint32_t words[WORDS + 6 * STEP + 1];
+    FILE *in = fopen(path, "rb");
+    ck_assert_ptr_nonnull(in);
+    const size_t n = fread(words, 4, sizeof words / 4, in);
+    fclose(in);
+    if (n == 0 || n != words_of(words[0]))
+        return 0;
+    for (size_t i = 1; i < n; i++)
+        if (words[i] != words[0])
+            return 0;
+    return words[0];
+}
+
+START_TEST(a_writer_killed_at_any_moment_leaves_its_last_version_whole)
+{
+    const struct timespec later = {0, 1000L * (7919 * _i % 20000)};
+    int tube[2], end;
+    uint32_t told = 0;
+    ck_assert(pipe(tube) == 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        publish_for_ever(tube[1]);
+        _exit(1);
+    }
+    close(tube[1]);
+    ck_assert(read(tube[0], &told, sizeof told) == sizeof told);
+    nanosleep(&later, NULL);
+    for (int k = 0; k < 20; k++) /* at any moment of its life too */
+        ck_assert_uint_gt(version_there(), 0);
+    kill(child, SIGKILL);
+    waitpid(child, &end, 0);
+    ck_assert(WIFSIGNALED(end) && WTERMSIG(end) == SIGKILL);
+    while (read(tube[0], &told, sizeof told) == sizeof told)
+        ;
+    close(tube[0]);
+    const uint32_t version = version_there();
+    ck_assert_msg(version == told || version == told + 1, "version %u, told %u", version, told);
+    struct mill_draft *next = begin(path, true); /* what it left is no hindrance */
+    ck_assert_int_eq(mill_draft_publish(next, false), 0);
+    mill_draft_free(next);
+    ck_assert_uint_eq(version_there(), version);
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(leftovers_of_a_killed_run_are_cleared_up)
+{
+    put(part, "half of something");
+    put(lock, "");
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "x");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    mill_draft_free(draft);
+    assert_holds(path, "x");
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(a_link_in_the_way_of_the_draft_is_not_followed)
+{
+    char victim[96];
+    snprintf(victim, sizeof victim, "%s/victim", folder);
+    put(victim, "precious");
+    ck_assert_int_eq(symlink(victim, part), 0);
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "x");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    mill_draft_free(draft);
+    assert_holds(victim, "precious");
+    assert_holds(path, "x");
+}
+END_TEST
+
+START_TEST(a_draft_whose_name_was_removed_is_published_all_the_same)
+{
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "one");
+    ck_assert_int_eq(unlink(part), 0);
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    assert_holds(path, "one");
+    write_text(draft, 3, "two");
+    ck_assert_int_eq(unlink(part), 0);
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "onetwo");
+    mill_draft_free(draft);
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(another_file_put_in_place_of_the_draft_is_not_published)
+{
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "mine");
+    unlink(part);
+    put(part, "not mine");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "mine");
+    mill_draft_free(draft);
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(another_file_put_in_place_of_the_draft_is_not_removed)
+{
+    struct mill_draft *draft = begin(path, false);
+    unlink(part);
+    put(part, "not mine");
+    mill_draft_free(draft);
+    assert_holds(part, "not mine");
+}
+END_TEST
+
+START_TEST(a_published_file_that_was_removed_comes_back)
+{
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "one");
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    ck_assert_int_eq(unlink(path), 0);
+    write_text(draft, 3, "two");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "onetwo");
+    mill_draft_free(draft);
+}
+END_TEST
+
+START_TEST(a_removed_folder_is_an_error)
+{
+    struct mill_draft *draft = begin(path, false);
+    unlink(part);
+    unlink(lock);
+    ck_assert_int_eq(rmdir(folder), 0);
+    ck_assert_int_eq(mill_draft_publish(draft, true), ENOENT);
+    mill_draft_free(draft);
+    ck_assert(!there(folder));
+}
+END_TEST
+
+START_TEST(a_link_stays_a_link)
+{
+    char target[96];
+    snprintf(target, sizeof target, "%s/target", folder);
+    put(target, "old");
+    ck_assert_int_eq(symlink("target", path), 0);
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "new");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    mill_draft_free(draft);
+    ck_assert(is_link(path));
+    assert_holds(target, "new");
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(a_link_to_nothing_yet_stays_a_link)
+{
+    char target[96];
+    snprintf(target, sizeof target, "%s/target", folder);
+    ck_assert_int_eq(symlink("target", path), 0);
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "new");
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    mill_draft_free(draft);
+    ck_assert(is_link(path));
+    assert_holds(target, "new");
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(the_mode_of_a_file_taken_up_again_is_kept)
+{
+    struct stat about;
+    put(path, "x");
+    ck_assert_int_eq(chmod(path, 0640), 0);
+    struct mill_draft *draft = begin(path, true);
+    for (int k = 0; k < 3; k++)
+        ck_assert_int_eq(mill_draft_publish(draft, k < 2), 0);
+    mill_draft_free(draft);
+    ck_assert_int_eq(stat(path, &about), 0);
+    ck_assert_int_eq(about.st_mode & 0777, 0640);
+}
+END_TEST
+
+/* The answer of another process that wants to write the same file, by the name it has there */
+static int another_writer(const char *name)
+{
+    int end;
+    const pid_t child = fork();
+    if (child == 0) {
+        struct mill_draft *draft = mill_draft_create(name);
+        const int answer = mill_draft_open(draft, false);
+        mill_draft_free(draft);
+        _exit(answer);
+    }
+    waitpid(child, &end, 0);
+    ck_assert(WIFEXITED(end));
+    return WEXITSTATUS(end);
+}
+
+START_TEST(a_file_has_one_writer_at_a_time)
+{
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "mine");
+    ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
+    ck_assert_int_eq(mill_draft_publish(draft, false), 0);
+    assert_holds(path, "mine");
+    mill_draft_free(draft);
+    ck_assert_int_eq(another_writer(path), 0);
+    assert_holds(path, "mine");
+    assert_nothing_left();
+}
+END_TEST
+
+START_TEST(a_file_has_one_writer_at_a_time_whatever_it_is_called)
+{
+    char alias[96];
+    snprintf(alias, sizeof alias, "%s/alias", folder);
+    put(path, "x");
+    ck_assert_int_eq(symlink("file", alias), 0);
+    struct mill_draft *draft = begin(path, true);
+    ck_assert_int_eq(another_writer(alias), EWOULDBLOCK);
+    mill_draft_free(draft);
+}
+END_TEST
+
+START_TEST(a_writer_that_is_refused_leaves_the_lock_of_the_first)
+{
+    struct mill_draft *draft = begin(path, false);
+    for (int k = 0; k < 3; k++)
+        ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
+    ck_assert(there(lock));
+    ck_assert(there(part));
+    mill_draft_free(draft);
+}
+END_TEST
+
+/* Somebody removed the lock's name, and another writer has made one of its own. */
+START_TEST(a_lock_of_another_writer_is_not_removed)
+{
+    struct mill_draft *draft = begin(path, false);
+    ck_assert_int_eq(unlink(lock), 0);
+    put(lock, "");
+    mill_draft_free(draft);
+    ck_assert(there(lock));
+}
+END_TEST
+
+START_TEST(what_does_not_fit_is_told_and_the_file_stays_as_published)
+{
+    struct rlimit limit;
+    char much[4096];
+    uint64_t at = 3;
+    int failed = 0;
+    struct mill_draft *draft = begin(path, false);
+    write_text(draft, 0, "one");
+    ck_assert_int_eq(mill_draft_publish(draft, true), 0);
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &limit);
+    const rlim_t before = limit.rlim_cur;
+    limit.rlim_cur = 10000;
+    setrlimit(RLIMIT_FSIZE, &limit);
+    memset(much, 'x', sizeof much);
+    for (; !failed && at < 100000; at += sizeof much)
+        failed = mill_draft_write(mill_draft_descriptor(draft), at, much, sizeof much);
+    limit.rlim_cur = before;
+    setrlimit(RLIMIT_FSIZE, &limit);
+    ck_assert_int_eq(failed, EFBIG);
+    mill_draft_free(draft);
+    assert_holds(path, "one");
+    assert_nothing_left();
+}
+END_TEST
+
+int main(void)
+{
+    const TTest *const tests[] = {
+        nothing_is_there_before_the_first_publication,
+        each_publication_shows_what_was_written_up_to_then,
+        a_draft_taken_up_again_begins_with_the_published_bytes,
+        a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published,
+        taking_up_what_is_not_there_fails,
+        reading_past_the_end_gives_zeros,
+        a_reader_that_has_the_file_open_keeps_its_version,
+        leftovers_of_a_killed_run_are_cleared_up,
+        a_link_in_the_way_of_the_draft_is_not_followed,
+        a_draft_whose_name_was_removed_is_published_all_the_same,
+        another_file_put_in_place_of_the_draft_is_not_published,
+        another_file_put_in_place_of_the_draft_is_not_removed,
+        a_published_file_that_was_removed_comes_back,
+        a_removed_folder_is_an_error,
+        a_link_stays_a_link,
+        a_link_to_nothing_yet_stays_a_link,
+        the_mode_of_a_file_taken_up_again_is_kept,
+        a_file_has_one_writer_at_a_time,
+        a_file_has_one_writer_at_a_time_whatever_it_is_called,
+        a_writer_that_is_refused_leaves_the_lock_of_the_first,
+        a_lock_of_another_writer_is_not_removed,
+        what_does_not_fit_is_told_and_the_file_stays_as_published,
+    };
+    Suite *suite = suite_create("draft");
+    TCase *test = tcase_create("draft");
+    tcase_add_checked_fixture(test, setup, teardown);
+    for (size_t i = 0; i < sizeof tests / sizeof *tests; i++)
+        tcase_add_test(test, tests[i]);
+    tcase_add_loop_test(test, a_writer_killed_at_any_moment_leaves_its_last_version_whole, 0, 40);
+    suite_add_tcase(suite, test);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

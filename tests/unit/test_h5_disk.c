@@ -1,0 +1,363 @@
+/* What becomes of an HDF5 file when the disk fills up, the process is killed or a second one wants
+ * it: it is always as last flushed, whole, and readable by HDF5 itself. */
+#include "h5_fixture.h"
+
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <time.h>
+
+/* From here on this process cannot make a file longer than `bytes`: writing on fails with EFBIG, as
+ * it fails with ENOSPC on a full disk. Undone by 0. */
+static void limit_files(rlim_t bytes)
+{
+    struct rlimit limit;
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &limit);
+    limit.rlim_cur = bytes ? bytes : limit.rlim_max;
+    setrlimit(RLIMIT_FSIZE, &limit);
+}
+
+/* The column is freed before (_i even) or after the file is closed. */
+START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
+{
+    const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    struct mill_error error = {""}, again = {""};
+    enum mill_status status = MILL_OK;
+    int i;
+    mill_h5_column_create(file, "/particles/noise", &layout, 0, &column, NULL);
+    mill_h5_flush(file, NULL);
+    limit_files(100000);
+    for (i = 0; i < 1000000 && status == MILL_OK; i++) {
+        const double noise = rand() / 7.0;
+        status = mill_h5_column_append(column, 1, &noise, &error);
+    }
+    ck_assert_int_eq(status, MILL_FAILED);
+    ck_assert_msg(strstr(error.text, "cannot write /particles/noise: File too large"), "%s",
+                  error.text);
+    ck_assert_int_eq(mill_h5_write_double(file, "/x", 1, "1", "-", &again), MILL_FAILED);
+    ck_assert_str_eq(again.text, error.text);
+    if (_i % 2 == 0)
+        mill_h5_column_free(column);
+    ck_assert_int_eq(mill_h5_close(file, &again), MILL_FAILED);
+    if (_i % 2 == 1)
+        mill_h5_column_free(column);
+    limit_files(0);
+    ck_assert_str_eq(again.text, error.text);
+    unlink(f.path);
+}
+END_TEST
+
+static bool has(const struct fixture *f, const char *end)
+{
+    char name[sizeof f->path + sizeof ".part"];
+    snprintf(name, sizeof name, "%s%s", f->path, end);
+    return access(name, F_OK) == 0;
+}
+
+static void assert_nothing_left(const struct fixture *f)
+{
+    ck_assert(!has(f, ".part"));
+    ck_assert(!has(f, ".lock"));
+}
+
+START_TEST(nothing_is_there_before_the_first_flush)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    ck_assert(!has(&f, ""));
+    ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
+    close_file(file);
+    assert_nothing_left(&f);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(the_old_file_stands_until_the_first_flush_of_the_new_one)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    close_file(file);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
+    mill_h5_write_double(file, "/y", 8, "1", "-", NULL);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
+    ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
+    ck_assert(look_at(f.path, "/y", 0, 0) == 8);
+    close_file(file);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_file_closed_unflushed_is_published)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    close_file(file);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(an_abandoned_file_is_as_last_flushed)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    mill_h5_flush(file, NULL);
+    mill_h5_write_double(file, "/x", 8, "1", "-", NULL);
+    mill_h5_abandon(file);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 7);
+    assert_nothing_left(&f);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_file_abandoned_unflushed_never_was)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    mill_h5_write_double(file, "/x", 7, "1", "-", NULL);
+    mill_h5_abandon(file);
+    ck_assert(!has(&f, ""));
+    assert_nothing_left(&f);
+}
+END_TEST
+
+START_TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
+{
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    mill_h5_column_create(file, "/c", &layout, 0, &column, NULL);
+    for (int k = 0; k < 20; k++) {
+        mill_h5_column_flush(column, NULL);
+        ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
+        append_range(column, 777 * k, 777 * (k + 1), k % 2);
+        mill_h5_write_count(file, "/k", (uint64_t)k, "-", NULL);
+        assert_counts_up(f.path, "/c", 777 * (size_t)k);
+        if (k > 0)
+            ck_assert(look_at(f.path, "/k", 0, 0) == k - 1);
+    }
+    mill_h5_column_free(column);
+    close_file(file);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_file_may_be_read_while_another_writes_it)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f), *reader;
+    char *text = NULL;
+    mill_h5_write_text(file, "/t", "one", "-", NULL);
+    mill_h5_flush(file, NULL);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_READ, &reader, NULL), MILL_OK);
+    mill_h5_write_text(file, "/t", "two", "-", NULL);
+    close_file(file);
+    ck_assert_int_eq(mill_h5_read_text(reader, "/t", &text, NULL), MILL_OK);
+    ck_assert_str_eq(text, "one");
+    free(text);
+    close_file(reader);
+    assert_text(f.path, "/t", NULL, "two");
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(after_a_full_disk_the_file_is_as_last_flushed)
+{
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    uint64_t noise = 1;
+    mill_h5_column_create(file, "/c", &layout, 0, &column, NULL);
+    append_range(column, 0, 1000, false);
+    mill_h5_column_flush(column, NULL);
+    ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
+    limit_files(60000);
+    while (mill_h5_column_append(column, 1, &noise, NULL) == MILL_OK)
+        noise = noise * 6364136223846793005u + 1442695040888963407u;
+    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_FAILED);
+    limit_files(0);
+    mill_h5_column_free(column);
+    assert_nothing_left(&f);
+    assert_counts_up(f.path, "/c", 1000);
+    unlink(f.path);
+}
+END_TEST
+
+/* The disk is as full as the file is long, so that the copy after the flush fits and what comes
+ * next does not, wherever that is met first: in a write, a flush or the closing (by _i). */
+START_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed)
+{
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 512, "1", "rows"};
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column;
+    struct mill_error error = {""};
+    int64_t flushed = 0;
+    mill_h5_column_create(file, "/c", &layout, 0, &column, NULL);
+    mill_h5_flush(file, NULL);
+    limit_files(6000 + 1237 * (rlim_t)_i);
+    for (int64_t rows = 0;; rows += 1500) {
+        int64_t row[1500];
+        for (int64_t k = 0; k < 1500; k++)
+            row[k] = rows + k;
+        if (mill_h5_column_append(column, 1500, row, &error) != MILL_OK ||
+            mill_h5_column_flush(column, &error) != MILL_OK ||
+            mill_h5_flush(file, &error) != MILL_OK)
+            break;
+        flushed = rows + 1500;
+    }
+    mill_h5_column_free(column);
+    ck_assert_int_eq(mill_h5_close(file, NULL), MILL_FAILED);
+    limit_files(0);
+    ck_assert_msg(strstr(error.text, "File too large"), "%s", error.text);
+    assert_nothing_left(&f);
+    const size_t rows = look_rows(f.path, "/c", 1);
+    ck_assert_msg(rows == (size_t)flushed || rows == (size_t)flushed + 1500,
+                  "%zu rows, %ld flushed", rows,
+                  (long)flushed); /* the publication itself may be done, the copy not */
+    assert_counts_up(f.path, "/c", rows);
+    unlink(f.path);
+}
+END_TEST
+
+/* Appends rows for ever, flushing now and then; after each flush it tells how many there are. */
+static void write_until_killed(const char *path, int tell)
+{
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
+    struct mill_h5 *file;
+    struct mill_h5_column *column;
+    int64_t k;
+    if (mill_h5_create(path, MILL_H5_OVERWRITE, &file, NULL) != MILL_OK ||
+        mill_h5_column_create(file, "/c", &layout, 0, &column, NULL) != MILL_OK)
+        return;
+    for (k = 1;; k++) {
+        const int64_t row = k - 1;
+        mill_h5_column_append(column, 1, &row, NULL);
+        if (k % 1000 != 0)
+            continue;
+        mill_h5_write_double(file, "/run/time", (double)k, "s", "-", NULL);
+        mill_h5_column_flush(column, NULL);
+        if (mill_h5_flush(file, NULL) != MILL_OK || write(tell, &k, sizeof k) != sizeof k)
+            return;
+    }
+}
+
+START_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with)
+{
+    const struct timespec later = {0, 1000000L * (17 * _i % 40)};
+    struct fixture f;
+    struct mill_h5 *file;
+    struct mill_error error = {""};
+    int tube[2], end;
+    int64_t told = 0, rows;
+    pid_t child;
+    fixture_init(&f);
+    ck_assert(pipe(tube) == 0);
+    child = fork();
+    if (child == 0) {
+        write_until_killed(f.path, tube[1]);
+        _exit(1);
+    }
+    close(tube[1]);
+    ck_assert(read(tube[0], &told, sizeof told) == sizeof told);
+    nanosleep(&later, NULL);
+    kill(child, SIGKILL);
+    waitpid(child, &end, 0);
+    ck_assert(WIFSIGNALED(end) && WTERMSIG(end) == SIGKILL);
+    while (read(tube[0], &told, sizeof told) == sizeof told)
+        ;
+    rows = (int64_t)look_rows(f.path, "/c", 1);
+    ck_assert(rows == told || rows == told + 1000); /* killed before it could tell */
+    assert_counts_up(f.path, "/c", (size_t)rows);
+    ck_assert(look_at(f.path, "/run/time", 0, 0) == (double)rows);
+    ck_assert_msg(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error) == MILL_OK, "%s",
+                  error.text);
+    mill_h5_write_double(file, "/x", 1, "1", "-", NULL);
+    close_file(file);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 1);
+    assert_counts_up(f.path, "/c", (size_t)rows);
+    assert_nothing_left(&f);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_file_killed_before_its_first_flush_never_was)
+{
+    struct fixture f;
+    struct mill_h5 *file;
+    struct mill_error error = {""};
+    int end;
+    pid_t child;
+    fixture_init(&f);
+    child = fork();
+    if (child == 0)
+        _exit(mill_h5_create(f.path, MILL_H5_NEW, &file, NULL)); /* and not closed */
+    waitpid(child, &end, 0);
+    ck_assert(!has(&f, ""));
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error), MILL_FAILED);
+    ck_assert_msg(strstr(error.text, "cannot open: No such file or directory"), "%s", error.text);
+    ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_NEW, &file, NULL), MILL_OK);
+    close_file(file);
+    assert_nothing_left(&f);
+    unlink(f.path);
+}
+END_TEST
+
+START_TEST(a_file_in_use_is_not_opened_twice)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_error error = {""};
+    int end;
+    mill_h5_flush(file, NULL);
+    const enum mill_h5_open how[] = {MILL_H5_NEW, MILL_H5_OVERWRITE, MILL_H5_UPDATE};
+    for (size_t k = 0; k < 3; k++) {
+        const pid_t child = fork();
+        if (child == 0) {
+            struct mill_h5 *second;
+            const enum mill_status status = mill_h5_create(f.path, how[k], &second, &error);
+            _exit(status == MILL_FAILED && strstr(error.text, "another run is writing it") ? 0 : 1);
+        }
+        waitpid(child, &end, 0);
+        ck_assert_msg(WIFEXITED(end) && WEXITSTATUS(end) == 0, "way %zu", k);
+    }
+    mill_h5_write_double(file, "/x", 1, "1", "-", NULL);
+    close_file(file);
+    ck_assert(look_at(f.path, "/x", 0, 0) == 1);
+    assert_nothing_left(&f);
+    unlink(f.path);
+}
+END_TEST
+
+int main(void)
+{
+    const TTest *const tests[] = {
+        nothing_is_there_before_the_first_flush,
+        the_old_file_stands_until_the_first_flush_of_the_new_one,
+        a_file_closed_unflushed_is_published,
+        an_abandoned_file_is_as_last_flushed,
+        a_file_abandoned_unflushed_never_was,
+        between_flushes_the_file_is_readable_and_as_last_flushed,
+        a_file_may_be_read_while_another_writes_it,
+        after_a_full_disk_the_file_is_as_last_flushed,
+        a_file_killed_before_its_first_flush_never_was,
+        a_file_in_use_is_not_opened_twice,
+    };
+    const TTest *const loops[] = {
+        a_full_disk_is_told_once_and_the_file_still_closes,
+        a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed,
+        a_killed_file_is_as_last_flushed_and_can_be_gone_on_with,
+    };
+    return run_tests("h5_disk", tests, sizeof tests / sizeof tests[0], loops, 3, 20);
+}

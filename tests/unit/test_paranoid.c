@@ -1,0 +1,500 @@
+/* Claims about the checks of a paranoid run: a sound state passes and is counted in full, each kind
+ * of fault is told by its own line, and to be watched changes nothing. */
+#include "sim_fixture.h"
+#include "sim_paranoid.h"
+
+/* Four balls without gravity: 0 flies at 1 (1.5 mm apart), 2 at the drum (1 mm), 3 is at rest in
+ * the way of the blade, which gets there after some 20 ms. */
+static const char still_life[] =
+    "[run]\ntime = 1 s\n[gravity]\nacceleration = 0 0 0 m/s^2\n"
+    "[balls]\ncount = 4\ndiameter = 10 mm\ndensity = 7800 kg/m^3\nstart = start.txt\n"
+    "[drum]\nradius = 50 mm\nlength = 100 mm\n"
+    "[rotor]\nspeed = 600 rpm\nshaft_radius = 8 mm\n"
+    "[blade.a]\nposition = -30 mm\nangle = 0 deg\ntip_radius = 30 mm\nwidth = 10 mm\n"
+    "thickness = 4 mm\n[contact]\nrestitution = 0.8\n";
+static const char still_life_start[] = "0.0285 0 0.03 1 0 0\n0.04 0 0.03 0 0 0\n"
+                                       "0 0 -0.044 0 0 -1\n-0.03 0 0.025 0 0 0\n";
+enum { BALLS = 4, DRUM = 0, BLADE = 4, SHAPES = 5 };
+
+static const char busy[] =
+    "[run]\ntime = 1 s\n[balls]\ncount = 120\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
+    "[drum]\nradius = 30 mm\nlength = 40 mm\n[rotor]\nspeed = 1000 rpm\nshaft_radius = 6 mm\n"
+    "[blades]\ncount = 2\ntip_radius = 22 mm\nwidth = 8 mm\nthickness = 4 mm\npitch = 20 deg\n"
+    "[contact]\nrestitution = 0.8\nfriction = 0.3\ntangential_restitution = 0.4\n";
+
+static struct bench b;
+static struct mill_predict *q;
+static struct mill_sim_paranoid p;
+static struct mill_error error;
+
+static void set_up(void)
+{
+    bench_open(&b, still_life, still_life_start);
+    memset(&p, 0, sizeof p);
+    ck_assert_int_eq(mill_predict_create(b.world, &q, &error), MILL_OK);
+    ck_assert_int_eq(b.world->shapes, SHAPES);
+    q->horizon = 0.0625;
+    for (int32_t i = 0; i < BALLS; i++)
+        mill_predict_ball(q, i, 0.0, MILL_NOBODY);
+    p.predict = q;
+}
+
+static void tear_down(void)
+{
+    mill_predict_free(q);
+    bench_close(&b);
+}
+
+static void begin_again(void)
+{
+    tear_down();
+    set_up();
+}
+
+/* The plan as somebody left it, with a calendar that agrees. */
+static void enter(int32_t i)
+{
+    mill_calendar_set(q->calendar, i, mill_sim_paranoid_next(&q->plan[i]));
+}
+
+static void expect(enum mill_status status, const char *words)
+{
+    ck_assert_int_eq(status, MILL_FAILED);
+    ck_assert_msg(strncmp(error.text, "paranoid: ", 10) == 0 && strstr(error.text, words) != NULL,
+                  "'%s' in '%s'?", words, error.text);
+}
+
+static void expect_of_all(const char *words)
+{
+    expect(mill_sim_paranoid_all(&p, 0.0, true, &error), words);
+}
+
+/* ---- a sound state ---- */
+
+START_TEST(a_sound_state_passes_and_every_check_is_counted)
+{
+    ck_assert_msg(mill_sim_paranoid_all(&p, 0.0, true, &error) == MILL_OK, "%s", error.text);
+    ck_assert_uint_eq(p.checks.entries, BALLS);
+    ck_assert_uint_eq(p.checks.places, BALLS);
+    ck_assert_uint_eq(p.checks.predictions, BALLS);
+    ck_assert_uint_eq(p.checks.pairs, BALLS * (BALLS - 1));
+    ck_assert_uint_eq(p.checks.surfaces, BALLS * SHAPES);
+    ck_assert_uint_gt(p.checks.samples, BALLS * SHAPES);
+    ck_assert_uint_eq(p.checks.accounts, 1);
+    ck_assert_uint_eq(p.checks.events, 0);
+}
+END_TEST
+
+START_TEST(the_mill_of_these_tests_has_the_contacts_they_speak_of)
+{
+    ck_assert_double_eq_tol(q->plan[0].pair_t, 1.5e-3, 1e-15);
+    ck_assert_int_eq(q->plan[0].partner, 1);
+    ck_assert_int_eq(q->plan[1].partner, 0);
+    ck_assert_double_eq_tol(q->plan[2].shape_t, 1e-3, 1e-15);
+    ck_assert_int_eq(q->plan[2].shape, DRUM);
+    ck_assert_int_eq(q->plan[3].shape, BLADE);
+    ck_assert(q->plan[3].shape_t > 0.015 && q->plan[3].shape_t < 0.025);
+    ck_assert_double_gt(q->plan[0].exit_t, q->plan[0].pair_t);
+}
+END_TEST
+
+START_TEST(a_plan_whose_partner_has_changed_course_since_is_no_fault)
+{
+    /* ball 1 goes away along x: the contact of ball 0 is off, ball 1 has been planned anew */
+    b.world->ball[1].v = vec3_make(0.0, 3.0, 0.0);
+    b.world->ball[1].contacts++;
+    b.world->start = mill_world_energy(b.world, 0.0);
+    mill_predict_ball(q, 1, 0.0, MILL_NOBODY);
+    ck_assert_msg(mill_sim_paranoid_all(&p, 0.0, false, &error) == MILL_OK, "%s", error.text);
+}
+END_TEST
+
+/* ---- overlaps ---- */
+
+START_TEST(an_overlap_of_two_balls_is_told_with_its_depth)
+{
+    b.world->ball[1].r.x = 0.0285 + 0.01 - 2e-9;
+    expect(mill_sim_paranoid_ball(&p, 0, 0.0, true, MILL_NOBODY, &error),
+           "ball 0 and ball 1 overlap by 2e-09 m");
+}
+END_TEST
+
+START_TEST(less_than_a_nanometre_is_no_overlap)
+{
+    b.world->ball[1].r.x = 0.0285 + 0.01 - 0.9e-9;
+    b.world->ball[1].v.x = 2.0;
+    mill_predict_ball(q, 0, 0.0, MILL_NOBODY);
+    ck_assert_msg(mill_sim_paranoid_ball(&p, 0, 0.0, true, MILL_NOBODY, &error) == MILL_OK, "%s",
+                  error.text);
+}
+END_TEST
+
+START_TEST(an_overlap_with_a_surface_is_told)
+{
+    b.world->ball[2].r.z = -0.045 - 2e-9;
+    expect_of_all("ball 2 overlaps a surface (ball_drum) by 2e-09 m");
+}
+END_TEST
+
+START_TEST(an_overlap_far_from_the_cell_that_lists_the_ball_is_seen)
+{
+    /* in the grid ball 1 is still where it was: no list of neighbours leads to it */
+    b.world->ball[1].r = vec3_make(0.0, 0.004, -0.044);
+    expect(mill_sim_paranoid_ball(&p, 2, 0.0, true, MILL_NOBODY, &error),
+           "ball 2 and ball 1 overlap by 0.006 m");
+}
+END_TEST
+
+START_TEST(a_ball_that_the_blades_let_go_may_be_in_one_and_no_other)
+{
+    b.world->ball[3].r = vec3_make(-0.03, 0.02, 0.004);
+    expect(mill_sim_paranoid_ball(&p, 3, 0.0, true, MILL_NOBODY, &error),
+           "ball 3 overlaps a surface (ball_blade) by 0.003 m");
+    q->plan[3].let_go = true;
+    mill_predict_ball(q, 3, 0.0, MILL_NOBODY);
+    ck_assert(q->plan[3].let_go);
+    ck_assert_int_eq(mill_sim_paranoid_ball(&p, 3, 0.0, true, MILL_NOBODY, &error), MILL_OK);
+}
+END_TEST
+
+/* ---- predictions ---- */
+
+START_TEST(a_contact_of_two_balls_that_is_planned_too_late_is_told)
+{
+    q->plan[0].pair_t = q->plan[1].pair_t += 1e-9;
+    enter(0);
+    enter(1);
+    /* 1 m/s for 1e-9 s */
+    expect(mill_sim_paranoid_ball(&p, 0, 0.0, true, MILL_NOBODY, &error), "ball 0 and ball 1 meet");
+    ck_assert_ptr_nonnull(strstr(error.text, "unplanned"));
+    ck_assert_ptr_nonnull(strstr(error.text, "overlap by 1e-09 m"));
+}
+END_TEST
+
+START_TEST(a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh)
+{
+    q->plan[1].pair_t = INFINITY;
+    enter(1);
+    ck_assert_int_eq(mill_sim_paranoid_all(&p, 0.0, false, &error), MILL_OK);
+    expect_of_all("ball 1 and ball 0 meet at t = 0.001");
+}
+END_TEST
+
+START_TEST(a_forgotten_contact_with_a_surface_is_told)
+{
+    q->plan[2].shape_t = INFINITY;
+    enter(2);
+    expect_of_all("ball 2 meets a surface (ball_drum) by t = 0.00");
+    begin_again();
+    q->plan[3].shape_t = INFINITY;
+    enter(3);
+    expect_of_all("ball 3 meets a surface (ball_blade) by t = 0.0");
+}
+END_TEST
+
+START_TEST(a_contact_planned_a_picosecond_late_is_told)
+{
+    q->plan[2].shape_t += 1e-11;
+    enter(2);
+    /* 1 m/s: 1e-11 m, hundred times what rounding explains */
+    expect(mill_sim_paranoid_ball(&p, 2, 0.0, true, MILL_NOBODY, &error), "ball 2 meets a surface");
+}
+END_TEST
+
+START_TEST(a_contact_planned_too_early_is_told)
+{
+    q->plan[0].pair_t -= 1e-6;
+    enter(0);
+    expect_of_all("ball 0 and ball 1 shall meet with a gap of 1e-06 m");
+    begin_again();
+    q->plan[2].shape_t -= 1e-6;
+    enter(2);
+    expect_of_all("ball 2 shall meet a surface (ball_drum) with a gap of 1e-06 m");
+}
+END_TEST
+
+START_TEST(a_contact_of_balls_that_part_is_told)
+{
+    const struct mill_plan plan = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0};
+    b.world->ball[1].r.x = 0.0285 + 0.01;
+    b.world->ball[1].v.x = 1.005;
+    expect(mill_sim_paranoid_touch(&p, 0, &plan, &error),
+           "shall meet while they part at 0.005 m/s");
+}
+END_TEST
+
+START_TEST(a_contact_with_a_surface_that_is_left_is_told)
+{
+    const struct mill_plan plan = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, DRUM, 0, 0};
+    b.world->ball[2].r.z = -0.045;
+    b.world->ball[2].v.z = 0.005;
+    expect(mill_sim_paranoid_touch(&p, 2, &plan, &error),
+           "ball 2 shall meet a surface (ball_drum) while they part at 0.005 m/s");
+}
+END_TEST
+
+START_TEST(a_plan_with_nobody_is_told)
+{
+    const int32_t nobody[] = {MILL_NOBODY, BALLS, 0};
+    for (int k = 0; k < 3; k++) {
+        q->plan[0].partner = nobody[k];
+        expect_of_all("ball 0 plans to meet ball");
+    }
+    q->plan[0].partner = 1;
+    q->plan[2].shape = SHAPES;
+    expect_of_all("ball 2 plans to meet surface 5");
+}
+END_TEST
+
+/* A tick of the clock late in an epoch is 7e-18 s, in which a ball of 20 km/s gets 1e-13 m. Pinched
+ * elastic balls are as fast. */
+START_TEST(what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball)
+{
+    for (int k = 0; k < 500; k++) {
+        const double now = 0.06 + 1.1e-6 * k;
+        b.world->ball[2].v.z = -20000.0;
+        b.world->ball[2].r.z = -0.0449 + 1.7e-8 * k;
+        b.world->ball[2].t = now;
+        mill_predict_ball(q, 2, now, MILL_NOBODY);
+        ck_assert_msg(mill_sim_paranoid_ball(&p, 2, now, true, MILL_NOBODY, &error) == MILL_OK &&
+                          mill_sim_paranoid_touch(&p, 2, &q->plan[2], &error) == MILL_OK,
+                      "%s", error.text);
+    }
+}
+END_TEST
+
+/* ---- calendar, cells, books ---- */
+
+START_TEST(a_calendar_that_disagrees_with_a_plan_is_told)
+{
+    mill_calendar_set(q->calendar, 3, q->plan[3].shape_t + 1e-9);
+    expect_of_all("the calendar has ball 3 at t = 0.0");
+    enter(3);
+    mill_calendar_set(q->calendar, 3, INFINITY);
+    expect_of_all("the calendar has ball 3 at t = inf");
+}
+END_TEST
+
+START_TEST(an_event_that_is_not_the_earliest_is_told)
+{
+    expect(mill_sim_paranoid_before(&p, 0, q->plan[0].pair_t, 0.0, &error),
+           "the calendar takes ball 0 at t = 0.001");
+    ck_assert_ptr_nonnull(strstr(error.text, "but ball 2 is due at 0.00"));
+    ck_assert_int_eq(mill_sim_paranoid_before(&p, 2, q->plan[2].shape_t, 0.0, &error), MILL_OK);
+}
+END_TEST
+
+START_TEST(an_event_in_the_past_is_told)
+{
+    const double t = q->plan[2].shape_t;
+    expect(mill_sim_paranoid_before(&p, 2, t, t + 1e-12, &error),
+           "the event of ball 2 at t = 0.00");
+    ck_assert_ptr_nonnull(strstr(error.text, "1e-12 s too late"));
+}
+END_TEST
+
+/* Ball 0 has met, so the loop says, what its plan names. */
+static enum mill_status carry_out(const struct mill_plan *plan, double now)
+{
+    p.due = *plan;
+    p.contacts = b.world->ball[0].contacts++;
+    return mill_sim_paranoid_after(&p, 0, now, &error);
+}
+
+START_TEST(a_contact_carried_out_with_bodies_apart_is_told)
+{
+    const struct mill_plan pair = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0};
+    expect(carry_out(&pair, 0.0), "ball 0 and ball 1 met with a gap of 0.0015 m");
+    const struct mill_plan surface = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, 2, 0, 0};
+    expect(carry_out(&surface, 0.0), "ball 0 met a surface (ball_wall) with a gap of 0.0165 m");
+    ck_assert_int_eq(b.world->shape[2]->number, 1);
+}
+END_TEST
+
+START_TEST(a_ball_outside_its_cell_is_told)
+{
+    mill_cells_remove(&q->cells, 3);
+    ck_assert(mill_cells_insert(&q->cells, 3, mill_cells_at(&q->cells, vec3_make(0.0, 0.0, 0.0))));
+    expect_of_all("ball 3 at (-0.03, 0, 0.025) m is outside its cell");
+}
+END_TEST
+
+START_TEST(a_ball_that_its_cell_does_not_list_is_told)
+{
+    mill_cells_remove(&q->cells, 3);
+    expect_of_all("ball 3 is not in the list of its cell");
+}
+END_TEST
+
+START_TEST(an_account_that_is_out_by_more_than_a_billionth_is_told)
+{
+    b.world->account.rotor_work += 1e-8 * b.world->start.kinetic;
+    expect_of_all("the energy account is out by ");
+    b.world->account.rotor_work = 1e-10 * b.world->start.kinetic;
+    ck_assert_int_eq(mill_sim_paranoid_all(&p, 0.0, true, &error), MILL_OK);
+}
+END_TEST
+
+START_TEST(what_is_not_a_number_never_passes)
+{
+    b.world->ball[1].v.x = NAN;
+    ck_assert_int_eq(mill_sim_paranoid_ball(&p, 0, 0.0, true, MILL_NOBODY, &error), MILL_FAILED);
+    begin_again();
+    b.world->ball[1].r.y = NAN;
+    ck_assert_int_eq(mill_sim_paranoid_ball(&p, 0, 0.0, true, MILL_NOBODY, &error), MILL_FAILED);
+    begin_again();
+    q->plan[2].shape_t = NAN;
+    ck_assert_int_eq(mill_sim_paranoid_all(&p, 0.0, true, &error), MILL_FAILED);
+    begin_again();
+    b.world->account.dissipation[0] = NAN;
+    ck_assert_int_eq(mill_sim_paranoid_all(&p, 0.0, true, &error), MILL_FAILED);
+}
+END_TEST
+
+/* ---- runs ---- */
+
+START_TEST(to_be_watched_changes_nothing)
+{
+    struct bench plain, watched;
+    bench_open(&plain, busy, NULL);
+    bench_open(&watched, busy, NULL);
+    ck_assert_int_eq(mill_sim_paranoid(watched.sim, true, &error), MILL_OK);
+    bench_run(&plain, 0.1);
+    bench_run(&watched, 0.1);
+    const size_t n = (size_t)plain.world->balls;
+    ck_assert_mem_eq(plain.world->ball, watched.world->ball, n * sizeof *plain.world->ball);
+    ck_assert_mem_eq(plain.world->spin, watched.world->spin, n * sizeof *plain.world->spin);
+    ck_assert_mem_eq(&plain.world->account, &watched.world->account, sizeof plain.world->account);
+    ck_assert_mem_eq(&plain.world->counts, &watched.world->counts, sizeof plain.world->counts);
+    const struct mill_sim_checks c = mill_sim_checks(watched.sim),
+                                 none = mill_sim_checks(plain.sim);
+    const struct mill_counts *counts = &watched.world->counts;
+    ck_assert_uint_eq(none.events + none.pairs, 0);
+    ck_assert_uint_eq(c.events,
+                      bench_collisions(&watched) + counts->stale + counts->cell_crossings);
+    ck_assert_uint_gt(c.accounts, c.events / 1000);
+    ck_assert_uint_eq(c.pairs, c.predictions * (n - 1));
+    bench_close(&plain);
+    bench_close(&watched);
+}
+END_TEST
+
+START_TEST(the_checks_can_be_switched_off_again)
+{
+    struct bench run;
+    bench_open(&run, busy, NULL);
+    ck_assert_int_eq(mill_sim_paranoid(run.sim, true, &error), MILL_OK);
+    ck_assert_uint_eq(mill_sim_checks(run.sim).predictions, 120);
+    ck_assert_int_eq(mill_sim_paranoid(run.sim, false, &error), MILL_OK);
+    bench_run(&run, 0.01);
+    ck_assert_uint_eq(mill_sim_checks(run.sim).predictions, 0);
+    bench_close(&run);
+}
+END_TEST
+
+/* A run that is spoilt at 10 ms, paused anywhere, ends within the next milliseconds. */
+static void run_into(struct bench *run, const char *words)
+{
+    const enum mill_status status = mill_sim_run(run->sim, 0.05, NO_LIMIT, NULL, &run->error);
+    ck_assert_int_eq(status, MILL_FAILED);
+    ck_assert_msg(strncmp(run->error.text, "paranoid: ", 10) == 0, "%s", run->error.text);
+    ck_assert_msg(strstr(run->error.text, words) != NULL, "'%s' in '%s'?", words, run->error.text);
+    ck_assert_double_lt(mill_sim_time(run->sim), 0.05);
+    bench_close(run);
+}
+
+static void open_watched(struct bench *run)
+{
+    bench_open(run, busy, NULL);
+    ck_assert_int_eq(mill_sim_paranoid(run->sim, true, &run->error), MILL_OK);
+    bench_run(run, 0.01);
+}
+
+START_TEST(a_run_ends_when_a_ball_is_put_into_another)
+{
+    struct bench run;
+    open_watched(&run);
+    run.world->ball[7].r = run.world->ball[8].r;
+    run_into(&run, "ball ");
+}
+END_TEST
+
+START_TEST(a_run_ends_when_a_ball_changes_course_unseen)
+{
+    struct bench run;
+    int32_t i = 0;
+    open_watched(&run);
+    while (vec3_norm(run.world->ball[i].v) < 0.1)
+        i++;
+    run.world->ball[i].v = vec3_scale(run.world->ball[i].v, -1.0);
+    run_into(&run, "ball ");
+}
+END_TEST
+
+START_TEST(a_run_ends_when_its_books_are_cooked)
+{
+    struct bench run;
+    open_watched(&run);
+    run.world->account.dissipation[MILL_BALL_DRUM] += 1e-6;
+    run_into(&run, "the energy account is out by 1e-06 J");
+}
+END_TEST
+
+START_TEST(checks_that_begin_in_the_middle_of_a_run_accept_it)
+{
+    struct bench run;
+    bench_open(&run, busy, NULL);
+    for (uint64_t budget = 1; budget < 5000; budget = 3 * budget + 1) {
+        ck_assert_int_eq(mill_sim_run(run.sim, 1.0, budget, NULL, &run.error), MILL_OK);
+        ck_assert_msg(mill_sim_paranoid(run.sim, true, &run.error) == MILL_OK, "%s",
+                      run.error.text);
+    }
+    bench_close(&run);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("paranoid");
+    TCase *state = tcase_create("state"), *runs = tcase_create("runs");
+    tcase_add_checked_fixture(state, set_up, tear_down);
+    tcase_add_test(state, a_sound_state_passes_and_every_check_is_counted);
+    tcase_add_test(state, the_mill_of_these_tests_has_the_contacts_they_speak_of);
+    tcase_add_test(state, a_plan_whose_partner_has_changed_course_since_is_no_fault);
+    tcase_add_test(state, an_overlap_of_two_balls_is_told_with_its_depth);
+    tcase_add_test(state, less_than_a_nanometre_is_no_overlap);
+    tcase_add_test(state, an_overlap_with_a_surface_is_told);
+    tcase_add_test(state, an_overlap_far_from_the_cell_that_lists_the_ball_is_seen);
+    tcase_add_test(state, a_ball_that_the_blades_let_go_may_be_in_one_and_no_other);
+    tcase_add_test(state, a_contact_of_two_balls_that_is_planned_too_late_is_told);
+    tcase_add_test(state,
+                   a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh);
+    tcase_add_test(state, a_forgotten_contact_with_a_surface_is_told);
+    tcase_add_test(state, a_contact_planned_a_picosecond_late_is_told);
+    tcase_add_test(state, a_contact_planned_too_early_is_told);
+    tcase_add_test(state, a_contact_of_balls_that_part_is_told);
+    tcase_add_test(state, a_contact_with_a_surface_that_is_left_is_told);
+    tcase_add_test(state, a_plan_with_nobody_is_told);
+    tcase_add_test(state, what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball);
+    tcase_add_test(state, a_calendar_that_disagrees_with_a_plan_is_told);
+    tcase_add_test(state, an_event_that_is_not_the_earliest_is_told);
+    tcase_add_test(state, an_event_in_the_past_is_told);
+    tcase_add_test(state, a_contact_carried_out_with_bodies_apart_is_told);
+    tcase_add_test(state, a_ball_outside_its_cell_is_told);
+    tcase_add_test(state, a_ball_that_its_cell_does_not_list_is_told);
+    tcase_add_test(state, an_account_that_is_out_by_more_than_a_billionth_is_told);
+    tcase_add_test(state, what_is_not_a_number_never_passes);
+    tcase_add_test(runs, to_be_watched_changes_nothing);
+    tcase_add_test(runs, the_checks_can_be_switched_off_again);
+    tcase_add_test(runs, a_run_ends_when_a_ball_is_put_into_another);
+    tcase_add_test(runs, a_run_ends_when_a_ball_changes_course_unseen);
+    tcase_add_test(runs, a_run_ends_when_its_books_are_cooked);
+    tcase_add_test(runs, checks_that_begin_in_the_middle_of_a_run_accept_it);
+    suite_add_tcase(s, state);
+    suite_add_tcase(s, runs);
+    SRunner *r = srunner_create(s);
+    srunner_run_all(r, CK_ENV);
+    const int failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed ? 1 : 0;
+}
