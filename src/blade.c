@@ -110,8 +110,8 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
             return t;
         const double slack = step < MOST_STEPS ? 0.0 : CONCEDED;
         double dt;
-        if (d <= 0.0) /* overlapping and opening: it cannot close before this */
-            dt = (d1 + sqrt(2.0 * a * slack)) / a;
+        if (d <= 0.0)
+            dt = d1 / a; /* overlapping and opening: it cannot close before this */
         else if (d1 < 0.0)
             dt = 2.0 * d / (sqrt(d1 * d1 + 2.0 * a * d) - d1);
         else

@@ -1,13 +1,22 @@
 /* Whole mills. Bytes that begin like a deck are one, with at most MOST_BALLS balls. All others are
  * read as choices: drum, rotor, blades, laws, and balls placed one by one, in free flight, at rest
  * on a wall, on each other, in corners. Each accepted mill runs for some thousand events, in
- * pieces, and never may bodies overlap, balls be lost or the books not close; a second run in other
- * pieces must give the same bits. */
+ * pieces, and never may bodies overlap, balls be lost or the books not close. A second run, in one
+ * piece or saved halfway and taken up by another, must give the same bits; or it is a paranoid one.
+ */
 #include "mill.h"
 
 #include "walls.h"
 
-enum { MOST_BALLS = 100, MOST_BLADES = 40, EVENTS = 2000, LONG = 40000, PIECES = 8, ROOM = 16384 };
+enum {
+    MOST_BALLS = 100,
+    MOST_BLADES = 40,
+    EVENTS = 2000,
+    LONG = 40000,
+    PIECES = 8,
+    CHECKED = 400,
+    ROOM = 16384
+};
 
 struct script {
     char text[ROOM];
@@ -262,27 +271,84 @@ static bool place_balls(struct mill_deck *deck, struct fuzz_bytes *b)
 
 /* ---- the run ---- */
 
-static uint64_t run(const struct mill_deck *deck, uint64_t events, uint64_t piece,
-                    struct mill_ball *state)
+struct way {
+    uint64_t events, piece;
+    bool saved;    /* halfway, and taken up by another */
+    bool paranoid; /* each event against brute force */
+};
+
+struct mill {
+    struct mill_world *world;
+    struct mill_sim *sim;
+};
+
+static bool open_mill(const struct mill_deck *deck, struct mill *m)
 {
-    struct mill_world *world = NULL;
-    struct mill_sim *sim = NULL;
     struct mill_error error = {""};
-    const enum mill_status status = mill_world_create(deck, &world, &error);
+    const enum mill_status status = mill_world_create(deck, &m->world, &error);
     if (status != MILL_OK) {
-        fuzz_require(status == MILL_BAD_DECK && !world, "status %d: %s", (int)status, error.text);
+        fuzz_require(status == MILL_BAD_DECK && !m->world, "status %d: %s", (int)status,
+                     error.text);
         fuzz_require_message(error.text);
         if (fuzz_shown())
             fprintf(stderr, "%s\n", error.text);
-        return 0;
+        return false;
     }
-    mill_check_overlaps(world, NULL);
-    fuzz_require(mill_sim_create(world, &sim, &error) == MILL_OK, "%s", error.text);
-    mill_run_checked(sim, deck->time, events, piece);
-    memcpy(state, world->ball, sizeof *state * (size_t)world->balls);
-    const uint64_t predictions = world->counts.predictions;
-    mill_sim_free(sim);
-    mill_world_free(world);
+    mill_check_overlaps(m->world, NULL);
+    fuzz_require(mill_sim_create(m->world, &m->sim, &error) == MILL_OK, "%s", error.text);
+    return true;
+}
+
+static void close_mill(struct mill *m)
+{
+    mill_sim_free(m->sim);
+    mill_world_free(m->world);
+}
+
+/* A paranoid run allows for the roundings of mills, not for those of balls that would be kilometres
+ * away by the time they might meet; and looks into each of a million revolutions. */
+static bool is_swift(const struct mill_world *w)
+{
+    enum { SWIFT = 1000 }; /* [m/s] */
+    bool swift =
+        fabs(w->rotor_speed) * fmax(w->drum_radius, 0.01) > SWIFT || vec3_norm(w->g) > SWIFT;
+    for (int32_t i = 0; i < w->balls; i++)
+        swift = swift || vec3_norm(w->ball[i].v) > SWIFT;
+    return swift;
+}
+
+/* Its state goes to another mill of the same deck. */
+static void hand_over(const struct mill_deck *deck, struct mill *m)
+{
+    struct mill_error error = {""};
+    const size_t size = mill_sim_state_size(m->sim);
+    unsigned char *state = malloc(size);
+    fuzz_require(state != NULL, "out of memory");
+    mill_sim_save(m->sim, state);
+    close_mill(m);
+    fuzz_require(open_mill(deck, m), "the same deck is refused");
+    fuzz_require(mill_sim_load(m->sim, state, size, &error) == MILL_OK, "%s", error.text);
+    free(state);
+}
+
+/* Returns the number of predictions, 0 for a mill that was refused. */
+static uint64_t run(const struct mill_deck *deck, const struct way *way, struct mill_ball *state)
+{
+    struct mill m = {NULL, NULL};
+    struct mill_error error = {""};
+    uint64_t events = way->events;
+    if (!open_mill(deck, &m))
+        return 0;
+    if (way->paranoid && !is_swift(m.world))
+        fuzz_require(mill_sim_paranoid(m.sim, true, &error) == MILL_OK, "%s", error.text);
+    if (way->saved && mill_run_checked(m.sim, deck->time, events / 2, way->piece)) {
+        hand_over(deck, &m);
+        events -= events / 2;
+    }
+    mill_run_checked(m.sim, deck->time, events, way->piece);
+    memcpy(state, m.world->ball, sizeof *state * (size_t)m.world->balls);
+    const uint64_t predictions = m.world->counts.predictions;
+    close_mill(&m);
     return predictions;
 }
 
@@ -325,12 +391,21 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     memset(once, 0, sizeof once);
     memset(again, 0, sizeof again);
+    const long balls = mill_balls(deck);
     /* few balls may go on until one is pinched and let go */
-    const uint64_t events = mill_balls(deck) <= 3 && size % 8 == 1 ? LONG : EVENTS;
-    const uint64_t predictions = run(deck, events, events / PIECES, once);
-    if (predictions > 0 && size % 2 == 0) {
-        fuzz_require(run(deck, events, events, again) == predictions, "another run, other counts");
-        fuzz_require(memcmp(once, again, sizeof once) == 0, "another run, other bits");
+    const uint64_t events = balls <= 3 && size % 8 == 3 ? LONG : EVENTS;
+    const struct way plain = {events, events / PIECES, false, false};
+    const struct way other[4] = {{events, events, false, false},
+                                 {events, events / 2, true, false},
+                                 {CHECKED, CHECKED, false, true},
+                                 {0, 0, false, false}};
+    const struct way *second = &other[size % 4];
+    const uint64_t predictions = run(deck, &plain, once);
+    if (predictions > 0 && second->events > 0) {
+        const uint64_t same = run(deck, second, again);
+        fuzz_require(second->paranoid ||
+                         (same == predictions && memcmp(once, again, sizeof once) == 0),
+                     "another run, other bits");
     }
     mill_deck_free(deck);
     return 0;
