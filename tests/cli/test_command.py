@@ -16,7 +16,18 @@ import time
 import pytest
 from conftest import PROGRAM
 
-OPTIONS = ["output", "set", "check", "resume", "force", "json", "quiet", "paranoid", "help", "version"]
+OPTIONS = [
+    "output",
+    "set",
+    "check",
+    "resume",
+    "force",
+    "json",
+    "quiet",
+    "paranoid",
+    "help",
+    "version",
+]
 FULL = pathlib.Path("/dev/full")
 
 
