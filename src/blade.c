@@ -108,14 +108,14 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
             return INFINITY; /* the plane between box and ball stands still: never nearer again */
         if (d <= TOUCH && d1 <= STILL)
             return t;
-        const double slack = step < MOST_STEPS ? 0.0 : CONCEDED;
+        const bool glides = step >= MOST_STEPS && d > -TOUCH;
         double dt;
-        if (d <= 0.0)
+        if (d <= 0.0 && !glides)
             dt = d1 / a; /* overlapping and opening: it cannot close before this */
         else if (d1 < 0.0)
             dt = 2.0 * d / (sqrt(d1 * d1 + 2.0 * a * d) - d1);
         else
-            dt = (d1 + sqrt(d1 * d1 + 2.0 * a * (d + slack))) / a;
+            dt = (d1 + sqrt(d1 * d1 + 2.0 * a * (fmax(d, 0.0) + (glides ? CONCEDED : 0.0)))) / a;
         const double next = t + dt;
         if (next > horizon)
             return INFINITY;
