@@ -27,7 +27,13 @@ FREE_PATH = np.pi * RADIUS**2 * LENGTH / (np.sqrt(2) * np.pi * DIAMETER**2 * BAL
 DILUTION = np.pi * RADIUS**2 * LENGTH / (BALLS * FREE_PATH**3)
 COUNTS = np.array([0.5, 1, 2, 3, 4, 6, 8, 10, 13, 16, 19])  # collisions per ball, compared there
 
-ORACLE_BALLS, ORACLE_BATCH, ORACLE_RUNS = 100_000, 1000, 4
+ORACLE_BALLS, ORACLE_BATCH, ORACLE_RUNS = 100_000, 2000, 4
+# Hits on walls per collision with a ball, both per ball: surface <v> / 4 volume over <v> / free path, of the
+# volume that is open to centres
+_RADIUS, _LENGTH = RADIUS - DIAMETER / 2, LENGTH - DIAMETER
+WALL_HITS = (
+    (2 / _RADIUS + 2 / _LENGTH) / 4 * FREE_PATH * _RADIUS**2 * _LENGTH / (RADIUS**2 * LENGTH)
+)
 
 
 def check(case):
@@ -212,7 +218,7 @@ def claim_rough(case, e, beta, result):
     both = np.hypot(error, truth_error)
     name = f"e = {e:g}, beta = {beta:g}"
     band = 4 * both + DILUTION * np.abs(truth)
-    source = "direct simulation Monte Carlo of the same contact law"
+    source = "direct simulation Monte Carlo of the same contact law and walls"
     for row, what in enumerate(("ln T_tr", "R = T_rot / T_tr")):
         case.claim(
             f"rough spheres, {name}: {what} at C = {COUNTS[-1]:g}",
@@ -281,20 +287,38 @@ def direct_simulation(e, beta, seed):
     """Boltzmann's equation of a homogeneous gas, solved by chance (Bird): unit mass, unit radius, no places.
 
     Pairs and directions n are drawn at random and collide with a probability in proportion to |g.n|. No mean
-    field, no assumption on distributions or on how spins and velocities go together.
+    field, no assumption on distributions or on how spins and velocities go together. Smooth walls turn velocities
+    but not spins, which they leave less alike than they were: so there are walls too.
     """
     rng = np.random.default_rng([seed, 77])
     v, w = rng.normal(size=(ORACLE_BALLS, 3)), np.zeros((ORACLE_BALLS, 3))
     start = (v**2).sum()
-    count, rows, batch = 0, [], 0
+    count, hits, rows, batch = 0, 0, [], 0
     while not rows or rows[-1][0] < COUNTS[-1]:
         if batch % 10 == 0:
             energy, spin = (v**2).sum(), 0.4 * (w**2).sum()
             rows.append((2 * count / ORACLE_BALLS, np.log(energy / start), spin / energy))
             fastest = 7 * np.sqrt(2 * energy / (3 * ORACLE_BALLS))
+            hits += turn_back(v, round(2 * count * WALL_HITS) - hits, fastest, rng)
         count += collide_some(v, w, e, beta, fastest, rng)
         batch += 1
     return at_counts(*np.array(rows).T)
+
+
+def turn_back(v, number, fastest, rng):
+    """So many velocities are mirrored at walls, with a probability in proportion to |v.n|; returns how many."""
+    done = 0
+    while done < number:
+        some = 16 * (number - done)  # one in some twelve is accepted
+        ball = rng.integers(ORACLE_BALLS, size=some)
+        n = rng.normal(size=(some, 3))
+        n /= np.sqrt((n**2).sum(axis=1))[:, None]
+        v_n = (v[ball] * n).sum(axis=1)
+        hit = np.flatnonzero(np.abs(v_n) > fastest * rng.random(some))
+        hit = hit[np.sort(np.unique(ball[hit], return_index=True)[1])][: number - done]
+        v[ball[hit]] -= 2 * v_n[hit, None] * n[hit]
+        done += len(hit)
+    return done
 
 
 def collide_some(v, w, e, beta, fastest, rng):
