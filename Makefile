@@ -47,7 +47,7 @@ help:
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
 	@echo 'make golden    three decks store the same bits whatever the optimisation, and those frozen in tests/golden'
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
-	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these)'
+	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed        make install   into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan  WERROR=1  V=1'
@@ -88,7 +88,7 @@ needed:
 run:
 	@tools/setup build
 	@$(MAKE) $(PARALLEL) millsim
-	./millsim --force input/simoloyer.ini
+	./millsim --force -o reference.h5 input/simoloyer.ini
 
 test:
 	@tools/setup build test

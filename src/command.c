@@ -32,7 +32,7 @@ static const char help[] =
     "  -V, --version        print the version and end\n"
     "\n"
     "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
-    "signal N (INT or TERM), with everything up to then in the output file, for --resume.\n";
+    "signal N (INT, TERM or HUP), with everything up to then in the output file, for --resume.\n";
 
 /* What getopt_long refused, as a usage error. */
 static enum mill_status refuse_option(int result, char *const *argv, struct mill_error *error)

@@ -145,6 +145,10 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
     else if (file->disk.number || (file->id = open_file(file, how)) < 0)
         status = mill_h5_fail(
             file, error, how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create", NULL);
+    if (status != MILL_OK && how == MILL_H5_READ && !file->disk.number) {
+        const struct mill_error why = file->cause;
+        mill_error_set(error, status, "%s; it is no HDF5 file, or damaged or cut off", why.text);
+    }
     if (status != MILL_OK)
         release(file);
     else

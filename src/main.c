@@ -44,6 +44,9 @@ static void catch_signals(void)
     action.sa_flags = SA_RESTART;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    struct sigaction hangup;
+    if (sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler != SIG_IGN) /* not nohup */
+        sigaction(SIGHUP, &action, NULL);
     /* a reader that goes away must not end the run */
     action.sa_handler = SIG_IGN;
     sigaction(SIGPIPE, &action, NULL);
@@ -99,8 +102,8 @@ static enum mill_status check_existing(const struct mill_command *a, const struc
                               "%s: is not a regular file; use -o for another name", output);
     if (!a->force && !a->resume)
         return mill_error_set(error, MILL_BAD_DECK,
-                              "%s: exists already; use --resume to go on with it, --force to "
-                              "overwrite it or -o for another name",
+                              "%s: exists already; --resume goes on with an interrupted run, "
+                              "--force overwrites it, -o gives another name",
                               output);
     if (access(output, W_OK) != 0)
         return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,

@@ -35,7 +35,9 @@ struct run {
     double started;       /* [s] of wall time */
     double due;           /* [s] of wall time, the next checkpoint */
     double wall, cpu;     /* [s] of earlier legs of the run */
-    bool unsaved;         /* the last checkpoint failed */
+    bool saved;           /* there is a checkpoint to come back to */
+    bool unsaved;         /* the last one failed */
+    const char *note;     /* what --resume found, to be said once the file is ours */
 };
 
 static double wall_clock(void)
@@ -70,7 +72,7 @@ static enum mill_status look(struct run *r, bool *done, struct mill_error *error
     struct mill_h5 *file;
     char *ended = NULL;
     if (access(name, F_OK) != 0) {
-        say(r, "does not exist yet: starting from the beginning");
+        r->note = "does not exist yet: starting from the beginning";
         return MILL_OK;
     }
     enum mill_status status = mill_h5_create(name, MILL_H5_READ, &file, error);
@@ -90,7 +92,7 @@ static enum mill_status look(struct run *r, bool *done, struct mill_error *error
     if (*done)
         say(r, "is complete: nothing to resume");
     else if (status == MILL_OK && !r->state)
-        say(r, "ended before its first checkpoint: starting from the beginning");
+        r->note = "ended before its first checkpoint: starting from the beginning";
     free(ended);
     mill_h5_close(file, NULL);
     return status;
@@ -165,6 +167,7 @@ static enum mill_status take_up(struct run *r, struct mill_error *error)
         status = mill_checkpoint_load_tally(r->state, r->tally, error);
     free(r->state);
     r->state = NULL;
+    r->saved = true;
     r->wall = at.wall;
     r->cpu = at.cpu;
     snprintf(text, sizeof text, "resuming at t = %.6g s", mill_sim_time(r->sim));
@@ -231,6 +234,7 @@ static enum mill_status save(struct run *r, struct mill_error *error)
         status = mill_checkpoint_load_tally(state, r->tally, error);
     free(state);
     r->unsaved = status != MILL_OK;
+    r->saved = r->saved || status == MILL_OK;
     const double now = wall_clock();
     r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
     return status;
@@ -308,12 +312,17 @@ static enum mill_status prepare(struct run *r, struct mill_error *error)
         *r->options->begun = 1;
     if (status == MILL_OK)
         status = open_output(r, error);
+    if (status == MILL_OK && r->note)
+        say(r, r->note);
     if (status == MILL_OK)
         status = add_observers(r, error);
     if (status == MILL_OK && r->state)
         return take_up(r, error);
     if (status == MILL_OK)
         status = flush_writers(r, error);
+    /* what --force replaces stays until there are results to put in its place */
+    if (status == MILL_OK && r->options->force && access(r->options->output, F_OK) == 0)
+        return MILL_OK;
     /* a disk that cannot be written is told now, and a killed run leaves a file */
     return status == MILL_OK ? mill_h5_flush(r->file, error) : status;
 }
@@ -329,10 +338,12 @@ static enum mill_status close_output(struct run *r, struct mill_error *error)
 static void explain(const struct run *r, struct mill_error *error)
 {
     const struct mill_error what = *error;
-    if (access(r->options->output, F_OK) == 0)
-        mill_error_set(error, MILL_FAILED,
-                       "%s; the file is as at its last checkpoint, and --resume goes on from there",
-                       what.text);
+    if (access(r->options->output, F_OK) != 0)
+        return;
+    mill_error_set(error, MILL_FAILED, "%s; %s", what.text,
+                   r->saved ? "the file is as at its last checkpoint, and --resume goes on from "
+                              "there"
+                            : "there is no checkpoint yet to go on from");
 }
 
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,

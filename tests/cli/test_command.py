@@ -127,8 +127,8 @@ def test_an_existing_output_is_refused_and_kept(millsim, small_deck, tmp_path):
     result = millsim("deck.ini")
     assert result.returncode == 2
     expected = (
-        "deck.h5: exists already; use --resume to go on with it, --force to overwrite it "
-        "or -o for another name"
+        "deck.h5: exists already; --resume goes on with an interrupted run, --force overwrites it, "
+        "-o gives another name"
     )
     assert result.stderr == f"millsim: {expected}\n"
     assert (tmp_path / "deck.h5").read_text() == "precious"
