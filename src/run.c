@@ -343,7 +343,7 @@ static void explain(const struct run *r, struct mill_error *error)
     mill_error_set(error, MILL_FAILED, "%s; %s", what.text,
                    r->saved ? "the file is as at its last checkpoint, and --resume goes on from "
                               "there"
-                            : "there is no checkpoint yet to go on from");
+                            : "there is no checkpoint yet, so --resume starts from the beginning");
 }
 
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,

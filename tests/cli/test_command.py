@@ -225,7 +225,7 @@ def wait_for(condition, seconds=20):
     return False
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, tmp_path, number):
     h5py = pytest.importorskip("h5py")
     long_deck(write_deck)

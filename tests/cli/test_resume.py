@@ -234,7 +234,7 @@ def test_what_a_killed_run_leaves_beside_its_file_is_cleared_up(folder, short):
 # ---- signals ----
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, short, number):
     mill = folder()
     code, said = mill.stop("-q", number=number)
@@ -248,6 +248,19 @@ def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, sh
     assert code == 0
     assert one_line(said, f"mill.h5: resuming at t = {reached:.6g} s")
     assert_same(mill.file, short)
+
+
+def test_a_forced_run_killed_before_its_first_checkpoint_leaves_the_old_file(folder, stopped):
+    mill = folder(ENDLESS.replace("checkpoint = 10 ms", "checkpoint = 60 s"))
+    shutil.copy(stopped, mill.file)
+    process = mill.start("-q", "--force")
+    part = mill.path / "mill.h5.part"
+    while not part.exists() and process.poll() is None:
+        time.sleep(0.01)
+    time.sleep(0.2)
+    process.kill()
+    process.communicate()
+    assert mill.file.read_bytes() == stopped.read_bytes()
 
 
 def test_an_impatient_second_signal_changes_nothing(folder, short):
@@ -418,7 +431,7 @@ def test_the_folder_may_move(tmp_path):
         for x in (-0.016, -0.008, 0.0, 0.008, 0.016)
         for y, z in ((0.027, 0), (-0.027, 0), (0, 0.027), (0, -0.027))
     )
-    deck = SMALL.replace("time = 50 ms", "time = 1 s").replace(
+    deck = SMALL.replace("time = 50 ms", "time = 4 s").replace(
         "count = 20", "count = 20\nstart = begin.txt"
     )
     deck += "impacts = all\ncheckpoint = 1 ms\n"
@@ -428,7 +441,7 @@ def test_the_folder_may_move(tmp_path):
         homes.append(Folder(tmp_path / name, deck))
         (tmp_path / name / "begin.txt").write_text(start)
     homes[1].finish()
-    assert homes[0].stop("-q", "-s", "run.time=1 s")[0] == 130
+    assert homes[0].stop("-q", "-s", "run.time=4 s")[0] == 130
     moved = homes[0].path.rename(tmp_path / "elsewhere")
     mill = Folder(moved, deck)
     code, said = mill.run("--resume")
