@@ -123,8 +123,7 @@ static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
 static enum mill_status refuse_existing(const char *path, struct mill_error *error)
 {
     return mill_error_set(error, MILL_FAILED,
-                          "%s: exists already; use --force to overwrite it or -o for another name",
-                          path);
+                          "%s: exists already; --force overwrites it, -o gives another name", path);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,

@@ -88,7 +88,6 @@ enum mill_status mill_predict_create(struct mill_world *world, struct mill_predi
     if (!allocate(p, &widest) || !list_surfaces(p, widest))
         return no_memory(p, error);
     for (int32_t i = 0; i < world->balls; i++) {
-        p->plan[i].let_go = false;
         if (!mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, world->ball[i].r)))
             return no_memory(p, error);
     }
