@@ -38,8 +38,8 @@ static uint64_t checksum_of(const unsigned char *state, size_t size)
     return add_to(sum, state + sizeof head, size - sizeof head);
 }
 
-unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts, double wall,
-                                    double cpu)
+unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
+                                    const struct mill_record_cost *cost)
 {
     struct mill_checkpoint head;
     memset(&head, 0, sizeof head); /* its padding too */
@@ -48,8 +48,7 @@ unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts, d
     head.sim = mill_sim_state_size(parts->sim);
     head.tally = mill_tally_state_size(parts->tally);
     head.size = sizeof head + head.sim + head.tally;
-    head.wall = wall;
-    head.cpu = cpu;
+    head.cost = *cost;
     mill_frames_save(parts->frames, &head.frames);
     mill_series_save(parts->series, &head.series);
     if (parts->log)

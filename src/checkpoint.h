@@ -6,6 +6,7 @@
 #include "frames.h"
 #include "impactlog.h"
 #include "millsim/sim.h"
+#include "record.h"
 #include "series.h"
 #include "tally.h"
 
@@ -22,7 +23,7 @@ struct mill_checkpoint {
     char version[64];  /* of the program that wrote it */
     uint64_t size;     /* [byte] all of it */
     uint64_t checksum; /* of all of it, this field as 0 */
-    double wall, cpu;  /* [s] used so far */
+    struct mill_record_cost cost;
     struct mill_frames_state frames;
     struct mill_series_state series;
     struct mill_impactlog_state log;
@@ -30,8 +31,8 @@ struct mill_checkpoint {
 };
 
 /* The state now, before anything is finished. NULL: out of memory. Owner: the caller. */
-unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts, double wall,
-                                    double cpu);
+unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
+                                    const struct mill_record_cost *cost);
 
 /* Writes /checkpoint. */
 enum mill_status mill_checkpoint_write(const unsigned char *state, struct mill_h5 *file,

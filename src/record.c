@@ -127,8 +127,10 @@ enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_worl
              "energy turned over: what the balance's error is measured against"},
             {"/run/energy_balance_error", turnover > 0 ? off / turnover : 0, "1",
              "|rotor work - change of energy - dissipation| over the energy turned over"},
-            {"/run/wall_time", end->wall_time, "s", "time on the wall's clock"},
-            {"/run/cpu_time", end->cpu_time, "s", "processor time"},
+            {"/run/wall_time", end->cost.wall, "s", "time on the wall's clock"},
+            {"/run/cpu_time", end->cost.cpu, "s", "processor time"},
+            {"/run/checkpoint_time", end->cost.saving, "s",
+             "time on the wall's clock that checkpoints took"},
             {"/run/peak_memory", end->peak_memory, "byte", "largest resident memory"},
         };
         status = mill_h5_write_text(
@@ -139,6 +141,9 @@ enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_worl
             status = mill_h5_write_double(file, table[i].path, table[i].value, table[i].unit,
                                           table[i].meaning, error);
     }
+    if (status == MILL_OK)
+        status = mill_h5_write_count(file, "/run/checkpoints", end->cost.checkpoints,
+                                     "checkpoints taken", error);
     if (status == MILL_OK)
         status = write_kinds(file, &world->account, error);
     if (status == MILL_OK)

@@ -5,12 +5,18 @@
 #include "h5.h"
 #include "millsim/world.h"
 
+/* What a run has used so far, in all its legs */
+struct mill_record_cost {
+    double wall, cpu;     /* [s] */
+    double saving;        /* [s] of the wall time, spent on checkpoints */
+    uint64_t checkpoints; /* taken */
+};
+
 struct mill_record_end {
     const char *status; /* "running", "complete", "stopped", "failed" */
     double time;        /* [s] simulated time reached */
     double local_time;  /* [s] the same in the world's local time */
-    double wall_time;   /* [s] of all legs of the run */
-    double cpu_time;    /* [s] of all legs of the run */
+    struct mill_record_cost cost;
     double peak_memory; /* [byte] */
 };
 

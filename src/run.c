@@ -31,13 +31,13 @@ struct run {
     struct mill_h5 *file;
     struct mill_observer *frames, *series, *log;
     struct mill_tally *tally;
-    unsigned char *state; /* to go on from; NULL: from the beginning */
-    double started;       /* [s] of wall time */
-    double due;           /* [s] of wall time, the next checkpoint */
-    double wall, cpu;     /* [s] of earlier legs of the run */
-    bool saved;           /* there is a checkpoint to come back to */
-    bool unsaved;         /* the last one failed */
-    const char *note;     /* what --resume found, to be said once the file is ours */
+    unsigned char *state;         /* to go on from; NULL: from the beginning */
+    double started;               /* [s] of wall time */
+    double due;                   /* [s] of wall time, the next checkpoint */
+    struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
+    bool saved;                   /* there is a checkpoint to come back to */
+    bool unsaved;                 /* the last one failed */
+    const char *note;             /* what --resume found, to be said once the file is ours */
 };
 
 static double wall_clock(void)
@@ -47,14 +47,12 @@ static double wall_clock(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static double wall_time(const struct run *r)
+static struct mill_record_cost cost_so_far(const struct run *r)
 {
-    return r->wall + wall_clock() - r->started;
-}
-
-static double cpu_time(const struct run *r)
-{
-    return r->cpu + mill_record_cpu_time();
+    struct mill_record_cost cost = r->cost;
+    cost.wall += wall_clock() - r->started;
+    cost.cpu += mill_record_cpu_time();
+    return cost;
 }
 
 static void say(const struct run *r, const char *what)
@@ -168,8 +166,7 @@ static enum mill_status take_up(struct run *r, struct mill_error *error)
     free(r->state);
     r->state = NULL;
     r->saved = true;
-    r->wall = at.wall;
-    r->cpu = at.cpu;
+    r->cost = at.cost;
     snprintf(text, sizeof text, "resuming at t = %.6g s", mill_sim_time(r->sim));
     if (status == MILL_OK) {
         say(r, text);
@@ -198,7 +195,7 @@ static enum mill_status write_all(struct run *r, const char *ended, const unsign
     if (status == MILL_OK)
         status = mill_tally_write(r->tally, r->file, error);
     const struct mill_record_end end = {
-        ended, mill_sim_time(r->sim), local, wall_time(r), cpu_time(r), mill_record_peak_memory(),
+        ended, mill_sim_time(r->sim), local, cost_so_far(r), mill_record_peak_memory(),
     };
     if (status == MILL_OK)
         status = mill_record_finish(r->file, r->world, &end, error);
@@ -212,7 +209,8 @@ static enum mill_status write_all(struct run *r, const char *ended, const unsign
 static unsigned char *take_state(const struct run *r)
 {
     const struct mill_checkpoint_parts parts = {r->sim, r->tally, r->frames, r->series, r->log};
-    return mill_checkpoint_take(&parts, wall_time(r), cpu_time(r));
+    const struct mill_record_cost cost = cost_so_far(r);
+    return mill_checkpoint_take(&parts, &cost);
 }
 
 /* Publishes all results up to now, as if the run ended here, together with the state. */
@@ -236,6 +234,8 @@ static enum mill_status save(struct run *r, struct mill_error *error)
     r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
     const double now = wall_clock();
+    r->cost.checkpoints++;
+    r->cost.saving += now - before;
     r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
     return status;
 }
@@ -281,10 +281,15 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
 
 static void summarise(const struct run *r, bool stopped)
 {
-    const struct mill_summary_facts facts = {
-        wall_time(r),          cpu_time(r),  mill_record_peak_memory(),
-        mill_sim_time(r->sim), MILL_VERSION, mill_deck_file(r->deck),
-        r->options->output,    stopped};
+    const struct mill_record_cost cost = cost_so_far(r);
+    const struct mill_summary_facts facts = {cost.wall,
+                                             cost.cpu,
+                                             mill_record_peak_memory(),
+                                             mill_sim_time(r->sim),
+                                             MILL_VERSION,
+                                             mill_deck_file(r->deck),
+                                             r->options->output,
+                                             stopped};
     if (r->options->json)
         mill_summary_json(r->options->summary, r->deck, r->world, r->tally, &facts);
     else

@@ -3,7 +3,10 @@
 import h5py
 
 # All else must be the same to the bit in two runs of one deck
-OWN = ("/run/command", "/run/started", "/run/wall_time", "/run/cpu_time", "/run/peak_memory")
+OWN = tuple(
+    f"/run/{name}"
+    for name in ("command", "started", "wall_time", "cpu_time", "checkpoint", "peak_memory")
+)
 
 
 def things(path):

@@ -35,6 +35,7 @@ GROUPS = ("particles", "observables", "statistics", "impacts", "deck", "run")
 APART = {
     *(f"/run/{name}" for name in ("version", "compiler", "flags", "hdf5", "gsl", "command")),
     *(f"/run/{name}" for name in ("started", "wall_time", "cpu_time", "peak_memory")),
+    *("/run/checkpoints", "/run/checkpoint_time"),
     "/deck/balls/start",
     "/deck/text",
 }

@@ -55,6 +55,7 @@ static void close_run(struct run *r)
 }
 
 static struct run run;
+static const struct mill_record_cost cost = {7.5, 3.25, 0.5, 9};
 static unsigned char *state;
 static size_t size;
 
@@ -63,7 +64,7 @@ static void setup(void)
 {
     open_run(&run, mills[0]);
     bench_run(&run.bench, 0.06);
-    state = mill_checkpoint_take(&run.parts, 7.5, 3.25);
+    state = mill_checkpoint_take(&run.parts, &cost);
     ck_assert_ptr_nonnull(state);
     size = (size_t)mill_checkpoint_head(state).size;
 }
@@ -102,7 +103,8 @@ START_TEST(a_state_comes_back_from_the_file_as_it_was)
                   error.text);
     ck_assert_mem_eq(back, state, size);
     const struct mill_checkpoint head = mill_checkpoint_head(back);
-    ck_assert(head.wall == 7.5 && head.cpu == 3.25);
+    ck_assert(head.cost.saving == 0.5 && head.cost.checkpoints == 9);
+    ck_assert(head.cost.wall == 7.5 && head.cost.cpu == 3.25);
     ck_assert_uint_eq(head.frames.rows, 7); /* one every 10 ms, from 0 on */
     ck_assert_uint_eq(head.series.rows, 61);
     ck_assert_uint_eq(head.log.rows, bench_collisions(&run.bench));
@@ -127,7 +129,7 @@ END_TEST
 
 START_TEST(a_state_taken_twice_is_the_same_bytes)
 {
-    unsigned char *again = mill_checkpoint_take(&run.parts, 7.5, 3.25);
+    unsigned char *again = mill_checkpoint_take(&run.parts, &cost);
     ck_assert_mem_eq(again, state, size);
     free(again);
 }

@@ -99,7 +99,7 @@ START_TEST(the_end_replaces_what_a_checkpoint_wrote)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    struct mill_record_end end = {"running", 0.1, 0.1, 3, 2, 1e6};
+    struct mill_record_end end = {"running", 0.1, 0.1, {3, 2, 0.5, 7}, 1e6};
     mill_record_start(file, "millsim", NULL);
     f.world.account.collisions[MILL_BALL_WALL] = 5;
     ck_assert_int_eq(mill_record_finish(file, &f.world, &end, NULL), MILL_OK);
@@ -117,6 +117,10 @@ START_TEST(the_end_replaces_what_a_checkpoint_wrote)
     ck_assert(look_at(f.path, "/run/floored/ball_ball", 0, 0) == 4);
     ck_assert(look_at(f.path, "/run/reliefs", 0, 0) == 2);
     ck_assert(look_at(f.path, "/run/largest_overlap", 0, 0) == 1e-12);
+    ck_assert(look_at(f.path, "/run/wall_time", 0, 0) == 3);
+    ck_assert(look_at(f.path, "/run/cpu_time", 0, 0) == 2);
+    ck_assert(look_at(f.path, "/run/checkpoint_time", 0, 0) == 0.5);
+    ck_assert(look_at(f.path, "/run/checkpoints", 0, 0) == 7);
     ck_assert(look_at(f.path, "/run/peak_memory", 0, 0) == 1e6);
     assert_text(f.path, "/run/largest_overlap", "unit", "m");
     unlink(f.path);
