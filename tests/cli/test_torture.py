@@ -3,7 +3,7 @@
 What every run here is held against stands in soundness.py; the tests add what is special to each.
 """
 
-import time
+import resource
 
 import h5py
 import numpy as np
@@ -57,11 +57,11 @@ def run(millsim, tmp_path):
 
 
 def refusal(millsim, tmp_path, deck, *orders):
-    """The complaint of a deck refused with status 2, and how long that took [s]."""
+    """The complaint of a deck refused with status 2, and the processor time it took [s]."""
     (tmp_path / "deck.ini").write_text(deck)
-    began = time.monotonic()
+    began = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     done = millsim("deck.ini", *(word for order in orders for word in ("-s", order)))
-    took = time.monotonic() - began
+    took = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - began
     assert done.returncode == 2, done.stderr
     assert not (tmp_path / "deck.h5").exists()
     (complaint,) = done.stderr.splitlines()
@@ -104,7 +104,7 @@ def test_what_is_denser_than_any_random_start_is_refused_at_once(millsim, tmp_pa
     complaint, took = refusal(millsim, tmp_path, MILL, f"balls.count={balls}")
     assert f"[balls] count: {balls} balls do not fit (solid fraction 0." in complaint
     assert complaint.endswith(" do")
-    assert took < 10  # it takes half a second; 5 s under sanitizers
+    assert took < 20  # it takes half a second; 5 s under sanitizers
 
 
 def test_what_is_denser_than_any_packing_is_refused_without_trying(millsim, tmp_path):

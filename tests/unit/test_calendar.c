@@ -282,12 +282,13 @@ static double cost_of_an_event(int32_t items, enum gaps kind)
     return best;
 }
 
-/* Memory latency alone explains a factor of 3 to 4; a list or a scan would show 1000. */
+/* Memory latency alone explains a factor of 3 to 4, of 6 beside neighbours that fill the caches; a
+ * list or a scan would show 1000, their square root 30. */
 START_TEST(a_million_items_cost_hardly_more_per_event_than_a_thousand)
 {
     const double few = cost_of_an_event(1000, (enum gaps)_i);
     const double many = cost_of_an_event(1000000, (enum gaps)_i);
-    ck_assert_msg(many < 8.0 * few, "%.0f ns at 10^6 items, %.0f ns at 10^3", 1e9 * many,
+    ck_assert_msg(many < 20.0 * few, "%.0f ns at 10^6 items, %.0f ns at 10^3", 1e9 * many,
                   1e9 * few);
 }
 END_TEST
