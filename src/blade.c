@@ -12,12 +12,9 @@
 #define TOUCH 1e-15 /* [m] a gap below this has closed: some 50 roundings of a position */
 #define STILL                                                                                      \
     1e-9 /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
-#define MOST_STEPS 400 /* of one search; one or two are usual */
-/* of one with the gap closed, or less open than OPEN [m]: the loop would take giving up there for a
- * contact */
-#define MOST_STEPS_CLOSED 100000
-#define OPEN 2e-12
-/* [m] what such a long search concedes: a ball that glides along the blade, its gap next to
+#define PATIENCE 400    /* steps of one search; one or two are usual */
+#define MOST_STEPS 4000 /* then it is to be asked again */
+/* [m] what a search without patience concedes: a ball that glides along the blade, its gap next to
  * nothing, would go on by steps next to nothing */
 #define CONCEDED 1e-13
 
@@ -97,18 +94,18 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
     const double v_perp = sqrt(f->v.y * f->v.y + f->v.z * f->v.z) + g * horizon;
     /* |a| in the rotor's frame <= g + 2 Omega v + Omega^2 rho, v in the frame at rest */
     const double a = g + omega * (2.0 * v_perp + omega * b->mill_radius) + 1e-9;
-    double t = 0.0, d = 0.0;
-    for (int step = 0; step < (d > OPEN ? MOST_STEPS : MOST_STEPS_CLOSED); step++) {
+    double t = 0.0;
+    for (int step = 0; step < MOST_STEPS; step++) {
         const vec3 r = vec3_fly(f->r, f->v, f->g, t);
         const vec3 v = vec3_axpy(f->v, t, f->g);
         const struct view k = look(b, r, turn + b->speed * t);
-        d = k.d - radius;
+        const double d = k.d - radius;
         const double d1 = rate(b, &k, r, v);
         if (omega == 0.0 && d1 >= 0.0 && d >= -TOUCH && vec3_dot(k.n, f->g) >= 0.0)
             return INFINITY; /* the plane between box and ball stands still: never nearer again */
         if (d <= TOUCH && d1 <= STILL)
             return t;
-        const bool glides = step >= MOST_STEPS && d > -TOUCH;
+        const bool glides = step >= PATIENCE && d > -TOUCH;
         double dt;
         if (d <= 0.0 && !glides)
             dt = d1 / a; /* overlapping and opening: it cannot close before this */
@@ -126,8 +123,7 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
         else
             t = nextafter(t, INFINITY);
     }
-    return t; /* a ball that hops along the blade: certainly no contact before t, ask again from
-                 there */
+    return -t; /* a ball that hops along the blade: certainly no contact before t */
 }
 
 static double gap(const struct mill_shape *shape, vec3 centre, double radius, double turn)

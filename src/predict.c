@@ -213,6 +213,7 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
+    plan->again = false;
 
     if (plan->let_go)
         plan->let_go = !clear_of_blades(p, i, now);
@@ -229,10 +230,11 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
                 continue;
             const double dt =
                 shape->ops->next_contact(shape, &flight, radius, turn, window, s == touched);
-            if (dt <= window) {
-                window = dt;
-                plan->shape_t = now + dt;
+            if (fabs(dt) <= window) {
+                window = fabs(dt);
+                plan->shape_t = now + window;
                 plan->shape = (int16_t)s;
+                plan->again = dt < 0.0;
             }
         }
     }

@@ -19,6 +19,7 @@ struct mill_plan {
     int16_t shape;
     int16_t let_go; /* a pinch was relieved: blades are ignored until the ball is clear of them */
     int16_t face;
+    int16_t again; /* shape_t is no contact: a search took too long and goes on from there */
 };
 
 struct mill_predict {

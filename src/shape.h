@@ -31,8 +31,8 @@ struct mill_shape_ops {
     enum mill_kind kind;
     /* Seconds from now to the first contact within [0, horizon], INFINITY when there is none. turn:
      * the rotor's angle now [rad]. touching: the ball has just been in contact with this shape,
-     * now. May return a time at which the gap is still open when the search took too long: there is
-     * no contact before it, and the caller asks again from there. */
+     * now. A search that took too long says so by a negative -t: there is no contact before t > 0,
+     * and the caller asks again from there. */
     double (*next_contact)(const struct mill_shape *, const struct mill_flight *, double radius,
                            double turn, double horizon, bool touching);
     /* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */

@@ -13,8 +13,6 @@
 #define EPOCH 0.0625
 /* [m] an overlap beyond this is an anomaly */
 #define DEEP 1e-9
-/* [m] a surface contact that is due with a gap above this: the search gave up early */
-#define NOT_YET 1e-12
 /* Pinch relief: more than so many contacts of one ball within this time [s], more than so many of
  * them with blades */
 #define PINCH_TIME 1e-5
@@ -249,10 +247,6 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const struct mill_species *sb = &w->species[b->species];
     const double turn = w->turn + w->rotor_speed * sim->now;
     const struct mill_contact c = shape->ops->contact(shape, b->r, sb->radius, turn);
-    if (c.gap > NOT_YET) {
-        drop_stale(sim, i);
-        return;
-    }
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
     const vec3 u = vec3_sub(b->v, c.velocity);
     const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));
@@ -297,7 +291,10 @@ static void happen(struct mill_sim *sim, int32_t i)
         else
             drop_stale(sim, i);
     } else if (plan->shape_t <= plan->exit_t) {
-        ball_meets_shape(sim, i, plan->shape);
+        if (plan->again)
+            drop_stale(sim, i);
+        else
+            ball_meets_shape(sim, i, plan->shape);
     } else {
         ball_changes_cell(sim, i);
     }

@@ -10,9 +10,8 @@
 
 #include <stdlib.h>
 
-#define DEEP 1e-9     /* [m] no two bodies ever overlap by more */
-#define NOT_YET 1e-12 /* [m] a due surface contact with a wider gap is a search to be continued */
-#define LEISURE 1e-3  /* [s] what the wide window reaches beyond the horizon */
+#define DEEP 1e-9    /* [m] no two bodies ever overlap by more */
+#define LEISURE 1e-3 /* [s] what the wide window reaches beyond the horizon */
 #define MOST_ASKED 1000
 #define SAMPLES 200 /* of a gap that is nearly closed */
 
@@ -108,6 +107,8 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
 {
     const struct mill_world *w = q->world;
     const double t = plan->shape_t, radius = radius_of(w, i);
+    if (plan->again)
+        return MILL_OK; /* no contact, a search to go on; how often costs time alone */
     if (plan->shape < 0 || plan->shape >= w->shapes)
         return mill_error_set(error, MILL_FAILED, "paranoid: ball %ld plans to meet surface %d",
                               (long)i, (int)plan->shape);
@@ -116,8 +117,6 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
     const vec3 v = velocity(w, i, t);
     const struct mill_contact c = shape->ops->contact(shape, place(w, i, t), radius, turn_at(w, t));
     const double slack = surface_slack(q, i, w->ball[i].t, t);
-    if (!(c.gap <= slack) && shape->ops->kind == MILL_BALL_BLADE)
-        return MILL_OK; /* its search may give up early; how early costs time alone */
     if (!(c.gap <= slack))
         return mill_error_set(
             error, MILL_FAILED,
@@ -165,7 +164,7 @@ enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_
         const struct mill_shape *shape = w->shape[due->shape];
         const double gap =
             shape->ops->gap(shape, place(w, i, now), radius_of(w, i), turn_at(w, now));
-        if (!(gap <= NOT_YET + surface_slack(p->predict, i, now, now)))
+        if (!(gap <= surface_slack(p->predict, i, now, now)))
             return mill_error_set(error, MILL_FAILED,
                                   "paranoid: ball %ld met a surface (%s) with a gap of %.3g m at t "
                                   "= %.17g s",
@@ -251,9 +250,11 @@ static double meet(const struct pass *k, double window_end, double end, bool tou
     double t = k->now;
     for (int asked = 0; asked < MOST_ASKED && t < end; asked++) {
         const struct mill_flight f = {place(w, k->ball, t), velocity(w, k->ball, t), w->g};
-        t += k->shape->ops->next_contact(k->shape, &f, radius_of(w, k->ball), turn_at(w, t),
-                                         window_end - t, touching && asked == 0);
-        if (!isfinite(t) || gap_at(k, t) <= NOT_YET)
+        const double dt =
+            k->shape->ops->next_contact(k->shape, &f, radius_of(w, k->ball), turn_at(w, t),
+                                        window_end - t, touching && asked == 0);
+        t += fabs(dt);
+        if (dt >= 0.0)
             return t;
     }
     return INFINITY;

@@ -215,7 +215,7 @@ END_TEST
 
 START_TEST(a_contact_of_balls_that_part_is_told)
 {
-    const struct mill_plan plan = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0};
+    const struct mill_plan plan = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0, 0};
     b.world->ball[1].r.x = 0.0285 + 0.01;
     b.world->ball[1].v.x = 1.005;
     expect(mill_sim_paranoid_touch(&p, 0, &plan, &error),
@@ -225,11 +225,22 @@ END_TEST
 
 START_TEST(a_contact_with_a_surface_that_is_left_is_told)
 {
-    const struct mill_plan plan = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, DRUM, 0, 0};
+    const struct mill_plan plan = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, DRUM, 0, 0, 0};
     b.world->ball[2].r.z = -0.045;
     b.world->ball[2].v.z = 0.005;
     expect(mill_sim_paranoid_touch(&p, 2, &plan, &error),
            "ball 2 shall meet a surface (ball_drum) while they part at 0.005 m/s");
+}
+END_TEST
+
+/* Until then there is no contact, and none is claimed: the search goes on. */
+START_TEST(a_search_that_goes_on_is_no_contact)
+{
+    struct mill_plan plan = {INFINITY, 1e-3, INFINITY, MILL_NOBODY, 0, BLADE, 0, 0, 0};
+    expect(mill_sim_paranoid_touch(&p, 3, &plan, &error),
+           "ball 3 shall meet a surface (ball_blade) with a gap of ");
+    plan.again = true;
+    ck_assert_int_eq(mill_sim_paranoid_touch(&p, 3, &plan, &error), MILL_OK);
 }
 END_TEST
 
@@ -303,9 +314,9 @@ static enum mill_status carry_out(const struct mill_plan *plan, double now)
 
 START_TEST(a_contact_carried_out_with_bodies_apart_is_told)
 {
-    const struct mill_plan pair = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0};
+    const struct mill_plan pair = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0, 0};
     expect(carry_out(&pair, 0.0), "ball 0 and ball 1 met with a gap of 0.0015 m");
-    const struct mill_plan surface = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, 2, 0, 0};
+    const struct mill_plan surface = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, 2, 0, 0, 0};
     expect(carry_out(&surface, 0.0), "ball 0 met a surface (ball_wall) with a gap of 0.0165 m");
     ck_assert_int_eq(b.world->shape[2]->number, 1);
 }
@@ -474,6 +485,7 @@ int main(void)
     tcase_add_test(state, a_contact_planned_too_early_is_told);
     tcase_add_test(state, a_contact_of_balls_that_part_is_told);
     tcase_add_test(state, a_contact_with_a_surface_that_is_left_is_told);
+    tcase_add_test(state, a_search_that_goes_on_is_no_contact);
     tcase_add_test(state, a_plan_with_nobody_is_told);
     tcase_add_test(state, what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball);
     tcase_add_test(state, a_calendar_that_disagrees_with_a_plan_is_told);

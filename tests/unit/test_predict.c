@@ -6,7 +6,6 @@
 #include "engine_fixture.h"
 
 #define HORIZON 0.0625 /* [s] */
-#define GAVE_UP 1e-12  /* [m] a surface contact due with a wider gap is a search that gave up */
 
 /* ---- mills ---- */
 
@@ -104,11 +103,8 @@ static double shape_contact(const struct mill_world *w, int32_t i, int32_t k, do
                                       mill_world_velocity(w, i, now + t), w->g};
         const double turn = w->turn + w->rotor_speed * (now + t);
         const double dt = s->ops->next_contact(s, &f, a, turn, window - t, touching && t == 0.0);
-        if (isinf(dt))
-            return dt;
-        t += dt;
-        const vec3 r = mill_world_position(w, i, now + t);
-        if (s->ops->gap(s, r, a, w->turn + w->rotor_speed * (now + t)) <= GAVE_UP)
+        t += fabs(dt);
+        if (dt >= 0.0)
             return t;
     }
     ck_abort_msg("no end to the search");
@@ -171,10 +167,8 @@ static struct first first_by_calendar(struct mill_predict *p, struct mill_world 
             if (w->ball[plan->partner].contacts == plan->partner_contacts)
                 return found;
         } else if (plan->shape_t <= plan->exit_t) {
-            const struct mill_shape *s = w->shape[plan->shape];
             const struct first found = {t, i, MILL_NOBODY, plan->shape};
-            if (s->ops->gap(s, mill_world_position(w, i, t), radius_of(w, i),
-                            w->turn + w->rotor_speed * t) <= GAVE_UP)
+            if (!plan->again)
                 return found;
         } else {
             move_to(w, i, t);
