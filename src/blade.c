@@ -9,7 +9,6 @@
 
 #include <stdlib.h>
 
-#define TOUCH 1e-15 /* [m] a gap below this has closed: some 50 roundings of a position */
 #define STILL                                                                                      \
     1e-9 /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
 #define PATIENCE 400    /* steps of one search; one or two are usual */
@@ -101,11 +100,11 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
         const struct view k = look(b, r, turn + b->speed * t);
         const double d = k.d - radius;
         const double d1 = rate(b, &k, r, v);
-        if (omega == 0.0 && d1 >= 0.0 && d >= -TOUCH && vec3_dot(k.n, f->g) >= 0.0)
+        if (omega == 0.0 && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(k.n, f->g) >= 0.0)
             return INFINITY; /* the plane between box and ball stands still: never nearer again */
-        if (d <= TOUCH && d1 <= STILL)
+        if (d <= MILL_SHAPE_CLOSED && d1 <= STILL)
             return t;
-        const bool glides = step >= PATIENCE && d > -TOUCH;
+        const bool glides = step >= PATIENCE && d > -MILL_SHAPE_CLOSED;
         double dt;
         if (d <= 0.0 && !glides)
             dt = d1 / a; /* overlapping and opening: it cannot close before this */

@@ -25,6 +25,9 @@ struct mill_contact {
     double gap;    /* [m] between the ball's surface and the shape, < 0: overlap */
 };
 
+/* [m] a search by steps takes a gap below this for closed: some 50 roundings of a position */
+#define MILL_SHAPE_CLOSED 1e-15
+
 struct mill_shape;
 
 struct mill_shape_ops {

@@ -117,7 +117,7 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
     const vec3 v = velocity(w, i, t);
     const struct mill_contact c = shape->ops->contact(shape, place(w, i, t), radius, turn_at(w, t));
     const double slack = surface_slack(q, i, w->ball[i].t, t);
-    if (!(c.gap <= slack))
+    if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
         return mill_error_set(
             error, MILL_FAILED,
             "paranoid: ball %ld shall meet a surface (%s) with a gap of %.3g m at t = %.17g s",
@@ -164,7 +164,7 @@ enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_
         const struct mill_shape *shape = w->shape[due->shape];
         const double gap =
             shape->ops->gap(shape, place(w, i, now), radius_of(w, i), turn_at(w, now));
-        if (!(gap <= surface_slack(p->predict, i, now, now)))
+        if (!(gap <= MILL_SHAPE_CLOSED + surface_slack(p->predict, i, now, now)))
             return mill_error_set(error, MILL_FAILED,
                                   "paranoid: ball %ld met a surface (%s) with a gap of %.3g m at t "
                                   "= %.17g s",
