@@ -146,7 +146,7 @@ fuzz:
 fuzzers: $(FUZZERS)
 
 fuzz-%:
-	@tools/fuzz $* $(FUZZ_SECONDS)
+	@tools/fuzz $* $(FUZZ_SECONDS) $(FUZZ_SEED)
 
 validate:
 	@tools/setup build test
