@@ -79,3 +79,17 @@ def rotor_torque(mill):
     time, value = mill.series("rotor_torque")
     rows = mill.window(time)[1:]
     return value[rows].mean()
+
+
+def claim_weight(case, what, force, weight, error, headline=False):
+    """The surfaces' mean vertical force is the balls' weight. what: which mill; error: of the force [N]"""
+    case.claim(
+        f"vertical force of all surfaces, {what}, steady mean",
+        force,
+        weight,
+        4.0 * error,
+        against="weight of the balls",
+        error=error,
+        unit="N",
+        headline=headline,
+    )

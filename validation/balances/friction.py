@@ -6,6 +6,7 @@ from balances.common import (
     ROTOR,
     STILL,
     SURFACES,
+    claim_weight,
     momentum,
     properties,
     rotor_torque,
@@ -123,16 +124,7 @@ def rough(case, mill):
     _, linear, angular, weight_torque = momentum(mill, mass, inertia)
     force, noise = (x / mill.duration for x in paths.sum(SURFACES, mill.begin, mill.end))
     error = np.hypot(noise[2], steady_error(linear[:, 2], mill.duration))
-    case.claim(
-        "vertical force of all surfaces, with friction, steady mean",
-        force[2],
-        weight[2],
-        4.0 * error,
-        against="weight of the balls",
-        error=error,
-        unit="N",
-        headline=True,
-    )
+    claim_weight(case, "with friction", force[2], weight[2], error, headline=True)
     change = (linear[-1] - linear[0]) / mill.duration
     case.bound(
         "force less weight less change of momentum, largest of x, y, z over its rounding",
