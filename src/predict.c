@@ -54,6 +54,7 @@ static bool allocate(struct mill_predict *p, double *widest)
     const struct mill_world *w = p->world;
     const size_t n = (size_t)w->balls + MILL_CELL_ROW;
     double least = INFINITY;
+    p->scan = mill_relate_choose();
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = calloc(n, sizeof *p->plan); /* it is saved, with its padding */
     p->near = malloc(sizeof *p->near * n);
@@ -71,6 +72,8 @@ static bool allocate(struct mill_predict *p, double *widest)
         *widest = fmax(*widest, p->radius[k]);
         least = fmin(least, p->radius[k]);
     }
+    p->relate = (struct mill_relate){
+        w->ball, p->radius, w->g, least == *widest ? least + *widest : 0.0};
     const double r = w->drum_radius, l = 0.5 * w->drum_length;
     return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), 2.0 * *widest,
                            2.0 * least, w->balls);
@@ -126,36 +129,6 @@ void mill_predict_free(struct mill_predict *p)
     free(p);
 }
 
-/* For n candidates: relative position d and velocity u at `now`; b = d.u (< 0: closing),
- * c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: they meet). */
-static void relate(struct mill_predict *p, int32_t i, double now, int32_t n)
-{
-    const struct mill_world *w = p->world;
-    const struct mill_ball *restrict ball = w->ball;
-    const struct mill_ball me = ball[i];
-    const vec3 g = w->g;
-    const double my_radius = p->radius[me.species];
-    const int32_t *restrict near = p->near;
-    double *restrict out_b = p->b, *restrict out_c = p->c, *restrict out_square = p->square;
-    for (int32_t k = 0; k < n; k++) {
-        const struct mill_ball *o = &ball[near[k]];
-        const double dt = now - o->t;
-        const double half = 0.5 * dt * dt;
-        const double s = my_radius + p->radius[o->species];
-        const double dx = o->r.x + o->v.x * dt + g.x * half - me.r.x;
-        const double dy = o->r.y + o->v.y * dt + g.y * half - me.r.y;
-        const double dz = o->r.z + o->v.z * dt + g.z * half - me.r.z;
-        const double ux = o->v.x + g.x * dt - me.v.x;
-        const double uy = o->v.y + g.y * dt - me.v.y;
-        const double uz = o->v.z + g.z * dt - me.v.z;
-        const double b = dx * ux + dy * uy + dz * uz;
-        const double c = dx * dx + dy * dy + dz * dz - s * s;
-        out_b[k] = b;
-        out_c[k] = c;
-        out_square[k] = b * b - (ux * ux + uy * uy + uz * uz) * c;
-    }
-}
-
 /* Looks through the n candidates in p->near and improves the plan's pair contact. The ball itself
  * is among them and drops out: d = u = 0 is not closing. */
 static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
@@ -163,14 +136,11 @@ static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
     struct mill_plan *plan = &p->plan[i];
     double best = plan->pair_t - now;
     int32_t partner = MILL_NOBODY;
-    int32_t kept = 0;
-    relate(p, i, now, n);
+    for (int32_t k = n; k < n + MILL_RELATE_LANES - 1; k++)
+        p->near[k] = i; /* no contact with itself: whole groups may be loaded */
     p->world->counts.pair_tests += (uint64_t)n;
-    for (int32_t k = 0; k < n; k++) {
-        p->kept[kept] = k;
-        /* the contact is not earlier than c / -2b: keeps those that may beat the best */
-        kept += (p->b[k] < 0.0) & (p->square[k] > 0.0) & !(p->c[k] >= -2.0 * p->b[k] * best);
-    }
+    const int32_t kept =
+        p->scan(&p->relate, i, now, best, p->near, n, p->b, p->c, p->square, p->kept);
     for (int32_t m = 0; m < kept; m++) {
         const int32_t k = p->kept[m];
         const double dt = fmax(p->c[k], 0.0) / (sqrt(p->square[k]) - p->b[k]);

@@ -5,6 +5,7 @@
 #include "calendar.h"
 #include "cells.h"
 #include "millsim/world.h"
+#include "relate.h"
 
 #define MILL_NOBODY (-1)
 
@@ -31,6 +32,8 @@ struct mill_predict {
     double *radius;         /* [m] of each species */
     int32_t *surface_start; /* [cells + 1] into surface: the shapes within reach of each cell */
     int32_t *surface;
+    mill_relate_fn *scan;
+    struct mill_relate relate;
     /* scratch of the pair scan, as long as there may be candidates */
     int32_t *near, *kept;
     double *b, *c, *square;
