@@ -22,8 +22,10 @@ struct blade {
     double position, angle;        /* [m], [rad] in the rotor's frame */
     double half_w, half_s, half_h; /* [m] half width, half length (radial), half thickness */
     double cos_p, sin_p;           /* of the pitch */
+    double cos_a, sin_a;           /* of the angle */
     double speed;                  /* [rad/s] */
     double reach_x, reach_rho; /* [m] extent along the axis from `position`, and from the axis */
+    double reach_across;       /* [m] extent across the radial direction */
     double mill_radius;        /* [m] */
 };
 
@@ -82,10 +84,42 @@ static double rate(const struct blade *b, const struct view *k, vec3 r, vec3 v)
     return k->n.x * v.x + k->n.y * (v.y + b->speed * r.z) + k->n.z * (v.z - b->speed * r.y);
 }
 
+static double beyond(double q, double extent)
+{
+    const double out = fabs(q) - extent;
+    return out > 0.0 ? out : 0.0;
+}
+
+/* Certainly no contact within h: most balls are too far from a box that holds the blade. In the
+ * rotor's frame the box stands still, and the ball gets at most (|v| + A h / 2) h nearer. Square
+ * roots are spared by larger bounds; the margin outweighs all rounding. An infinite h, or a turn
+ * that is not known, rejects nothing. */
+static bool out_of_reach(const struct blade *b, const struct mill_flight *f, double radius, double h)
+{
+    const double margin = 1e-9 * b->mill_radius;
+    const double fall_x = 0.5 * h * fabs(f->g.x);
+    const double out_x = beyond(f->r.x - b->position, b->reach_x);
+    if (out_x > radius + margin + h * (fabs(f->v.x) + fall_x))
+        return true;
+    const double c = f->cos_turn * b->cos_a - f->sin_turn * b->sin_a;
+    const double s = f->sin_turn * b->cos_a + f->cos_turn * b->sin_a;
+    const double out_s = beyond(c * f->r.y + s * f->r.z - b->half_s, b->half_s);
+    const double out_h = beyond(c * f->r.z - s * f->r.y, b->reach_across);
+    const double wy = f->v.y + b->speed * f->r.z, wz = f->v.z - b->speed * f->r.y;
+    const double g = fabs(f->g.x) + fabs(f->g.y) + fabs(f->g.z), omega = fabs(b->speed);
+    const double v_perp = fabs(f->v.y) + fabs(f->v.z) + g * h;
+    const double a = g + omega * (2.0 * v_perp + omega * b->mill_radius);
+    const double way = h * (sqrt(f->v.x * f->v.x + wy * wy + wz * wz) + 0.5 * h * a);
+    const double reach = radius + margin + way * (1.0 + 1e-9);
+    return out_x * out_x + out_s * out_s + out_h * out_h > reach * reach;
+}
+
 static double next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                            double radius, double turn, double horizon, bool touching)
 {
     const struct blade *b = (const struct blade *)shape;
+    if (out_of_reach(b, f, radius, horizon))
+        return INFINITY;
     const double g = vec3_norm(f->g);
     const double omega = fabs(b->speed);
     (void)touching; /* a contact just resolved has its gap opening: the steps below leave it by
@@ -177,12 +211,15 @@ struct mill_shape *mill_blade_create(const struct mill_deck_blade *spec, int num
     b->half_w = 0.5 * spec->width;
     b->half_s = 0.5 * spec->tip_radius;
     b->half_h = 0.5 * spec->thickness;
+    b->cos_a = cos(spec->angle);
+    b->sin_a = sin(spec->angle);
     b->cos_p = cos(spec->pitch);
     b->sin_p = sin(spec->pitch);
     b->speed = speed;
     b->mill_radius = mill_radius;
     b->reach_x = fabs(b->cos_p) * b->half_w + fabs(b->sin_p) * b->half_h;
-    const double around = fabs(b->sin_p) * b->half_w + fabs(b->cos_p) * b->half_h;
-    b->reach_rho = sqrt(spec->tip_radius * spec->tip_radius + around * around);
+    b->reach_across = fabs(b->sin_p) * b->half_w + fabs(b->cos_p) * b->half_h;
+    b->reach_rho =
+        sqrt(spec->tip_radius * spec->tip_radius + b->reach_across * b->reach_across);
     return &b->base;
 }

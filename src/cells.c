@@ -37,6 +37,23 @@ static void make_offsets(struct mill_cells *c)
     }
 }
 
+/* Where the cells of each axis begin; the outermost inner ones reach to infinity. */
+static bool make_edges(struct mill_cells *c)
+{
+    const double lo[3] = {c->lo.x, c->lo.y, c->lo.z};
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t n = c->n[axis];
+        double *edge = c->edge[axis] = malloc(sizeof *edge * ((size_t)n + 1));
+        if (!edge)
+            return false;
+        for (int32_t i = 0; i <= n; i++)
+            edge[i] = i <= 1       ? -HUGE_VAL
+                      : i >= n - 1 ? HUGE_VAL
+                                   : lo[axis] + (double)(i - 1) * c->side[axis];
+    }
+    return true;
+}
+
 bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, double least_diameter,
                      int32_t balls)
 {
@@ -79,7 +96,7 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     c->bucket = calloc(((size_t)cells + 1) * (size_t)c->row, sizeof *c->bucket);
     c->cell = malloc(sizeof *c->cell * ((size_t)balls + 1));
     c->slot = malloc(sizeof *c->slot * ((size_t)balls + 1));
-    if (!c->bucket || !c->cell || !c->slot) {
+    if (!c->bucket || !c->cell || !c->slot || !make_edges(c)) {
         mill_cells_release(c);
         return false;
     }
@@ -92,6 +109,8 @@ void mill_cells_release(struct mill_cells *c)
     free(c->bucket);
     free(c->cell);
     free(c->slot);
+    for (int axis = 0; axis < 3; axis++)
+        free(c->edge[axis]);
     memset(c, 0, sizeof *c);
 }
 
@@ -121,20 +140,12 @@ static void split(const struct mill_cells *c, int32_t cell, int32_t i[3])
     i[1] = column - i[0] * c->n[1];
 }
 
-static void face_pair(const struct mill_cells *c, int axis, double origin, int32_t i, double *lo,
-                      double *hi)
-{
-    *lo = i <= 1 ? -HUGE_VAL : origin + (double)(i - 1) * c->side[axis];
-    *hi = i >= c->n[axis] - 2 ? HUGE_VAL : origin + (double)i * c->side[axis];
-}
-
 void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
 {
     int32_t i[3];
     split(c, cell, i);
-    face_pair(c, 0, c->lo.x, i[0], &lo->x, &hi->x);
-    face_pair(c, 1, c->lo.y, i[1], &lo->y, &hi->y);
-    face_pair(c, 2, c->lo.z, i[2], &lo->z, &hi->z);
+    *lo = vec3_make(c->edge[0][i[0]], c->edge[1][i[1]], c->edge[2][i[2]]);
+    *hi = vec3_make(c->edge[0][i[0] + 1], c->edge[1][i[1] + 1], c->edge[2][i[2] + 1]);
 }
 
 /* Twice the room for every cell: mixtures of very unequal balls may need it, seldom. */
@@ -211,10 +222,16 @@ static void try_face(struct mill_cell_exit *best, int32_t face, double gap, doub
     }
 }
 
-/* Both faces of one axis; without gravity along it only the one ahead can be reached. */
-static void try_axis(struct mill_cell_exit *best, int32_t face, double r, double v, double g,
-                     double lo, double hi)
+/* Both faces of one axis, unless the flight certainly stays between them for the window: it is held
+ * between bounds that a rounding error cannot cross. Without gravity along the axis only the face
+ * ahead can be reached. */
+static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r, double v, double g,
+                            const double *edge, double window, double fall)
 {
+    const double lo = edge[0], hi = edge[1];
+    const double way = fabs(v) * window * (1.0 + 1e-9) + fabs(g) * fall;
+    if (r - way > lo && r + way < hi)
+        return;
     if (g != 0.0) {
         try_face(best, face, r - lo, -v, -g);
         try_face(best, face + 1, hi - r, v, g);
@@ -229,14 +246,15 @@ static void try_axis(struct mill_cell_exit *best, int32_t face, double r, double
 }
 
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
-                                      vec3 g)
+                                      vec3 g, double window)
 {
     struct mill_cell_exit best = {HUGE_VAL, 0};
-    vec3 lo, hi;
-    mill_cells_box(c, cell, &lo, &hi);
-    try_axis(&best, 0, r.x, v.x, g.x, lo.x, hi.x);
-    try_axis(&best, 2, r.y, v.y, g.y, lo.y, hi.y);
-    try_axis(&best, 4, r.z, v.z, g.z, lo.z, hi.z);
+    int32_t i[3];
+    split(c, cell, i);
+    const double fall = 0.5 * window * window * (1.0 + 1e-9);
+    try_axis(&best, 0, r.x, v.x, g.x, c->edge[0] + i[0], window, fall);
+    try_axis(&best, 2, r.y, v.y, g.y, c->edge[1] + i[1], window, fall);
+    try_axis(&best, 4, r.z, v.z, g.z, c->edge[2] + i[2], window, fall);
     return best;
 }
 

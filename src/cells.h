@@ -15,6 +15,7 @@ struct mill_cells {
     double side[3];     /* [m] */
     int32_t n[3];       /* cells along x, y, z, one layer of empty ones on each side included */
     double per_n[2];    /* 1 / n[1], 1 / n[2] */
+    double *edge[3];    /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
     int32_t around[27]; /* offsets of a cell's neighbourhood, itself included */
     int32_t ahead[6]
                  [9]; /* offsets of the new neighbours after crossing a face, from the new cell */
@@ -48,9 +49,10 @@ bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 
 /* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
- * a face is reached or passed and the motion is outwards. */
+ * a face is reached or passed and the motion is outwards. An exit later than the window [s] need
+ * not be told; INFINITY: any is. */
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t cell, vec3 r, vec3 v,
-                                      vec3 g);
+                                      vec3 g, double window);
 
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);

@@ -14,6 +14,12 @@
  * zero, and must not be caught again at once by the pinch that was relieved. */
 #define CLEAR 0.01
 
+/* fmin is a call, for the sake of NaN */
+static double least(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 static enum mill_status no_memory(struct mill_predict *p, struct mill_error *error)
 {
     mill_predict_free(p);
@@ -53,8 +59,9 @@ static bool allocate(struct mill_predict *p, double *widest)
 {
     const struct mill_world *w = p->world;
     const size_t n = (size_t)w->balls + MILL_CELL_ROW;
-    double least = INFINITY;
+    double thinnest = INFINITY;
     p->scan = mill_relate_choose();
+    p->turn = NAN;
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = calloc(n, sizeof *p->plan); /* it is saved, with its padding */
     p->near = malloc(sizeof *p->near * n);
@@ -70,13 +77,13 @@ static bool allocate(struct mill_predict *p, double *widest)
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
         *widest = fmax(*widest, p->radius[k]);
-        least = fmin(least, p->radius[k]);
+        thinnest = fmin(thinnest, p->radius[k]);
     }
     p->relate = (struct mill_relate){
-        w->ball, p->radius, w->g, least == *widest ? least + *widest : 0.0};
+        w->ball, p->radius, w->g, thinnest == *widest ? thinnest + *widest : 0.0};
     const double r = w->drum_radius, l = 0.5 * w->drum_length;
     return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), 2.0 * *widest,
-                           2.0 * least, w->balls);
+                           2.0 * thinnest, w->balls);
 }
 
 enum mill_status mill_predict_create(struct mill_world *world, struct mill_predict **predict,
@@ -106,7 +113,7 @@ bool mill_predict_restore(struct mill_predict *p, const int32_t *cell)
         const struct mill_plan *plan = &p->plan[i];
         if (!mill_cells_insert(&p->cells, i, cell[i]))
             return false;
-        mill_calendar_set(p->calendar, i, fmin(fmin(plan->pair_t, plan->shape_t), plan->exit_t));
+        mill_calendar_set(p->calendar, i, least(least(plan->pair_t, plan->shape_t), plan->exit_t));
     }
     return true;
 }
@@ -178,7 +185,8 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     struct mill_plan *plan = &p->plan[i];
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
-    const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g);
+    const struct mill_cell_exit out = mill_cells_exit(
+        &p->cells, cell, ball->r, ball->v, w->g, least(plan->pair_t, p->horizon) - now);
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
@@ -191,8 +199,13 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     if (first < end) {
         const double radius = p->radius[ball->species];
         const double turn = w->turn + w->rotor_speed * now;
-        const struct mill_flight flight = {ball->r, ball->v, w->g};
-        double window = fmin(fmin(plan->pair_t, plan->exit_t), p->horizon) - now;
+        if (turn != p->turn) { /* both balls of a contact, and all their blades, share it */
+            p->turn = turn;
+            p->cos_turn = cos(turn);
+            p->sin_turn = sin(turn);
+        }
+        const struct mill_flight flight = {ball->r, ball->v, w->g, p->cos_turn, p->sin_turn};
+        double window = least(least(plan->pair_t, plan->exit_t), p->horizon) - now;
         for (int32_t k = first; k < end; k++) {
             const int32_t s = p->surface[k];
             const struct mill_shape *shape = w->shape[s];
@@ -208,7 +221,7 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
             }
         }
     }
-    mill_calendar_set(p->calendar, i, fmin(fmin(plan->pair_t, plan->shape_t), plan->exit_t));
+    mill_calendar_set(p->calendar, i, least(least(plan->pair_t, plan->shape_t), plan->exit_t));
 }
 
 void mill_predict_ball(struct mill_predict *p, int32_t i, double now, int32_t touched)

@@ -28,6 +28,7 @@ struct mill_predict {
     struct mill_cells cells;
     struct mill_calendar *calendar;
     struct mill_plan *plan;
+    double turn, cos_turn, sin_turn; /* the rotor's angle when last asked for [rad] */
     double horizon;         /* [s] local time beyond which surfaces need not be searched */
     double *radius;         /* [m] of each species */
     int32_t *surface_start; /* [cells + 1] into surface: the shapes within reach of each cell */

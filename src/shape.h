@@ -16,6 +16,7 @@ struct mill_flight {
     vec3 r; /* [m] */
     vec3 v; /* [m/s] */
     vec3 g; /* [m/s^2] */
+    double cos_turn, sin_turn; /* of the rotor's angle now; both 0 where the caller does not know */
 };
 
 struct mill_contact {
