@@ -15,7 +15,7 @@ static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, in
     return (ix * c->n[1] + iy) * c->n[2] + iz;
 }
 
-/* Offsets of the 27 neighbours, and of the 9 new ones behind each face. */
+/* Offsets of the 27 neighbours, and of the 9 new ones behind each face, in words. */
 static void make_offsets(struct mill_cells *c)
 {
     int32_t all = 0;
@@ -24,7 +24,7 @@ static void make_offsets(struct mill_cells *c)
         for (int32_t j = -1; j <= 1; j++) {
             for (int32_t k = -1; k <= 1; k++) {
                 const int32_t d[3] = {i, j, k};
-                const int32_t offset = cell_index(c, i, j, k);
+                const int64_t offset = (int64_t)cell_index(c, i, j, k) * c->row;
                 c->around[all++] = offset;
                 for (int32_t axis = 0; axis < 3; axis++) {
                     if (d[axis] == -1)
@@ -35,6 +35,17 @@ static void make_offsets(struct mill_cells *c)
             }
         }
     }
+}
+
+static size_t word(const struct mill_cells *c)
+{
+    return c->narrow ? sizeof(uint16_t) : sizeof(int32_t);
+}
+
+/* Empty buckets for all cells. */
+static void *make_buckets(const struct mill_cells *c, int32_t row)
+{
+    return calloc((size_t)mill_cells_count(c) * (size_t)row, word(c));
 }
 
 /* Where the cells of each axis begin; the outermost inner ones reach to infinity. */
@@ -92,8 +103,8 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     double room = widest < 1.3 ? 7.0 : 1.35 * pow(widest + 1.0, 3.0) / 8.0 * 1.5 + 7.0;
     room = fmin(room, fmin((double)balls + 7.0, MOST_ROOM));
     c->row = MILL_CELL_ROW * (int32_t)ceil((room + 1.0) / MILL_CELL_ROW);
-    /* one row more: the gather reads whole rows */
-    c->bucket = calloc(((size_t)cells + 1) * (size_t)c->row, sizeof *c->bucket);
+    c->narrow = balls <= UINT16_MAX;
+    c->bucket = make_buckets(c, c->row);
     c->cell = malloc(sizeof *c->cell * ((size_t)balls + 1));
     c->slot = malloc(sizeof *c->slot * ((size_t)balls + 1));
     if (!c->bucket || !c->cell || !c->slot || !make_edges(c)) {
@@ -151,39 +162,62 @@ void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi
 /* Twice the room for every cell: mixtures of very unequal balls may need it, seldom. */
 static bool widen(struct mill_cells *c)
 {
-    const int32_t row = 2 * c->row;
-    const size_t cells = (size_t)mill_cells_count(c);
-    int32_t *bucket = calloc((cells + 1) * (size_t)row, sizeof *bucket);
+    const int32_t old = c->row;
+    const size_t cells = (size_t)mill_cells_count(c), size = word(c);
+    char *from = c->bucket, *bucket = make_buckets(c, 2 * old);
     if (!bucket)
         return false;
-    for (size_t k = 0; k < cells; k++)
-        memcpy(bucket + k * (size_t)row, c->bucket + k * (size_t)c->row,
-               sizeof *bucket * (size_t)c->row);
-    free(c->bucket);
     c->bucket = bucket;
-    c->row = row;
+    c->row = 2 * old;
+    for (size_t k = 0; k < cells; k++) {
+        char *to = bucket + 2 * k * (size_t)old * size;
+        const char *row = from + k * (size_t)old * size;
+        memcpy(to, row, ((size_t)old - 1) * size);
+        memcpy(to + (2 * (size_t)old - 1) * size, row + ((size_t)old - 1) * size, size);
+    }
+    free(from);
+    make_offsets(c);
     return true;
+}
+
+int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
+{
+    return mill_cells_word(c, cell, c->row - 1);
+}
+
+int32_t mill_cells_word(const struct mill_cells *c, int32_t cell, int32_t k)
+{
+    const int64_t at = (int64_t)cell * c->row + k;
+    return c->narrow ? ((const uint16_t *)c->bucket)[at] : ((const int32_t *)c->bucket)[at];
+}
+
+static void set_word(struct mill_cells *c, int32_t cell, int32_t k, int32_t value)
+{
+    const int64_t at = (int64_t)cell * c->row + k;
+    if (c->narrow)
+        ((uint16_t *)c->bucket)[at] = (uint16_t)value;
+    else
+        ((int32_t *)c->bucket)[at] = value;
 }
 
 bool mill_cells_insert(struct mill_cells *c, int32_t ball, int32_t cell)
 {
-    int32_t *b = c->bucket + (int64_t)cell * c->row;
-    if (b[0] + 1 >= c->row) {
-        if (!widen(c))
-            return false;
-        b = c->bucket + (int64_t)cell * c->row;
-    }
+    const int32_t held = mill_cells_held(c, cell);
+    if (held + 1 >= c->row && !widen(c))
+        return false;
     c->cell[ball] = cell;
-    c->slot[ball] = ++b[0];
-    b[b[0]] = ball;
+    c->slot[ball] = held;
+    set_word(c, cell, held, ball);
+    set_word(c, cell, c->row - 1, held + 1);
     return true;
 }
 
 void mill_cells_remove(struct mill_cells *c, int32_t ball)
 {
-    int32_t *b = c->bucket + (int64_t)c->cell[ball] * c->row;
-    const int32_t last = b[b[0]--];
-    b[c->slot[ball]] = last;
+    const int32_t cell = c->cell[ball], held = mill_cells_held(c, cell);
+    const int32_t last = mill_cells_word(c, cell, held - 1);
+    set_word(c, cell, c->row - 1, held - 1);
+    set_word(c, cell, c->slot[ball], last);
     c->slot[last] = c->slot[ball];
 }
 

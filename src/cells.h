@@ -7,8 +7,9 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
-#define MILL_CELL_ROW 8 /* int32 words of a cell that never overflowed: its count and 7 balls */
+#define MILL_CELL_ROW 8 /* words of a cell that never overflowed: 7 balls and their count */
 
 struct mill_cells {
     vec3 lo;            /* [m] corner of the first inner cell */
@@ -16,11 +17,11 @@ struct mill_cells {
     int32_t n[3];       /* cells along x, y, z, one layer of empty ones on each side included */
     double per_n[2];    /* 1 / n[1], 1 / n[2] */
     double *edge[3];    /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
-    int32_t around[27]; /* offsets of a cell's neighbourhood, itself included */
-    int32_t ahead[6]
-                 [9]; /* offsets of the new neighbours after crossing a face, from the new cell */
-    int32_t row;      /* words of one cell in `bucket`: its count, then its balls */
-    int32_t *bucket;  /* [cells * row] */
+    int64_t around[27]; /* offsets of a cell's neighbourhood in words, itself included */
+    int64_t ahead[6][9]; /* of the new neighbours after crossing a face, from the new cell */
+    int32_t row;         /* words of one cell in `bucket`: its balls, the last one their count */
+    bool narrow;         /* words are uint16_t, else int32_t: half the cache for small mills */
+    void *bucket;        /* [cells * row] */
     int32_t *cell, *slot; /* of each ball */
     int32_t balls;
 };
@@ -48,6 +49,10 @@ void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 
+/* How many balls a cell holds, and which is its kth. */
+int32_t mill_cells_held(const struct mill_cells *cells, int32_t cell);
+int32_t mill_cells_word(const struct mill_cells *cells, int32_t cell, int32_t k);
+
 /* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
  * a face is reached or passed and the motion is outwards. An exit later than the window [s] need
  * not be told; INFINITY: any is. */
@@ -58,19 +63,36 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t ce
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
 /* Copies the balls of `count` cells (offsets from `cell`) to `out`, returns how many. `out` must
- * have room for all plus MILL_CELL_ROW. */
+ * have room for all plus MILL_CELL_ROW. Eight words at a time whatever the count: no branch to
+ * mispredict. */
 static inline int32_t mill_cells_gather(const struct mill_cells *cells, int32_t cell,
-                                        const int32_t *offset, int32_t count, int32_t *out)
+                                        const int64_t *restrict offset, int32_t count,
+                                        int32_t *restrict out)
 {
+    const int32_t row = cells->row;
+    const int64_t at = (int64_t)cell * row;
     int32_t n = 0;
-    for (int32_t k = 0; k < count; k++) {
-        const int32_t *b = cells->bucket + (int64_t)(cell + offset[k]) * cells->row;
-        /* seven at a time whatever the count: no branch to mispredict */
-        for (int32_t m = 0; m < MILL_CELL_ROW - 1; m++)
-            out[n + m] = b[1 + m];
-        for (int32_t m = MILL_CELL_ROW - 1; m < b[0]; m++)
-            out[n + m] = b[1 + m];
-        n += b[0];
+    if (cells->narrow) {
+        const uint16_t *base = (const uint16_t *)cells->bucket + at;
+        for (int32_t k = 0; k < count; k++) {
+            const uint16_t *b = base + offset[k];
+            const int32_t held = b[row - 1];
+            for (int32_t m = 0; m < MILL_CELL_ROW; m++)
+                out[n + m] = b[m];
+            for (int32_t m = MILL_CELL_ROW; m < held; m++)
+                out[n + m] = b[m];
+            n += held;
+        }
+    } else {
+        const int32_t *base = (const int32_t *)cells->bucket + at;
+        for (int32_t k = 0; k < count; k++) {
+            const int32_t *b = base + offset[k];
+            const int32_t held = b[row - 1];
+            memcpy(out + n, b, sizeof *out * MILL_CELL_ROW);
+            for (int32_t m = MILL_CELL_ROW; m < held; m++)
+                out[n + m] = b[m];
+            n += held;
+        }
     }
     return n;
 }

@@ -148,13 +148,13 @@ static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
     p->world->counts.pair_tests += (uint64_t)n;
     const int32_t kept =
         p->scan(&p->relate, i, now, best, p->near, n, p->b, p->c, p->square, p->kept);
+    const double *c = p->c, *b = p->b, *square = p->square;
     for (int32_t m = 0; m < kept; m++) {
-        const int32_t k = p->kept[m];
-        const double dt = fmax(p->c[k], 0.0) / (sqrt(p->square[k]) - p->b[k]);
-        if (dt < best || (dt == best && partner > p->near[k])) {
-            best = dt;
-            partner = p->near[k];
-        }
+        const int32_t k = p->kept[m], other = p->near[k];
+        const double gap = c[k] > 0.0 ? c[k] : 0.0, dt = gap / (sqrt(square[k]) - b[k]);
+        const bool sooner = (dt < best) | ((dt == best) & (partner > other));
+        best = sooner ? dt : best;
+        partner = sooner ? other : partner;
     }
     if (partner != MILL_NOBODY) {
         plan->pair_t = now + best;

@@ -80,9 +80,9 @@ static enum mill_status check_place(struct mill_sim_paranoid *p, int32_t i, doub
     const double travel = vec3_norm(mill_world_velocity(q->world, i, now)) * q->horizon;
     const double rounding = MILL_SIM_ROUNDINGS * (mill_sim_paranoid_size(q->world) + travel);
     const int32_t cell = c->cell[i], plane = c->n[1] * c->n[2];
-    const int32_t *bucket = c->bucket + (int64_t)cell * c->row;
     p->checks.places++;
-    if (!(c->slot[i] >= 1 && c->slot[i] <= bucket[0] && bucket[c->slot[i]] == i))
+    if (!(c->slot[i] >= 0 && c->slot[i] < mill_cells_held(c, cell) &&
+          mill_cells_word(c, cell, c->slot[i]) == i))
         return mill_error_set(
             error, MILL_FAILED,
             "paranoid: ball %ld is not in the list of its cell %ld at t = %.17g s", (long)i,
