@@ -94,7 +94,8 @@ static double beyond(double q, double extent)
  * rotor's frame the box stands still, and the ball gets at most (|v| + A h / 2) h nearer. Square
  * roots are spared by larger bounds; the margin outweighs all rounding. An infinite h, or a turn
  * that is not known, rejects nothing. */
-static bool out_of_reach(const struct blade *b, const struct mill_flight *f, double radius, double h)
+static bool out_of_reach(const struct blade *b, const struct mill_flight *f, double radius,
+                         double h)
 {
     const double margin = 1e-9 * b->mill_radius;
     const double fall_x = 0.5 * h * fabs(f->g.x);
@@ -219,7 +220,6 @@ struct mill_shape *mill_blade_create(const struct mill_deck_blade *spec, int num
     b->mill_radius = mill_radius;
     b->reach_x = fabs(b->cos_p) * b->half_w + fabs(b->sin_p) * b->half_h;
     b->reach_across = fabs(b->sin_p) * b->half_w + fabs(b->cos_p) * b->half_h;
-    b->reach_rho =
-        sqrt(spec->tip_radius * spec->tip_radius + b->reach_across * b->reach_across);
+    b->reach_rho = sqrt(spec->tip_radius * spec->tip_radius + b->reach_across * b->reach_across);
     return &b->base;
 }

@@ -12,16 +12,16 @@
 #define MILL_CELL_ROW 8 /* words of a cell that never overflowed: 7 balls and their count */
 
 struct mill_cells {
-    vec3 lo;            /* [m] corner of the first inner cell */
-    double side[3];     /* [m] */
-    int32_t n[3];       /* cells along x, y, z, one layer of empty ones on each side included */
-    double per_n[2];    /* 1 / n[1], 1 / n[2] */
-    double *edge[3];    /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
-    int64_t around[27]; /* offsets of a cell's neighbourhood in words, itself included */
-    int64_t ahead[6][9]; /* of the new neighbours after crossing a face, from the new cell */
-    int32_t row;         /* words of one cell in `bucket`: its balls, the last one their count */
-    bool narrow;         /* words are uint16_t, else int32_t: half the cache for small mills */
-    void *bucket;        /* [cells * row] */
+    vec3 lo;              /* [m] corner of the first inner cell */
+    double side[3];       /* [m] */
+    int32_t n[3];         /* cells along x, y, z, one layer of empty ones on each side included */
+    double per_n[2];      /* 1 / n[1], 1 / n[2] */
+    double *edge[3];      /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
+    int64_t around[27];   /* offsets of a cell's neighbourhood in words, itself included */
+    int64_t ahead[6][9];  /* of the new neighbours after crossing a face, from the new cell */
+    int32_t row;          /* words of one cell in `bucket`: its balls, the last one their count */
+    bool narrow;          /* words are uint16_t, else int32_t: half the cache for small mills */
+    void *bucket;         /* [cells * row] */
     int32_t *cell, *slot; /* of each ball */
     int32_t balls;
 };

@@ -58,20 +58,20 @@ static bool list_surfaces(struct mill_predict *p, double widest)
 static bool allocate(struct mill_predict *p, double *widest)
 {
     const struct mill_world *w = p->world;
-    const size_t n = (size_t)w->balls + MILL_CELL_ROW;
+    const size_t n = (size_t)w->balls + MILL_PAIRS_ROOM;
     double thinnest = INFINITY;
-    p->scan = mill_relate_choose();
+    p->search = mill_pairs_choose();
     p->turn = NAN;
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = calloc(n, sizeof *p->plan); /* it is saved, with its padding */
-    p->near = malloc(sizeof *p->near * n);
-    p->kept = malloc(sizeof *p->kept * n);
-    p->b = malloc(sizeof *p->b * n);
-    p->c = malloc(sizeof *p->c * n);
-    p->square = malloc(sizeof *p->square * n);
+    p->pairs.near = malloc(sizeof *p->pairs.near * n);
+    p->pairs.kept = malloc(sizeof *p->pairs.kept * n);
+    p->pairs.b = malloc(sizeof *p->pairs.b * n);
+    p->pairs.c = malloc(sizeof *p->pairs.c * n);
+    p->pairs.square = malloc(sizeof *p->pairs.square * n);
     p->calendar = mill_calendar_create(w->balls);
-    if (!p->radius || !p->plan || !p->near || !p->kept || !p->b || !p->c || !p->square ||
-        !p->calendar)
+    if (!p->radius || !p->plan || !p->pairs.near || !p->pairs.kept || !p->pairs.b || !p->pairs.c ||
+        !p->pairs.square || !p->calendar)
         return false;
     *widest = 0.0;
     for (int k = 0; k < w->species_count; k++) {
@@ -79,8 +79,11 @@ static bool allocate(struct mill_predict *p, double *widest)
         *widest = fmax(*widest, p->radius[k]);
         thinnest = fmin(thinnest, p->radius[k]);
     }
-    p->relate = (struct mill_relate){
-        w->ball, p->radius, w->g, thinnest == *widest ? thinnest + *widest : 0.0};
+    p->pairs.ball = w->ball;
+    p->pairs.cells = &p->cells;
+    p->pairs.radius = p->radius;
+    p->pairs.g = w->g;
+    p->pairs.sum = thinnest == *widest ? thinnest + *widest : 0.0;
     const double r = w->drum_radius, l = 0.5 * w->drum_length;
     return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), 2.0 * *widest,
                            2.0 * thinnest, w->balls);
@@ -126,40 +129,27 @@ void mill_predict_free(struct mill_predict *p)
     mill_cells_release(&p->cells);
     free(p->radius);
     free(p->plan);
-    free(p->near);
-    free(p->kept);
-    free(p->b);
-    free(p->c);
-    free(p->square);
+    free(p->pairs.near);
+    free(p->pairs.kept);
+    free(p->pairs.b);
+    free(p->pairs.c);
+    free(p->pairs.square);
     free(p->surface_start);
     free(p->surface);
     free(p);
 }
 
-/* Looks through the n candidates in p->near and improves the plan's pair contact. The ball itself
- * is among them and drops out: d = u = 0 is not closing. */
-static void scan(struct mill_predict *p, int32_t i, double now, int32_t n)
+/* Looks into `count` cells and improves the plan's pair contact. */
+static void scan(struct mill_predict *p, int32_t i, double now, const int64_t *offset,
+                 int32_t count)
 {
     struct mill_plan *plan = &p->plan[i];
-    double best = plan->pair_t - now;
-    int32_t partner = MILL_NOBODY;
-    for (int32_t k = n; k < n + MILL_RELATE_LANES - 1; k++)
-        p->near[k] = i; /* no contact with itself: whole groups may be loaded */
-    p->world->counts.pair_tests += (uint64_t)n;
-    const int32_t kept =
-        p->scan(&p->relate, i, now, best, p->near, n, p->b, p->c, p->square, p->kept);
-    const double *c = p->c, *b = p->b, *square = p->square;
-    for (int32_t m = 0; m < kept; m++) {
-        const int32_t k = p->kept[m], other = p->near[k];
-        const double gap = c[k] > 0.0 ? c[k] : 0.0, dt = gap / (sqrt(square[k]) - b[k]);
-        const bool sooner = (dt < best) | ((dt == best) & (partner > other));
-        best = sooner ? dt : best;
-        partner = sooner ? other : partner;
-    }
-    if (partner != MILL_NOBODY) {
-        plan->pair_t = now + best;
-        plan->partner = partner;
-        plan->partner_contacts = p->world->ball[partner].contacts;
+    struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
+    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, offset, count, &found);
+    if (found.partner != MILL_NOBODY) {
+        plan->pair_t = now + found.dt;
+        plan->partner = found.partner;
+        plan->partner_contacts = p->world->ball[found.partner].contacts;
     }
 }
 
@@ -185,8 +175,8 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     struct mill_plan *plan = &p->plan[i];
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
-    const struct mill_cell_exit out = mill_cells_exit(
-        &p->cells, cell, ball->r, ball->v, w->g, least(plan->pair_t, p->horizon) - now);
+    const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g,
+                                                      least(plan->pair_t, p->horizon) - now);
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
@@ -229,8 +219,7 @@ void mill_predict_ball(struct mill_predict *p, int32_t i, double now, int32_t to
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
     p->plan[i].partner = MILL_NOBODY;
-    const int32_t n = mill_cells_gather(&p->cells, p->cells.cell[i], p->cells.around, 27, p->near);
-    scan(p, i, now, n);
+    scan(p, i, now, p->cells.around, 27);
     complete(p, i, now, touched);
 }
 
@@ -240,9 +229,7 @@ bool mill_predict_cross(struct mill_predict *p, int32_t i, double now)
     if (!mill_cells_cross(&p->cells, i, face))
         return false;
     p->world->counts.cell_crossings++;
-    const int32_t n =
-        mill_cells_gather(&p->cells, p->cells.cell[i], p->cells.ahead[face], 9, p->near);
-    scan(p, i, now, n);
+    scan(p, i, now, p->cells.ahead[face], 9);
     complete(p, i, now, MILL_NOBODY);
     return true;
 }
@@ -256,13 +243,13 @@ double mill_predict_overlap(struct mill_predict *p, int32_t i, double t)
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[me->species];
     double deepest = -INFINITY;
-    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, p->near);
+    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, p->pairs.near);
     for (int32_t k = 0; k < n; k++) {
-        const struct mill_ball *o = &w->ball[p->near[k]];
+        const struct mill_ball *o = &w->ball[p->pairs.near[k]];
         if (o != me)
-            deepest =
-                fmax(deepest, radius + p->radius[o->species] -
-                                  vec3_norm(vec3_sub(mill_world_position(w, p->near[k], t), r)));
+            deepest = fmax(deepest,
+                           radius + p->radius[o->species] -
+                               vec3_norm(vec3_sub(mill_world_position(w, p->pairs.near[k], t), r)));
     }
     for (int k = 0; k < w->shapes; k++) {
         if (!p->plan[i].let_go || w->shape[k]->ops->kind != MILL_BALL_BLADE)

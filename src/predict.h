@@ -5,9 +5,7 @@
 #include "calendar.h"
 #include "cells.h"
 #include "millsim/world.h"
-#include "relate.h"
-
-#define MILL_NOBODY (-1)
+#include "pairs.h"
 
 /* Local times [s], INFINITY: never. The earliest of the three is the ball's event. */
 struct mill_plan {
@@ -29,15 +27,12 @@ struct mill_predict {
     struct mill_calendar *calendar;
     struct mill_plan *plan;
     double turn, cos_turn, sin_turn; /* the rotor's angle when last asked for [rad] */
-    double horizon;         /* [s] local time beyond which surfaces need not be searched */
-    double *radius;         /* [m] of each species */
+    double horizon;                  /* [s] local time beyond which surfaces need not be searched */
+    double *radius;                  /* [m] of each species */
     int32_t *surface_start; /* [cells + 1] into surface: the shapes within reach of each cell */
     int32_t *surface;
-    mill_relate_fn *scan;
-    struct mill_relate relate;
-    /* scratch of the pair scan, as long as there may be candidates */
-    int32_t *near, *kept;
-    double *b, *c, *square;
+    mill_pairs_fn *search;
+    struct mill_pairs pairs;
 };
 
 /* Places all balls in cells and plans nothing yet. */

@@ -13,9 +13,9 @@
 
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
 struct mill_flight {
-    vec3 r; /* [m] */
-    vec3 v; /* [m/s] */
-    vec3 g; /* [m/s^2] */
+    vec3 r;                    /* [m] */
+    vec3 v;                    /* [m/s] */
+    vec3 g;                    /* [m/s^2] */
     double cos_turn, sin_turn; /* of the rotor's angle now; both 0 where the caller does not know */
 };
 
