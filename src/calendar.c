@@ -1,37 +1,35 @@
 /* The event list. Time is cut into days of equal width; a year of days is held in an array of
- * unordered lists, what lies beyond the year in one overflow list. Only today's events are ordered,
- * in a small binary heap. Inserting and removing is O(1) for all but today's events, of which there
- * are about EVENTS_A_DAY whatever the number of balls: the width follows the event rate. Method: G.
- * Paul, J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat exactly. */
+ * unordered lists, what lies beyond the year in one overflow list. Only today's events are looked
+ * at one by one: there are about EVENTS_A_DAY of them whatever the number of balls, for the width
+ * follows the event rate. The earliest of so few is found fastest by comparing all, without a
+ * branch; where many fall on one day (balls that start in step) they become a binary heap.
+ * Inserting and removing is O(1). Method: G. Paul, J. Comput. Phys. 221 (2007) 615. Order: (time,
+ * item), so runs repeat exactly. */
 #include "calendar.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
-#define EVENTS_A_DAY 8.0 /* more: larger heaps; fewer: more empty days to step over */
+#define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
+#define CROWD 24         /* from so many events on today is a heap */
 #define NOWHERE (-1)
 #define OVERFLOW_LIST (-2)
 #define TODAY (-3)
 
-struct node {
-    double t;
-    int32_t next, prev; /* in its list, -1 at the ends */
-    int32_t place;      /* list number, or NOWHERE, OVERFLOW_LIST, TODAY */
-    int32_t heap_at;    /* index in today's heap */
-};
-
 struct entry {
-    double t;
+    int64_t order; /* the time as a whole number: comparing these needs no branch */
     int32_t item;
 };
 
 struct mill_calendar {
     int32_t items;
-    int32_t days;    /* in a year, a power of two */
-    int32_t today;   /* 0 .. days - 1 */
-    int32_t in_year; /* events in lists after today */
-    int32_t heap_size;
+    int32_t days;     /* in a year, a power of two */
+    int32_t today;    /* 0 .. days - 1 */
+    int32_t in_year;  /* events in lists after today */
+    int32_t here;     /* events today */
+    bool heaped;      /* they form a heap, else they are in no order */
     int32_t overflow; /* head of the overflow list */
     double width, per_width;
     double year_start; /* [s] */
@@ -40,92 +38,154 @@ struct mill_calendar {
     double last_t;
     int32_t
         ahead; /* a walk through tomorrow's list that fetches its nodes before they are needed */
-    struct node *node;
+    struct mill_event *event; /* of item 0; the others follow at a distance of `stride` bytes */
+    size_t stride;
+    struct mill_event *own; /* the same, where nobody lent any */
     int32_t *head;
-    struct entry *heap;
+    struct entry *entry; /* today's */
 };
+
+static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
+{
+    return (struct mill_event *)((char *)c->event + (size_t)item * c->stride);
+}
+
+/* Whole numbers in the order of the times: the bits of a double, those of negative ones turned
+ * round; 0.0 makes one of the two zeros. */
+static struct entry entry_of(double t, int32_t item)
+{
+    struct entry e = {0, item};
+    t += 0.0;
+    memcpy(&e.order, &t, sizeof e.order);
+    e.order ^= (int64_t)((uint64_t)(e.order >> 63) >> 1);
+    return e;
+}
 
 static bool before(struct entry a, struct entry b)
 {
-    return a.t < b.t || (a.t == b.t && a.item < b.item);
+    return (a.order < b.order) | ((a.order == b.order) & (a.item < b.item));
 }
 
-static void heap_put(struct mill_calendar *c, int32_t at, struct entry e)
+static void put(struct mill_calendar *c, int32_t at, struct entry e)
 {
-    c->heap[at] = e;
-    c->node[e.item].heap_at = at;
+    c->entry[at] = e;
+    event_of(c, e.item)->next = at;
 }
 
 static void heap_up(struct mill_calendar *c, int32_t at, struct entry e)
 {
     while (at > 0) {
         const int32_t parent = (at - 1) / 2;
-        if (!before(e, c->heap[parent]))
+        if (!before(e, c->entry[parent]))
             break;
-        heap_put(c, at, c->heap[parent]);
+        put(c, at, c->entry[parent]);
         at = parent;
     }
-    heap_put(c, at, e);
+    put(c, at, e);
 }
 
 static void heap_down(struct mill_calendar *c, int32_t at, struct entry e)
 {
     for (;;) {
         int32_t child = 2 * at + 1;
-        if (child >= c->heap_size)
+        if (child >= c->here)
             break;
-        if (child + 1 < c->heap_size && before(c->heap[child + 1], c->heap[child]))
+        if (child + 1 < c->here && before(c->entry[child + 1], c->entry[child]))
             child++;
-        if (!before(c->heap[child], e))
+        if (!before(c->entry[child], e))
             break;
-        heap_put(c, at, c->heap[child]);
+        put(c, at, c->entry[child]);
         at = child;
     }
-    heap_put(c, at, e);
+    put(c, at, e);
 }
 
-static void heap_remove(struct mill_calendar *c, int32_t at)
+/* Today has become a crowd. */
+static void make_heap(struct mill_calendar *c)
 {
-    const struct entry last = c->heap[--c->heap_size];
-    if (at == c->heap_size)
+    const int32_t n = c->here;
+    c->heaped = true;
+    for (c->here = 1; c->here < n; c->here++)
+        heap_up(c, c->here, c->entry[c->here]);
+}
+
+static void join_today(struct mill_calendar *c, struct entry e)
+{
+    event_of(c, e.item)->place = TODAY;
+    if (c->heaped) {
+        c->here++;
+        heap_up(c, c->here - 1, e);
         return;
-    if (at > 0 && before(last, c->heap[(at - 1) / 2]))
-        heap_up(c, at, last);
+    }
+    put(c, c->here++, e);
+    if (c->here == CROWD)
+        make_heap(c);
+}
+
+/* The entry at `at` is another one now. */
+static void replace(struct mill_calendar *c, int32_t at, struct entry e)
+{
+    if (!c->heaped)
+        put(c, at, e);
+    else if (at > 0 && before(e, c->entry[(at - 1) / 2]))
+        heap_up(c, at, e);
     else
-        heap_down(c, at, last);
+        heap_down(c, at, e);
+}
+
+static void leave_today(struct mill_calendar *c, int32_t at)
+{
+    const struct entry last = c->entry[--c->here];
+    if (at < c->here)
+        replace(c, at, last);
+    if (c->here == 0)
+        c->heaped = false;
+}
+
+static int32_t first_today(const struct mill_calendar *c)
+{
+    struct entry first = c->entry[0];
+    for (int32_t k = 1; !c->heaped && k < c->here; k++) {
+        const struct entry e = c->entry[k];
+        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        const int64_t take = -(int64_t)before(e, first);
+        first.order ^= (first.order ^ e.order) & take;
+        first.item ^= (first.item ^ e.item) & (int32_t)take;
+    }
+    return first.item;
 }
 
 static void link_into(struct mill_calendar *c, int32_t *head, int32_t item)
 {
-    struct node *n = &c->node[item];
+    struct mill_event *n = event_of(c, item);
     n->prev = -1;
     n->next = *head;
     if (*head >= 0)
-        c->node[*head].prev = item;
+        event_of(c, *head)->prev = item;
     *head = item;
 }
 
 static void unlink_from(struct mill_calendar *c, int32_t *head, int32_t item)
 {
-    const struct node *n = &c->node[item];
+    const struct mill_event *n = event_of(c, item);
     if (n->prev >= 0)
-        c->node[n->prev].next = n->next;
+        event_of(c, n->prev)->next = n->next;
     else
         *head = n->next;
     if (n->next >= 0)
-        c->node[n->next].prev = n->prev;
+        event_of(c, n->next)->prev = n->prev;
 }
 
 static void take_out(struct mill_calendar *c, int32_t item)
 {
-    struct node *n = &c->node[item];
+    struct mill_event *n = event_of(c, item);
     if (n->place >= 0) {
         unlink_from(c, &c->head[n->place], item);
         c->in_year--;
     } else if (n->place == OVERFLOW_LIST) {
         unlink_from(c, &c->overflow, item);
     } else if (n->place == TODAY) {
-        heap_remove(c, n->heap_at);
+        leave_today(c, n->next);
     }
     n->place = NOWHERE;
 }
@@ -134,12 +194,11 @@ static void take_out(struct mill_calendar *c, int32_t item)
  * is the order of times whatever the rounding. */
 static void file(struct mill_calendar *c, int32_t item)
 {
-    struct node *n = &c->node[item];
+    struct mill_event *n = event_of(c, item);
     const double day = (n->t - c->year_start) * c->per_width;
     if (day < (double)(c->today + 1)) {
-        n->place = TODAY;
-        const struct entry e = {n->t, item};
-        heap_up(c, c->heap_size++, e);
+        const struct entry e = entry_of(n->t, item);
+        join_today(c, e);
     } else if (day < (double)c->days) {
         n->place = (int32_t)day;
         link_into(c, &c->head[n->place], item);
@@ -155,13 +214,13 @@ static void refile_overflow(struct mill_calendar *c)
     int32_t item = c->overflow;
     c->overflow = -1;
     while (item >= 0) {
-        const int32_t next = c->node[item].next;
+        const int32_t next = event_of(c, item)->next;
         file(c, item);
         item = next;
     }
 }
 
-struct mill_calendar *mill_calendar_create(int32_t items)
+struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride)
 {
     struct mill_calendar *c = calloc(1, sizeof *c);
     if (!c)
@@ -170,10 +229,12 @@ struct mill_calendar *mill_calendar_create(int32_t items)
     c->days = 16;
     while (c->days < items / 2 && c->days < (1 << 29))
         c->days *= 2;
-    c->node = malloc(sizeof *c->node * ((size_t)items + 1));
+    c->own = event ? NULL : malloc(sizeof *c->own * ((size_t)items + 1));
+    c->event = event ? event : c->own;
+    c->stride = event ? stride : sizeof *c->own;
     c->head = malloc(sizeof *c->head * (size_t)c->days);
-    c->heap = malloc(sizeof *c->heap * ((size_t)items + 1));
-    if (!c->node || !c->head || !c->heap) {
+    c->entry = malloc(sizeof *c->entry * ((size_t)items + 1));
+    if (!c->event || !c->head || !c->entry) {
         mill_calendar_free(c);
         return NULL;
     }
@@ -187,9 +248,9 @@ void mill_calendar_free(struct mill_calendar *c)
 {
     if (!c)
         return;
-    free(c->node);
+    free(c->own);
     free(c->head);
-    free(c->heap);
+    free(c->entry);
     free(c);
 }
 
@@ -199,7 +260,8 @@ static void empty(struct mill_calendar *c, double start)
     for (int32_t d = 0; d < c->days; d++)
         c->head[d] = -1;
     c->overflow = -1;
-    c->heap_size = 0;
+    c->here = 0;
+    c->heaped = false;
     c->in_year = 0;
     c->today = 0;
     c->taken = 0;
@@ -210,22 +272,18 @@ static void empty(struct mill_calendar *c, double start)
 void mill_calendar_clear(struct mill_calendar *c, double start)
 {
     for (int32_t i = 0; i < c->items; i++)
-        c->node[i].place = NOWHERE;
+        event_of(c, i)->place = NOWHERE;
     c->last_item = -1;
     empty(c, start);
 }
 
 void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
 {
-    struct node *n = &c->node[item];
+    struct mill_event *n = event_of(c, item);
     if (n->place == TODAY && (t - c->year_start) * c->per_width < (double)(c->today + 1)) {
-        const struct entry e = {t, item};
-        const int32_t at = n->heap_at;
+        const struct entry e = entry_of(t, item);
         n->t = t;
-        if (at > 0 && before(e, c->heap[(at - 1) / 2]))
-            heap_up(c, at, e);
-        else
-            heap_down(c, at, e);
+        replace(c, n->next, e);
         return;
     }
     take_out(c, item);
@@ -236,7 +294,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
 
 double mill_calendar_time(const struct mill_calendar *c, int32_t item)
 {
-    return c->node[item].place == NOWHERE ? HUGE_VAL : c->node[item].t;
+    return event_of(c, item)->place == NOWHERE ? HUGE_VAL : event_of(c, item)->t;
 }
 
 double mill_calendar_width(const struct mill_calendar *c)
@@ -249,7 +307,7 @@ static void refile_all(struct mill_calendar *c, double start)
 {
     empty(c, start);
     for (int32_t i = 0; i < c->items; i++) {
-        if (c->node[i].place != NOWHERE)
+        if (event_of(c, i)->place != NOWHERE)
             file(c, i);
     }
 }
@@ -281,8 +339,8 @@ static bool adapt(struct mill_calendar *c, double days_passed)
 static void next_year(struct mill_calendar *c)
 {
     double first = HUGE_VAL;
-    for (int32_t i = c->overflow; i >= 0; i = c->node[i].next)
-        first = fmin(first, c->node[i].t);
+    for (int32_t i = c->overflow; i >= 0; i = event_of(c, i)->next)
+        first = fmin(first, event_of(c, i)->t);
     const double next = c->year_start + (double)c->days * c->width;
     if (first < HUGE_VAL && first - next > (double)c->days * c->width)
         c->year_start = first;
@@ -299,13 +357,13 @@ static void next_year(struct mill_calendar *c)
 static void fetch_ahead(struct mill_calendar *c)
 {
     if (c->ahead >= 0)
-        __builtin_prefetch(&c->node[c->ahead], 1);
+        __builtin_prefetch(event_of(c, c->ahead), 1);
 }
 
 /* Makes today the first day that has events. False when there are none at all. */
 static bool turn_pages(struct mill_calendar *c)
 {
-    while (c->heap_size == 0) {
+    while (c->here == 0) {
         if (c->in_year == 0) {
             if (c->overflow < 0)
                 return false;
@@ -318,10 +376,9 @@ static bool turn_pages(struct mill_calendar *c)
         int32_t item = c->head[c->today];
         c->head[c->today] = -1;
         while (item >= 0) {
-            const int32_t next = c->node[item].next;
-            c->node[item].place = TODAY;
-            const struct entry e = {c->node[item].t, item};
-            heap_up(c, c->heap_size++, e);
+            const int32_t next = event_of(c, item)->next;
+            const struct entry e = entry_of(event_of(c, item)->t, item);
+            join_today(c, e);
             c->in_year--;
             item = next;
         }
@@ -333,21 +390,21 @@ static bool turn_pages(struct mill_calendar *c)
 
 int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 {
-    if (c->heap_size == 0 && !turn_pages(c))
+    if (c->here == 0 && !turn_pages(c))
         return -1;
-    const struct entry e = c->heap[0];
-    if (e.item != c->last_item || e.t != c->last_t) {
-        c->last_item = e.item;
-        c->last_t = e.t;
+    const int32_t item = first_today(c);
+    *t = event_of(c, item)->t;
+    if (item != c->last_item || *t != c->last_t) {
+        c->last_item = item;
+        c->last_t = *t;
         c->taken++;
         if (c->ahead >= 0) {
-            c->ahead = c->node[c->ahead].next;
+            c->ahead = event_of(c, c->ahead)->next;
             fetch_ahead(c);
         }
         /* a rate that rose by far within the year must not wait for the year's end */
         if (c->taken > 4 * (uint64_t)EVENTS_A_DAY * ((uint64_t)c->today + 64))
             adapt(c, (double)c->today + 1.0);
     }
-    *t = e.t;
-    return e.item;
+    return item;
 }

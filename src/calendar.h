@@ -3,12 +3,21 @@
 #ifndef MILLSIM_CALENDAR_H
 #define MILLSIM_CALENDAR_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 struct mill_calendar;
 
-/* For items 0..items-1, all absent; NULL when out of memory. */
-struct mill_calendar *mill_calendar_create(int32_t items);
+/* An item's event. It lies where its owner wants it, beside what the event is about. */
+struct mill_event {
+    double t;           /* [s] */
+    int32_t next, prev; /* in its list, -1 at the ends; today: next is its place among today's */
+    int32_t place;      /* number of its list, or what calendar.c says below zero */
+};
+
+/* For items 0..items-1, all absent; NULL when out of memory. Item k's event lies `stride` bytes
+ * times k after `event`; NULL: the calendar has its own. */
+struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride);
 void mill_calendar_free(struct mill_calendar *calendar);
 
 /* Empties the calendar; times from `start` [s] on may follow. */

@@ -172,9 +172,10 @@ static inline __attribute__((always_inline)) int32_t search(const struct mill_pa
     for (int32_t m = 0; m < kept; m++) {
         const int32_t k = pairs->kept[m], other = near[k] / RECORD;
         const double gap = c[k] > 0.0 ? c[k] : 0.0, dt = gap / (sqrt(square[k]) - b[k]);
-        const bool sooner = (dt < best) | ((dt == best) & (partner > other));
-        best = sooner ? dt : best;
-        partner = sooner ? other : partner;
+        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));
+        best = dt < best ? dt : best;
+        partner ^= (partner ^ other) & take;
     }
     if (partner != MILL_NOBODY) {
         found->dt = best;

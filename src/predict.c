@@ -69,7 +69,7 @@ static bool allocate(struct mill_predict *p, double *widest)
     p->pairs.b = malloc(sizeof *p->pairs.b * n);
     p->pairs.c = malloc(sizeof *p->pairs.c * n);
     p->pairs.square = malloc(sizeof *p->pairs.square * n);
-    p->calendar = mill_calendar_create(w->balls);
+    p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
     if (!p->radius || !p->plan || !p->pairs.near || !p->pairs.kept || !p->pairs.b || !p->pairs.c ||
         !p->pairs.square || !p->calendar)
         return false;
@@ -112,6 +112,7 @@ bool mill_predict_restore(struct mill_predict *p, const int32_t *cell)
 {
     for (int32_t i = 0; i < p->world->balls; i++)
         mill_cells_remove(&p->cells, i);
+    mill_calendar_clear(p->calendar, 0.0);
     for (int32_t i = 0; i < p->world->balls; i++) {
         const struct mill_plan *plan = &p->plan[i];
         if (!mill_cells_insert(&p->cells, i, cell[i]))

@@ -7,7 +7,8 @@
 #include "millsim/world.h"
 #include "pairs.h"
 
-/* Local times [s], INFINITY: never. The earliest of the three is the ball's event. */
+/* Local times [s], INFINITY: never. The earliest of the three is the ball's event. One cache line.
+ */
 struct mill_plan {
     double pair_t;
     double shape_t; /* searched within the cell only */
@@ -19,6 +20,7 @@ struct mill_plan {
     int16_t let_go; /* a pinch was relieved: blades are ignored until the ball is clear of them */
     int16_t face;
     int16_t again; /* shape_t is no contact: a search took too long and goes on from there */
+    struct mill_event event; /* in the calendar */
 };
 
 struct mill_predict {

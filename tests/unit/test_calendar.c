@@ -17,7 +17,7 @@ struct twin {
 
 static struct twin make_twin(int32_t items)
 {
-    struct twin twin = {mill_calendar_create(items), NULL, items, 0.0, 0};
+    struct twin twin = {mill_calendar_create(items, NULL, 0), NULL, items, 0.0, 0};
     twin.time = malloc(sizeof *twin.time * (size_t)items);
     if (!twin.calendar || !twin.time)
         ck_abort_msg("out of memory");
@@ -260,7 +260,7 @@ static double seconds(void)
  * several stretches, after enough events for the width to settle. */
 static double cost_of_an_event(int32_t items, enum gaps kind)
 {
-    struct mill_calendar *calendar = mill_calendar_create(items);
+    struct mill_calendar *calendar = mill_calendar_create(items, NULL, 0);
     uint64_t seed = 10;
     double best = INFINITY, t;
     for (int32_t i = 0; i < items; i++)
@@ -296,7 +296,7 @@ END_TEST
 /* After the rate changed by a million, and back, events must cost what they did before. */
 START_TEST(the_width_follows_the_rate_of_events)
 {
-    struct mill_calendar *calendar = mill_calendar_create(1000);
+    struct mill_calendar *calendar = mill_calendar_create(1000, NULL, 0);
     uint64_t seed = 11;
     double t = 0.0, width[4];
     for (int phase = 0; phase < 4; phase++) {
