@@ -1,11 +1,13 @@
 /* When does a gap first close? The first rise of a quartic through zero, fast and certified.
- * The window is cut where the curvature changes sign (closed form). On a convex piece the values at
- * the ends decide; on a concave one that is negative at both ends the tangents bound the polynomial
- * from above and are moved together until they meet below zero (no contact) or a positive value is
- * found (contact). A root is then bracketed alone, starts from the local parabola in closed form
- * and is refined by safeguarded third-order Newton steps (Chebyshev). Every decision is compared
- * with a bound on the rounding error (Higham, Accuracy and Stability of Numerical Algorithms, 2nd
- * ed., eq. 5.3); what it cannot decide goes to the Sturm sequence (poly_sturm.c). */
+ * A bound from the coefficients' signs dismisses most windows. In nearly all others the curvature
+ * keeps its sign and the value at the end decides. The rest is cut where the curvature changes sign
+ * (closed form). On a convex piece the values at the ends decide; on a concave one that is negative
+ * at both ends the tangents bound the polynomial from above and are moved together until they meet
+ * below zero (no contact) or a positive value is found (contact). A root is then bracketed alone,
+ * starts from the local parabola in closed form and is refined by safeguarded third-order Newton
+ * steps (Chebyshev). Every decision is compared with a bound on the rounding error (Higham,
+ * Accuracy and Stability of Numerical Algorithms, 2nd ed., eq. 5.3); what it cannot decide goes to
+ * the Sturm sequence (poly_sturm.c). */
 #include <float.h>
 #include <math.h>
 
@@ -19,6 +21,8 @@
 #define LARGEST_COEFFICIENT 1e60
 #define LONGEST_WINDOW 1e20
 #define UNDERFLOW_ERROR 1e-240
+/* A longer window is first cut behind the outermost root. */
+#define LONGEST_UNCUT 1.0
 #define MOST_PROBES 16
 
 enum verdict { NONE, FOUND, UNSURE };
@@ -230,7 +234,8 @@ static double above_zero(double x)
     return x > 0.0 ? x : 0.0;
 }
 
-/* An upper bound of f over [0, t_end] that is below zero, in a few operations */
+/* An upper bound of f over [0, t_end] that is below zero, in a few operations: what can raise f,
+ * summed at t_end. Nine roundings of positive terms, of half an eps each, are within its margin. */
 static bool stays_below(const double f[5], double t_end)
 {
     double rise = above_zero(f[3]) + t_end * above_zero(f[4]);
@@ -247,8 +252,8 @@ static int direction(const double f[5])
     return 0;
 }
 
-/* The general case, once the plain way has not told: a polynomial that is positive or about zero at
- * 0, that bends both ways or comes next to zero. */
+/* The general case: a polynomial that is positive or next to zero at 0 or at the end, bends both
+ * ways, or has a long window. Only what the end's value has not told comes here. */
 static double search(const double c[5], double t_end, bool at_root, struct mill_poly_counts *counts)
 {
     double f[6] = {c[0], c[1], c[2], c[3], at_root ? 0.0 : c[4], 0.0};
@@ -266,7 +271,7 @@ static double search(const double c[5], double t_end, bool at_root, struct mill_
         return INFINITY;
     if (counts)
         counts->solves++;
-    double t, end = t_end > 1.0 ? fmin(t_end, outermost_root(f)) : t_end;
+    double t, end = t_end > LONGEST_UNCUT ? fmin(t_end, outermost_root(f)) : t_end;
     enum verdict v = UNSURE;
     if (is_tame(f, end))
         v = f[0] > 0.0 ? wait_for_rise(f, end, &t) : first_up(f, 0.0, end, &t);
@@ -284,10 +289,10 @@ double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
     const double f[5] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4]};
     if (stays_below(f, t_end) || !(t_end >= 0.0))
         return INFINITY;
+    if (!(f[0] < -2.0 * UNDERFLOW_ERROR && t_end <= LONGEST_UNCUT && is_tame(f, t_end)))
+        return search(from, t_end, at_root, counts);
     double t;
-    enum verdict v = UNSURE;
-    if (f[0] < -2.0 * UNDERFLOW_ERROR && t_end <= 1.0 && is_tame(f, t_end))
-        v = plain_rise(f, t_end, &t);
+    enum verdict v = plain_rise(f, t_end, &t);
     if (v == UNSURE)
         return search(from, t_end, at_root, counts);
     if (counts)
