@@ -32,13 +32,6 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
         s * (f->v.y * f->g.y + f->v.z * f->g.z),
         s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
     };
-    /* most balls are too far away to arrive in time: the sum of all that can raise p settles it */
-    const double h = horizon;
-    if (!touching &&
-        p[0] + h * (fmax(p[1], 0.0) +
-                    h * (fmax(p[2], 0.0) + h * (fmax(p[3], 0.0) + h * fmax(p[4], 0.0)))) <
-            0.0)
-        return INFINITY;
     return mill_poly_first_rise(p, horizon, touching, shape->counts);
 }
 

@@ -1,5 +1,5 @@
 /* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel to
- * it. */
+ * it. On a straight line one division settles when, and whether in time. */
 #include "plate.h"
 
 #include <stdlib.h>
@@ -21,10 +21,18 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
                            double radius, double turn, double horizon, bool touching)
 {
     const struct plate *w = (const struct plate *)shape;
-    const double p[5] = {-gap(shape, f->r, radius, turn), -w->inward * f->v.x,
-                         -0.5 * w->inward * f->g.x, 0.0, 0.0};
-    if (!touching && p[0] + horizon * (fmax(p[1], 0.0) + horizon * fmax(p[2], 0.0)) < 0.0)
-        return INFINITY;
+    const double away = gap(shape, f->r, radius, turn), closing = -w->inward * f->v.x;
+    const double pull = -0.5 * w->inward * f->g.x;
+    if (pull == 0.0 && (touching || away > 0.0)) {
+        if (closing <= 0.0)
+            return INFINITY;
+        /* a quotient is rounded to the nearest double, so where it is not the horizon itself it
+         * lies on the right side of it */
+        const double t = away / closing;
+        if (!touching && t != horizon)
+            return t < horizon ? t : (double)INFINITY;
+    }
+    const double p[5] = {-away, closing, pull, 0.0, 0.0};
     return mill_poly_first_rise(p, horizon, touching, NULL);
 }
 

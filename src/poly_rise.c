@@ -1,11 +1,13 @@
 /* When does a gap first close? The first rise of a quartic through zero, fast and certified.
- * The window is cut where the curvature changes sign (closed form). On a convex piece the values at
- * the ends decide; on a concave one that is negative at both ends the tangents bound the polynomial
- * from above and are moved together until they meet below zero (no contact) or a positive value is
- * found (contact). A root is then bracketed alone, starts from the local parabola in closed form
- * and is refined by safeguarded third-order Newton steps (Chebyshev). Every decision is compared
- * with a bound on the rounding error (Higham, Accuracy and Stability of Numerical Algorithms, 2nd
- * ed., eq. 5.3); what it cannot decide goes to the Sturm sequence (poly_sturm.c). */
+ * A bound from the coefficients' signs dismisses most windows. In nearly all others the curvature
+ * keeps its sign and the value at the end decides. The rest is cut where the curvature changes sign
+ * (closed form). On a convex piece the values at the ends decide; on a concave one that is negative
+ * at both ends the tangents bound the polynomial from above and are moved together until they meet
+ * below zero (no contact) or a positive value is found (contact). A root is then bracketed alone,
+ * starts from the local parabola in closed form and is refined by safeguarded third-order Newton
+ * steps (Chebyshev). Every decision is compared with a bound on the rounding error (Higham,
+ * Accuracy and Stability of Numerical Algorithms, 2nd ed., eq. 5.3); what it cannot decide goes to
+ * the Sturm sequence (poly_sturm.c). */
 #include <float.h>
 #include <math.h>
 
@@ -19,6 +21,8 @@
 #define LARGEST_COEFFICIENT 1e60
 #define LONGEST_WINDOW 1e20
 #define UNDERFLOW_ERROR 1e-240
+/* A longer window is first cut behind the outermost root. */
+#define LONGEST_UNCUT 1.0
 #define MOST_PROBES 16
 
 enum verdict { NONE, FOUND, UNSURE };
@@ -62,23 +66,25 @@ static int inflections(const double f[5], double lo, double hi, double x[2])
     return n;
 }
 
-/* The only root in (a.t, hi), where f turns positive and the curvature keeps its sign. */
-static double refine(const double f[5], const struct sample *a, double hi)
+/* The only root in (lo, hi), where f turns positive and the curvature keeps its sign; p, slope and
+ * half the second derivative at lo. */
+static inline double refine(const double f[5], double lo, double at_lo, double slope_lo,
+                            double bend, double hi)
 {
-    double lo = a->t, bend = curvature(f, lo), disc = a->slope * a->slope - 4.0 * bend * a->p;
-    double t = disc >= 0.0 ? lo - 2.0 * a->p / (a->slope + sqrt(disc)) : hi;
+    double disc = slope_lo * slope_lo - 4.0 * bend * at_lo;
+    double t = disc >= 0.0 ? lo - 2.0 * at_lo / (slope_lo + sqrt(disc)) : hi;
     if (!(t > lo && t < hi))
         t = hi;
     for (;;) {
         double p = (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
         double slope = ((4.0 * f[4] * t + 3.0 * f[3]) * t + 2.0 * f[2]) * t + f[1];
         double noise = (((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t + fabs(f[1])) * t;
+        if (fabs(p) <= 0.5 * DBL_EPSILON * (noise + fabs(f[0])))
+            return t;
         double inverse = 1.0 / slope, newton = p * inverse;
         double second = curvature(f, t) * inverse * newton;
         double third = (4.0 * f[4] * t + f[3]) * inverse * newton * newton;
         double step = newton * (1.0 + second), next = t - step;
-        if (fabs(p) <= 0.5 * DBL_EPSILON * (noise + fabs(f[0])))
-            return t;
         if (p < 0.0)
             lo = t;
         else
@@ -93,6 +99,11 @@ static double refine(const double f[5], const struct sample *a, double hi)
         }
         t = next;
     }
+}
+
+static double refine_from(const double f[5], const struct sample *a, double hi)
+{
+    return refine(f, a->t, a->p, a->slope, curvature(f, a->t), hi);
 }
 
 /* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b: does it touch zero
@@ -110,7 +121,7 @@ static enum verdict probe(const double f[5], struct sample a, struct sample b, d
             return UNSURE;
         struct sample s = sample_at(f, top);
         if (s.p > s.p_error) {
-            *t = refine(f, &a, s.t);
+            *t = refine_from(f, &a, s.t);
             return FOUND;
         }
         if (s.p >= -s.p_error)
@@ -130,7 +141,7 @@ static enum verdict search_piece(const double f[5], const struct sample *a, cons
                                  double *t)
 {
     if (b->p > b->p_error) {
-        *t = refine(f, a, b->t);
+        *t = refine_from(f, a, b->t);
         return FOUND;
     }
     if (b->p >= -b->p_error)
@@ -140,6 +151,24 @@ static enum verdict search_piece(const double f[5], const struct sample *a, cons
     if (a->slope < -a->slope_error || (a->t == 0.0 && a->slope <= 0.0))
         return NONE;
     return b->slope < -b->slope_error ? probe(f, *a, *b, t) : UNSURE;
+}
+
+/* Nearly every call: f is negative at 0 and its curvature keeps its sign over the window, so that
+ * one value, at the end, decides. UNSURE: the general search is to decide. */
+static inline enum verdict plain_rise(const double f[5], double hi, double *t)
+{
+    double bend = f[2], middle = f[2] + 1.5 * f[3] * hi, last = curvature(f, hi);
+    bool convex = bend >= 0.0 && middle >= 0.0 && last >= 0.0;
+    if (!convex && !(bend <= 0.0 && middle <= 0.0 && last <= 0.0))
+        return UNSURE;
+    double p = (((f[4] * hi + f[3]) * hi + f[2]) * hi + f[1]) * hi + f[0];
+    double values = ((((fabs(f[4]) * hi + fabs(f[3])) * hi + fabs(f[2])) * hi) + fabs(f[1])) * hi;
+    double error = ROUNDING * (values - f[0]) + UNDERFLOW_ERROR;
+    if (p > error) {
+        *t = refine(f, 0.0, f[0], f[1], bend, hi);
+        return FOUND;
+    }
+    return convex && p < -error ? NONE : UNSURE;
 }
 
 /* First place in (lo, hi] where f, negative at lo, turns positive. */
@@ -205,7 +234,8 @@ static double above_zero(double x)
     return x > 0.0 ? x : 0.0;
 }
 
-/* An upper bound of f over [0, t_end] that is below zero, in a few operations */
+/* An upper bound of f over [0, t_end] that is below zero, in a few operations: what can raise f,
+ * summed at t_end. Nine roundings of positive terms, of half an eps each, are within its margin. */
 static bool stays_below(const double f[5], double t_end)
 {
     double rise = above_zero(f[3]) + t_end * above_zero(f[4]);
@@ -222,13 +252,11 @@ static int direction(const double f[5])
     return 0;
 }
 
-double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
-                            struct mill_poly_counts *counts)
+/* The general case: a polynomial that is positive or next to zero at 0 or at the end, bends both
+ * ways, or has a long window. Only what the end's value has not told comes here. */
+static double search(const double c[5], double t_end, bool at_root, struct mill_poly_counts *counts)
 {
-    const double *from = at_root ? c + 1 : c;
-    double f[6] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4], 0.0};
-    if (stays_below(f, t_end) || !(t_end >= 0.0))
-        return INFINITY;
+    double f[6] = {c[0], c[1], c[2], c[3], at_root ? 0.0 : c[4], 0.0};
     bool at_zero = at_root;
     for (int zeros = 0; f[0] == 0.0; zeros++) {
         if (zeros == 5)
@@ -243,7 +271,7 @@ double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
         return INFINITY;
     if (counts)
         counts->solves++;
-    double t, end = t_end > 1.0 ? fmin(t_end, outermost_root(f)) : t_end;
+    double t, end = t_end > LONGEST_UNCUT ? fmin(t_end, outermost_root(f)) : t_end;
     enum verdict v = UNSURE;
     if (is_tame(f, end))
         v = f[0] > 0.0 ? wait_for_rise(f, end, &t) : first_up(f, 0.0, end, &t);
@@ -252,4 +280,22 @@ double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
     if (counts)
         counts->fallbacks++;
     return mill_poly_sturm_rise(f, t_end);
+}
+
+double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
+                            struct mill_poly_counts *counts)
+{
+    const double *from = at_root ? c + 1 : c;
+    const double f[5] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4]};
+    if (stays_below(f, t_end) || !(t_end >= 0.0))
+        return INFINITY;
+    if (!(f[0] < -2.0 * UNDERFLOW_ERROR && t_end <= LONGEST_UNCUT && is_tame(f, t_end)))
+        return search(from, t_end, at_root, counts);
+    double t;
+    enum verdict v = plain_rise(f, t_end, &t);
+    if (v == UNSURE)
+        return search(from, t_end, at_root, counts);
+    if (counts)
+        counts->solves++;
+    return v == FOUND ? t : (double)INFINITY;
 }

@@ -194,6 +194,30 @@ START_TEST(fast_path_and_sturm_sequence_agree)
 }
 END_TEST
 
+START_TEST(a_rise_at_the_end_of_the_window_counts_to_the_last_bit)
+{
+    gsl_rng *rng = seeded(114);
+    int within = 0, beyond = 0;
+    for (int i = 0; i < 2000; i++) {
+        struct rise_case q = mill_case(rng);
+        double t = mill_poly_first_rise(q.c, q.t_end, false, NULL);
+        if (q.c[0] >= 0.0 || isinf(t))
+            continue;
+        for (int ulps = -3; ulps <= 3; ulps++) {
+            double end = t + ulps * 0.5 * DBL_EPSILON * t;
+            double fast = mill_poly_first_rise(q.c, end, false, NULL);
+            ck_assert_int_eq(isfinite(fast), isfinite(mill_poly_sturm_rise(q.c, end)));
+            ck_assert(isinf(fast) || fast <= end);
+            within += isfinite(fast);
+            beyond += isinf(fast);
+        }
+    }
+    ck_assert_int_gt(within, 1000);
+    ck_assert_int_gt(beyond, 1000);
+    gsl_rng_free(rng);
+}
+END_TEST
+
 /* From the roots alone: where the sign goes from - to +, in exact arithmetic */
 static double rise_of_known_roots(const double root[4], double lead, double t_end)
 {
@@ -331,6 +355,7 @@ static Suite *rise_suite(void)
     tc = group(s, "first rise against oracles");
     tcase_add_loop_test(tc, first_rise_is_the_one_that_a_bracketing_oracle_finds, 0, 4);
     tcase_add_test(tc, fast_path_and_sturm_sequence_agree);
+    tcase_add_test(tc, a_rise_at_the_end_of_the_window_counts_to_the_last_bit);
     tcase_add_test(tc, first_rise_finds_known_roots_of_any_multiplicity);
     tc = group(s, "first rise of extreme input");
     tcase_add_test(tc, first_rise_of_any_finite_input_is_a_time);

@@ -3,6 +3,8 @@
  * one blade; blades of many sizes, places and pitches, rotors of both directions and at rest. */
 #include "shape_fixture.h"
 
+#include <float.h>
+
 #define CLOSED 1e-12 /* [m] */
 
 static const char *const name[SHAPES] = {"drum", "wall 0", "wall 1", "shaft", "blade"};
@@ -152,6 +154,76 @@ START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_mis
     ck_assert_int_gt(flights, 300);
     ck_assert_int_gt(again, 100);
     ck_assert_int_lt(give_ups, 5 + flights / 1000);
+}
+END_TEST
+
+/* The same contact asked for again, in windows that end just after and just before it. */
+static void ask_around(const struct mill *m, int k, const struct flight *f, double t, bool touching)
+{
+    const struct mill_shape *s = m->shape[k];
+    for (double share = 1e-9; share < 1e-2; share *= 10.0) {
+        const double more = t * (1.0 + share), less = t * (1.0 - share);
+        ck_assert_double_eq_tol(
+            s->ops->next_contact(s, &f->path, f->radius, f->turn, more, touching), t, 1e-12 * t);
+        ck_assert_double_eq(s->ops->next_contact(s, &f->path, f->radius, f->turn, less, touching),
+                            (double)INFINITY);
+    }
+}
+
+START_TEST(a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shorter_one)
+{
+    uint64_t seed = 800 + (uint64_t)_i;
+    int first = 0, later = 0;
+    for (int i = 0; i < 6000; i++) {
+        struct mill m;
+        struct mill_contact c;
+        random_mill(&seed, &m);
+        struct flight f = random_flight(&seed, &m, _i);
+        double t = first_contact(&m, _i, &f, random_horizon(&seed, &f), false, NULL);
+        if (!isinf(t)) {
+            ask_around(&m, _i, &f, t, false);
+            f = reflect(&seed, &m, _i, &f, t, &c);
+            t = first_contact(&m, _i, &f, time_inside(&f, 0.06), true, NULL);
+            first++;
+            if (!isinf(t)) {
+                ask_around(&m, _i, &f, t, true);
+                later++;
+            }
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(first, 300);
+    ck_assert_int_gt(later, 100);
+}
+END_TEST
+
+START_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_last_bit)
+{
+    uint64_t seed = 900 + (uint64_t)_i;
+    const struct mill_deck_blade spec = blade_spec(0.06, 0.01, 0.01, 0.0);
+    struct mill m;
+    int within = 0, beyond = 0;
+    mill_build(&m, &spec, 100.0);
+    const struct mill_shape *s = m.shape[_i];
+    for (int i = 0; i < 20000; i++) {
+        struct mill_flight f = {vec3_make(uniform(&seed, -0.05, 0.05), 0.01, 0.02),
+                                vec3_scale(direction(&seed), 3.0),
+                                {0.0, 0.0, -9.81}};
+        f.v.x = (_i == WALL_0 ? -1.0 : 1.0) * log_uniform(&seed, 1e-3, 10.0);
+        const double away = s->ops->gap(s, f.r, 0.0025, 0.0);
+        for (int ulps = -1; ulps <= 1; ulps++) {
+            const double horizon = away / fabs(f.v.x) * (1.0 + ulps * DBL_EPSILON);
+            const double t = s->ops->next_contact(s, &f, 0.0025, 0.0, horizon, false);
+            const bool arrives = fma(horizon, fabs(f.v.x), -away) >= 0.0; /* rounded once */
+            ck_assert_int_eq(t <= horizon, arrives);
+            ck_assert(arrives || isinf(t));
+            within += arrives;
+            beyond += !arrives;
+        }
+    }
+    ck_assert_int_gt(within, 10000);
+    ck_assert_int_gt(beyond, 10000);
+    mill_demolish(&m);
 }
 END_TEST
 
@@ -359,6 +431,12 @@ int main(void)
                         SHAPES);
     tcase_add_loop_test(
         tests, a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 0, SHAPES);
+    tcase_add_loop_test(
+        tests, a_contact_is_found_in_a_window_that_ends_just_after_it_and_in_no_shorter_one, 0,
+        BLADE); /* the blade's search has a tolerance of its own */
+    tcase_add_loop_test(
+        tests, a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_last_bit, WALL_0,
+        WALL_1 + 1);
     tcase_add_loop_test(tests, a_hop_below_the_rounding_of_a_position_takes_its_full_time, 0,
                         BLADE); /* the blade has no polynomial */
     tcase_add_loop_test(tests, overlapping_and_closing_is_a_contact_now, 0, SHAPES);
