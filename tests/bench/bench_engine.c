@@ -1,0 +1,201 @@
+/* How many contacts the event loop makes in a CPU second: a smooth elastic gas in a drum as long as
+ * it is wide, nothing observed. Speeds are Maxwell's when the measuring begins. One line of JSON
+ * for each repeat; the repeats follow each other in one run.
+ *
+ * The drum's size follows from the balls' number N and the packing fraction eta wanted away from
+ * the walls. Centres have the volume V = 2 pi r^3 and the surface A = 6 pi r^2, r = R - d/2, and
+ * the gas is denser next to it: N = 6 eta / (pi d^3) (V + A d s). Scaled-particle theory (Reiss,
+ * Frisch, Helfand & Lebowitz 1960) has, for a flat hard wall, the surface tension of the centres'
+ * surface - 9 eta^2 (1 + eta) / (2 pi (1 - eta)^3) kT/d^2; its derivative by the chemical potential
+ * of the same theory gives the surplus s = 3 eta / (2 + 4 eta) used here. */
+#include "millsim/deck.h"
+#include "millsim/sim.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { SET_LENGTH = 96 };
+
+struct job {
+    const char *deck;
+    long balls;
+    double packing;
+    bool gravity;
+    double settle;   /* contacts of each ball before measuring begins */
+    double contacts; /* of all balls in one repeat */
+    int repeats;
+};
+
+struct gas {
+    struct mill_deck *deck;
+    struct mill_world *world;
+    struct mill_sim *sim;
+    struct mill_error error;
+};
+
+static const char usage[] =
+    "usage: bench_engine [--deck FILE] [--settle CONTACTS_OF_A_BALL] [--contacts N] [--repeats N] "
+    "BALLS PACKING [gravity]\n";
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Radius of the drum, as long as it is wide, in diameters of a ball: see above. */
+static double drum_radius(double balls, double packing)
+{
+    const double surplus = 3.0 * packing / (2.0 + 4.0 * packing);
+    const double room = balls / (12.0 * packing); /* r^3 + 3 s r^2 */
+    double r = cbrt(room);
+    for (int k = 0; k < 50; k++) /* Newton: convex, from above */
+        r -= (r * r * (r + 3.0 * surplus) - room) / (r * (3.0 * r + 6.0 * surplus));
+    return r + 0.5;
+}
+
+/* Packing fraction in the part of the drum that is more than two diameters away from its walls */
+static double bulk_packing(const struct gas *gas)
+{
+    const struct mill_world *w = gas->world;
+    const double t = mill_sim_local_time(gas->sim), d = 2.0 * w->species[0].radius;
+    const double radius = w->drum_radius - 2.0 * d, half = 0.5 * w->drum_length - 2.0 * d;
+    int32_t inside = 0;
+    for (int32_t i = 0; i < w->balls; i++) {
+        const vec3 r = mill_world_position(w, i, t);
+        inside += fabs(r.x) < half && r.y * r.y + r.z * r.z < radius * radius;
+    }
+    return inside * d * d * d / (12.0 * radius * radius * half);
+}
+
+static uint64_t contacts(const struct mill_world *w)
+{
+    uint64_t all = 0;
+    for (int k = 0; k < MILL_KINDS; k++)
+        all += w->account.collisions[k];
+    return all;
+}
+
+static uint64_t events(const struct mill_world *w)
+{
+    return contacts(w) + w->counts.cell_crossings + w->counts.stale;
+}
+
+/* On until `wanted` more contacts have happened; false when the run failed. */
+static bool run_on(struct gas *gas, double wanted)
+{
+    const double end = (double)contacts(gas->world) + wanted;
+    while ((double)contacts(gas->world) < end) {
+        const double missing = end - (double)contacts(gas->world);
+        const uint64_t budget = (uint64_t)fmax(missing, 100.0);
+        if (mill_sim_run(gas->sim, (double)INFINITY, budget, NULL, &gas->error) != MILL_OK)
+            return false;
+    }
+    return true;
+}
+
+static bool open_gas(struct gas *gas, const struct job *job)
+{
+    char set[5][SET_LENGTH];
+    const char *sets[5];
+    const double d = 0.005, radius = d * drum_radius((double)job->balls, job->packing);
+    /* with gravity: the gas would thin out by 1/e over the drum's length if it were ideal */
+    const double g = 9.81, speed = job->gravity ? sqrt(3.0 * g * 2.0 * radius) : 1.0;
+    snprintf(set[0], SET_LENGTH, "balls.count=%ld", job->balls);
+    snprintf(set[1], SET_LENGTH, "drum.radius=%.17g m", radius);
+    snprintf(set[2], SET_LENGTH, "drum.length=%.17g m", 2.0 * radius);
+    snprintf(set[3], SET_LENGTH, "balls.speed=%.17g m/s", speed);
+    snprintf(set[4], SET_LENGTH, "gravity.acceleration=%.17g 0 0 m/s^2", job->gravity ? -g : 0.0);
+    for (int k = 0; k < 5; k++)
+        sets[k] = set[k];
+    memset(gas, 0, sizeof *gas);
+    return mill_deck_read(job->deck, 5, sets, NULL, &gas->deck, &gas->error) == MILL_OK &&
+           mill_world_create(gas->deck, &gas->world, &gas->error) == MILL_OK &&
+           mill_sim_create(gas->world, &gas->sim, &gas->error) == MILL_OK;
+}
+
+static void close_gas(struct gas *gas)
+{
+    if (gas->sim)
+        mill_sim_free(gas->sim);
+    if (gas->world)
+        mill_world_free(gas->world);
+    if (gas->deck)
+        mill_deck_free(gas->deck);
+}
+
+static bool measure(struct gas *gas, const struct job *job, double started, double settled)
+{
+    enum { LOOKS = 4 }; /* at the packing, in one repeat; their time does not count */
+    const struct mill_world *w = gas->world;
+    for (int repeat = 0; repeat < job->repeats; repeat++) {
+        const uint64_t before = contacts(w), events_before = events(w);
+        const double from = mill_sim_time(gas->sim);
+        double cpu = 0.0, packing = 0.0;
+        for (int look = 0; look < LOOKS; look++) {
+            const double begin = seconds();
+            if (!run_on(gas, job->contacts / LOOKS))
+                return false;
+            cpu += seconds() - begin;
+            packing += bulk_packing(gas) / LOOKS;
+        }
+        const double n = (double)(contacts(w) - before);
+        printf("{\"balls\": %ld, \"packing\": %g, \"gravity\": %s, \"repeat\": %d, "
+               "\"contacts\": %.0f, \"events\": %llu, \"cpu\": %.6f, \"simulated\": %.9g, "
+               "\"contacts_per_second\": %.0f, \"events_per_contact\": %.4f, "
+               "\"bulk_packing\": %.5f, \"start_cpu\": %.3f, \"settle_cpu\": %.3f}\n",
+               job->balls, job->packing, job->gravity ? "true" : "false", repeat + 1, n,
+               (unsigned long long)(events(w) - events_before), cpu, mill_sim_time(gas->sim) - from,
+               n / cpu, (double)(events(w) - events_before) / n, packing, started, settled);
+        fflush(stdout);
+    }
+    return true;
+}
+
+static bool read_job(struct job *job, int argc, char **argv)
+{
+    int k = 1;
+    for (; k + 1 < argc && strncmp(argv[k], "--", 2) == 0; k += 2) {
+        const double value = strtod(argv[k + 1], NULL);
+        if (strcmp(argv[k], "--deck") == 0)
+            job->deck = argv[k + 1];
+        else if (strcmp(argv[k], "--settle") == 0)
+            job->settle = value;
+        else if (strcmp(argv[k], "--contacts") == 0)
+            job->contacts = value;
+        else if (strcmp(argv[k], "--repeats") == 0)
+            job->repeats = (int)value;
+        else
+            return false;
+    }
+    if (argc - k < 2 || argc - k > 3 || (argc - k == 3 && strcmp(argv[k + 2], "gravity") != 0))
+        return false;
+    job->balls = strtol(argv[k], NULL, 10);
+    job->packing = strtod(argv[k + 1], NULL);
+    job->gravity = argc - k == 3;
+    return job->balls > 0 && job->packing > 0.0 && job->packing < 0.5;
+}
+
+int main(int argc, char **argv)
+{
+    struct job job = {"tests/bench/gas.ini", 0, 0.0, false, -1.0, 500000.0, 5};
+    struct gas gas;
+    if (!read_job(&job, argc, argv)) {
+        fputs(usage, stderr);
+        return 2;
+    }
+    if (job.settle < 0.0) /* speeds need four, places in a small drum more */
+        job.settle = 4.0 + 2e5 / (double)job.balls;
+    const double begin = seconds();
+    bool good = open_gas(&gas, &job);
+    const double started = seconds();
+    good = good && run_on(&gas, 0.5 * job.settle * (double)job.balls) &&
+           measure(&gas, &job, started - begin, seconds() - started);
+    if (!good)
+        fprintf(stderr, "bench_engine: %s\n", gas.error.text);
+    close_gas(&gas);
+    return good ? 0 : 1;
+}
