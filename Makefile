@@ -49,7 +49,9 @@ help:
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
-	@echo 'make bench     measure speed        make install   into PREFIX=$(PREFIX)'
+	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
+	@echo 'make bench-parts  nanoseconds of root finding and of the calendar'
+	@echo 'make install   into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan  WERROR=1  V=1'
 
 millsim: build/release/millsim
@@ -92,7 +94,7 @@ run:
 
 test:
 	@tools/setup build test
-	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BUILD)/millsim millsim
+	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(BUILD)/millsim millsim
 	@$(MAKE) --no-print-directory unit replay cli
 
 unit: $(UNIT)
@@ -153,8 +155,16 @@ validate:
 	@$(MAKE) $(PARALLEL) millsim $(PROBES)
 	.venv/bin/python validation/ladder.py $(CASES)
 
-bench: $(BENCH) millsim
-	@set -e; for b in $(BENCH); do $$b; done
+# JSON=FILE: where to, instead of build/bench.json; REPEATS=N
+bench:
+	@tools/setup build test
+	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim
+	.venv/bin/python tests/bench/bench.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
+	    $(JSON:%=--json %) $(CASES)
+
+PARTS := $(BUILD)/tests/bench/bench_poly $(BUILD)/tests/bench/bench_calendar
+bench-parts: $(PARTS)
+	@set -e; for b in $^; do $$b; done
 
 install: millsim
 	install -D -m 755 millsim $(DESTDIR)$(PREFIX)/bin/millsim
@@ -165,5 +175,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate lint format bench install \
-        clean always
+.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate lint format bench bench-parts \
+        install clean always

@@ -1,0 +1,215 @@
+"""The cases of `make bench`: what is run, what is taken from it, and the figures it is held against."""
+
+import json
+import pathlib
+import resource
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import h5py
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+ENGINE, POLY = "tests/bench/bench_engine", "tests/bench/bench_poly"
+LARGE = 100_000  # balls: from here on all repeats are of one run
+POLY_ROW = "no window"  # of bench_poly: every polynomial is solved, none is cut short by a window
+
+
+class BenchError(Exception):
+    """One line for the user."""
+
+    status = 1
+
+
+class UsageError(BenchError):
+    status = 2
+
+
+class Programs:
+    """The programs of one build. Quick: they have little to do, and large gases fewer balls."""
+
+    def __init__(self, build, quick, repeats, folder):
+        self.build, self.quick, self.repeats = build, quick, repeats
+        self.folder = pathlib.Path(folder)
+
+    def run(self, program, *arguments):
+        """What the program prints, and its processor time [s], user and system."""
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        try:
+            done = subprocess.run(
+                [self.build / program, *map(str, arguments)],
+                cwd=ROOT,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+        except OSError as error:
+            raise BenchError(f"{self.build / program}: {error.strerror}: run make bench") from None
+        except subprocess.CalledProcessError as error:
+            said = error.stderr.strip().splitlines() or ["no message"]
+            raise BenchError(f"{program} ended with {error.returncode}: {said[-1]}") from None
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    def mill(self, deck, *settings):
+        """One run of the whole program; its time counts from start to end, output and all."""
+        if self.quick:
+            settings = (*settings, "run.time=20 ms", "run.sample_from=0 s")
+        output = self.folder / "run.h5"
+        sets = [f"--set={setting}" for setting in settings]
+        text, cpu = self.run("millsim", "-q", "-j", "-f", "-o", output, *sets, deck)
+        summary = json.loads(text)
+        contacts = sum(summary["run"]["collisions"].values())
+        with h5py.File(output) as file:
+            events = file["/run/events"]
+            others = int(events["cell_crossings"][()]) + int(events["stale"][()])
+            balls = int(file["/deck/balls/count"][()])
+        return {
+            "balls": balls,
+            "contacts": contacts,
+            "events": contacts + others,
+            "cpu": cpu,
+            "simulated": summary["time"],
+            "peak_memory": summary["run"]["peak_memory"],
+            "bytes_per_ball": summary["run"]["peak_memory"] / balls,
+        }
+
+    def balls(self, number):
+        return number // 16 if self.quick and number > LARGE else number
+
+    def gas(self, number, packing, *options):
+        """The event loop alone on an elastic gas: samples of one run, several where it is large."""
+        repeats = 1 if number < LARGE else self.repeats
+        little = ["--contacts", 10_000, "--settle", 1] if self.quick else []
+        text, _ = self.run(
+            ENGINE, "--repeats", repeats, *little, self.balls(number), packing, *options
+        )
+        return [json.loads(line) for line in text.splitlines()]
+
+    def gas_deck(self, number, packing):
+        """Path of the deck of such a gas."""
+        path = self.folder / "gas.ini"
+        path.write_text(self.run(ENGINE, "--print", self.balls(number), packing)[0])
+        return path
+
+    def poly(self):
+        """The rows of one run of bench_poly."""
+        path = self.folder / "poly.json"
+        self.run(POLY, "--json", path)
+        rows = {row["name"]: row for row in json.loads(path.read_text())["rows"]}
+        if POLY_ROW not in rows:
+            raise BenchError(f"bench_poly has no row '{POLY_ROW}' but {', '.join(rows)}")
+        return rows
+
+
+# ---- the cases ----
+
+
+@dataclass(frozen=True)
+class Case:
+    name: str
+    title: str
+    measure: Callable | None  # Programs -> samples; None: made of other cases
+    at_least: float
+    aim: float
+    quantity: str = "contacts_per_second"
+    aim_quantity: str | None = None  # where the aim is one of another quantity
+    once: bool = False  # all samples come in the first turn
+    parts: tuple[str, ...] = ()  # the cases that it is made of
+
+
+UNITS = {  # quantity -> unit, factor that takes it to the table's unit, that unit
+    "contacts_per_second": ("1/s", 1e-6, "M contacts/s"),
+    "cpu_per_simulated_second": ("s/s", 1.0, "CPU s/simulated s"),
+    "time_ratio": ("1", 1.0, "times the time"),
+    "bytes_per_ball": ("byte", 1.0, "bytes a ball"),
+    "nanoseconds": ("ns", 1.0, "ns"),
+}
+HIGHER_IS_BETTER = {"contacts_per_second"}
+
+
+def simoloyer(programs):
+    return [programs.mill("input/simoloyer.ini")]
+
+
+def frictionless(programs):
+    sets = ["rotor.speed=300 rpm", "contact.friction=0", "contact.tangential_restitution=0"]
+    return [programs.mill("input/simoloyer.ini", *sets, "run.time=1 s")]
+
+
+def memory(programs):
+    """Frames are stored three times within the run."""
+    deck = programs.gas_deck(256_000, 0.30)
+    return [programs.mill(deck, "run.time=2 ms", "output.frames=1 ms")]
+
+
+def quartic(programs):
+    rows = programs.poly()
+    return [{"nanoseconds": rows[POLY_ROW]["first_rise"], "rows": list(rows.values())}]
+
+
+def gas(name, number, packing, at_least, aim):
+    title = f"elastic gas, {number} balls, packing {packing:.2f}"
+    return Case(name, title, lambda p: p.gas(number, packing), at_least, aim, once=number >= LARGE)
+
+
+CASES = [
+    Case("simoloyer", "reference mill, whole program", simoloyer, 1.2e6, 2e6),
+    Case(
+        "frictionless",
+        "same, no friction, 300 rpm, first second",
+        frictionless,
+        1.4e6,
+        1.0,
+        aim_quantity="cpu_per_simulated_second",
+    ),
+    gas("gas4k-0.05", 4000, 0.05, 0.9e6, 1.2e6),
+    gas("gas4k-0.30", 4000, 0.30, 1.1e6, 1.8e6),
+    gas("gas4k-0.45", 4000, 0.45, 1.8e6, 2.5e6),
+    Case(
+        "gravity4k-0.30",
+        "same at 0.30, gravity, floor and lid",
+        lambda p: p.gas(4000, 0.30, "gravity"),
+        0.7e6,
+        1.2e6,
+    ),
+    gas("gas256k-0.30", 256_000, 0.30, 0.40e6, 0.7e6),
+    gas("gas256k-0.45", 256_000, 0.45, 0.60e6, 0.9e6),
+    gas("gas1m-0.30", 1_000_000, 0.30, 0.30e6, 0.5e6),
+    Case(
+        "scaling",
+        "time of a contact, 256000 balls over 4000",
+        None,
+        3.0,
+        2.0,
+        quantity="time_ratio",
+        parts=("gas4k-0.30", "gas256k-0.30"),
+    ),
+    Case(
+        "memory",
+        "256000 balls at 0.30, peak of the whole program",
+        memory,
+        400.0,
+        300.0,
+        quantity="bytes_per_ball",
+        once=True,
+    ),
+    Case(
+        "quartic",
+        f"first root of a quartic, bench_poly '{POLY_ROW}'",
+        quartic,
+        150.0,
+        80.0,
+        quantity="nanoseconds",
+    ),
+]
+BY_NAME = {case.name: case for case in CASES}
+
+
+def chosen(words):
+    """The cases of these names, or beginnings of names; all of them for none."""
+    for word in words:
+        if not any(case.name.startswith(word) for case in CASES):
+            raise UsageError(f"no case '{word}'; there are {', '.join(BY_NAME)}")
+    return [case for case in CASES if not words or any(case.name.startswith(w) for w in words)]

@@ -1,0 +1,149 @@
+"""`make bench`: what it writes, and what it refuses. How fast anything is, no test asks."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from conftest import PROGRAM, ROOT
+
+ENGINE = "tests/bench/bench_engine"
+# beside the program under test, where that stands in a build folder
+BUILD = PROGRAM.parent if (PROGRAM.parent / ENGINE).exists() else ROOT / "build/release"
+NAMES = (
+    "simoloyer frictionless gas4k-0.05 gas4k-0.30 gas4k-0.45 gravity4k-0.30 gas256k-0.30 "
+    "gas256k-0.45 gas1m-0.30 scaling memory quartic"
+).split()
+
+
+@pytest.fixture
+def bench(tmp_path):
+    """bench(*arguments) runs the driver; its JSON goes to bench.json in tmp_path."""
+
+    def run(*arguments):
+        return subprocess.run(
+            [
+                sys.executable,
+                ROOT / "tests/bench/bench.py",
+                f"--build={BUILD}",
+                f"--json={tmp_path / 'bench.json'}",
+                *arguments,
+            ],
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+
+    return run
+
+
+@pytest.fixture
+def engine():
+    """engine(*arguments) runs bench_engine and returns the samples it prints."""
+    if not (BUILD / ENGINE).exists():
+        pytest.fail(f"{BUILD / ENGINE} is not built; make test does it")
+
+    def run(*arguments):
+        done = subprocess.run(
+            [BUILD / ENGINE, *map(str, arguments)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    return run
+
+
+def test_quick_bench_measures_every_case_and_writes_a_full_record(bench, tmp_path):
+    done = bench("--quick")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "bench.json").read_text())
+    assert report["quick"] is True and report["repeats"] == 2
+    assert report["machine"]["processor"] and report["machine"]["cores"] >= 1
+    assert report["build"]["version"].startswith("millsim ")
+    assert "-std=c99" in report["build"]["flags"] and report["build"]["compiler"]
+    assert report["load_before"] >= 0 and report["load_after"] >= 0 and report["date"]
+    assert [case["name"] for case in report["cases"]] == NAMES
+    for case in report["cases"]:
+        assert 0 < case["minimum"] <= case["median"] <= case["maximum"], case["name"]
+        assert case["at_least"] > 0 and case["aim"] > 0 and case["unit"], case["name"]
+        assert case["better"] in ("higher", "lower") and case["samples"], case["name"]
+        if case["contacts"] is not None:
+            assert case["contacts"] > 100, case["name"]
+            assert case["events_per_contact"] >= 1, case["name"]
+            assert case["cpu_per_simulated_second"] > 0, case["name"]
+        # the figures of so little work are not judged
+        assert case["at_least_met"] is None and case["aim_met"] is None, case["name"]
+        assert case["name"] in done.stdout
+
+
+def test_rates_are_contacts_over_processor_time_and_their_median_decides(bench, tmp_path):
+    done = bench("--quick", "--repeats=3", "gas4k-0.30")
+    assert done.returncode == 0, done.stderr
+    (case,) = json.loads((tmp_path / "bench.json").read_text())["cases"]
+    rates = sorted(sample["contacts"] / sample["cpu"] for sample in case["samples"])
+    assert len(rates) == 3
+    assert [case["minimum"], case["median"], case["maximum"]] == pytest.approx(rates, rel=1e-12)
+
+
+def test_verdict_compares_the_median_with_what_is_asked(bench, tmp_path):
+    done = bench("--repeats=1", "quartic")
+    assert done.returncode == 0, done.stderr
+    (case,) = json.loads((tmp_path / "bench.json").read_text())["cases"]
+    assert case["at_least_met"] is (case["median"] <= case["at_least"])
+    assert case["aim_met"] is (case["median"] <= case["aim"])
+    assert ("quartic" in done.stdout.partition("Below what")[2]) is not case["at_least_met"]
+
+
+def test_a_case_is_chosen_by_the_beginning_of_its_name(bench, tmp_path):
+    assert bench("--quick", "--repeats=1", "gas4k", "quartic").returncode == 0
+    report = json.loads((tmp_path / "bench.json").read_text())
+    names = [case["name"] for case in report["cases"]]
+    assert names == ["gas4k-0.05", "gas4k-0.30", "gas4k-0.45", "quartic"]
+
+
+def test_an_unknown_case_is_refused_in_one_line_that_names_the_cases(bench, tmp_path):
+    done = bench("--quick", "gas4k", "warp")
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "no case 'warp'" in done.stderr
+    assert all(name in done.stderr for name in NAMES)
+    assert not (tmp_path / "bench.json").exists()
+
+
+def test_programs_that_are_not_built_are_named_in_one_line(bench):
+    done = bench("--build=/nowhere", "--quick", "quartic")
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and "/nowhere/millsim" in done.stderr
+
+
+@pytest.mark.parametrize("packing", [0.30, 0.45])
+def test_the_drum_of_the_gas_has_the_bulk_packing_that_was_asked_for(engine, packing):
+    # two per cent: what the theory of flat walls may be off in a drum of 18 diameters
+    (sample,) = engine("--repeats", 1, "--contacts", 60000, 4000, packing)
+    assert sample["bulk_packing"] == pytest.approx(packing, rel=0.02)
+    assert sample["contacts"] >= 60000
+    assert sample["events"] > sample["contacts"]
+
+
+def test_the_gas_can_be_printed_as_a_deck_that_millsim_reads(engine, millsim, tmp_path):
+    done = subprocess.run(
+        [BUILD / ENGINE, "--print", "4000", "0.3"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    (tmp_path / "gas.ini").write_text(done.stdout)
+    checked = millsim("--check", "gas.ini")
+    assert checked.returncode == 0, checked.stderr
+    assert "count = 4000" in checked.stdout and "restitution = 1" in checked.stdout
+
+
+@pytest.mark.parametrize("arguments", [[], ["4000"], ["4000", "0.7"], ["--settle"], ["0", "0.3"]])
+def test_bench_engine_refuses_wrong_arguments_with_its_usage(arguments):
+    done = subprocess.run([BUILD / ENGINE, *arguments], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("usage: bench_engine")
