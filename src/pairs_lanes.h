@@ -1,0 +1,81 @@
+/* The pair search for one width of vectors: included by pairs.c once for each variant, with SEARCH
+ * its name, TARGET what the compiler may use, LANES their number, LANES_T and FLAGS_T vectors of
+ * doubles and of 64-bit words, SPLAT, TRANSPOSE and KEEP defined. No include guard. */
+
+TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double now,
+                             const int64_t *offset, int32_t cells, struct mill_pair *found)
+{
+    int32_t *restrict near = pairs->near;
+    double *restrict out_b = pairs->b, *restrict out_c = pairs->c;
+    double *restrict out_square = pairs->square;
+    int32_t *restrict kept = pairs->kept;
+    const int32_t n = gather(pairs->cells, i, offset, cells, near);
+    for (int32_t k = n; k < n + LANES - 1; k++)
+        near[k] = i * RECORD; /* fills the last group; no ball is closing on itself: d = u = 0 */
+
+    /* With d and u the relative position and velocity at `now` and s the sum of the radii:
+     * b = d.u (< 0: closing), c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: they
+     * meet). */
+    const struct mill_ball *me = &pairs->ball[i];
+    const double *base = (const double *)pairs->ball;
+    const double *radius = pairs->radius;
+    const double equal = pairs->sum, mine = radius[me->species];
+    const LANES_T mx = SPLAT(me->r.x), my = SPLAT(me->r.y), mz = SPLAT(me->r.z);
+    const LANES_T mvx = SPLAT(me->v.x), mvy = SPLAT(me->v.y), mvz = SPLAT(me->v.z);
+    const LANES_T gx = SPLAT(pairs->g.x), gy = SPLAT(pairs->g.y), gz = SPLAT(pairs->g.z);
+    const LANES_T t_now = SPLAT(now), window = SPLAT(-2.0 * found->dt);
+    LANES_T s = SPLAT(equal);
+    int32_t survivors = 0;
+    for (int32_t k = 0; k < n; k += LANES) {
+        LANES_T x, y, z, vx, vy, vz, t, rest;
+        TRANSPOSE();
+        (void)rest;
+        if (equal == 0.0) {
+            for (int32_t m = 0; m < LANES; m++)
+                s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
+        }
+        const LANES_T dt = t_now - t;
+        const LANES_T half = SPLAT(0.5) * dt * dt;
+        const LANES_T dx = x + vx * dt + gx * half - mx;
+        const LANES_T dy = y + vy * dt + gy * half - my;
+        const LANES_T dz = z + vz * dt + gz * half - mz;
+        const LANES_T ux = vx + gx * dt - mvx;
+        const LANES_T uy = vy + gy * dt - mvy;
+        const LANES_T uz = vz + gz * dt - mvz;
+        const LANES_T b = dx * ux + dy * uy + dz * uz;
+        const LANES_T c = dx * dx + dy * dy + dz * dz - s * s;
+        const LANES_T square = b * b - (ux * ux + uy * uy + uz * uz) * c;
+        STORE(&out_b[k], b);
+        STORE(&out_c[k], c);
+        STORE(&out_square[k], square);
+        /* the contact is not earlier than c / -2b: keeps those that may beat the best */
+        const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & ~(c >= b * window);
+        survivors += KEEP(&flag, k, kept + survivors);
+    }
+
+    double best = found->dt;
+    int32_t partner = MILL_NOBODY;
+    for (int32_t m = 0; m < survivors; m++) {
+        const int32_t k = kept[m], other = near[k] / RECORD;
+        const double gap = out_c[k] > 0.0 ? out_c[k] : 0.0;
+        const double dt = gap / (sqrt(out_square[k]) - out_b[k]);
+        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));
+        best = dt < best ? dt : best;
+        partner ^= (partner ^ other) & take;
+    }
+    if (partner != MILL_NOBODY) {
+        found->dt = best;
+        found->partner = partner;
+    }
+    return n;
+}
+
+#undef SEARCH
+#undef TARGET
+#undef LANES
+#undef LANES_T
+#undef FLAGS_T
+#undef SPLAT
+#undef TRANSPOSE
+#undef KEEP
