@@ -102,8 +102,8 @@ static bool out_of_reach(const struct blade *b, const struct mill_flight *f, dou
     const double out_x = beyond(f->r.x - b->position, b->reach_x);
     if (out_x > radius + margin + h * (fabs(f->v.x) + fall_x))
         return true;
-    const double c = f->cos_turn * b->cos_a - f->sin_turn * b->sin_a;
-    const double s = f->sin_turn * b->cos_a + f->cos_turn * b->sin_a;
+    const double c = f->heading.cos * b->cos_a - f->heading.sin * b->sin_a;
+    const double s = f->heading.sin * b->cos_a + f->heading.cos * b->sin_a;
     const double out_s = beyond(c * f->r.y + s * f->r.z - b->half_s, b->half_s);
     const double out_h = beyond(c * f->r.z - s * f->r.y, b->reach_across);
     const double wy = f->v.y + b->speed * f->r.z, wz = f->v.z - b->speed * f->r.y;

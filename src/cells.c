@@ -256,21 +256,15 @@ static void try_face(struct mill_cell_exit *best, int32_t face, double gap, doub
     }
 }
 
-/* Both faces of one axis, unless the flight certainly stays between them for the window: it is held
- * between bounds that a rounding error cannot cross. Without gravity along the axis only the face
- * ahead can be reached. */
+/* Both faces of one axis; without gravity along it only the one ahead can be reached. */
 static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r, double v, double g,
-                            const double *edge, double window, double fall)
+                            const double *edge)
 {
-    const double lo = edge[0], hi = edge[1];
-    const double way = fabs(v) * window * (1.0 + 1e-9) + fabs(g) * fall;
-    if (r - way > lo && r + way < hi)
-        return;
     if (g != 0.0) {
-        try_face(best, face, r - lo, -v, -g);
-        try_face(best, face + 1, hi - r, v, g);
+        try_face(best, face, r - edge[0], -v, -g);
+        try_face(best, face + 1, edge[1] - r, v, g);
     } else if (v != 0.0) {
-        const double gap = v > 0.0 ? hi - r : r - lo;
+        const double gap = v > 0.0 ? edge[1] - r : r - edge[0];
         const double dt = gap > 0.0 ? gap / fabs(v) : 0.0;
         if (dt < best->dt) {
             best->dt = dt;
@@ -279,16 +273,27 @@ static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r,
     }
 }
 
+/* Does the flight certainly stay between the faces of an axis for the window? A bound of its way
+ * that rounding cannot cross. False for an infinite window. */
+static inline bool stays(double r, double v, double g, const double *edge, double window)
+{
+    const double way = window * (fabs(v) + 0.5 * window * fabs(g)) * (1.0 + 1e-9);
+    return (r - way > edge[0]) & (r + way < edge[1]);
+}
+
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
                                       vec3 g, double window)
 {
     struct mill_cell_exit best = {HUGE_VAL, 0};
     int32_t i[3];
     split(c, cell, i);
-    const double fall = 0.5 * window * window * (1.0 + 1e-9);
-    try_axis(&best, 0, r.x, v.x, g.x, c->edge[0] + i[0], window, fall);
-    try_axis(&best, 2, r.y, v.y, g.y, c->edge[1] + i[1], window, fall);
-    try_axis(&best, 4, r.z, v.z, g.z, c->edge[2] + i[2], window, fall);
+    const double *x = c->edge[0] + i[0], *y = c->edge[1] + i[1], *z = c->edge[2] + i[2];
+    if (stays(r.x, v.x, g.x, x, window) & stays(r.y, v.y, g.y, y, window) &
+        stays(r.z, v.z, g.z, z, window))
+        return best;
+    try_axis(&best, 0, r.x, v.x, g.x, x);
+    try_axis(&best, 2, r.y, v.y, g.y, y);
+    try_axis(&best, 4, r.z, v.z, g.z, z);
     return best;
 }
 

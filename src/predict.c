@@ -61,7 +61,7 @@ static bool allocate(struct mill_predict *p, double *widest)
     const size_t n = (size_t)w->balls + MILL_PAIRS_ROOM;
     double thinnest = INFINITY;
     p->search = mill_pairs_choose();
-    p->turn = NAN;
+    p->known_turn = NAN;
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = calloc(n, sizeof *p->plan); /* it is saved, with its padding */
     p->pairs.near = malloc(sizeof *p->pairs.near * n);
@@ -169,6 +169,25 @@ static bool clear_of_blades(const struct mill_predict *p, int32_t i, double now)
     return true;
 }
 
+/* Cosine and sine of the rotor's angle, good to 1e-15: turned on from the last ones known as long
+ * as the angle between is small. */
+static struct mill_heading heading_at(struct mill_predict *p, double turn)
+{
+    double by = turn - p->known_turn;
+    if (!(fabs(by) < 0.02)) {
+        p->known_turn = turn;
+        p->known.cos = cos(turn);
+        p->known.sin = sin(turn);
+        by = 0.0;
+    }
+    const double square = by * by;
+    const double c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
+    const double s = by * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
+    const struct mill_heading heading = {p->known.cos * c - p->known.sin * s,
+                                         p->known.sin * c + p->known.cos * s};
+    return heading;
+}
+
 /* Cell exit, then surfaces within the window that is left, then the calendar. */
 static void complete(struct mill_predict *p, int32_t i, double now, int32_t touched)
 {
@@ -190,12 +209,8 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
     if (first < end) {
         const double radius = p->radius[ball->species];
         const double turn = w->turn + w->rotor_speed * now;
-        if (turn != p->turn) { /* both balls of a contact, and all their blades, share it */
-            p->turn = turn;
-            p->cos_turn = cos(turn);
-            p->sin_turn = sin(turn);
-        }
-        const struct mill_flight flight = {ball->r, ball->v, w->g, p->cos_turn, p->sin_turn};
+        const struct mill_heading heading = heading_at(p, turn);
+        const struct mill_flight flight = {ball->r, ball->v, w->g, heading};
         double window = least(least(plan->pair_t, plan->exit_t), p->horizon) - now;
         for (int32_t k = first; k < end; k++) {
             const int32_t s = p->surface[k];

@@ -6,6 +6,7 @@
 #include "cells.h"
 #include "millsim/world.h"
 #include "pairs.h"
+#include "shape.h"
 
 /* Local times [s], INFINITY: never. The earliest of the three is the ball's event. One cache line.
  */
@@ -28,10 +29,11 @@ struct mill_predict {
     struct mill_cells cells;
     struct mill_calendar *calendar;
     struct mill_plan *plan;
-    double turn, cos_turn, sin_turn; /* the rotor's angle when last asked for [rad] */
-    double horizon;                  /* [s] local time beyond which surfaces need not be searched */
-    double *radius;                  /* [m] of each species */
-    int32_t *surface_start; /* [cells + 1] into surface: the shapes within reach of each cell */
+    double known_turn;         /* [rad] an angle of the rotor not long ago, */
+    struct mill_heading known; /* and its direction */
+    double horizon;            /* [s] local time beyond which surfaces need not be searched */
+    double *radius;            /* [m] of each species */
+    int32_t *surface_start;    /* [cells + 1] into surface: the shapes within reach of each cell */
     int32_t *surface;
     mill_pairs_fn *search;
     struct mill_pairs pairs;

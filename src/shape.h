@@ -11,12 +11,18 @@
 
 #include <stdbool.h>
 
+/* Cosine and sine of the rotor's angle, within 1e-12: to tell at once which blades are far away.
+ * Both 0: not known. */
+struct mill_heading {
+    double cos, sin;
+};
+
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
 struct mill_flight {
-    vec3 r;                    /* [m] */
-    vec3 v;                    /* [m/s] */
-    vec3 g;                    /* [m/s^2] */
-    double cos_turn, sin_turn; /* of the rotor's angle now; both 0 where the caller does not know */
+    vec3 r; /* [m] */
+    vec3 v; /* [m/s] */
+    vec3 g; /* [m/s^2] */
+    struct mill_heading heading;
 };
 
 struct mill_contact {
