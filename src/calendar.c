@@ -7,6 +7,8 @@
  * item), so runs repeat exactly. */
 #include "calendar.h"
 
+#include "memory.h"
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -232,7 +234,7 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
     c->own = event ? NULL : malloc(sizeof *c->own * ((size_t)items + 1));
     c->event = event ? event : c->own;
     c->stride = event ? stride : sizeof *c->own;
-    c->head = malloc(sizeof *c->head * (size_t)c->days);
+    c->head = mill_memory_get((size_t)c->days, sizeof *c->head);
     c->entry = malloc(sizeof *c->entry * ((size_t)items + 1));
     if (!c->event || !c->head || !c->entry) {
         mill_calendar_free(c);

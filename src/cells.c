@@ -4,6 +4,8 @@
  * position. */
 #include "cells.h"
 
+#include "memory.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +47,7 @@ static size_t word(const struct mill_cells *c)
 /* Empty buckets for all cells. */
 static void *make_buckets(const struct mill_cells *c, int32_t row)
 {
-    return calloc((size_t)mill_cells_count(c) * (size_t)row, word(c));
+    return mill_memory_get((size_t)mill_cells_count(c) * (size_t)row, word(c));
 }
 
 /* Where the cells of each axis begin; the outermost inner ones reach to infinity. */
@@ -105,8 +107,8 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     c->row = MILL_CELL_ROW * (int32_t)ceil((room + 1.0) / MILL_CELL_ROW);
     c->narrow = balls <= UINT16_MAX;
     c->bucket = make_buckets(c, c->row);
-    c->cell = malloc(sizeof *c->cell * ((size_t)balls + 1));
-    c->slot = malloc(sizeof *c->slot * ((size_t)balls + 1));
+    c->cell = mill_memory_get((size_t)balls + 1, sizeof *c->cell);
+    c->slot = mill_memory_get((size_t)balls + 1, sizeof *c->slot);
     if (!c->bucket || !c->cell || !c->slot || !make_edges(c)) {
         mill_cells_release(c);
         return false;

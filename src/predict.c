@@ -6,6 +6,7 @@
  * shows later whether it changed. */
 #include "predict.h"
 
+#include "memory.h"
 #include "shape.h"
 
 #include <stdlib.h>
@@ -63,7 +64,7 @@ static bool allocate(struct mill_predict *p, double *widest)
     p->search = mill_pairs_choose();
     p->known_turn = NAN;
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
-    p->plan = calloc(n, sizeof *p->plan); /* it is saved, with its padding */
+    p->plan = mill_memory_get(n, sizeof *p->plan);
     p->pairs.near = malloc(sizeof *p->pairs.near * n);
     p->pairs.kept = malloc(sizeof *p->pairs.kept * n);
     p->pairs.b = malloc(sizeof *p->pairs.b * n);

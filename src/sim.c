@@ -3,6 +3,7 @@
  * simulated time, fixed by nothing but the clock: then every ball is brought to the same instant,
  * checked for overlap, and planned afresh, so local times stay small and precise and no output
  * option can change the run. */
+#include "memory.h"
 #include "shape.h"
 #include "sim_private.h"
 
@@ -81,7 +82,7 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     const bool blades =
         world->shape[world->shapes - 1]->ops->kind == MILL_BALL_BLADE; /* the last ones */
     /* without blades nothing pinches, and a large run keeps the memory */
-    s->pinch = blades ? calloc((size_t)world->balls, sizeof *s->pinch) : NULL;
+    s->pinch = blades ? mill_memory_get((size_t)world->balls, sizeof *s->pinch) : NULL;
     if (blades && !s->pinch) {
         free(s);
         return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");

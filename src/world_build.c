@@ -1,6 +1,7 @@
 /* Builds the world of a deck: species, surfaces, start positions. It stands above what it calls
  * (fill and start need the world's state), which is why it is not in world.c. */
 #include "fill.h"
+#include "memory.h"
 #include "millsim/world.h"
 #include "start.h"
 #include "walls.h"
@@ -17,15 +18,10 @@ static enum mill_status make_species(const struct mill_deck *deck, struct mill_w
     w->balls = (int32_t)balls;
     w->species_count = deck->kinds;
     w->species = calloc((size_t)deck->kinds, sizeof *w->species);
-    w->spin = calloc((size_t)balls, sizeof *w->spin);
-    /* a hot record is one cache line only if it starts at one */
-    void *aligned = NULL;
-    if (posix_memalign(&aligned, 64, sizeof *w->ball * (size_t)balls))
-        aligned = NULL;
-    w->ball = aligned;
+    w->spin = mill_memory_get((size_t)balls, sizeof *w->spin);
+    w->ball = mill_memory_get((size_t)balls, sizeof *w->ball);
     if (!w->species || !w->spin || !w->ball)
         return mill_error_set(error, MILL_FAILED, "out of memory for %lld balls", (long long)balls);
-    memset(w->ball, 0, sizeof *w->ball * (size_t)balls);
     int32_t i = 0;
     for (int k = 0; k < deck->kinds; k++) {
         const struct mill_deck_balls *kind = &deck->balls[k];
