@@ -15,6 +15,7 @@
 #include <string.h>
 
 #define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
+#define DAYS_AHEAD 5     /* how far the walk of mill_calendar_ahead goes */
 #define CROWD 24         /* from so many events on today is a heap */
 #define NOWHERE (-1)
 #define OVERFLOW_LIST (-2)
@@ -38,8 +39,7 @@ struct mill_calendar {
     uint64_t taken;    /* events that came up in this year */
     int32_t last_item; /* the event handed out last, so that asking twice counts once */
     double last_t;
-    int32_t
-        ahead; /* a walk through tomorrow's list that fetches its nodes before they are needed */
+    int32_t ahead, ahead_day; /* where a walk through the lists of the days to come is */
     struct mill_event *event; /* of item 0; the others follow at a distance of `stride` bytes */
     size_t stride;
     struct mill_event *own; /* the same, where nobody lent any */
@@ -229,7 +229,7 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
         return NULL;
     c->items = items;
     c->days = 16;
-    while (c->days < items / 2 && c->days < (1 << 29))
+    while (c->days < items && c->days < (1 << 29))
         c->days *= 2;
     c->own = event ? NULL : malloc(sizeof *c->own * ((size_t)items + 1));
     c->event = event ? event : c->own;
@@ -268,6 +268,7 @@ static void empty(struct mill_calendar *c, double start)
     c->today = 0;
     c->taken = 0;
     c->ahead = -1;
+    c->ahead_day = 0;
     c->year_start = start;
 }
 
@@ -353,15 +354,6 @@ static void next_year(struct mill_calendar *c)
     refile_overflow(c);
 }
 
-/* The nodes of a list lie anywhere in memory, so walking it waits for each of them in turn; they
- * are asked for one at an event while today lasts. Whatever happens to the list meanwhile, `ahead`
- * is an item or -1, and only speed depends on it. */
-static void fetch_ahead(struct mill_calendar *c)
-{
-    if (c->ahead >= 0)
-        __builtin_prefetch(event_of(c, c->ahead), 1);
-}
-
 /* Makes today the first day that has events. False when there are none at all. */
 static bool turn_pages(struct mill_calendar *c)
 {
@@ -384,8 +376,6 @@ static bool turn_pages(struct mill_calendar *c)
             c->in_year--;
             item = next;
         }
-        c->ahead = c->today + 1 < c->days ? c->head[c->today + 1] : -1;
-        fetch_ahead(c);
     }
     return true;
 }
@@ -400,13 +390,34 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
         c->last_item = item;
         c->last_t = *t;
         c->taken++;
-        if (c->ahead >= 0) {
-            c->ahead = event_of(c, c->ahead)->next;
-            fetch_ahead(c);
-        }
         /* a rate that rose by far within the year must not wait for the year's end */
         if (c->taken > 4 * (uint64_t)EVENTS_A_DAY * ((uint64_t)c->today + 64))
             adapt(c, (double)c->today + 1.0);
+    }
+    return item;
+}
+
+/* The records of a list lie anywhere in memory, so each is asked for at least one call before its
+ * successor is read from it. Whatever happens to the list meanwhile, `ahead` is an item or -1, or a
+ * place among today's events, which is less than the number of items: only speed depends on it. */
+int32_t mill_calendar_ahead(struct mill_calendar *c)
+{
+    if (c->ahead_day <= c->today)
+        c->ahead = -1; /* overtaken */
+    if (c->ahead < 0) {
+        const int32_t day = (c->ahead_day > c->today ? c->ahead_day : c->today) + 1;
+        if (day > c->today + DAYS_AHEAD || day + 1 >= c->days)
+            return -1;
+        c->ahead_day = day;
+        c->ahead = c->head[day];
+        if (c->head[day + 1] >= 0)
+            __builtin_prefetch(event_of(c, c->head[day + 1]), 1);
+    }
+    const int32_t item = c->ahead;
+    if (item >= 0) {
+        c->ahead = event_of(c, item)->next;
+        if (c->ahead >= 0)
+            __builtin_prefetch(event_of(c, c->ahead), 1);
     }
     return item;
 }

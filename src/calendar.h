@@ -31,6 +31,10 @@ void mill_calendar_set(struct mill_calendar *calendar, int32_t item, double t);
  * The event stays until it is set anew. */
 int32_t mill_calendar_next(struct mill_calendar *calendar, double *t);
 
+/* An item whose event comes up soon, -1: none now. Asked once an event, it names most items some
+ * events before their turn, so that what they need can be fetched into the cache. */
+int32_t mill_calendar_ahead(struct mill_calendar *calendar);
+
 /* When the item's event is due [s], INFINITY: it has none. */
 double mill_calendar_time(const struct mill_calendar *calendar, int32_t item);
 

@@ -63,6 +63,8 @@ static bool allocate(struct mill_predict *p, double *widest)
     double thinnest = INFINITY;
     p->search = mill_pairs_choose();
     p->known_turn = NAN;
+    for (int k = 0; k < MILL_PREDICT_FORESEEN; k++)
+        p->foreseen[k] = MILL_NOBODY;
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
     p->pairs.near = malloc(sizeof *p->pairs.near * n);

@@ -24,6 +24,8 @@ struct mill_plan {
     struct mill_event event; /* in the calendar */
 };
 
+enum { MILL_PREDICT_FORESEEN = 8 };
+
 struct mill_predict {
     struct mill_world *world;
     struct mill_cells cells;
@@ -35,6 +37,8 @@ struct mill_predict {
     double *radius;            /* [m] of each species */
     int32_t *surface_start;    /* [cells + 1] into surface: the shapes within reach of each cell */
     int32_t *surface;
+    int32_t foreseen[MILL_PREDICT_FORESEEN]; /* balls whose events come up soon, or MILL_NOBODY */
+    uint32_t turns;
     mill_pairs_fn *search;
     struct mill_pairs pairs;
 };
@@ -55,6 +59,10 @@ void mill_predict_ball(struct mill_predict *predict, int32_t i, double now, int3
 /* Takes ball i through the face of its plan: looks only into the cells that came near and keeps the
  * pair contact known so far. Its record must stand at `now`. False when out of memory. */
 bool mill_predict_cross(struct mill_predict *predict, int32_t i, double now);
+
+/* Fetches into the cache what events soon to come will need: for mills too large for it, once an
+ * event. */
+void mill_predict_ahead(struct mill_predict *predict);
 
 /* Deepest overlap of ball i with its neighbours and the surfaces at local time t [m], <= 0: none.
  * Blades do not count for a ball that was let go. */

@@ -22,6 +22,9 @@
 /* Events within a nanosecond, and no pinch: from here on contacts are smooth */
 #define STILL 100000
 
+/* From so many balls on foresight costs less than it saves */
+#define LARGE 20000
+
 static void move_to(struct mill_world *w, int32_t i, double t)
 {
     struct mill_ball *b = &w->ball[i];
@@ -350,6 +353,7 @@ static void take_samples(struct mill_sim *sim, double due)
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error)
 {
+    const bool large = sim->world->balls >= LARGE;
     sim->error = error;
     sim->status = MILL_OK;
     while (sim->status == MILL_OK && budget > 0) {
@@ -369,6 +373,8 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
             }
             /* rounding may put an event a hair before the last one: time never runs backwards */
             sim->now = fmax(t, sim->now);
+            if (large)
+                mill_predict_ahead(sim->predict);
             happen(sim, i);
             watch_time(sim, i, t);
             if (sim->paranoid && sim->status == MILL_OK)

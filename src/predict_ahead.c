@@ -1,0 +1,90 @@
+/* Foresight. In a large mill nothing that an event needs is in the cache, and one thing leads to
+ * the next: the event to its ball, the ball to its cell, the cells around it to their balls. So
+ * every event asks for a part of what later ones need, in three steps, each when the memory asked
+ * for in the step before has arrived. Nothing is changed and no result depends on it. */
+#include "predict.h"
+
+#define LINE 64
+#define STEP 3 /* items between the steps */
+
+static void fetch(const void *address)
+{
+    __builtin_prefetch(address, 0);
+}
+
+/* The ball, its partner, and where the ball is filed; its plan has just come. */
+static void fetch_balls(const struct mill_predict *p, int32_t i)
+{
+    const struct mill_plan *plan = &p->plan[i];
+    fetch(&p->world->ball[i]);
+    fetch(&p->cells.cell[i]);
+    if (plan->partner >= 0) {
+        fetch(&p->world->ball[plan->partner]);
+        fetch(&p->plan[plan->partner]);
+        fetch(&p->cells.cell[plan->partner]);
+    }
+}
+
+/* The cells around it: nine columns of three, which lie one after the other. */
+static void fetch_cells(const struct mill_predict *p, int32_t i)
+{
+    const struct mill_cells *c = &p->cells;
+    const size_t word = c->narrow ? sizeof(uint16_t) : sizeof(int32_t);
+    const char *cell = (const char *)c->bucket + (size_t)c->cell[i] * (size_t)c->row * word;
+    const size_t column = 3 * (size_t)c->row * word;
+    for (int32_t k = 0; k < 27; k += 3) {
+        const char *from = cell + c->around[k] * (int64_t)word;
+        for (size_t at = 0; at < column + LINE - 1; at += LINE)
+            fetch(from + (at < column ? at : column - 1));
+    }
+    fetch(&p->surface_start[c->cell[i]]);
+}
+
+/* The balls in them. */
+static void fetch_neighbours(const struct mill_predict *p, int32_t i)
+{
+    const struct mill_cells *c = &p->cells;
+    const int64_t at = (int64_t)c->cell[i] * c->row;
+    for (int32_t k = 0; k < 27; k++) {
+        const int64_t from = at + c->around[k];
+        if (c->narrow) {
+            const uint16_t *b = (const uint16_t *)c->bucket + from;
+            for (int32_t m = 0; m < b[c->row - 1]; m++)
+                fetch(&p->world->ball[b[m]]);
+        } else {
+            const int32_t *b = (const int32_t *)c->bucket + from;
+            for (int32_t m = 0; m < b[c->row - 1]; m++)
+                fetch(&p->world->ball[b[m]]);
+        }
+    }
+}
+
+/* Takes the next item of the calendar's walk through all steps; false when there is none. */
+static bool foresee(struct mill_predict *p)
+{
+    const int32_t next = mill_calendar_ahead(p->calendar);
+    if (next < 0)
+        return false;
+    const uint32_t turn = p->turns++;
+    const int32_t second = p->foreseen[(turn - STEP) % MILL_PREDICT_FORESEEN];
+    const int32_t third = p->foreseen[(turn - 2 * STEP) % MILL_PREDICT_FORESEEN];
+    p->foreseen[turn % MILL_PREDICT_FORESEEN] = next;
+    fetch_balls(p, next);
+    if (second >= 0) {
+        fetch_cells(p, second);
+        if (p->plan[second].partner >= 0)
+            fetch_cells(p, p->plan[second].partner);
+    }
+    if (third >= 0) {
+        fetch_neighbours(p, third);
+        if (p->plan[third].partner >= 0)
+            fetch_neighbours(p, p->plan[third].partner);
+    }
+    return true;
+}
+
+void mill_predict_ahead(struct mill_predict *p)
+{
+    if (foresee(p)) /* two an event: the walk begins behind, and days differ */
+        foresee(p);
+}
