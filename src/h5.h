@@ -152,9 +152,16 @@ enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
                                        struct mill_h5_column **column, struct mill_error *error);
 
 /* Appends `count` rows, contiguous in C order. Rows are gathered in the column's buffer, so that
- * single rows are cheap; as many rows as the buffer holds, or more, go to the file directly. */
+ * single rows are cheap; whole chunks of rows go to the file directly. */
 enum mill_status mill_h5_column_append(struct mill_h5_column *column, size_t count,
                                        const void *rows, struct mill_error *error);
+
+/* A row of rank 1 or 2 that is long is stored in pieces of so many elements along its first axis,
+ * the last one shorter; the others are one piece. Piece by piece, in order, a row needs not be in
+ * memory as a whole: `first` is the element that the piece begins with, 0, piece, 2 piece, ... */
+size_t mill_h5_column_piece(const struct mill_h5_column *column);
+enum mill_status mill_h5_column_append_piece(struct mill_h5_column *column, size_t first,
+                                             const void *values, struct mill_error *error);
 
 /* Rows so far, gathered ones included. */
 uint64_t mill_h5_column_rows(const struct mill_h5_column *column);

@@ -7,6 +7,9 @@
 #include <string.h>
 
 #define MAX_RANK 8
+#define CONVERTED                                                                                  \
+    4096 /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them                \
+          */
 
 hid_t mill_h5_memory_type(enum mill_h5_type type)
 {
@@ -61,15 +64,18 @@ static enum mill_status store(struct mill_h5 *file, const char *path, hid_t file
                               const char *unit, const char *description, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
+    const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
     hid_t set = -1;
+    H5Pset_buffer(transfer, CONVERTED, NULL, NULL);
     if (space >= 0 && list >= 0 && file_type >= 0)
         set = H5Dcreate2(file->id, path, file_type, space, H5P_DEFAULT, list, H5P_DEFAULT);
     if (set < 0 || !mill_h5_label(set, unit, description) ||
         (values && H5Sget_simple_extent_npoints(space) > 0 &&
-         H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0))
+         H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, transfer, values) < 0))
         status = mill_h5_fail(file, error, "write", path);
     if (set >= 0 && H5Dclose(set) < 0 && status == MILL_OK)
         status = mill_h5_fail(file, error, "write", path);
+    H5Pclose(transfer);
     return status;
 }
 

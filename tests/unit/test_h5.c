@@ -311,6 +311,58 @@ START_TEST(two_files_of_the_same_content_have_the_same_bytes)
 }
 END_TEST
 
+/* Reads row `row` of /long, `length` triples. */
+static void read_row(const char *path, hsize_t row, hsize_t length, float *values)
+{
+    const hsize_t first[3] = {row, 0, 0}, size[3] = {1, length, 3};
+    const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    const hid_t set = H5Dopen2(file, "/long", H5P_DEFAULT);
+    const hid_t place = H5Dget_space(set), memory = H5Screate_simple(3, size, NULL);
+    H5Sselect_hyperslab(place, H5S_SELECT_SET, first, NULL, size, NULL);
+    ck_assert_int_ge(H5Dread(set, H5T_NATIVE_FLOAT, memory, place, H5P_DEFAULT, values), 0);
+    H5Sclose(memory);
+    H5Sclose(place);
+    H5Dclose(set);
+    H5Fclose(file);
+}
+
+START_TEST(a_row_in_pieces_is_the_row)
+{
+    static const size_t lengths[] = {1, 5, 2731, 21845, 21846, 50000, 100001};
+    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) {
+        const size_t length = lengths[k];
+        const struct mill_h5_layout layout = {MILL_H5_F32, 2, {length, 3}, 0, "m", "-"};
+        struct fixture f;
+        struct mill_h5 *file = new_file(&f);
+        struct mill_h5_column *column;
+        float *row = malloc(length * 3 * sizeof *row), *read = malloc(length * 3 * sizeof *read);
+        mill_h5_column_create(file, "/long", &layout, 0, &column, NULL);
+        const size_t piece = mill_h5_column_piece(column);
+        ck_assert_uint_le(piece, length);
+        ck_assert(piece == length || piece * 12 <= 262144);
+        for (size_t n = 0; n < 3; n++) {
+            for (size_t i = 0; i < 3 * length; i++)
+                row[i] = (float)(i + 1000000 * n);
+            for (size_t first = 0; first < length; first += piece)
+                ck_assert_int_eq(mill_h5_column_append_piece(column, first, row + 3 * first, NULL),
+                                 MILL_OK);
+            ck_assert_uint_eq(mill_h5_column_rows(column), n + 1);
+        }
+        mill_h5_column_flush(column, NULL);
+        mill_h5_column_free(column);
+        close_file(file);
+        for (size_t n = 0; n < 3; n++) {
+            read_row(f.path, n, length, read);
+            for (size_t i = 0; i < 3 * length; i++)
+                ck_assert(read[i] == (float)(i + 1000000 * n));
+        }
+        free(row);
+        free(read);
+        unlink(f.path);
+    }
+}
+END_TEST
+
 START_TEST(parts_of_bytes_are_stored_one_after_another)
 {
     struct fixture f;
@@ -389,6 +441,7 @@ int main(void)
         a_column_taken_up_again_drops_what_came_after,
         a_column_may_outlive_its_file,
         two_files_of_the_same_content_have_the_same_bytes,
+        a_row_in_pieces_is_the_row,
         parts_of_bytes_are_stored_one_after_another,
         bytes_come_back_and_nothing_else_passes_for_them,
     };
