@@ -34,6 +34,7 @@ struct run {
     struct mill_checkpoint at; /* to go on from, where `resumes` */
     bool resumes;
     double started;               /* [s] of wall time */
+    double shown;                 /* [s] from then, when the start was shown last */
     double due;                   /* [s] of wall time, the next checkpoint */
     struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
     bool saved;                   /* there is a checkpoint to come back to */
@@ -146,12 +147,24 @@ static enum mill_status add_observers(struct run *r, struct mill_error *error)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time, 0, wall_clock() - r->started,
-                              begins};
+    struct mill_progress p = {mill_sim_time(r->sim),     r->deck->time, 0,
+                              wall_clock() - r->started, begins,        NULL};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     if (r->options->progress)
         r->options->progress(r->options->self, &p);
+}
+
+/* A start that takes long is seen too; self: the run. */
+static void show_start(void *self, const char *what, int32_t done, int32_t all)
+{
+    struct run *r = self;
+    const double wall = wall_clock() - r->started;
+    const struct mill_progress p = {done, all, 0, wall, false, what};
+    if (!r->options->progress || wall < r->shown + SHOW_EVERY)
+        return;
+    r->shown = wall;
+    r->options->progress(r->options->self, &p);
 }
 
 /* Sim and tally take up the state; the file is then that of a run that goes on. */
@@ -304,7 +317,8 @@ static void release(struct run *r)
 /* The mill as the deck or the state says, and a file that holds what is known so far. */
 static enum mill_status prepare(struct run *r, struct mill_error *error)
 {
-    enum mill_status status = mill_world_create(r->deck, &r->world, error);
+    const struct mill_start_watch watch = {show_start, r};
+    enum mill_status status = mill_world_create_watched(r->deck, &watch, &r->world, error);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, error);
     if (status == MILL_OK && r->options->begun)
@@ -317,6 +331,8 @@ static enum mill_status prepare(struct run *r, struct mill_error *error)
         status = add_observers(r, error);
     if (status == MILL_OK && r->resumes)
         return take_up(r, error);
+    if (status == MILL_OK)
+        show(r, true);
     if (status == MILL_OK)
         status = flush_writers(r, error);
     /* what --force replaces stays until there are results to put in its place */
