@@ -6,6 +6,7 @@
 #include "frames.h"
 #include "impactlog.h"
 #include "millsim/sim.h"
+#include "parts.h"
 #include "record.h"
 #include "series.h"
 #include "tally.h"
@@ -30,28 +31,44 @@ struct mill_checkpoint {
     uint64_t sim, tally; /* [byte] of their states, which follow */
 };
 
-/* The state now, before anything is finished. NULL: out of memory. Owner: the caller. */
-unsigned char *mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
-                                    const struct mill_record_cost *cost);
+/* A state as it stood at one moment: what audits and results change is copied, the arrays stay
+ * where they are, so that no run needs memory for them twice. Good until the next mill_sim_run, and
+ * not to be copied. */
+struct mill_checkpoint_state {
+    struct mill_checkpoint head;
+    unsigned char *sim, *tally; /* the copies */
+    struct mill_part part[1 + MILL_SIM_PARTS + MILL_TALLY_PARTS];
+    size_t parts;
+};
 
-/* Writes /checkpoint. */
-enum mill_status mill_checkpoint_write(const unsigned char *state, struct mill_h5 *file,
+/* The state now, before anything is finished. MILL_FAILED: out of memory. Release it in any case.
+ */
+enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
+                                      const struct mill_record_cost *cost,
+                                      struct mill_checkpoint_state *state,
+                                      struct mill_error *error);
+void mill_checkpoint_release(struct mill_checkpoint_state *state);
+
+/* Writes /checkpoint, part by part. */
+enum mill_status mill_checkpoint_write(struct mill_checkpoint_state *state, struct mill_h5 *file,
                                        struct mill_error *error);
+
+/* Takes the tally back to the state, after it was finished for the results so far. */
+void mill_checkpoint_rewind(const struct mill_checkpoint_state *state, struct mill_tally *tally);
 
 /* Removes it, if there is one. */
 enum mill_status mill_checkpoint_remove(struct mill_h5 *file, struct mill_error *error);
 
-/* Reads and checks /checkpoint; `state` NULL and MILL_OK where the file has none. name: of the
- * file, for messages. Owner: the caller. */
-enum mill_status mill_checkpoint_read(struct mill_h5 *file, const char *name, unsigned char **state,
+/* Checks /checkpoint, all of it, and reads what it begins with, which the observers need to be
+ * resumed; *found false and MILL_OK where the file has none. name: of the file, for messages. */
+enum mill_status mill_checkpoint_read(struct mill_h5 *file, const char *name,
+                                      struct mill_checkpoint *head, bool *found,
                                       struct mill_error *error);
 
-/* What the observers need to be resumed; then puts the state back into sim and tally, which are of
- * the same deck. */
-struct mill_checkpoint mill_checkpoint_head(const unsigned char *state);
-enum mill_status mill_checkpoint_load_sim(const unsigned char *state, struct mill_sim *sim,
-                                          struct mill_error *error);
-enum mill_status mill_checkpoint_load_tally(const unsigned char *state, struct mill_tally *tally,
-                                            struct mill_error *error);
+/* Puts the state that begins with `head` back into sim and tally, which are of the same deck.
+ * MILL_FAILED also where the file has another one by now. */
+enum mill_status mill_checkpoint_load(struct mill_h5 *file, const char *name,
+                                      const struct mill_checkpoint *head, struct mill_sim *sim,
+                                      struct mill_tally *tally, struct mill_error *error);
 
 #endif

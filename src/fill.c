@@ -21,10 +21,10 @@ static double solid_volume(const struct mill_world *w)
 }
 
 static enum mill_status pack(struct mill_world *w, const struct mill_fill_room *room, gsl_rng *rng,
-                             unsigned long seed)
+                             unsigned long seed, const struct mill_start_watch *watch)
 {
     gsl_rng_set(rng, seed);
-    return mill_fill_pack(w, room, rng, solid_volume(w) / room->volume);
+    return mill_fill_pack(w, room, rng, solid_volume(w) / room->volume, watch);
 }
 
 /* Gives `fewer` this part of the balls of each kind, rounded down but at least one, in the order
@@ -78,6 +78,7 @@ static enum mill_status refuse(const struct mill_deck *deck, const struct mill_w
  * that asks for them would. */
 static enum mill_status say_what_fits(const struct mill_deck *deck, const struct mill_world *w,
                                       const struct mill_fill_room *room, gsl_rng *rng,
+                                      const struct mill_start_watch *watch,
                                       struct mill_error *error)
 {
     const double fraction = solid_volume(w) / room->volume;
@@ -91,7 +92,7 @@ static enum mill_status say_what_fits(const struct mill_deck *deck, const struct
         thin_out(w, part, &fewer, count);
         if (fewer.balls < tried) {
             tried = fewer.balls;
-            status = pack(&fewer, room, rng, deck->seed);
+            status = pack(&fewer, room, rng, deck->seed, watch);
         }
         part *= 0.95;
     }
@@ -106,14 +107,14 @@ static enum mill_status say_what_fits(const struct mill_deck *deck, const struct
 
 static enum mill_status fill(const struct mill_deck *deck, struct mill_world *w,
                              const struct mill_fill_room *room, gsl_rng *rng,
-                             struct mill_error *error)
+                             const struct mill_start_watch *watch, struct mill_error *error)
 {
-    const enum mill_status status = pack(w, room, rng, deck->seed);
+    const enum mill_status status = pack(w, room, rng, deck->seed, watch);
     if (status == MILL_FAILED)
         return mill_error_set(error, status, "out of memory for %ld start positions",
                               (long)w->balls);
     if (status != MILL_OK)
-        return say_what_fits(deck, w, room, rng, error);
+        return say_what_fits(deck, w, room, rng, watch, error);
     for (int32_t i = 0; i < w->balls; i++) {
         vec3 u = {0.0, 0.0, 0.0};
         if (deck->speed > 0.0)
@@ -123,7 +124,8 @@ static enum mill_status fill(const struct mill_deck *deck, struct mill_world *w,
     return MILL_OK;
 }
 
-enum mill_status mill_fill_random(const struct mill_deck *deck, struct mill_world *world,
+enum mill_status mill_fill_random(const struct mill_deck *deck,
+                                  const struct mill_start_watch *watch, struct mill_world *world,
                                   struct mill_error *error)
 {
     struct mill_fill_room room;
@@ -133,7 +135,7 @@ enum mill_status mill_fill_random(const struct mill_deck *deck, struct mill_worl
     gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
     enum mill_status status = MILL_FAILED;
     if (rng && mill_fill_room_init(&room, world, widest)) {
-        status = fill(deck, world, &room, rng, error);
+        status = fill(deck, world, &room, rng, watch, error);
         mill_fill_room_free(&room);
     } else {
         mill_error_set(error, status, "out of memory for the start positions");

@@ -8,9 +8,10 @@
 
 /* Places all balls of the world (shapes and species are there, ball[i].species set) at random
  * without overlap with each other, or with any shape at the rotor's starting angle, by the deck's
- * seed, and gives each the deck's speed in a random direction. MILL_BAD_DECK with the number that
- * would fit when they do not. */
-enum mill_status mill_fill_random(const struct mill_deck *deck, struct mill_world *world,
+ * seed, and gives each the deck's speed in a random direction. watch may be NULL. MILL_BAD_DECK
+ * with the number that would fit when they do not. */
+enum mill_status mill_fill_random(const struct mill_deck *deck,
+                                  const struct mill_start_watch *watch, struct mill_world *world,
                                   struct mill_error *error);
 
 #endif

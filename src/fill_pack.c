@@ -10,12 +10,14 @@
 #define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
 #define DENSEST 0.59       /* of the room: beyond it no random packing is tried */
 #define DROPS 4000         /* tries for one ball */
+#define TOLD 4096          /* drops between two reports */
 #define PATIENCE 40 /* looks at each ball within which the pushing must become less by a tenth */
 
 struct pack {
     struct mill_world *world;
     const struct mill_fill_room *room;
     gsl_rng *rng;
+    const struct mill_start_watch *watch;
     struct mill_fill_sieve sieve;
     int32_t *near;
 };
@@ -32,6 +34,12 @@ static int by_cell(const void *a, const void *b)
     if (x->cell != y->cell)
         return x->cell < y->cell ? -1 : 1;
     return (x->ball > y->ball) - (x->ball < y->ball);
+}
+
+static void tell(const struct pack *p, const char *what, int32_t done)
+{
+    if (p->watch)
+        p->watch->tell(p->watch->self, what, done, p->world->balls);
 }
 
 /* Is a ball there, shrunk like all others by `scale`, clear of those placed so far? */
@@ -87,7 +95,8 @@ static bool drop_all(struct pack *p, double scale)
                 continue;
             if (!drop(p, i, scale))
                 return false;
-            dropped++;
+            if (++dropped % TOLD == 0)
+                tell(p, "dropping balls", dropped);
         }
         last = a;
     }
@@ -201,6 +210,7 @@ static bool push_apart(struct pack *p)
     for (int round = 1; looks < PATIENCE * balls; round++) {
         const uint64_t before = looks;
         const double pushed = push_round(p, &looks);
+        tell(p, "pushing balls apart", (int32_t)(balls - (looks - before)));
         if (looks == before)
             return all_clear(p);
         if (round % 16 == 0 && all_clear(p))
@@ -228,9 +238,9 @@ static enum mill_status settle(struct pack *p, double fraction)
 }
 
 enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill_room *room,
-                                gsl_rng *rng, double fraction)
+                                gsl_rng *rng, double fraction, const struct mill_start_watch *watch)
 {
-    struct pack p = {world, room, rng, {0}, NULL};
+    struct pack p = {world, room, rng, watch, {0}, NULL};
     enum mill_status status = MILL_FAILED;
     if (world->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */
         return MILL_BAD_DECK;

@@ -86,8 +86,9 @@ int32_t mill_fill_sieve_near(const struct mill_fill_sieve *sieve, vec3 r, double
 /* ---- the packing (fill_pack.c) ---- */
 
 /* Gives every ball of the world its r. fraction: of the room that the balls fill. MILL_BAD_DECK,
- * with no text: they do not fit. MILL_FAILED, with no text: out of memory. */
+ * with no text: they do not fit. MILL_FAILED, with no text: out of memory. watch may be NULL. */
 enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill_room *room,
-                                gsl_rng *rng, double fraction);
+                                gsl_rng *rng, double fraction,
+                                const struct mill_start_watch *watch);
 
 #endif

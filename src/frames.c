@@ -23,7 +23,8 @@ struct frames {
     double end;      /* [s] of the run */
     uint64_t last;   /* number of the last frame */
     struct mill_h5_column *step, *time, *value[STATES];
-    float *row; /* one frame of one state */
+    int32_t piece; /* balls stored together */
+    float *row;    /* one state of them */
 };
 
 static const char *const state_name[STATES] = {"position", "velocity", "angular_velocity"};
@@ -168,6 +169,26 @@ static vec3 state_of(const struct mill_world *world, int state, int32_t ball, do
     return state == VELOCITY ? mill_world_velocity(world, ball, t) : world->spin[ball];
 }
 
+static enum mill_status store_state(struct frames *frames, const struct mill_world *world,
+                                    int state, double t, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    for (int32_t first = 0; status == MILL_OK && first < world->balls; first += frames->piece) {
+        const int32_t left = world->balls - first;
+        const int32_t some = left < frames->piece ? left : frames->piece;
+        for (int32_t k = 0; k < some; k++) {
+            const vec3 a = state_of(world, state, first + k, t);
+            float *to = frames->row + 3 * (size_t)k;
+            to[0] = (float)a.x;
+            to[1] = (float)a.y;
+            to[2] = (float)a.z;
+        }
+        status =
+            mill_h5_column_append_piece(frames->value[state], (size_t)first, frames->row, error);
+    }
+    return status;
+}
+
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
                                struct mill_error *error)
 {
@@ -175,21 +196,22 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     const int64_t k = (int64_t)mill_h5_column_rows(frames->step);
     enum mill_status status = mill_h5_column_append(frames->step, 1, &k, error);
     int i;
-    int32_t ball;
     if (status == MILL_OK)
         status = mill_h5_column_append(frames->time, 1, &self->next, error);
-    for (i = 0; status == MILL_OK && i < STATES; i++) {
-        for (ball = 0; ball < world->balls; ball++) {
-            const vec3 a = state_of(world, i, ball, t);
-            float *to = frames->row + 3 * (size_t)ball;
-            to[0] = (float)a.x;
-            to[1] = (float)a.y;
-            to[2] = (float)a.z;
-        }
-        status = mill_h5_column_append(frames->value[i], 1, frames->row, error);
-    }
+    for (i = 0; status == MILL_OK && i < STATES; i++)
+        status = store_state(frames, world, i, t, error);
     self->next = due(frames, (uint64_t)k + 1);
     return status;
+}
+
+static enum mill_status make_row(struct frames *frames, struct mill_error *error)
+{
+    const size_t piece = mill_h5_column_piece(frames->value[POSITION]);
+    frames->piece = (int32_t)piece;
+    frames->row = malloc((3 * piece + 1) * sizeof *frames->row);
+    if (frames->row)
+        return MILL_OK;
+    return mill_error_set(error, MILL_FAILED, "out of memory for frames of %zu balls", piece);
 }
 
 static enum mill_status build(struct mill_h5 *file, const struct mill_deck *deck,
@@ -199,13 +221,8 @@ static enum mill_status build(struct mill_h5 *file, const struct mill_deck *deck
     struct frames *frames = calloc(1, sizeof *frames);
     enum mill_status status = MILL_OK;
     *out = NULL;
-    if (frames)
-        frames->row = malloc((3 * (size_t)world->balls + 1) * sizeof *frames->row);
-    if (!frames || !frames->row) {
-        free(frames);
-        return mill_error_set(error, MILL_FAILED, "out of memory for frames of %ld balls",
-                              (long)world->balls);
-    }
+    if (!frames)
+        return mill_error_set(error, MILL_FAILED, "out of memory for frames");
     frames->observer.next = INFINITY;
     frames->interval = deck->frames;
     frames->end = deck->time;
@@ -214,6 +231,8 @@ static enum mill_status build(struct mill_h5 *file, const struct mill_deck *deck
         frames->observer.sample = sample;
         frames->observer.next = due(frames, rows);
         status = open_columns(frames, file, (size_t)world->balls, rows, error);
+        if (status == MILL_OK)
+            status = make_row(frames, error);
     }
     if (status != MILL_OK) {
         mill_frames_free(&frames->observer);

@@ -11,6 +11,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#define METADATA 262144 /* [byte] of the file's structure that HDF5 keeps in memory */
+
 static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *self)
 {
     const char **words = self;
@@ -58,6 +60,19 @@ hid_t mill_h5_timeless(hid_t property_class)
     return list;
 }
 
+/* HDF5 keeps 2 MiB of object headers and the like at first, some 5 MiB of memory; a run writes each
+ * of them once. */
+static bool keep_little(hid_t list)
+{
+    H5AC_cache_config_t cache = {.version = H5AC__CURR_CACHE_CONFIG_VERSION};
+    if (H5Pget_mdc_config(list, &cache) < 0)
+        return false;
+    cache.set_initial_size = true;
+    cache.initial_size = cache.min_size = METADATA / 4;
+    cache.max_size = METADATA;
+    return H5Pset_mdc_config(list, &cache) >= 0;
+}
+
 /* Files that HDF5 1.10 and later read, in the compact format of 1.8; closing takes all that is
  * still open along. */
 static hid_t access_list(struct mill_h5_disk *disk)
@@ -70,7 +85,8 @@ static hid_t access_list(struct mill_h5_disk *disk)
 #else
     H5Pset_libver_bounds(list, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
-    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) < 0 || !mill_h5_use_disk(list, disk))
+    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) < 0 || !keep_little(list) ||
+        !mill_h5_use_disk(list, disk))
         return -1;
     return list;
 }

@@ -10,6 +10,7 @@
 #define MILL_H5FILE_H
 
 #include "millsim/status.h"
+#include "parts.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -100,12 +101,22 @@ enum mill_status mill_h5_view(struct mill_h5 *file, const char *path, enum mill_
                               const size_t *source_dims, const char *unit, const char *description,
                               struct mill_error *error);
 
-/* What a dataset holds. A scalar text, or all bytes of a dataset of U8 and their number.
- * MILL_FAILED also where there is no such dataset. Owner: the caller, of memory from malloc. */
+/* Bytes that stand in several places, one part after another, as one array of U8. */
+enum mill_status mill_h5_write_parts(struct mill_h5 *file, const char *path,
+                                     const struct mill_part *part, size_t parts,
+                                     const char *description, struct mill_error *error);
+
+/* What a scalar text holds. MILL_FAILED also where there is none. Owner: the caller, of memory from
+ * malloc. */
 enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
                                    struct mill_error *error);
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, unsigned char **bytes,
-                                    size_t *count, struct mill_error *error);
+
+/* How many bytes an array of U8 has, and those from `first` on; MILL_FAILED also where there is no
+ * such array, or they are fewer. */
+enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
+                                     struct mill_error *error);
+enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
+                                    size_t count, void *bytes, struct mill_error *error);
 
 /* ---- attributes of the group or dataset `object`: each replaces an old one of its name ---- */
 
@@ -141,9 +152,16 @@ enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
                                        struct mill_h5_column **column, struct mill_error *error);
 
 /* Appends `count` rows, contiguous in C order. Rows are gathered in the column's buffer, so that
- * single rows are cheap; as many rows as the buffer holds, or more, go to the file directly. */
+ * single rows are cheap; whole chunks of rows go to the file directly. */
 enum mill_status mill_h5_column_append(struct mill_h5_column *column, size_t count,
                                        const void *rows, struct mill_error *error);
+
+/* A row of rank 1 or 2 that is long is stored in pieces of so many elements along its first axis,
+ * the last one shorter; the others are one piece. Piece by piece, in order, a row needs not be in
+ * memory as a whole: `first` is the element that the piece begins with, 0, piece, 2 piece, ... */
+size_t mill_h5_column_piece(const struct mill_h5_column *column);
+enum mill_status mill_h5_column_append_piece(struct mill_h5_column *column, size_t first,
+                                             const void *values, struct mill_error *error);
 
 /* Rows so far, gathered ones included. */
 uint64_t mill_h5_column_rows(const struct mill_h5_column *column);

@@ -7,6 +7,9 @@
 #include <string.h>
 
 #define MAX_RANK 8
+#define CONVERTED                                                                                  \
+    4096 /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them                \
+          */
 
 hid_t mill_h5_memory_type(enum mill_h5_type type)
 {
@@ -61,15 +64,18 @@ static enum mill_status store(struct mill_h5 *file, const char *path, hid_t file
                               const char *unit, const char *description, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
+    const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
     hid_t set = -1;
+    H5Pset_buffer(transfer, CONVERTED, NULL, NULL);
     if (space >= 0 && list >= 0 && file_type >= 0)
         set = H5Dcreate2(file->id, path, file_type, space, H5P_DEFAULT, list, H5P_DEFAULT);
     if (set < 0 || !mill_h5_label(set, unit, description) ||
         (values && H5Sget_simple_extent_npoints(space) > 0 &&
-         H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0))
+         H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, transfer, values) < 0))
         status = mill_h5_fail(file, error, "write", path);
     if (set >= 0 && H5Dclose(set) < 0 && status == MILL_OK)
         status = mill_h5_fail(file, error, "write", path);
+    H5Pclose(transfer);
     return status;
 }
 
@@ -93,6 +99,47 @@ enum mill_status mill_h5_write(struct mill_h5 *file, const char *path, enum mill
                    values, unit, description, error);
     H5Pclose(list);
     H5Sclose(space);
+    return status;
+}
+
+/* Writes `count` bytes to, or reads them from, an array of U8 at `first`. */
+static bool move_bytes(hid_t set, bool write, size_t first, size_t count, void *bytes)
+{
+    const hsize_t from = first, length = count;
+    const hid_t place = H5Dget_space(set), memory = H5Screate_simple(1, &length, NULL);
+    const hid_t type = H5T_NATIVE_UINT8;
+    bool good = place >= 0 && memory >= 0 && H5Sget_simple_extent_ndims(place) == 1 &&
+                H5Sselect_hyperslab(place, H5S_SELECT_SET, &from, NULL, &length, NULL) >= 0;
+    if (good && write)
+        good = H5Dwrite(set, type, memory, place, H5P_DEFAULT, bytes) >= 0;
+    else if (good)
+        good = H5Dread(set, type, memory, place, H5P_DEFAULT, bytes) >= 0;
+    if (!good) /* the error stack lives on until it is read */
+        return false;
+    H5Sclose(memory);
+    H5Sclose(place);
+    return true;
+}
+
+enum mill_status mill_h5_write_parts(struct mill_h5 *file, const char *path,
+                                     const struct mill_part *part, size_t parts,
+                                     const char *description, struct mill_error *error)
+{
+    const size_t size = mill_parts_size(part, parts);
+    enum mill_status status =
+        mill_h5_write(file, path, MILL_H5_U8, 1, &size, NULL, "byte", description, error);
+    if (status != MILL_OK)
+        return status;
+    const hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT);
+    bool good = set >= 0;
+    for (size_t i = 0, at = 0; good && i < parts; at += part[i++].bytes) {
+        if (part[i].bytes > 0)
+            good = move_bytes(set, true, at, part[i].bytes, part[i].at);
+    }
+    if (!good)
+        status = mill_h5_fail(file, error, "write", path);
+    if (set >= 0 && H5Dclose(set) < 0 && status == MILL_OK)
+        status = mill_h5_fail(file, error, "write", path);
     return status;
 }
 
@@ -183,20 +230,35 @@ enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char 
     return *text ? MILL_OK : mill_h5_fail(file, error, "read", path);
 }
 
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, unsigned char **bytes,
-                                    size_t *count, struct mill_error *error)
+/* Are its elements bytes? */
+static bool holds_bytes(hid_t set)
+{
+    const hid_t type = H5Dget_type(set);
+    const bool so = type >= 0 && H5Tequal(type, mill_h5_file_type(MILL_H5_U8)) > 0;
+    if (type >= 0)
+        H5Tclose(type);
+    return so;
+}
+
+enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
+                                     struct mill_error *error)
 {
     const hid_t set = open_set(file, path, count);
-    bool good = set >= 0 && (*bytes = malloc(*count + 1));
-    if (set < 0)
-        *bytes = NULL;
-    if (good)
-        good = H5Dread(set, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, *bytes) >= 0;
+    const bool good = set >= 0 && holds_bytes(set);
     if (set >= 0)
         H5Dclose(set);
-    if (good)
-        return MILL_OK;
-    free(*bytes);
-    *bytes = NULL;
-    return mill_h5_fail(file, error, "read", path);
+    return good ? MILL_OK : mill_h5_fail(file, error, "read", path);
+}
+
+enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
+                                    size_t count, void *bytes, struct mill_error *error)
+{
+    size_t there;
+    const hid_t set = open_set(file, path, &there);
+    const bool good =
+        set >= 0 && first + count <= there && move_bytes(set, false, first, count, bytes);
+    const enum mill_status status = good ? MILL_OK : mill_h5_fail(file, error, "read", path);
+    if (set >= 0)
+        H5Dclose(set);
+    return status;
 }

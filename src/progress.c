@@ -52,11 +52,14 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     /* the order in which fields are given up when the line is too long */
     static const int given_up[FIELDS - 1] = {3, 2, 0, 4};
     char field[FIELDS][FIELD] = {""};
-    const double wall = now->wall - then->wall;
+    const double wall = now->stage ? 0.0 : now->wall - then->wall;
     const double speed = wall > 0.0 ? (now->time - then->time) / wall : 0.0;
     const double share = now->end > 0.0 ? 100.0 * now->time / now->end : 0.0;
     const int room = width < MILL_PROGRESS_LINE - 1 ? width : MILL_PROGRESS_LINE - 1;
-    snprintf(field[0], FIELD, "%.4g s of %.4g s", now->time, now->end);
+    if (now->stage)
+        snprintf(field[0], FIELD, "%s", now->stage);
+    else
+        snprintf(field[0], FIELD, "%.4g s of %.4g s", now->time, now->end);
     snprintf(field[1], FIELD, "%.0f %%", now->time < now->end ? fmin(floor(share), 99.0) : 100.0);
     if (wall > 0.0) {
         snprintf(field[2], FIELD, "%.3g collisions/s",
@@ -113,7 +116,8 @@ void mill_progress_show(void *self, const struct mill_progress *now)
         display->due = now->wall + display->gap;
         display->gap = fmin(2.0 * display->gap, LONGEST_GAP);
     }
-    remember(display, now);
+    if (!now->stage)
+        remember(display, now);
 }
 
 void mill_progress_end(struct mill_progress_display *display)

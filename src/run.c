@@ -31,8 +31,10 @@ struct run {
     struct mill_h5 *file;
     struct mill_observer *frames, *series, *log;
     struct mill_tally *tally;
-    unsigned char *state;         /* to go on from; NULL: from the beginning */
+    struct mill_checkpoint at; /* to go on from, where `resumes` */
+    bool resumes;
     double started;               /* [s] of wall time */
+    double shown;                 /* [s] from then, when the start was shown last */
     double due;                   /* [s] of wall time, the next checkpoint */
     struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
     bool saved;                   /* there is a checkpoint to come back to */
@@ -86,10 +88,10 @@ static enum mill_status look(struct run *r, bool *done, struct mill_error *error
                                 name);
     *done = status == MILL_OK && strcmp(ended, "complete") == 0;
     if (status == MILL_OK && !*done)
-        status = mill_checkpoint_read(file, name, &r->state, error);
+        status = mill_checkpoint_read(file, name, &r->at, &r->resumes, error);
     if (*done)
         say(r, "is complete: nothing to resume");
-    else if (status == MILL_OK && !r->state)
+    else if (status == MILL_OK && !r->resumes)
         r->note = "ended before its first checkpoint: starting from the beginning";
     free(ended);
     mill_h5_close(file, NULL);
@@ -99,7 +101,7 @@ static enum mill_status look(struct run *r, bool *done, struct mill_error *error
 static enum mill_status open_output(struct run *r, struct mill_error *error)
 {
     const char *name = r->options->output;
-    if (r->state)
+    if (r->resumes)
         return mill_h5_create(name, MILL_H5_UPDATE, &r->file, error);
     const bool over = r->options->force || r->options->resume;
     enum mill_status status =
@@ -114,19 +116,17 @@ static enum mill_status open_output(struct run *r, struct mill_error *error)
 /* The observers that write as they go: new ones, or those of the state. */
 static enum mill_status make_writers(struct run *r, struct mill_error *error)
 {
-    struct mill_checkpoint at = {0};
-    if (r->state)
-        at = mill_checkpoint_head(r->state);
+    const struct mill_checkpoint *at = &r->at;
     enum mill_status status =
-        r->state ? mill_frames_resume(r->file, r->deck, r->world, &at.frames, &r->frames, error)
-                 : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
+        r->resumes ? mill_frames_resume(r->file, r->deck, r->world, &at->frames, &r->frames, error)
+                   : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
     if (status == MILL_OK)
-        status = r->state
-                     ? mill_series_resume(r->file, r->deck, r->world, &at.series, &r->series, error)
-                     : mill_series_create(r->file, r->deck, r->world, &r->series, error);
+        status = r->resumes ? mill_series_resume(r->file, r->deck, r->world, &at->series,
+                                                 &r->series, error)
+                            : mill_series_create(r->file, r->deck, r->world, &r->series, error);
     if (status == MILL_OK && r->deck->log_impacts)
-        status = r->state
-                     ? mill_impactlog_resume(r->file, r->deck, r->world, &at.log, &r->log, error)
+        status = r->resumes
+                     ? mill_impactlog_resume(r->file, r->deck, r->world, &at->log, &r->log, error)
                      : mill_impactlog_create(r->file, r->deck, r->world, &r->log, error);
     return status;
 }
@@ -147,26 +147,34 @@ static enum mill_status add_observers(struct run *r, struct mill_error *error)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time, 0, wall_clock() - r->started,
-                              begins};
+    struct mill_progress p = {mill_sim_time(r->sim),     r->deck->time, 0,
+                              wall_clock() - r->started, begins,        NULL};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     if (r->options->progress)
         r->options->progress(r->options->self, &p);
 }
 
+/* A start that takes long is seen too; self: the run. */
+static void show_start(void *self, const char *what, int32_t done, int32_t all)
+{
+    struct run *r = self;
+    const double wall = wall_clock() - r->started;
+    const struct mill_progress p = {done, all, 0, wall, false, what};
+    if (!r->options->progress || wall < r->shown + SHOW_EVERY)
+        return;
+    r->shown = wall;
+    r->options->progress(r->options->self, &p);
+}
+
 /* Sim and tally take up the state; the file is then that of a run that goes on. */
 static enum mill_status take_up(struct run *r, struct mill_error *error)
 {
-    const struct mill_checkpoint at = mill_checkpoint_head(r->state);
     char text[80];
-    enum mill_status status = mill_checkpoint_load_sim(r->state, r->sim, error);
-    if (status == MILL_OK)
-        status = mill_checkpoint_load_tally(r->state, r->tally, error);
-    free(r->state);
-    r->state = NULL;
+    const enum mill_status status =
+        mill_checkpoint_load(r->file, r->options->output, &r->at, r->sim, r->tally, error);
     r->saved = true;
-    r->cost = at.cost;
+    r->cost = r->at.cost;
     snprintf(text, sizeof text, "resuming at t = %.6g s", mill_sim_time(r->sim));
     if (status == MILL_OK) {
         say(r, text);
@@ -186,8 +194,8 @@ static enum mill_status flush_writers(struct run *r, struct mill_error *error)
 }
 
 /* Everything that is known now into the file; state: to go on from, or NULL. Finishes the tally. */
-static enum mill_status write_all(struct run *r, const char *ended, const unsigned char *state,
-                                  struct mill_error *error)
+static enum mill_status write_all(struct run *r, const char *ended,
+                                  struct mill_checkpoint_state *state, struct mill_error *error)
 {
     const double local = mill_sim_local_time(r->sim);
     enum mill_status status = flush_writers(r, error);
@@ -206,31 +214,30 @@ static enum mill_status write_all(struct run *r, const char *ended, const unsign
     return status;
 }
 
-static unsigned char *take_state(const struct run *r)
+static enum mill_status take_state(const struct run *r, struct mill_checkpoint_state *state,
+                                   struct mill_error *error)
 {
     const struct mill_checkpoint_parts parts = {r->sim, r->tally, r->frames, r->series, r->log};
     const struct mill_record_cost cost = cost_so_far(r);
-    return mill_checkpoint_take(&parts, &cost);
+    return mill_checkpoint_take(&parts, &cost, state, error);
 }
 
 /* Publishes all results up to now, as if the run ended here, together with the state. */
 static enum mill_status save(struct run *r, struct mill_error *error)
 {
     const double before = wall_clock();
-    unsigned char *state = take_state(r);
-    if (!state) {
-        r->unsaved = true;
-        return mill_error_set(error, MILL_FAILED, "out of memory for a checkpoint");
-    }
-    enum mill_status status = write_all(r, "running", state, error);
+    struct mill_checkpoint_state state;
+    enum mill_status status = take_state(r, &state, error);
+    if (status == MILL_OK)
+        status = write_all(r, "running", &state, error);
     if (status == MILL_OK)
         status = mill_h5_flush(r->file, error);
     /* the state's room in the file is free for what comes */
     if (status == MILL_OK)
         status = mill_checkpoint_remove(r->file, error);
     if (status == MILL_OK)
-        status = mill_checkpoint_load_tally(state, r->tally, error);
-    free(state);
+        mill_checkpoint_rewind(&state, r->tally);
+    mill_checkpoint_release(&state);
     r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
     const double now = wall_clock();
@@ -268,14 +275,15 @@ static enum mill_status advance(struct run *r, struct mill_error *error)
  * stopped run can go on. */
 static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
-    unsigned char *state = NULL;
-    if (ended == MILL_STOPPED && !(state = take_state(r)))
-        return mill_error_set(error, MILL_FAILED, "out of memory for a checkpoint");
-    mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
-    const enum mill_status status =
-        write_all(r, ended == MILL_OK ? "complete" : (ended == MILL_STOPPED ? "stopped" : "failed"),
-                  state, error);
-    free(state);
+    const bool stopped = ended == MILL_STOPPED;
+    struct mill_checkpoint_state state = {0};
+    enum mill_status status = stopped ? take_state(r, &state, error) : MILL_OK;
+    if (status == MILL_OK) {
+        mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
+        status = write_all(r, ended == MILL_OK ? "complete" : (stopped ? "stopped" : "failed"),
+                           stopped ? &state : NULL, error);
+    }
+    mill_checkpoint_release(&state);
     return status;
 }
 
@@ -298,7 +306,6 @@ static void summarise(const struct run *r, bool stopped)
 
 static void release(struct run *r)
 {
-    free(r->state);
     mill_frames_free(r->frames);
     mill_series_free(r->series);
     mill_impactlog_free(r->log);
@@ -310,7 +317,8 @@ static void release(struct run *r)
 /* The mill as the deck or the state says, and a file that holds what is known so far. */
 static enum mill_status prepare(struct run *r, struct mill_error *error)
 {
-    enum mill_status status = mill_world_create(r->deck, &r->world, error);
+    const struct mill_start_watch watch = {show_start, r};
+    enum mill_status status = mill_world_create_watched(r->deck, &watch, &r->world, error);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, error);
     if (status == MILL_OK && r->options->begun)
@@ -321,8 +329,10 @@ static enum mill_status prepare(struct run *r, struct mill_error *error)
         say(r, r->note);
     if (status == MILL_OK)
         status = add_observers(r, error);
-    if (status == MILL_OK && r->state)
+    if (status == MILL_OK && r->resumes)
         return take_up(r, error);
+    if (status == MILL_OK)
+        show(r, true);
     if (status == MILL_OK)
         status = flush_writers(r, error);
     /* what --force replaces stays until there are results to put in its place */

@@ -15,7 +15,9 @@ struct mill_progress {
     double time, end; /* [s] simulated */
     uint64_t collisions;
     double wall; /* [s] of this leg */
-    bool begins; /* a resumed run stands here: rates count from now on */
+    bool begins; /* the run stands here: rates count from now on */
+    /* NULL, or the start is not ready: what is done for it, to `time` of `end` balls */
+    const char *stage;
 };
 
 struct mill_run_options {

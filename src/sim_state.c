@@ -8,64 +8,48 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PARTS = 12 };
-
-/* What must agree before any byte is believed. */
-struct header {
-    uint64_t balls, cells, shapes, ball, plan, account, counts, pinch;
-};
-
-static struct header header_of(const struct mill_sim *sim)
+static struct mill_sim_header header_of(const struct mill_sim *sim)
 {
     const struct mill_world *w = sim->world;
-    return (struct header){.balls = (uint64_t)w->balls,
-                           .cells = (uint64_t)mill_cells_count(&sim->predict->cells),
-                           .shapes = (uint64_t)w->shapes,
-                           .ball = sizeof *w->ball,
-                           .plan = sizeof *sim->predict->plan,
-                           .account = sizeof w->account,
-                           .counts = sizeof w->counts,
-                           .pinch = sim->pinch ? sizeof *sim->pinch : 0};
+    return (struct mill_sim_header){.balls = (uint64_t)w->balls,
+                                    .cells = (uint64_t)mill_cells_count(&sim->predict->cells),
+                                    .shapes = (uint64_t)w->shapes,
+                                    .ball = sizeof *w->ball,
+                                    .plan = sizeof *sim->predict->plan,
+                                    .account = sizeof w->account,
+                                    .counts = sizeof w->counts,
+                                    .pinch = sim->pinch ? sizeof *sim->pinch : 0};
 }
 
-/* The last part: each ball's cell, the grid's own when saving, the caller's when loading. Parts are
- * written to only by mill_sim_load. */
-static void list_parts(const struct mill_sim *sim, int32_t *cell, struct mill_part part[PARTS])
+/* cell: each ball's, the grid's own when saving, the caller's when loading. */
+static size_t list_parts(struct mill_sim *s, int32_t *cell, struct mill_part part[MILL_SIM_PARTS],
+                         size_t *values)
 {
-    struct mill_sim *s = (struct mill_sim *)sim;
     struct mill_world *w = s->world;
     const size_t n = (size_t)w->balls;
-    const struct mill_part parts[PARTS] = {
-        {&w->base, sizeof w->base},
-        {&w->turn, sizeof w->turn},
-        {&s->now, sizeof s->now},
-        {&s->watch, sizeof s->watch},
-        {&w->start, sizeof w->start},
-        {&w->account, sizeof w->account},
-        {&w->counts, sizeof w->counts},
+    const struct mill_part value[] = {
+        {&s->header, sizeof s->header},   {&w->base, sizeof w->base},
+        {&w->turn, sizeof w->turn},       {&s->now, sizeof s->now},
+        {&s->watch, sizeof s->watch},     {&w->start, sizeof w->start},
+        {&w->account, sizeof w->account}, {&w->counts, sizeof w->counts},
+    };
+    const struct mill_part array[] = {
         {w->ball, n * sizeof *w->ball},
         {w->spin, n * sizeof *w->spin},
         {s->predict->plan, n * sizeof *s->predict->plan},
         {s->pinch, s->pinch ? n * sizeof *s->pinch : 0},
         {cell, n * sizeof *cell},
     };
-    memcpy(part, parts, sizeof parts);
+    *values = sizeof value / sizeof *value;
+    memcpy(part, value, sizeof value);
+    memcpy(part + *values, array, sizeof array);
+    return *values + sizeof array / sizeof *array;
 }
 
-size_t mill_sim_state_size(const struct mill_sim *sim)
+size_t mill_sim_parts(struct mill_sim *sim, struct mill_part *part, size_t *values)
 {
-    struct mill_part part[PARTS];
-    list_parts(sim, NULL, part);
-    return sizeof(struct header) + mill_parts_size(part, PARTS);
-}
-
-void mill_sim_save(const struct mill_sim *sim, unsigned char *state)
-{
-    struct mill_part part[PARTS];
-    const struct header header = header_of(sim);
-    memcpy(state, &header, sizeof header);
-    list_parts(sim, sim->predict->cells.cell, part);
-    mill_parts_pack(part, PARTS, state + sizeof header);
+    sim->header = header_of(sim);
+    return list_parts(sim, sim->predict->cells.cell, part, values);
 }
 
 /* Indices that a damaged file must not smuggle in */
@@ -84,22 +68,36 @@ static bool sane(const struct mill_sim *sim, const int32_t *cell)
     return true;
 }
 
-enum mill_status mill_sim_load(struct mill_sim *sim, const unsigned char *state, size_t size,
+/* What stands in front says whose state it is; it is read, and nothing else yet. */
+static enum mill_status read_header(struct mill_sim *sim, struct mill_source *source, size_t size,
+                                    struct mill_error *error)
+{
+    struct mill_sim_header header;
+    const struct mill_sim_header own = header_of(sim);
+    enum mill_status status = MILL_FAILED;
+    if (source->left == size) {
+        status = mill_parts_read(source, &header, sizeof header, error);
+        if (status != MILL_OK || memcmp(&header, &own, sizeof own) == 0)
+            return status;
+    }
+    return mill_error_set(error, MILL_FAILED, "the saved balls are of another deck or program");
+}
+
+enum mill_status mill_sim_load(struct mill_sim *sim, struct mill_source *source,
                                struct mill_error *error)
 {
-    const struct header own = header_of(sim);
-    struct mill_part part[PARTS];
-    if (size != mill_sim_state_size(sim) || memcmp(state, &own, sizeof own) != 0)
-        return mill_error_set(error, MILL_FAILED, "the saved balls are of another deck or program");
+    struct mill_part part[MILL_SIM_PARTS];
+    size_t values;
     int32_t *cell = malloc(sizeof *cell * ((size_t)sim->world->balls + 1));
     if (!cell)
         return mill_error_set(error, MILL_FAILED, "out of memory for the saved balls");
-    list_parts(sim, cell, part);
-    mill_parts_unpack(part, PARTS, state + sizeof own);
-    enum mill_status status = MILL_OK;
-    if (!sane(sim, cell))
+    const size_t parts = list_parts(sim, cell, part, &values);
+    enum mill_status status = read_header(sim, source, mill_parts_size(part, parts), error);
+    if (status == MILL_OK)
+        status = mill_parts_read_all(source, part + 1, parts - 1, error);
+    if (status == MILL_OK && !sane(sim, cell))
         status = mill_error_set(error, MILL_FAILED, "the saved balls are damaged");
-    else if (!mill_predict_restore(sim->predict, cell))
+    if (status == MILL_OK && !mill_predict_restore(sim->predict, cell))
         status = mill_error_set(error, MILL_FAILED, "out of memory for the cell grid");
     free(cell);
     return status;

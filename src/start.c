@@ -14,7 +14,7 @@
 #define LIGHT                                                                                      \
     299792458.0 /* [m/s] a speed beyond it is a slip of units, and its square may overflow */
 
-enum { LONGEST_ROW = 4096 };
+enum { LONGEST_ROW = 4096, TOLD = 8192 /* rows between two reports */ };
 
 static const char *shape_name(const struct mill_shape *shape)
 {
@@ -27,11 +27,11 @@ static const char *shape_name(const struct mill_shape *shape)
  * false: the end. *good: it is text. */
 static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
 {
-    int length = 0, c = getc(in);
+    int length = 0, c = getc_unlocked(in); /* nobody else reads it */
     bool comment = false;
     if (c == EOF)
         return false;
-    for (*good = true; c != EOF && c != '\n' && *good; c = getc(in)) {
+    for (*good = true; c != EOF && c != '\n' && *good; c = getc_unlocked(in)) {
         comment = comment || c == '#';
         *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
         if (*good && !comment)
@@ -73,7 +73,8 @@ static enum mill_status cannot_read(const struct mill_deck *deck, int why, struc
                            strerror(why));
 }
 
-static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct mill_world *world,
+static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
+                                  const struct mill_start_watch *watch, struct mill_world *world,
                                   long *line_of, struct mill_error *error)
 {
     char row[LONGEST_ROW];
@@ -102,6 +103,8 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in, struct
             world->ball[rows].v = vec3_make(x[3], x[4], x[5]);
             world->spin[rows] = vec3_make(x[6], x[7], x[8]);
             line_of[rows++] = number;
+            if (watch && rows % TOLD == 0)
+                watch->tell(watch->self, "reading the start file", rows, world->balls);
         }
     }
     const int failed = ferror(in), why = errno;
@@ -192,8 +195,8 @@ static enum mill_status check_pairs(const struct mill_deck *deck, const struct m
     return status;
 }
 
-enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world *world,
-                                 struct mill_error *error)
+enum mill_status mill_start_read(const struct mill_deck *deck, const struct mill_start_watch *watch,
+                                 struct mill_world *world, struct mill_error *error)
 {
     struct stat about;
     FILE *in = fopen(deck->start, "r");
@@ -210,7 +213,7 @@ enum mill_status mill_start_read(const struct mill_deck *deck, struct mill_world
         status =
             mill_error_set(error, MILL_FAILED, "out of memory for %ld balls", (long)world->balls);
     if (status == MILL_OK)
-        status = read_rows(deck, in, world, line_of, error);
+        status = read_rows(deck, in, watch, world, line_of, error);
     if (status == MILL_OK)
         status = check_speeds(deck, world, line_of, error);
     if (status == MILL_OK)

@@ -5,6 +5,7 @@
 #include "maps.h"
 #include "millsim/deck.h"
 #include "millsim/observer.h"
+#include "parts.h"
 #include "rotorstat.h"
 #include "spectrum.h"
 #include "strikes.h"
@@ -33,6 +34,11 @@ struct mill_tally_progress {
     struct mill_account at_begin, at_late, at_close; /* the world's books at these times */
 };
 
+/* In front of a saved state: lengths that must agree, and the one that sets the table's. */
+struct mill_tally_header {
+    uint64_t tally, cross, axial, planned, bits;
+};
+
 struct mill_tally {
     struct mill_observer observer; /* first: the loop sees only this */
     double begin, end;             /* [s] the window as planned */
@@ -44,6 +50,7 @@ struct mill_tally {
     struct mill_strikes pairs;
     struct mill_rotorstat rotor;
     struct mill_maps *maps;
+    struct mill_tally_header header; /* as last listed by mill_tally_parts */
 };
 
 /* For a world at t = 0. Neither deck nor world is kept. Owner: the caller. */
@@ -87,11 +94,17 @@ enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5
 
 /* ---- the state, for a run that is interrupted and goes on ---- */
 
-/* Save before mill_tally_finish; load into a tally made from the same deck and world. The bytes are
- * good for the same program only. */
-size_t mill_tally_state_size(const struct mill_tally *tally);
-void mill_tally_save(const struct mill_tally *tally, unsigned char *state);
-enum mill_status mill_tally_load(struct mill_tally *tally, const unsigned char *state, size_t size,
+/* The state as a list of places that make one run of bytes, good for the same program only; before
+ * mill_tally_finish. That one changes nothing but the first *values of them. Returns how many. */
+enum { MILL_TALLY_PARTS = 20 }; /* room for so many */
+size_t mill_tally_parts(struct mill_tally *tally, struct mill_part *part, size_t *values);
+
+/* Undoes mill_tally_finish; values: the bytes of those first parts as they were. */
+void mill_tally_rewind(struct mill_tally *tally, const unsigned char *values);
+
+/* Loads a state into a tally made from the same deck and world. `source` has no other bytes left.
+ */
+enum mill_status mill_tally_load(struct mill_tally *tally, struct mill_source *source,
                                  struct mill_error *error);
 
 #endif

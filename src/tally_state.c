@@ -5,32 +5,27 @@
 
 #include <string.h>
 
-enum { PARTS = 14 };
-
-/* What stands in front: lengths that must agree, and the one that sets the length of the table. */
-struct header {
-    uint64_t tally, cross, axial, planned, bits;
-};
-
-static struct header header_of(const struct mill_tally *tally)
+static struct mill_tally_header header_of(const struct mill_tally *tally)
 {
     const struct mill_map *cross = &tally->maps->cross, *axial = &tally->maps->axial;
-    return (struct header){.tally = sizeof *tally,
-                           .cross = (uint64_t)(cross->n[0] * cross->n[1]),
-                           .axial = (uint64_t)(axial->n[0] * axial->n[1]),
-                           .planned = tally->rotor.planned,
-                           .bits = (uint64_t)tally->pairs.bits};
+    return (struct mill_tally_header){.tally = sizeof *tally,
+                                      .cross = (uint64_t)(cross->n[0] * cross->n[1]),
+                                      .axial = (uint64_t)(axial->n[0] * axial->n[1]),
+                                      .planned = tally->rotor.planned,
+                                      .bits = (uint64_t)tally->pairs.bits};
 }
 
-static void list_parts(const struct mill_tally *tally, struct mill_part part[PARTS])
+size_t mill_tally_parts(struct mill_tally *t, struct mill_part *part, size_t *values)
 {
-    struct mill_tally *t = (struct mill_tally *)tally; /* written to only by mill_tally_load */
-    const struct header n = header_of(tally);
+    const struct mill_tally_header n = t->header = header_of(t);
     struct mill_map *cross = &t->maps->cross, *axial = &t->maps->axial;
-    const struct mill_part parts[PARTS] = {
+    const struct mill_part value[] = {
+        {&t->header, sizeof t->header},
         {&t->at, sizeof t->at},
         {t->impacts, sizeof t->impacts},
         {t->strikes, sizeof t->strikes},
+    };
+    const struct mill_part array[] = {
         {t->pairs.entry, mill_strikes_room(&t->pairs) * sizeof *t->pairs.entry},
         {&t->rotor.blocks, sizeof t->rotor.blocks},
         {t->rotor.power, (size_t)n.planned * sizeof *t->rotor.power},
@@ -43,23 +38,19 @@ static void list_parts(const struct mill_tally *tally, struct mill_part part[PAR
         {axial->hits, (size_t)n.axial * sizeof *axial->hits},
         {axial->flow, (size_t)n.axial * sizeof *axial->flow},
     };
-    memcpy(part, parts, sizeof parts);
+    *values = sizeof value / sizeof *value;
+    memcpy(part, value, sizeof value);
+    memcpy(part + *values, array, sizeof array);
+    return *values + sizeof array / sizeof *array;
 }
 
-size_t mill_tally_state_size(const struct mill_tally *tally)
+void mill_tally_rewind(struct mill_tally *tally, const unsigned char *values)
 {
-    struct mill_part part[PARTS];
-    list_parts(tally, part);
-    return sizeof(struct header) + mill_parts_size(part, PARTS);
-}
-
-void mill_tally_save(const struct mill_tally *tally, unsigned char *state)
-{
-    struct mill_part part[PARTS];
-    list_parts(tally, part);
-    const struct header header = header_of(tally);
-    memcpy(state, &header, sizeof header);
-    mill_parts_pack(part, PARTS, state + sizeof header);
+    struct mill_part part[MILL_TALLY_PARTS];
+    size_t count;
+    mill_tally_parts(tally, part, &count);
+    mill_parts_unpack(part + 1, count - 1, values + sizeof tally->header);
+    tally->observer.next = tally->at.next;
 }
 
 /* Indices that a damaged file must not smuggle in */
@@ -75,27 +66,30 @@ static bool sane(const struct mill_tally *tally)
     return tally->rotor.blocks <= tally->rotor.planned;
 }
 
-enum mill_status mill_tally_load(struct mill_tally *tally, const unsigned char *state, size_t size,
+enum mill_status mill_tally_load(struct mill_tally *tally, struct mill_source *source,
                                  struct mill_error *error)
 {
-    struct header header;
-    const struct header own = header_of(tally);
-    if (size < sizeof header)
+    struct mill_tally_header header;
+    struct mill_part part[MILL_TALLY_PARTS];
+    size_t values;
+    const struct mill_tally_header own = header_of(tally);
+    if (source->left < sizeof header)
         return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
-    memcpy(&header, state, sizeof header);
+    enum mill_status status = mill_parts_read(source, &header, sizeof header, error);
+    if (status != MILL_OK)
+        return status;
     if (header.tally != own.tally || header.cross != own.cross || header.axial != own.axial ||
         header.planned != own.planned)
         return mill_error_set(error, MILL_FAILED,
                               "the saved statistics are of another deck or program");
     if (header.bits > 40 || !mill_strikes_resize(&tally->pairs, (int)header.bits))
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    if (size != mill_tally_state_size(tally))
+    const size_t parts = mill_tally_parts(tally, part, &values);
+    if (source->left != mill_parts_size(part + 1, parts - 1))
         return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
-    struct mill_part part[PARTS];
-    list_parts(tally, part);
-    mill_parts_unpack(part, PARTS, state + sizeof header);
-    if (!sane(tally))
-        return mill_error_set(error, MILL_FAILED, "the saved statistics are damaged");
+    status = mill_parts_read_all(source, part + 1, parts - 1, error);
+    if (status == MILL_OK && !sane(tally))
+        status = mill_error_set(error, MILL_FAILED, "the saved statistics are damaged");
     tally->observer.next = tally->at.next;
-    return MILL_OK;
+    return status;
 }

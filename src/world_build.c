@@ -39,6 +39,13 @@ static enum mill_status make_species(const struct mill_deck *deck, struct mill_w
 enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_world **world,
                                    struct mill_error *error)
 {
+    return mill_world_create_watched(deck, NULL, world, error);
+}
+
+enum mill_status mill_world_create_watched(const struct mill_deck *deck,
+                                           const struct mill_start_watch *watch,
+                                           struct mill_world **world, struct mill_error *error)
+{
     struct mill_world *w = calloc(1, sizeof *w);
     *world = NULL;
     if (!w)
@@ -54,7 +61,8 @@ enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_wor
     if (status == MILL_OK)
         status = mill_walls_create(deck, &w->counts.quartics, &w->shape, &w->shapes, error);
     if (status == MILL_OK)
-        status = deck->start ? mill_start_read(deck, w, error) : mill_fill_random(deck, w, error);
+        status = deck->start ? mill_start_read(deck, watch, w, error)
+                             : mill_fill_random(deck, watch, w, error);
     if (status != MILL_OK) {
         mill_world_free(w);
         return status;

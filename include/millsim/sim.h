@@ -8,6 +8,7 @@
 
 #include <signal.h>
 #include <stdbool.h>
+#include <stddef.h>
 
 struct mill_sim;
 
@@ -29,12 +30,19 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
  * are beyond 1e-9 m go to the world's counts. The loop does it 16 times a simulated second. */
 void mill_sim_audit(struct mill_sim *sim);
 
-/* The state of sim and world as one run of bytes, for a run that is interrupted and goes on to the
- * same bits. Load into a sim of the same deck, before it runs. The bytes are good for the same
- * program only; MILL_FAILED when they are of another deck or damaged. */
-size_t mill_sim_state_size(const struct mill_sim *sim);
-void mill_sim_save(const struct mill_sim *sim, unsigned char *state);
-enum mill_status mill_sim_load(struct mill_sim *sim, const unsigned char *state, size_t size,
+/* The state of sim and world, for a run that is interrupted and goes on to the same bits, as a list
+ * of places (src/parts.h) that make one run of bytes: good for the same program only. The first
+ * *values of them are single values; the others are the arrays of the balls, which stay as they are
+ * until the next mill_sim_run, whatever is audited or written meanwhile. Returns how many. */
+enum { MILL_SIM_PARTS = 16 }; /* room for so many */
+struct mill_part;
+size_t mill_sim_parts(struct mill_sim *sim, struct mill_part *part, size_t *values);
+
+/* Loads such a state into a sim of the same deck, before it runs. `source` has no other bytes left.
+ * MILL_FAILED when they are of another deck or damaged: the sim is good for nothing then, unless it
+ * is another deck's state, which is not touched. */
+struct mill_source;
+enum mill_status mill_sim_load(struct mill_sim *sim, struct mill_source *source,
                                struct mill_error *error);
 
 /* How often each thing was checked, and held */

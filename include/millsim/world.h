@@ -84,6 +84,17 @@ struct mill_world {
 /* Builds the world of a deck: shapes, species, start positions, all checked. Owner: the caller. */
 enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_world **world,
                                    struct mill_error *error);
+
+/* Who is told, often, how far the start positions are: `done` of `all` balls. */
+struct mill_start_watch {
+    void (*tell)(void *self, const char *what, int32_t done, int32_t all);
+    void *self;
+};
+
+/* The same, watched; watch may be NULL. */
+enum mill_status mill_world_create_watched(const struct mill_deck *deck,
+                                           const struct mill_start_watch *watch,
+                                           struct mill_world **world, struct mill_error *error);
 void mill_world_free(struct mill_world *world);
 
 /* Where ball i is, and how fast, at local time t >= its own time. */

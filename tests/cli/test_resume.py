@@ -173,13 +173,14 @@ def test_a_run_killed_fifty_times_ends_with_the_same_bits(folder, tmp_path_facto
     chance = random.Random(20070315)
     whole = undisturbed(tmp_path_factory, MILL)
     mill = folder(MILL)
-    began = time.monotonic()
     mill.stop("-q", number=signal.SIGKILL)
-    first = time.monotonic() - began  # how long it takes to the first checkpoint, here and now
-    held, kills, resumed_at = rows(mill.file), 1, set()
+    began = time.monotonic()
+    mill.stop("-q", "--resume", number=signal.SIGKILL)
+    first = time.monotonic() - began  # how long a resumed run takes to a checkpoint, here and now
+    held, kills, resumed_at = rows(mill.file), 2, set()
     while kills < 50:
         interval = f"output.checkpoint={chance.uniform(1, 40):.2f} ms"
-        hit, said = kill_after(mill, chance.uniform(0.0, 2.0 * first), "--resume", "-s", interval)
+        hit, said = kill_after(mill, chance.uniform(0.0, 3.0 * first), "--resume", "-s", interval)
         kills += hit  # some come too late: the run was over
         if "resuming at t = " in said:
             resumed_at.add(float(said.split("resuming at t = ")[1].split()[0]))

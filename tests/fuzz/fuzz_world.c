@@ -5,6 +5,7 @@
  * piece or saved halfway and taken up by another, must give the same bits; or it is a paranoid one.
  */
 #include "mill.h"
+#include "parts.h"
 
 #include "walls.h"
 
@@ -321,13 +322,17 @@ static bool is_swift(const struct mill_world *w)
 static void hand_over(const struct mill_deck *deck, struct mill *m)
 {
     struct mill_error error = {""};
-    const size_t size = mill_sim_state_size(m->sim);
+    struct mill_part part[MILL_SIM_PARTS];
+    size_t values;
+    const size_t parts = mill_sim_parts(m->sim, part, &values);
+    const size_t size = mill_parts_size(part, parts);
     unsigned char *state = malloc(size);
     fuzz_require(state != NULL, "out of memory");
-    mill_sim_save(m->sim, state);
+    mill_parts_pack(part, parts, state);
+    struct mill_source_memory memory = mill_parts_from(state, size);
     close_mill(m);
     fuzz_require(open_mill(deck, m), "the same deck is refused");
-    fuzz_require(mill_sim_load(m->sim, state, size, &error) == MILL_OK, "%s", error.text);
+    fuzz_require(mill_sim_load(m->sim, &memory.source, &error) == MILL_OK, "%s", error.text);
     free(state);
 }
 

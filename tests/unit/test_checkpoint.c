@@ -56,107 +56,187 @@ static void close_run(struct run *r)
 
 static struct run run;
 static const struct mill_record_cost cost = {7.5, 3.25, 0.5, 9};
-static unsigned char *state;
+static struct mill_checkpoint_state taken;
+static unsigned char *state; /* its bytes */
 static size_t size;
+
+/* Writes /checkpoint and gives its bytes. */
+static unsigned char *write_state(struct mill_checkpoint_state *from, size_t *count)
+{
+    struct mill_error error = {""};
+    ck_assert_msg(mill_checkpoint_write(from, run.file, &error) == MILL_OK, "%s", error.text);
+    ck_assert_int_eq(mill_h5_count_bytes(run.file, "/checkpoint", count, NULL), MILL_OK);
+    unsigned char *bytes = malloc(*count);
+    ck_assert_int_eq(mill_h5_read_bytes(run.file, "/checkpoint", 0, *count, bytes, NULL), MILL_OK);
+    return bytes;
+}
 
 /* A run that stands at 60 ms, and its state */
 static void setup(void)
 {
     open_run(&run, mills[0]);
     bench_run(&run.bench, 0.06);
-    state = mill_checkpoint_take(&run.parts, &cost);
-    ck_assert_ptr_nonnull(state);
-    size = (size_t)mill_checkpoint_head(state).size;
+    ck_assert_int_eq(mill_checkpoint_take(&run.parts, &cost, &taken, NULL), MILL_OK);
+    state = write_state(&taken, &size);
+    ck_assert_uint_eq(size, taken.head.size);
 }
 
 static void teardown(void)
 {
     free(state);
+    mill_checkpoint_release(&taken);
     close_run(&run);
 }
 
+static void store(const unsigned char *bytes, size_t count)
+{
+    ck_assert_int_eq(
+        mill_h5_write(run.file, "/checkpoint", MILL_H5_U8, 1, &count, bytes, "byte", "-", NULL),
+        MILL_OK);
+}
+
 /* What reading says of these bytes, stored as /checkpoint of the run's own file; "" where it takes
- * them, and then they must come back as they were. */
+ * them. */
 static const char *verdict(const unsigned char *bytes, size_t count)
 {
     static struct mill_error error;
-    unsigned char *back = state;
+    struct mill_checkpoint head;
+    bool found = false;
     error.text[0] = '\0';
-    ck_assert_int_eq(
-        mill_h5_write(run.file, "/checkpoint", MILL_H5_U8, 1, &count, bytes, "byte", "-", &error),
-        MILL_OK);
-    if (mill_checkpoint_read(run.file, "mill.h5", &back, &error) == MILL_OK) {
-        ck_assert_mem_eq(back, bytes, count);
-        free(back);
+    store(bytes, count);
+    if (mill_checkpoint_read(run.file, "mill.h5", &head, &found, &error) == MILL_OK) {
+        ck_assert(found);
+        ck_assert_mem_eq(&head, bytes, sizeof head);
         return "";
     }
-    ck_assert_ptr_null(back);
     return error.text;
 }
 
 START_TEST(a_state_comes_back_from_the_file_as_it_was)
 {
-    unsigned char *back = NULL;
     struct mill_error error = {""};
-    ck_assert_int_eq(mill_checkpoint_write(state, run.file, NULL), MILL_OK);
-    ck_assert_msg(mill_checkpoint_read(run.file, "mill.h5", &back, &error) == MILL_OK, "%s",
+    struct mill_checkpoint head;
+    bool found = false;
+    ck_assert_msg(mill_checkpoint_read(run.file, "mill.h5", &head, &found, &error) == MILL_OK, "%s",
                   error.text);
-    ck_assert_mem_eq(back, state, size);
-    const struct mill_checkpoint head = mill_checkpoint_head(back);
+    ck_assert(found);
+    ck_assert_mem_eq(&head, &taken.head, sizeof head);
     ck_assert(head.cost.saving == 0.5 && head.cost.checkpoints == 9);
     ck_assert(head.cost.wall == 7.5 && head.cost.cpu == 3.25);
     ck_assert_uint_eq(head.frames.rows, 7); /* one every 10 ms, from 0 on */
     ck_assert_uint_eq(head.series.rows, 61);
     ck_assert_uint_eq(head.log.rows, bench_collisions(&run.bench));
-    free(back);
 }
 END_TEST
 
 START_TEST(a_file_without_a_state_has_none)
 {
-    unsigned char *back = state;
-    ck_assert_int_eq(mill_checkpoint_read(run.file, "mill.h5", &back, NULL), MILL_OK);
-    ck_assert_ptr_null(back);
-    ck_assert_int_eq(mill_checkpoint_remove(run.file, NULL), MILL_OK);
-    mill_checkpoint_write(state, run.file, NULL);
+    struct mill_checkpoint head;
+    bool found = true;
     ck_assert_int_eq(mill_checkpoint_remove(run.file, NULL), MILL_OK);
     ck_assert(!mill_h5_exists(run.file, "/checkpoint"));
-    back = state;
-    ck_assert_int_eq(mill_checkpoint_read(run.file, "mill.h5", &back, NULL), MILL_OK);
-    ck_assert_ptr_null(back);
+    ck_assert_int_eq(mill_checkpoint_read(run.file, "mill.h5", &head, &found, NULL), MILL_OK);
+    ck_assert(!found);
+    ck_assert_int_eq(mill_checkpoint_remove(run.file, NULL), MILL_OK);
 }
 END_TEST
 
 START_TEST(a_state_taken_twice_is_the_same_bytes)
 {
-    unsigned char *again = mill_checkpoint_take(&run.parts, &cost);
-    ck_assert_mem_eq(again, state, size);
-    free(again);
+    struct mill_checkpoint_state again;
+    size_t count;
+    ck_assert_int_eq(mill_checkpoint_take(&run.parts, &cost, &again, NULL), MILL_OK);
+    unsigned char *bytes = write_state(&again, &count);
+    ck_assert_uint_eq(count, size);
+    ck_assert_mem_eq(bytes, state, size);
+    free(bytes);
+    mill_checkpoint_release(&again);
+}
+END_TEST
+
+/* Results are written between the taking and the writing: they audit the mill and close the
+ * statistics. */
+START_TEST(results_written_meanwhile_change_nothing_in_it)
+{
+    size_t count;
+    run.bench.world->counts.largest_overlap = -1.0; /* so that the audit has something to change */
+    mill_checkpoint_release(&taken);
+    ck_assert_int_eq(mill_checkpoint_take(&run.parts, &cost, &taken, NULL), MILL_OK);
+    free(state);
+    state = write_state(&taken, &size);
+    mill_sim_audit(run.bench.sim);
+    ck_assert(run.bench.world->counts.largest_overlap > -1.0);
+    mill_tally_finish(run.parts.tally, run.bench.world, mill_sim_local_time(run.bench.sim));
+    ck_assert_int_eq(mill_tally_write(run.parts.tally, run.file, NULL), MILL_OK);
+    unsigned char *bytes = write_state(&taken, &count);
+    ck_assert_uint_eq(count, size);
+    ck_assert_mem_eq(bytes, state, size);
+    free(bytes);
 }
 END_TEST
 
 START_TEST(loop_and_statistics_go_on_from_it_to_the_same_bits)
 {
-    struct bench later;
-    struct mill_tally *tally;
-    bench_open(&later, mills[0], NULL);
-    ck_assert_int_eq(mill_tally_create(later.deck, later.world, &tally, NULL), MILL_OK);
-    ck_assert_int_eq(mill_sim_observe(later.sim, mill_tally_observer(tally)), MILL_OK);
-    ck_assert_int_eq(mill_checkpoint_load_sim(state, later.sim, NULL), MILL_OK);
-    ck_assert_int_eq(mill_checkpoint_load_tally(state, tally, NULL), MILL_OK);
-    bench_run(&later, 0.15);
+    struct run later = {0};
+    struct mill_checkpoint_state end;
+    struct mill_error error = {""};
+    size_t count;
+    bench_open(&later.bench, mills[0], NULL);
+    later.parts = run.parts; /* whose rows the head tells */
+    later.parts.sim = later.bench.sim;
+    ck_assert_int_eq(
+        mill_tally_create(later.bench.deck, later.bench.world, &later.parts.tally, NULL), MILL_OK);
+    observe(&later, mill_tally_observer(later.parts.tally));
+    ck_assert_msg(mill_checkpoint_load(run.file, "mill.h5", &taken.head, later.bench.sim,
+                                       later.parts.tally, &error) == MILL_OK,
+                  "%s", error.text);
+    bench_run(&later.bench, 0.15);
     bench_run(&run.bench, 0.15);
-    runs_are_alike(&run.bench, &later);
-    ck_assert_uint_eq(mill_tally_state_size(tally), mill_tally_state_size(run.parts.tally));
-    unsigned char *one = malloc(mill_tally_state_size(tally));
-    unsigned char *two = malloc(mill_tally_state_size(tally));
-    mill_tally_save(run.parts.tally, one);
-    mill_tally_save(tally, two);
-    ck_assert_mem_eq(one, two, mill_tally_state_size(tally));
-    free(one);
-    free(two);
-    mill_tally_free(tally);
-    bench_close(&later);
+    runs_are_alike(&run.bench, &later.bench);
+    unsigned char *bytes[2];
+    for (int k = 0; k < 2; k++) {
+        ck_assert_int_eq(mill_checkpoint_take(k ? &later.parts : &run.parts, &cost, &end, NULL),
+                         MILL_OK);
+        bytes[k] = write_state(&end, &count);
+        mill_checkpoint_release(&end);
+    }
+    ck_assert_mem_eq(bytes[0], bytes[1], count);
+    free(bytes[0]);
+    free(bytes[1]);
+    mill_tally_free(later.parts.tally);
+    bench_close(&later.bench);
+}
+END_TEST
+
+/* Between looking into a file and opening it for writing another run may have gone on with it. */
+START_TEST(a_state_that_was_replaced_meanwhile_is_refused)
+{
+    const struct mill_checkpoint seen = taken.head;
+    struct mill_checkpoint_state later;
+    struct mill_error error = {""};
+    size_t count;
+    bench_run(&run.bench, 0.08);
+    ck_assert_int_eq(mill_checkpoint_take(&run.parts, &cost, &later, NULL), MILL_OK);
+    free(write_state(&later, &count));
+    mill_checkpoint_release(&later);
+    ck_assert_int_eq(
+        mill_checkpoint_load(run.file, "mill.h5", &seen, run.bench.sim, run.parts.tally, &error),
+        MILL_FAILED);
+    ck_assert_str_eq(error.text, "mill.h5: another run has written to it meanwhile; see whether it "
+                                 "still needs --resume");
+}
+END_TEST
+
+START_TEST(bytes_that_change_on_their_way_back_are_noticed)
+{
+    struct mill_error error = {""};
+    const struct mill_checkpoint *head = &taken.head;
+    state[sizeof *head + head->sim + head->tally - 1] ^= 1; /* in a map: nothing else would tell */
+    store(state, size);
+    ck_assert_int_eq(
+        mill_checkpoint_load(run.file, "mill.h5", head, run.bench.sim, run.parts.tally, &error),
+        MILL_FAILED);
+    ck_assert_str_eq(error.text, "mill.h5: its checkpoint is damaged; start again with --force");
 }
 END_TEST
 
@@ -249,17 +329,14 @@ END_TEST
 /* Sizes that are wrong but fit together, or overflow */
 START_TEST(wrong_sizes_of_the_parts_are_refused)
 {
-    const struct mill_checkpoint good = mill_checkpoint_head(state);
+    const struct mill_checkpoint good = taken.head;
     const uint64_t sims[] = {0, good.sim + 8, good.sim - 8, UINT64_MAX, good.sim + good.tally + 8};
     for (size_t k = 0; k < sizeof sims / sizeof *sims; k++) {
         struct mill_checkpoint head = good;
         head.sim = sims[k];
         head.tally = good.tally + good.sim - sims[k];
         memcpy(state, &head, sizeof head);
-        if (verdict(state, size)[0])
-            continue;
-        /* not noticed yet: then by those who take it up */
-        ck_assert_int_eq(mill_checkpoint_load_sim(state, run.bench.sim, NULL), MILL_FAILED);
+        ck_assert_str_eq(verdict(state, size), damaged);
     }
 }
 END_TEST
@@ -281,6 +358,25 @@ START_TEST(parts_are_packed_one_after_another_and_come_back)
     ck_assert(b[0] == 1 && b[1] == 2 && b[2] == 3);
     ck_assert_str_eq(c, "abcd");
     ck_assert_uint_eq(mill_parts_size(part, 0), 0);
+    memset(b, 0, sizeof b);
+    struct mill_source_memory memory = mill_parts_from(bytes, 33);
+    ck_assert_int_eq(mill_parts_read_all(&memory.source, part, 5, NULL), MILL_OK);
+    ck_assert(a == 7 && b[0] == 1 && b[1] == 2 && b[2] == 3);
+    ck_assert_uint_eq(memory.source.left, 0);
+    ck_assert_int_eq(mill_parts_read(&memory.source, &a, 1, NULL), MILL_FAILED);
+}
+END_TEST
+
+START_TEST(parts_of_which_there_are_too_few_bytes_stay_as_they_are)
+{
+    double a = 1, b = 2;
+    const struct mill_part part[] = {{&a, sizeof a}, {&b, sizeof b}};
+    const unsigned char bytes[15] = {0};
+    struct mill_source_memory memory = mill_parts_from(bytes, sizeof bytes);
+    struct mill_error error = {""};
+    ck_assert_int_eq(mill_parts_read_all(&memory.source, part, 2, &error), MILL_FAILED);
+    ck_assert_str_eq(error.text, "the saved state is cut short");
+    ck_assert(a == 1 && b == 2);
 }
 END_TEST
 
@@ -290,7 +386,10 @@ int main(void)
         a_state_comes_back_from_the_file_as_it_was,
         a_file_without_a_state_has_none,
         a_state_taken_twice_is_the_same_bytes,
+        results_written_meanwhile_change_nothing_in_it,
         loop_and_statistics_go_on_from_it_to_the_same_bits,
+        a_state_that_was_replaced_meanwhile_is_refused,
+        bytes_that_change_on_their_way_back_are_noticed,
         bytes_of_another_program_are_refused,
         the_state_of_another_version_is_refused_by_its_name,
         a_version_without_an_end_is_no_way_out_of_the_state,
@@ -300,6 +399,7 @@ int main(void)
         a_state_cut_short_or_with_more_behind_it_is_refused,
         wrong_sizes_of_the_parts_are_refused,
         parts_are_packed_one_after_another_and_come_back,
+        parts_of_which_there_are_too_few_bytes_stay_as_they_are,
     };
     Suite *suite = suite_create("checkpoint");
     TCase *test = tcase_create("checkpoint");

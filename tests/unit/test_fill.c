@@ -444,6 +444,54 @@ START_TEST(one_ball_that_just_fits_is_placed)
 }
 END_TEST
 
+/* ---- how far it is ---- */
+
+struct told {
+    int times, stages, backwards;
+    const char *what;
+    int32_t done;
+};
+
+static void take_note(void *self, const char *what, int32_t done, int32_t all)
+{
+    struct told *told = self;
+    ck_assert(done >= 0 && done <= all && all > 95000);
+    if (!told->what || strcmp(told->what, what) != 0)
+        told->stages++;
+    else
+        told->backwards += done < told->done && told->stages == 1; /* pushing may stir others */
+    told->times++;
+    told->what = what;
+    told->done = done;
+}
+
+START_TEST(a_long_start_tells_how_far_it_is_and_is_the_same_unwatched)
+{
+    const struct charge c = {150, 240, true, {{5, 1}}, 0.42, 0, 1};
+    struct told told = {0};
+    const struct mill_start_watch watch = {take_note, &told};
+    struct mill_error error = {""};
+    struct mill_world *watched = NULL, *plain = fill(&c);
+    char text[2048];
+    long count[3] = {0};
+    count_balls(&c, count);
+    write_deck(text, sizeof text, &c, count);
+    struct mill_deck *deck = read_deck(text);
+    ck_assert_msg(mill_world_create_watched(deck, &watch, &watched, &error) == MILL_OK, "%s",
+                  error.text);
+    ck_assert_int_gt(told.times, 20);
+    ck_assert_int_eq(told.stages, 2); /* dropped, then pushed apart */
+    ck_assert_int_eq(told.backwards, 0);
+    /* the end comes as soon as nothing overlaps: a few may still be nearer than the spacing */
+    ck_assert_int_gt(told.done, plain->balls - plain->balls / 100);
+    for (int32_t i = 0; i < plain->balls; i++)
+        ck_assert(vec3_norm(vec3_sub(plain->ball[i].r, watched->ball[i].r)) == 0.0);
+    mill_world_free(watched);
+    mill_world_free(plain);
+    mill_deck_free(deck);
+}
+END_TEST
+
 /* ---- cost ---- */
 
 static double seconds_to_fill(const struct charge *c)
@@ -488,6 +536,7 @@ int main(void)
     tcase_add_test(tests, too_many_of_a_mixture_are_refused_with_counts_that_fit);
     tcase_add_test(tests, a_mill_without_room_for_one_ball_says_so);
     tcase_add_test(tests, one_ball_that_just_fits_is_placed);
+    tcase_add_test(tests, a_long_start_tells_how_far_it_is_and_is_the_same_unwatched);
     tcase_add_test(tests, a_hundred_thousand_balls_take_less_than_three_seconds);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);

@@ -311,12 +311,83 @@ START_TEST(two_files_of_the_same_content_have_the_same_bytes)
 }
 END_TEST
 
+/* Reads row `row` of /long, `length` triples. */
+static void read_row(const char *path, hsize_t row, hsize_t length, float *values)
+{
+    const hsize_t first[3] = {row, 0, 0}, size[3] = {1, length, 3};
+    const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    const hid_t set = H5Dopen2(file, "/long", H5P_DEFAULT);
+    const hid_t place = H5Dget_space(set), memory = H5Screate_simple(3, size, NULL);
+    H5Sselect_hyperslab(place, H5S_SELECT_SET, first, NULL, size, NULL);
+    ck_assert_int_ge(H5Dread(set, H5T_NATIVE_FLOAT, memory, place, H5P_DEFAULT, values), 0);
+    H5Sclose(memory);
+    H5Sclose(place);
+    H5Dclose(set);
+    H5Fclose(file);
+}
+
+START_TEST(a_row_in_pieces_is_the_row)
+{
+    static const size_t lengths[] = {1, 5, 2731, 21845, 21846, 50000, 100001};
+    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) {
+        const size_t length = lengths[k];
+        const struct mill_h5_layout layout = {MILL_H5_F32, 2, {length, 3}, 0, "m", "-"};
+        struct fixture f;
+        struct mill_h5 *file = new_file(&f);
+        struct mill_h5_column *column;
+        float *row = malloc(length * 3 * sizeof *row), *read = malloc(length * 3 * sizeof *read);
+        mill_h5_column_create(file, "/long", &layout, 0, &column, NULL);
+        const size_t piece = mill_h5_column_piece(column);
+        ck_assert_uint_le(piece, length);
+        ck_assert(piece == length || piece * 12 <= 262144);
+        for (size_t n = 0; n < 3; n++) {
+            for (size_t i = 0; i < 3 * length; i++)
+                row[i] = (float)(i + 1000000 * n);
+            for (size_t first = 0; first < length; first += piece)
+                ck_assert_int_eq(mill_h5_column_append_piece(column, first, row + 3 * first, NULL),
+                                 MILL_OK);
+            ck_assert_uint_eq(mill_h5_column_rows(column), n + 1);
+        }
+        mill_h5_column_flush(column, NULL);
+        mill_h5_column_free(column);
+        close_file(file);
+        for (size_t n = 0; n < 3; n++) {
+            read_row(f.path, n, length, read);
+            for (size_t i = 0; i < 3 * length; i++)
+                ck_assert(read[i] == (float)(i + 1000000 * n));
+        }
+        free(row);
+        free(read);
+        unlink(f.path);
+    }
+}
+END_TEST
+
+START_TEST(parts_of_bytes_are_stored_one_after_another)
+{
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    char a[] = "the first, ", b[] = "the second";
+    const struct mill_part part[] = {{a, sizeof a - 1}, {NULL, 0}, {b, sizeof b}};
+    char read[sizeof a - 1 + sizeof b];
+    size_t count = 0;
+    for (int again = 0; again < 2; again++) /* what had the name is replaced */
+        ck_assert_int_eq(mill_h5_write_parts(file, "/p", part, 3, "-", NULL), MILL_OK);
+    ck_assert_int_eq(mill_h5_count_bytes(file, "/p", &count, NULL), MILL_OK);
+    ck_assert_uint_eq(count, sizeof read);
+    ck_assert_int_eq(mill_h5_read_bytes(file, "/p", 0, count, read, NULL), MILL_OK);
+    ck_assert_str_eq(read, "the first, the second");
+    close_file(file);
+    unlink(f.path);
+}
+END_TEST
+
 START_TEST(bytes_come_back_and_nothing_else_passes_for_them)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     const unsigned char bytes[5] = {0, 255, 1, 128, 7};
-    unsigned char *read = NULL;
+    unsigned char read[6] = {9, 9, 9, 9, 9, 9};
     char *text = NULL;
     size_t count = 5;
     mill_h5_write(file, "/b", MILL_H5_U8, 1, &count, bytes, "byte", "-", NULL);
@@ -325,17 +396,21 @@ START_TEST(bytes_come_back_and_nothing_else_passes_for_them)
     close_file(file);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_READ, &file, NULL), MILL_OK);
     count = 0;
-    ck_assert_int_eq(mill_h5_read_bytes(file, "/b", &read, &count, NULL), MILL_OK);
+    ck_assert_int_eq(mill_h5_count_bytes(file, "/b", &count, NULL), MILL_OK);
     ck_assert_uint_eq(count, 5);
+    ck_assert_int_eq(mill_h5_read_bytes(file, "/b", 0, 5, read, NULL), MILL_OK);
     ck_assert_mem_eq(read, bytes, 5);
-    free(read);
-    close_file(file);
-    const char *const no_bytes[] = {"/t", "/none", "/x/y"}, *const no_text[] = {"/b", "/x",
-                                                                                "/none"};
+    ck_assert_int_eq(mill_h5_read_bytes(file, "/b", 3, 2, read, NULL), MILL_OK);
+    ck_assert_mem_eq(read, bytes + 3, 2);
+    ck_assert_mem_eq(read + 2, bytes + 2, 3);
+    ck_assert_uint_eq(read[5], 9);
+    ck_assert_int_eq(mill_h5_read_bytes(file, "/b", 3, 3, read, NULL), MILL_FAILED);
+    mill_h5_abandon(file);
+    const char *const no_bytes[] = {"/t", "/none", "/x"}, *const no_text[] = {"/b", "/x", "/none"};
     for (int k = 0; k < 3; k++) {
         struct mill_error error = {""};
         mill_h5_create(f.path, MILL_H5_READ, &file, NULL);
-        ck_assert_int_eq(mill_h5_read_bytes(file, no_bytes[k], &read, &count, &error), MILL_FAILED);
+        ck_assert_int_eq(mill_h5_count_bytes(file, no_bytes[k], &count, &error), MILL_FAILED);
         ck_assert_msg(strstr(error.text, no_bytes[k]), "%s", error.text);
         mill_h5_abandon(file);
         mill_h5_create(f.path, MILL_H5_READ, &file, NULL);
@@ -366,6 +441,8 @@ int main(void)
         a_column_taken_up_again_drops_what_came_after,
         a_column_may_outlive_its_file,
         two_files_of_the_same_content_have_the_same_bytes,
+        a_row_in_pieces_is_the_row,
+        parts_of_bytes_are_stored_one_after_another,
         bytes_come_back_and_nothing_else_passes_for_them,
     };
     return run_tests("h5", tests, sizeof tests / sizeof tests[0], NULL, 0, 0);

@@ -49,6 +49,28 @@ START_TEST(the_first_instant_claims_no_rates)
 }
 END_TEST
 
+/* Balls placed are no simulated time: no rates come of them, neither now nor later. */
+START_TEST(a_start_that_takes_long_is_shown_by_what_it_does)
+{
+    const struct mill_progress placing = {
+        .time = 4e5, .end = 1e6, .wall = 2.5, .stage = "dropping balls"};
+    const struct mill_progress begun = {.end = 0.3, .wall = 9.0, .begins = true};
+    const struct mill_progress later = {.time = 0.15, .end = 0.3, .collisions = 100, .wall = 14.0};
+    char *text = NULL;
+    size_t size = 0;
+    struct mill_progress_display display;
+    mill_progress_init(&display, open_memstream(&text, &size), true);
+    mill_progress_show(&display, &placing);
+    mill_progress_show(&display, &begun);
+    mill_progress_show(&display, &later);
+    fclose(display.out);
+    ck_assert_msg(strstr(text, "\rdropping balls   40 %"), "%s", text);
+    ck_assert_msg(strstr(text, "\r0.15 s of 0.3 s   50 %   20 collisions/s   0.03 s/s   5 s left"),
+                  "%s", text);
+    free(text);
+}
+END_TEST
+
 static const struct left {
     double wall; /* [s] for half of the run: as much is left */
     const char *text;
@@ -126,6 +148,7 @@ int main(void)
     tcase_add_test(test, the_line_is_never_wider_than_asked);
     tcase_add_test(test, only_the_end_is_100_percent);
     tcase_add_test(test, the_first_instant_claims_no_rates);
+    tcase_add_test(test, a_start_that_takes_long_is_shown_by_what_it_does);
     tcase_add_loop_test(test, time_left_is_told_in_its_own_units, 0,
                         (int)(sizeof lefts / sizeof *lefts));
     tcase_add_test(test, a_log_gets_a_line_after_2_s_and_then_at_growing_gaps);

@@ -1,5 +1,6 @@
 /* Claims about the saved state of the loop: a run that is taken up from it goes on to the same
  * bits, and no bytes of another mill, nor damaged ones, are taken for it. */
+#include "parts.h"
 #include "sim_mills.h"
 #include "sim_private.h"
 
@@ -11,11 +12,21 @@ static uint64_t next_random(uint64_t *seed)
 
 static unsigned char *state_of(const struct bench *b, size_t *size)
 {
-    *size = mill_sim_state_size(b->sim);
+    struct mill_part part[MILL_SIM_PARTS];
+    size_t values;
+    const size_t parts = mill_sim_parts(b->sim, part, &values);
+    ck_assert_uint_le(parts, MILL_SIM_PARTS);
+    *size = mill_parts_size(part, parts);
     unsigned char *state = malloc(*size);
     ck_assert_ptr_nonnull(state);
-    mill_sim_save(b->sim, state);
+    ck_assert_ptr_eq(mill_parts_pack(part, parts, state), state + *size);
     return state;
+}
+
+static enum mill_status load(struct bench *b, const unsigned char *state, size_t size)
+{
+    struct mill_source_memory memory = mill_parts_from(state, size);
+    return mill_sim_load(b->sim, &memory.source, &b->error);
 }
 
 /* A mill of its own, made from the deck anew, that has taken up the state of `b`; that one ends. */
@@ -26,8 +37,7 @@ static void hand_over(struct bench *b, const char *deck)
     unsigned char *state = state_of(b, &size);
     bench_close(b);
     bench_open(&next, deck, NULL);
-    ck_assert_msg(mill_sim_load(next.sim, state, size, &next.error) == MILL_OK, "%s",
-                  next.error.text);
+    ck_assert_msg(load(&next, state, size) == MILL_OK, "%s", next.error.text);
     free(state);
     *b = next;
 }
@@ -156,7 +166,7 @@ START_TEST(a_state_of_another_mill_is_refused)
     bench_run(&b, 0.02);
     unsigned char *state = state_of(&b, &size);
     bench_open(&other, others[_i], NULL);
-    ck_assert_int_eq(mill_sim_load(other.sim, state, size, &other.error), MILL_FAILED);
+    ck_assert_int_eq(load(&other, state, size), MILL_FAILED);
     ck_assert_str_eq(other.error.text, "the saved balls are of another deck or program");
     bench_run(&other, 0.02); /* and it is none the worse for it */
     bench_close(&other);
@@ -177,7 +187,7 @@ START_TEST(a_state_cut_short_is_refused)
         /* of just this length, so that a tool for memory errors sees what is read beyond it */
         unsigned char *part = malloc(lengths[k] + 1);
         memcpy(part, state, lengths[k] < size ? lengths[k] : size);
-        ck_assert_int_eq(mill_sim_load(b.sim, part, lengths[k], &b.error), MILL_FAILED);
+        ck_assert_int_eq(load(&b, part, lengths[k]), MILL_FAILED);
         free(part);
     }
     free(state);
@@ -238,7 +248,7 @@ START_TEST(an_index_out_of_range_is_refused)
     bad.sim->predict->cells.cell[42] = cell; /* so that it can be freed */
     bad.world->ball[42].species = species;
     bench_open(&good, own, NULL);
-    ck_assert_int_eq(mill_sim_load(good.sim, state, size, &good.error), MILL_FAILED);
+    ck_assert_int_eq(load(&good, state, size), MILL_FAILED);
     ck_assert_str_eq(good.error.text, "the saved balls are damaged");
     free(state);
     bench_close(&good);

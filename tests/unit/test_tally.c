@@ -306,6 +306,25 @@ static void play_trace(int from, int to)
     }
 }
 
+static unsigned char *state_of(struct mill_tally *tally, size_t *size)
+{
+    struct mill_part part[MILL_TALLY_PARTS];
+    size_t values;
+    const size_t parts = mill_tally_parts(tally, part, &values);
+    ck_assert_uint_le(parts, MILL_TALLY_PARTS);
+    *size = mill_parts_size(part, parts);
+    unsigned char *state = malloc(*size);
+    mill_parts_pack(part, parts, state);
+    return state;
+}
+
+static enum mill_status load(struct mill_tally *tally, const unsigned char *state, size_t size,
+                             struct mill_error *error)
+{
+    struct mill_source_memory memory = mill_parts_from(state, size);
+    return mill_tally_load(tally, &memory.source, error);
+}
+
 /* The results as bytes; `cut` < TRACE: saved there and loaded into a new tally. */
 static unsigned char *result_of(int cut, size_t *size)
 {
@@ -315,9 +334,7 @@ static unsigned char *result_of(int cut, size_t *size)
     fixture_create(&f);
     play_trace(0, cut);
     if (cut < TRACE) {
-        *size = mill_tally_state_size(f.tally);
-        unsigned char *state = malloc(*size);
-        mill_tally_save(f.tally, state);
+        unsigned char *state = state_of(f.tally, size);
         struct fixture again = f; /* the books go on as they are */
         mill_tally_free(f.tally);
         struct fixture fresh;
@@ -326,14 +343,12 @@ static unsigned char *result_of(int cut, size_t *size)
         fresh.world.rotor_speed = again.world.rotor_speed;
         fixture_create(&fresh);
         f.tally = fresh.tally;
-        ck_assert_int_eq(mill_tally_load(f.tally, state, *size, NULL), MILL_OK);
+        ck_assert_int_eq(load(f.tally, state, *size, NULL), MILL_OK);
         free(state);
     }
     play_trace(cut, TRACE);
     fixture_finish(&f, 0.54);
-    *size = mill_tally_state_size(f.tally);
-    unsigned char *result = malloc(*size);
-    mill_tally_save(f.tally, result);
+    unsigned char *result = state_of(f.tally, size);
     mill_tally_free(f.tally);
     f.tally = NULL;
     return result;
@@ -354,19 +369,56 @@ START_TEST(an_interrupted_tally_ends_with_the_same_bits)
 }
 END_TEST
 
+/* A checkpoint writes the results so far, and the run goes on. */
+START_TEST(a_tally_finished_and_taken_back_ends_with_the_same_bits)
+{
+    size_t size, other, values;
+    unsigned char *straight = result_of(TRACE, &size);
+    fixture_init(&f);
+    f.deck.time = 0.54;
+    f.deck.rotor_speed = f.world.rotor_speed = 2 * PI * 200;
+    fixture_create(&f);
+    const int cuts[] = {0, 10, 1000, 10001, TRACE - 1, TRACE};
+    for (size_t i = 1; i < sizeof cuts / sizeof *cuts; i++) {
+        struct mill_part part[MILL_TALLY_PARTS];
+        play_trace(cuts[i - 1], cuts[i]);
+        mill_tally_parts(f.tally, part, &values);
+        unsigned char *before = malloc(mill_parts_size(part, values));
+        mill_parts_pack(part, values, before);
+        unsigned char *state = state_of(f.tally, &size);
+        mill_tally_finish(f.tally, &f.world, 1e-5 * (double)i);
+        unsigned char *finished = state_of(f.tally, &other);
+        ck_assert(memcmp(finished, state, size) != 0);
+        mill_tally_rewind(f.tally, before);
+        unsigned char *again = state_of(f.tally, &other);
+        ck_assert_uint_eq(size, other);
+        ck_assert(memcmp(again, state, size) == 0);
+        ck_assert(f.tally->observer.next == f.tally->at.next);
+        free(before);
+        free(state);
+        free(finished);
+        free(again);
+    }
+    fixture_finish(&f, 0.54);
+    unsigned char *result = state_of(f.tally, &other);
+    ck_assert(memcmp(result, straight, size) == 0);
+    free(result);
+    free(straight);
+}
+END_TEST
+
 START_TEST(a_state_cut_short_or_of_another_deck_is_refused)
 {
     struct mill_error error;
     fixture_create(&f);
-    const size_t size = mill_tally_state_size(f.tally);
-    unsigned char *state = malloc(size);
-    mill_tally_save(f.tally, state);
-    ck_assert_int_eq(mill_tally_load(f.tally, state, size - 1, &error), MILL_FAILED);
-    ck_assert_int_eq(mill_tally_load(f.tally, state, 8, &error), MILL_FAILED);
+    size_t size;
+    unsigned char *state = state_of(f.tally, &size);
+    ck_assert_int_eq(load(f.tally, state, size - 1, &error), MILL_FAILED);
+    ck_assert_int_eq(load(f.tally, state, 8, &error), MILL_FAILED);
     mill_tally_free(f.tally);
     f.world.drum_length = 0.24;
     fixture_create(&f);
-    ck_assert_int_eq(mill_tally_load(f.tally, state, size, &error), MILL_FAILED);
+    ck_assert_int_eq(load(f.tally, state, size, &error), MILL_FAILED);
     ck_assert_ptr_nonnull(strstr(error.text, "another deck"));
     free(state);
 }
@@ -375,7 +427,9 @@ END_TEST
 START_TEST(the_tally_takes_less_than_two_megabytes)
 {
     fixture_create(&f);
-    ck_assert_uint_lt(sizeof *f.tally + mill_tally_state_size(f.tally), 2000000);
+    size_t size;
+    free(state_of(f.tally, &size));
+    ck_assert_uint_lt(sizeof *f.tally + size, 2000000);
 }
 END_TEST
 
@@ -403,6 +457,7 @@ static Suite *make_suite(void)
     tcase_add_test(tests, a_run_stopped_before_the_window_has_empty_statistics);
     tcase_add_test(tests, a_short_window_gets_100_snapshots_a_long_one_1000_a_second);
     tcase_add_test(tests, an_interrupted_tally_ends_with_the_same_bits);
+    tcase_add_test(tests, a_tally_finished_and_taken_back_ends_with_the_same_bits);
     tcase_add_test(tests, a_state_cut_short_or_of_another_deck_is_refused);
     tcase_add_test(tests, the_tally_takes_less_than_two_megabytes);
     suite_add_tcase(suite, tests);
