@@ -39,45 +39,44 @@ static void count_strike(struct mill_tally_row *row, const struct mill_impact *i
     t->strike_loss += impact->dissipation;
 }
 
-/* The first contact of a strike is counted, if the window is open; later ones add their loss. */
-static enum mill_status meet(struct mill_tally *tally, struct mill_tally_row *row,
-                             const struct mill_impact *impact, int normal, int tangential,
-                             struct mill_error *error)
+/* A later contact adds its loss to the first, if that was counted. */
+static void add_to_strike(struct mill_tally_row *row, const struct mill_strike *strike, double loss)
 {
-    bool fresh;
-    struct mill_strike *strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball,
-                                                   impact->partner, impact->time, &fresh);
-    if (!strike)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    if (fresh) {
-        strike->normal = tally->at.open ? (int16_t)normal : -1;
-        strike->tangential = (int16_t)tangential;
-        if (tally->at.open)
-            count_strike(row, impact, normal, tangential);
-    } else if (strike->normal >= 0) {
-        const int fast = strike->normal >= MILL_SPECTRUM_FAST;
-        row->normal[strike->normal].strike_loss += impact->dissipation;
-        row->tangential[fast][strike->tangential].strike_loss += impact->dissipation;
-    }
-    return MILL_OK;
+    const int fast = strike->normal >= MILL_SPECTRUM_FAST;
+    if (strike->normal < 0)
+        return;
+    row->normal[strike->normal].strike_loss += loss;
+    row->tangential[fast][strike->tangential].strike_loss += loss;
 }
 
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
                                   struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    if (tally->at.closed || (!tally->at.open && impact->time < tally->watch))
+    const bool open = tally->at.open;
+    if (tally->at.closed || (!open && impact->time < tally->watch))
         return MILL_OK;
     struct mill_tally_row *row = &tally->row[impact->kind];
     const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
     const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
-    if (tally->at.open) {
-        count_impact(row, impact, normal, tangential);
-        mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
+    bool fresh = true;
+    if (tally->pairs.window > 0) {
+        struct mill_strike *strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball,
+                                                       impact->partner, impact->time, &fresh);
+        if (!strike)
+            return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
+        if (fresh) {
+            strike->normal = open ? (int16_t)normal : -1;
+            strike->tangential = (int16_t)tangential;
+        } else {
+            add_to_strike(row, strike, impact->dissipation);
+        }
     }
-    if (tally->pairs.window > 0)
-        return meet(tally, row, impact, normal, tangential, error);
-    if (tally->at.open)
+    if (!open)
+        return MILL_OK;
+    mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
+    count_impact(row, impact, normal, tangential);
+    if (fresh)
         count_strike(row, impact, normal, tangential);
     return MILL_OK;
 }
