@@ -11,6 +11,7 @@
 
 enum {
     BLOCK = 32, /* balls */
+    LANES = 4,  /* balls whose places are found at a time: their number is rounded up to this */
     POINTS = 32 /* (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1), in half spacings */
 };
 
@@ -25,6 +26,7 @@ enum { SPOTS = 6 };
 static const double spot[SPOTS][2] = {{-3, 1}, {-1, 1}, {1, 1}, {3, 1}, {-1, 3}, {1, 3}};
 
 struct block {
+    int count, padded;                   /* balls; rounded up */
     double x[BLOCK], y[BLOCK], z[BLOCK]; /* [m] centres */
     double u[BLOCK], v[BLOCK], w[BLOCK]; /* [m/s] */
     double h[BLOCK];                     /* [m] half the spacing */
@@ -44,12 +46,14 @@ typedef double half __attribute__((vector_size(16), may_alias));
 /* Everything below is compiled twice: see mill_maps_sample. */
 #define INLINE static inline __attribute__((always_inline))
 
-/* Where there are fewer than BLOCK, the last one again: places are found for whole blocks. */
-INLINE void take(struct block *b, const struct mill_world *world, int32_t first, int count,
-                 double t)
+/* Up to BLOCK balls from `first` on; the last one again to round them up */
+INLINE void take(struct block *b, const struct mill_world *world, int32_t first, double t)
 {
     const struct mill_ball *ball = world->ball + first;
-    for (int i = 0; i < BLOCK; i++) {
+    b->count = world->balls - first < BLOCK ? (int)(world->balls - first) : BLOCK;
+    b->padded = (b->count + LANES - 1) / LANES * LANES;
+    const int n = b->padded;
+    for (int i = 0; i < n; i++) {
         const vec3 r = vec3_fly(ball->r, ball->v, world->g, t - ball->t);
         const vec3 v = vec3_axpy(ball->v, t - ball->t, world->g);
         b->x[i] = r.x;
@@ -59,9 +63,9 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
         b->v[i] = v.y;
         b->w[i] = v.z;
         b->h[i] = world->species[ball->species].radius;
-        ball += i + 1 < count;
+        ball += i + 1 < b->count;
     }
-    for (int i = 0; i < BLOCK; i++) {
+    for (int i = 0; i < n; i++) {
         const double a = b->h[i];
         b->h[i] = a * HALF_SPACING;
         b->two[i] = 2 * (4 * MILL_PI / 3 * a * a * a / POINTS);
@@ -70,13 +74,13 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
 
 /* Cells of the four planes across one axis. No ball reaches so far beyond the wall that its outer
  * plane does; one that did would be moved inside. */
-INLINE void place_planes(const struct mill_map *map, int axis, int stride,
+INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride,
                          const double centre[BLOCK], const double h[BLOCK],
                          unsigned offset[4][BLOCK])
 {
     const double per = map->per[axis], zero = -map->from[axis] * per;
     const double end = map->n[axis] - 1e-9;
-    for (int i = 0; i < BLOCK; i++) {
+    for (int i = 0; i < n; i++) {
         const double one = h[i] * per, three = 3 * one;
         double at = centre[i] * per + zero;
         at = at < end - three ? at : end - three;
@@ -91,7 +95,8 @@ INLINE void place_planes(const struct mill_map *map, int axis, int stride,
 INLINE void place_spots(const struct mill_map *map, struct block *b)
 {
     const double per = map->per[1], last = map->n[1] - 1;
-    for (int i = 0; i < BLOCK; i++) {
+    const int n = b->padded;
+    for (int i = 0; i < n; i++) {
         const double radius = sqrt(b->y[i] * b->y[i] + b->z[i] * b->z[i]);
         const double c = radius > 0 ? b->y[i] / radius : 1, s = radius > 0 ? b->z[i] / radius : 0;
         b->radius[i] = radius;
@@ -99,7 +104,7 @@ INLINE void place_spots(const struct mill_map *map, struct block *b)
         b->around[i] = b->w[i] * c - b->v[i] * s;
     }
     for (int k = 0; k < SPOTS; k++) {
-        for (int i = 0; i < BLOCK; i++) {
+        for (int i = 0; i < n; i++) {
             const double h = b->h[i], along = b->radius[i] + spot[k][0] * h;
             const double there = sqrt(along * along + spot[k][1] * h * spot[k][1] * h);
             const double at = there * per;
@@ -194,13 +199,12 @@ INLINE void sample(struct mill_maps *maps, const struct mill_world *world, doubl
     const int cell = (int)sizeof *maps->cross.flow;
     struct block b __attribute__((aligned(64)));
     for (int32_t first = 0; first < world->balls; first += BLOCK) {
-        const int count = world->balls - first < BLOCK ? (int)(world->balls - first) : BLOCK;
-        take(&b, world, first, count, t);
-        place_planes(&maps->cross, 0, cell * maps->cross.n[1], b.y, b.h, b.row);
-        place_planes(&maps->cross, 1, cell, b.z, b.h, b.column);
-        place_planes(&maps->axial, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);
+        take(&b, world, first, t);
+        place_planes(&maps->cross, b.padded, 0, cell * maps->cross.n[1], b.y, b.h, b.row);
+        place_planes(&maps->cross, b.padded, 1, cell, b.z, b.h, b.column);
+        place_planes(&maps->axial, b.padded, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);
         place_spots(&maps->axial, &b);
-        for (int i = 0; i < count; i++) {
+        for (int i = 0; i < b.count; i++) {
             pour_cross(&maps->cross, &b, i, wide);
             pour_axial(&maps->axial, &b, i, wide);
         }
