@@ -11,7 +11,7 @@
 
 enum {
     BLOCK = 32, /* balls */
-    LANES = 4,  /* balls whose places are found at a time: their number is rounded up to this */
+    LANES = 8,  /* balls whose places are found at a time: their number is rounded up to this */
     POINTS = 32 /* (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1), in half spacings */
 };
 
@@ -212,40 +212,58 @@ INLINE void sample(struct mill_maps *maps, const struct mill_world *world, doubl
     maps->samples++;
 }
 
-/* For any processor, and on x86-64 for those with AVX2 (most since 2013), which do the same
- * operations on four numbers at a time, to the same bits. */
-static void sample_narrow(struct mill_maps *maps, const struct mill_world *world, double t)
+/* The same source for any processor and, on x86-64, for those with AVX2 and with AVX-512: the same
+ * operations on more numbers at a time, to the same bits, as none is contracted. */
+static void sample_any(struct mill_maps *maps, const struct mill_world *world, double t)
 {
     sample(maps, world, t, false);
 }
 
 #if defined __x86_64__ && defined __GNUC__
-__attribute__((target("avx2"))) static void sample_wide(struct mill_maps *maps,
+__attribute__((target("avx2"))) static void sample_avx2(struct mill_maps *maps,
                                                         const struct mill_world *world, double t)
 {
     sample(maps, world, t, true);
 }
 
-static bool can_wide(void)
+__attribute__((target("avx512f,avx512vl"))) static void
+sample_avx512(struct mill_maps *maps, const struct mill_world *world, double t)
 {
-    return __builtin_cpu_supports("avx2");
-}
-#else
-static void sample_wide(struct mill_maps *maps, const struct mill_world *world, double t)
-{
-    sample_narrow(maps, world, t);
+    sample(maps, world, t, true);
 }
 
-static bool can_wide(void)
+int mill_maps_widest(void)
 {
-    return false;
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl"))
+        return 512;
+    return __builtin_cpu_supports("avx2") ? 256 : 128;
+}
+
+void mill_maps_sample_as(struct mill_maps *maps, const struct mill_world *world, double t,
+                         int width)
+{
+    if (width == 512)
+        sample_avx512(maps, world, t);
+    else if (width == 256)
+        sample_avx2(maps, world, t);
+    else
+        sample_any(maps, world, t);
+}
+#else
+int mill_maps_widest(void)
+{
+    return 128;
+}
+
+void mill_maps_sample_as(struct mill_maps *maps, const struct mill_world *world, double t,
+                         int width)
+{
+    (void)width;
+    sample_any(maps, world, t);
 }
 #endif
 
 void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t)
 {
-    if (can_wide())
-        sample_wide(maps, world, t);
-    else
-        sample_narrow(maps, world, t);
+    mill_maps_sample_as(maps, world, t, mill_maps_widest());
 }
