@@ -9,76 +9,56 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 64 /* [B] of the cache */ };
-
 /* ---- impacts ---- */
 
-static void count_impact(struct mill_tally_row *row, const struct mill_impact *impact, int normal,
-                         int tangential)
+static void count(struct mill_speeds *speeds, const struct mill_impact *impact, int normal,
+                  int tangential)
 {
     const int fast = normal >= MILL_SPECTRUM_FAST;
-    struct mill_tally_slot *n = &row->normal[normal], *t = &row->tangential[fast][tangential];
-    row->impact_normal += impact->normal_speed;
-    row->impact_tangential[fast] += impact->tangential_speed;
-    n->impacts++;
-    n->impact_loss += impact->dissipation;
-    t->impacts++;
-    t->impact_loss += impact->dissipation;
+    mill_spectrum_add(&speeds->normal, normal, impact->normal_speed, impact->dissipation);
+    mill_spectrum_add(&speeds->tangential[fast], tangential, impact->tangential_speed,
+                      impact->dissipation);
 }
 
-static void count_strike(struct mill_tally_row *row, const struct mill_impact *impact, int normal,
-                         int tangential)
+static enum mill_status count_strike(struct mill_tally *tally, const struct mill_impact *impact,
+                                     int normal, int tangential, struct mill_error *error)
 {
-    const int fast = normal >= MILL_SPECTRUM_FAST;
-    struct mill_tally_slot *n = &row->normal[normal], *t = &row->tangential[fast][tangential];
-    row->strike_normal += impact->normal_speed;
-    row->strike_tangential[fast] += impact->tangential_speed;
-    n->strikes++;
-    n->strike_loss += impact->dissipation;
-    t->strikes++;
-    t->strike_loss += impact->dissipation;
-}
-
-/* A later contact adds its loss to the first, if that was counted. */
-static void add_to_strike(struct mill_tally_row *row, const struct mill_strike *strike, double loss)
-{
-    const int fast = strike->normal >= MILL_SPECTRUM_FAST;
-    if (strike->normal < 0)
-        return;
-    row->normal[strike->normal].strike_loss += loss;
-    row->tangential[fast][strike->tangential].strike_loss += loss;
+    struct mill_speeds *speeds = &tally->strikes[impact->kind];
+    bool fresh = true;
+    struct mill_strike *strike = NULL;
+    if (tally->pairs.window > 0) {
+        strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball, impact->partner,
+                                   impact->time, &fresh);
+        if (!strike)
+            return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
+    }
+    if (fresh && tally->at.open)
+        count(speeds, impact, normal, tangential);
+    if (fresh && strike) {
+        strike->normal = tally->at.open ? (int16_t)normal : -1;
+        strike->tangential = (int16_t)tangential;
+    }
+    if (!fresh && strike->normal >= 0) {
+        const int fast = strike->normal >= MILL_SPECTRUM_FAST;
+        speeds->normal.slot[strike->normal].dissipation += impact->dissipation;
+        speeds->tangential[fast].slot[strike->tangential].dissipation += impact->dissipation;
+    }
+    return MILL_OK;
 }
 
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
                                   struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    const bool open = tally->at.open;
-    if (tally->at.closed || (!open && impact->time < tally->watch))
+    if (tally->at.closed || (!tally->at.open && impact->time < tally->watch))
         return MILL_OK;
-    struct mill_tally_row *row = &tally->row[impact->kind];
     const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
     const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
-    bool fresh = true;
-    if (tally->pairs.window > 0) {
-        struct mill_strike *strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball,
-                                                       impact->partner, impact->time, &fresh);
-        if (!strike)
-            return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-        if (fresh) {
-            strike->normal = open ? (int16_t)normal : -1;
-            strike->tangential = (int16_t)tangential;
-        } else {
-            add_to_strike(row, strike, impact->dissipation);
-        }
+    if (tally->at.open) {
+        count(&tally->impacts[impact->kind], impact, normal, tangential);
+        mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
     }
-    if (!open)
-        return MILL_OK;
-    mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
-    count_impact(row, impact, normal, tangential);
-    if (fresh)
-        count_strike(row, impact, normal, tangential);
-    return MILL_OK;
+    return count_strike(tally, impact, normal, tangential, error);
 }
 
 /* ---- times ---- */
@@ -155,17 +135,6 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 
 /* ---- life ---- */
 
-/* Whole cache lines: an impact then touches one for each slot, not two */
-static bool make_rows(struct mill_tally *tally)
-{
-    void *room;
-    const size_t size = MILL_KINDS * sizeof *tally->row;
-    if (posix_memalign(&room, LINE, size) != 0)
-        return false;
-    tally->row = memset(room, 0, size);
-    return true;
-}
-
 enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mill_world *world,
                                    struct mill_tally **out, struct mill_error *error)
 {
@@ -181,9 +150,8 @@ enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mi
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     enum mill_status status = mill_maps_create(world, &tally->maps, error);
-    if (status == MILL_OK &&
-        (!make_rows(tally) || !mill_strikes_init(&tally->pairs, deck->strike_window) ||
-         !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration)))
+    if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, deck->strike_window) ||
+                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration)))
         status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     if (status != MILL_OK) {
         mill_tally_free(tally);
@@ -203,35 +171,12 @@ void mill_tally_free(struct mill_tally *tally)
     mill_maps_free(tally->maps);
     mill_strikes_free(&tally->pairs);
     mill_rotorstat_free(&tally->rotor);
-    free(tally->row);
     free(tally);
 }
 
 struct mill_observer *mill_tally_observer(struct mill_tally *tally)
 {
     return &tally->observer;
-}
-
-static void lay_out(const struct mill_tally_slot *slot, struct mill_spectrum *impacts,
-                    struct mill_spectrum *strikes)
-{
-    for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
-        impacts->slot[i] = (struct mill_spectrum_slot){slot[i].impacts, slot[i].impact_loss};
-        strikes->slot[i] = (struct mill_spectrum_slot){slot[i].strikes, slot[i].strike_loss};
-    }
-}
-
-static void lay_out_row(const struct mill_tally_row *row, struct mill_speeds *impacts,
-                        struct mill_speeds *strikes)
-{
-    impacts->normal.sum = row->impact_normal;
-    strikes->normal.sum = row->strike_normal;
-    lay_out(row->normal, &impacts->normal, &strikes->normal);
-    for (int fast = 0; fast < 2; fast++) {
-        impacts->tangential[fast].sum = row->impact_tangential[fast];
-        strikes->tangential[fast].sum = row->strike_tangential[fast];
-        lay_out(row->tangential[fast], &impacts->tangential[fast], &strikes->tangential[fast]);
-    }
 }
 
 static void sum_rows(struct mill_speeds rows[MILL_TALLY_ROWS])
@@ -250,8 +195,6 @@ void mill_tally_finish(struct mill_tally *tally, const struct mill_world *world,
     if (!tally->at.closed)
         close_window(tally, &world->account, world->base + t);
     plan(tally);
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        lay_out_row(&tally->row[kind], &tally->impacts[kind], &tally->strikes[kind]);
     sum_rows(tally->impacts);
     sum_rows(tally->strikes);
 }

@@ -22,22 +22,6 @@ struct mill_speeds {
     struct mill_spectrum tangential[2]; /* of those with v_n < 0.05 m/s; of the others */
 };
 
-/* Where impacts and strikes are counted as they come: both in one place, as most impacts are
- * strikes and then belong into the same slot. Half a cache line. */
-struct mill_tally_slot {
-    uint64_t impacts, strikes;
-    double impact_loss, strike_loss; /* [J] */
-};
-
-/* Of one kind. Index `fast`: 0 with v_n < 0.05 m/s, 1 the others. */
-struct mill_tally_row {
-    double impact_normal, strike_normal;               /* [m/s] sums of the speeds */
-    double impact_tangential[2], strike_tangential[2]; /* by fast */
-    double spare[2];                                   /* a cache line */
-    struct mill_tally_slot normal[MILL_SPECTRUM_SLOTS];
-    struct mill_tally_slot tangential[2][MILL_SPECTRUM_SLOTS]; /* by fast */
-};
-
 /* How far the gathering has come; all of it is plain numbers, saved as they are. */
 struct mill_tally_progress {
     double next;        /* [s] as observer.next */
@@ -56,8 +40,7 @@ struct mill_tally {
     double interval;               /* [s] between the maps' snapshots; INFINITY: none */
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
-    struct mill_tally_row *row;                                            /* [MILL_KINDS] */
-    struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS]; /* once finished */
+    struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS];
     struct mill_strikes pairs;
     struct mill_rotorstat rotor;
     struct mill_maps *maps;

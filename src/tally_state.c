@@ -3,10 +3,9 @@
 #include "parts.h"
 #include "tally.h"
 
-#include <limits.h>
 #include <string.h>
 
-enum { PARTS = 16 };
+enum { PARTS = 14 };
 
 /* What stands in front: lengths that must agree, and the one that sets the length of the table. */
 struct header {
@@ -30,10 +29,8 @@ static void list_parts(const struct mill_tally *tally, struct mill_part part[PAR
     struct mill_map *cross = &t->maps->cross, *axial = &t->maps->axial;
     const struct mill_part parts[PARTS] = {
         {&t->at, sizeof t->at},
-        {t->row, MILL_KINDS * sizeof *t->row},
-        {&t->pairs.first, sizeof t->pairs.first},
-        {&t->pairs.next, sizeof t->pairs.next},
-        {t->pairs.newest, mill_strikes_lists(&t->pairs) * sizeof *t->pairs.newest},
+        {t->impacts, sizeof t->impacts},
+        {t->strikes, sizeof t->strikes},
         {t->pairs.entry, mill_strikes_room(&t->pairs) * sizeof *t->pairs.entry},
         {&t->rotor.blocks, sizeof t->rotor.blocks},
         {t->rotor.power, (size_t)n.planned * sizeof *t->rotor.power},
@@ -75,8 +72,7 @@ static bool sane(const struct mill_tally *tally)
             strike->tangential < 0 || strike->tangential >= MILL_SPECTRUM_SLOTS)
             return false;
     }
-    return tally->pairs.next - tally->pairs.first <= room &&
-           tally->rotor.blocks <= tally->rotor.planned;
+    return tally->rotor.blocks <= tally->rotor.planned;
 }
 
 enum mill_status mill_tally_load(struct mill_tally *tally, const unsigned char *state, size_t size,
@@ -91,7 +87,7 @@ enum mill_status mill_tally_load(struct mill_tally *tally, const unsigned char *
         header.planned != own.planned)
         return mill_error_set(error, MILL_FAILED,
                               "the saved statistics are of another deck or program");
-    if (header.bits > INT_MAX || !mill_strikes_resize(&tally->pairs, (int)header.bits))
+    if (header.bits > 40 || !mill_strikes_resize(&tally->pairs, (int)header.bits))
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
     if (size != mill_tally_state_size(tally))
         return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
