@@ -43,7 +43,7 @@ struct block {
 typedef double jug __attribute__((vector_size(32), aligned(32), may_alias));
 typedef double half __attribute__((vector_size(16), may_alias));
 
-/* Everything below is compiled twice: see mill_maps_sample. */
+/* Everything below is compiled for each width of vectors: see mill_maps_sample_as. */
 #define INLINE static inline __attribute__((always_inline))
 
 /* Up to BLOCK balls from `first` on; the last one again to round them up */
@@ -81,7 +81,7 @@ INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride
     const double per = map->per[axis], zero = -map->from[axis] * per;
     const double end = map->n[axis] - 1e-9;
     for (int i = 0; i < n; i++) {
-        const double one = h[i] * per, three = 3 * one;
+        const double size = h[i] * per, one = size < end / 6 ? size : end / 6, three = 3 * one;
         double at = centre[i] * per + zero;
         at = at < end - three ? at : end - three;
         at = at > three ? at : three;

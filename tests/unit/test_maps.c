@@ -381,6 +381,17 @@ START_TEST(a_ball_outside_the_drum_is_counted_at_the_rim)
 }
 END_TEST
 
+START_TEST(a_ball_larger_than_the_mill_stays_within_the_maps)
+{
+    f.world.balls = 1;
+    f.species.radius = 1;
+    f.ball[0].r = vec3_make(0, 0, 0);
+    mill_maps_sample(maps, &f.world, 0);
+    ck_assert_double_eq_tol(heap_of(&maps->cross, 0).volume / (4 * PI / 3), 1, 1e-12);
+    ck_assert_double_eq_tol(heap_of(&maps->axial, 0).volume / (4 * PI / 3), 1, 1e-12);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("maps");
@@ -404,6 +415,7 @@ int main(void)
     tcase_add_test(tests, every_processor_pours_the_same_bits);
     tcase_add_test(tests, the_cross_section_is_that_of_the_points_one_by_one);
     tcase_add_test(tests, a_ball_outside_the_drum_is_counted_at_the_rim);
+    tcase_add_test(tests, a_ball_larger_than_the_mill_stays_within_the_maps);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);
     srunner_run_all(runner, CK_NORMAL);
