@@ -116,7 +116,7 @@ INLINE void place_spots(const struct mill_map *map, struct block *b)
 
 INLINE void pour(char *row, unsigned offset, const jug *what)
 {
-    *(jug *)(row + offset) += *what;
+    *(jug *)(void *)(row + offset) += *what;
 }
 
 /* Seen along x the lattice is 12 places: four hold 4 points each, eight hold 2. */
