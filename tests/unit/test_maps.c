@@ -299,6 +299,99 @@ START_TEST(balls_are_taken_where_they_are_at_the_time_asked_for)
 }
 END_TEST
 
+static void throw_balls(uint64_t seed)
+{
+    for (int i = 0; i < FIXTURE_BALLS; i++) {
+        const double r = 0.0725 * sqrt(random_share(&seed)), angle = 2 * PI * random_share(&seed);
+        f.ball[i].r = vec3_make(0.11 * random_share(&seed) - 0.055, r * cos(angle), r * sin(angle));
+        f.ball[i].v =
+            vec3_make(random_share(&seed) - 0.5, random_share(&seed), 2 * random_share(&seed));
+    }
+}
+
+/* Balls are taken by the block; a lone ball is a block of its own */
+START_TEST(many_balls_at_once_pour_what_each_alone_would)
+{
+    struct mill_maps *alone;
+    ck_assert_int_eq(mill_maps_create(&f.world, &alone, NULL), MILL_OK);
+    throw_balls(7);
+    mill_maps_sample(maps, &f.world, 0.001);
+    for (int i = 0; i < FIXTURE_BALLS; i++) {
+        struct mill_world one = f.world;
+        one.balls = 1;
+        one.ball = f.ball + i;
+        mill_maps_sample(alone, &one, 0.001);
+    }
+    ck_assert_mem_eq(maps->cross.flow, alone->cross.flow,
+                     (size_t)cells(&maps->cross) * sizeof *maps->cross.flow);
+    ck_assert_mem_eq(maps->axial.flow, alone->axial.flow,
+                     (size_t)cells(&maps->axial) * sizeof *maps->axial.flow);
+    mill_maps_free(alone);
+}
+END_TEST
+
+START_TEST(every_processor_pours_the_same_bits)
+{
+    struct mill_maps *other;
+    throw_balls(13);
+    f.ball[3].r = vec3_make(0, 0, 0); /* on the axis */
+    mill_maps_sample_as(maps, &f.world, 0.001, 128);
+    for (int width = 256; width <= mill_maps_widest(); width *= 2) {
+        ck_assert_int_eq(mill_maps_create(&f.world, &other, NULL), MILL_OK);
+        mill_maps_sample_as(other, &f.world, 0.001, width);
+        ck_assert_mem_eq(maps->cross.flow, other->cross.flow,
+                         (size_t)cells(&maps->cross) * sizeof *maps->cross.flow);
+        ck_assert_mem_eq(maps->axial.flow, other->axial.flow,
+                         (size_t)cells(&maps->axial) * sizeof *maps->axial.flow);
+        mill_maps_free(other);
+    }
+}
+END_TEST
+
+/* The lattice spelled out: 32 points, each into the cell that holds it */
+START_TEST(the_cross_section_is_that_of_the_points_one_by_one)
+{
+    double volume[60 * 60] = {0};
+    const double h = 0.0025 * sqrt(1.0 / 15), point = 4 * PI / 3 * pow(0.0025, 3) / 32;
+    throw_balls(11);
+    mill_maps_sample(maps, &f.world, 0);
+    for (int i = 0; i < FIXTURE_BALLS; i++)
+        for (int n = 0; n < 64; n++) {
+            const int p[3] = {2 * (n % 4) - 3, 2 * (n / 4 % 4) - 3, 2 * (n / 16) - 3};
+            if (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] > 11)
+                continue;
+            const int row = mill_maps_place(&maps->cross, 0, f.ball[i].r.y + p[1] * h);
+            const int column = mill_maps_place(&maps->cross, 1, f.ball[i].r.z + p[2] * h);
+            volume[row * 60 + column] += point;
+        }
+    for (int i = 0; i < cells(&maps->cross); i++)
+        ck_assert_double_eq_tol(maps->cross.flow[i].volume / point, volume[i] / point, 1e-9);
+}
+END_TEST
+
+START_TEST(a_ball_outside_the_drum_is_counted_at_the_rim)
+{
+    f.world.balls = 1;
+    f.ball[0].r = vec3_make(5, -3, 7);
+    mill_maps_sample(maps, &f.world, 0);
+    const struct heap cross = heap_of(&maps->cross, 1), axial = heap_of(&maps->axial, 0);
+    ck_assert_double_eq_tol(cross.volume / (4 * PI / 3 * pow(0.0025, 3)), 1, 1e-12);
+    ck_assert_double_eq_tol(cross.centre, 0.075, 0.005);
+    ck_assert_double_eq_tol(axial.centre, 0.06, 0.005);
+}
+END_TEST
+
+START_TEST(a_ball_larger_than_the_mill_stays_within_the_maps)
+{
+    f.world.balls = 1;
+    f.species.radius = 1;
+    f.ball[0].r = vec3_make(0, 0, 0);
+    mill_maps_sample(maps, &f.world, 0);
+    ck_assert_double_eq_tol(heap_of(&maps->cross, 0).volume / (4 * PI / 3), 1, 1e-12);
+    ck_assert_double_eq_tol(heap_of(&maps->axial, 0).volume / (4 * PI / 3), 1, 1e-12);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("maps");
@@ -318,6 +411,11 @@ int main(void)
     tcase_add_test(tests, a_ring_that_turns_has_azimuthal_velocity_only);
     tcase_add_test(tests, the_cross_section_holds_the_mean_velocity_of_the_balls_in_a_cell);
     tcase_add_test(tests, balls_are_taken_where_they_are_at_the_time_asked_for);
+    tcase_add_test(tests, many_balls_at_once_pour_what_each_alone_would);
+    tcase_add_test(tests, every_processor_pours_the_same_bits);
+    tcase_add_test(tests, the_cross_section_is_that_of_the_points_one_by_one);
+    tcase_add_test(tests, a_ball_outside_the_drum_is_counted_at_the_rim);
+    tcase_add_test(tests, a_ball_larger_than_the_mill_stays_within_the_maps);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);
     srunner_run_all(runner, CK_NORMAL);
