@@ -351,6 +351,8 @@ static void next_year(struct mill_calendar *c)
         c->year_start = next;
     c->today = 0;
     c->taken = 0;
+    c->ahead = -1;
+    c->ahead_day = 0;
     refile_overflow(c);
 }
 

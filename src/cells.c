@@ -299,10 +299,15 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     return best;
 }
 
-bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)
+int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
 {
     const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
-    const int32_t to = c->cell[ball] + (face % 2 ? step[face / 2] : -step[face / 2]);
+    return face % 2 ? step[face / 2] : -step[face / 2];
+}
+
+bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)
+{
+    const int32_t to = c->cell[ball] + mill_cells_step(c, face);
     mill_cells_remove(c, ball);
     return mill_cells_insert(c, ball, to);
 }

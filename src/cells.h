@@ -59,6 +59,9 @@ int32_t mill_cells_word(const struct mill_cells *cells, int32_t cell, int32_t k)
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t cell, vec3 r, vec3 v,
                                       vec3 g, double window);
 
+/* From a cell to the one behind its face. */
+int32_t mill_cells_step(const struct mill_cells *cells, int32_t face);
+
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 

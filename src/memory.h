@@ -4,9 +4,8 @@
 
 #include <stddef.h>
 
-/* count * size zero bytes that begin on a cache line, so that records of a line's size lie on one;
- * large ones in large pages where the system has them, so that finding a page costs little. NULL
- * when out of memory. To be freed by free(). */
+/* count * size zero bytes that begin on a cache line. NULL when out of memory. To be freed by free().
+ */
 void *mill_memory_get(size_t count, size_t size);
 
 #endif

@@ -12,39 +12,59 @@ static void fetch(const void *address)
     __builtin_prefetch(address, 0);
 }
 
-/* The ball, its partner, and where the ball is filed; its plan has just come. */
-static void fetch_balls(const struct mill_predict *p, int32_t i)
+static void fetch_ball(const struct mill_predict *p, int32_t i)
+{
+    fetch(&p->world->ball[i]);
+    fetch(&p->world->spin[i]);
+    fetch(&p->cells.cell[i]);
+}
+
+/* The partner of a ball's event, MILL_NOBODY when the event is another one */
+static int32_t partner_of(const struct mill_plan *plan)
+{
+    return plan->pair_t <= plan->shape_t && plan->pair_t <= plan->exit_t ? plan->partner
+                                                                         : MILL_NOBODY;
+}
+
+/* The cell in which a ball will be when its event is over */
+static int32_t cell_after(const struct mill_predict *p, int32_t i)
 {
     const struct mill_plan *plan = &p->plan[i];
-    fetch(&p->world->ball[i]);
-    fetch(&p->cells.cell[i]);
-    if (plan->partner >= 0) {
-        fetch(&p->world->ball[plan->partner]);
-        fetch(&p->plan[plan->partner]);
-        fetch(&p->cells.cell[plan->partner]);
+    const bool leaves = plan->exit_t < plan->pair_t && plan->exit_t < plan->shape_t;
+    return p->cells.cell[i] + (leaves ? mill_cells_step(&p->cells, plan->face) : 0);
+}
+
+/* The ball and its partner; its plan has just come. */
+static void fetch_balls(const struct mill_predict *p, int32_t i)
+{
+    const int32_t partner = partner_of(&p->plan[i]);
+    fetch_ball(p, i);
+    if (partner >= 0) {
+        fetch_ball(p, partner);
+        fetch(&p->plan[partner]);
     }
 }
 
 /* The cells around it: nine columns of three, which lie one after the other. */
-static void fetch_cells(const struct mill_predict *p, int32_t i)
+static void fetch_cells(const struct mill_predict *p, int32_t at)
 {
     const struct mill_cells *c = &p->cells;
     const size_t word = c->narrow ? sizeof(uint16_t) : sizeof(int32_t);
-    const char *cell = (const char *)c->bucket + (size_t)c->cell[i] * (size_t)c->row * word;
+    const char *cell = (const char *)c->bucket + (size_t)at * (size_t)c->row * word;
     const size_t column = 3 * (size_t)c->row * word;
     for (int32_t k = 0; k < 27; k += 3) {
         const char *from = cell + c->around[k] * (int64_t)word;
-        for (size_t at = 0; at < column + LINE - 1; at += LINE)
-            fetch(from + (at < column ? at : column - 1));
+        for (size_t b = 0; b < column + LINE - 1; b += LINE)
+            fetch(from + (b < column ? b : column - 1));
     }
-    fetch(&p->surface_start[c->cell[i]]);
+    fetch(&p->surface_start[at]);
 }
 
 /* The balls in them. */
-static void fetch_neighbours(const struct mill_predict *p, int32_t i)
+static void fetch_neighbours(const struct mill_predict *p, int32_t cell)
 {
     const struct mill_cells *c = &p->cells;
-    const int64_t at = (int64_t)c->cell[i] * c->row;
+    const int64_t at = (int64_t)cell * c->row;
     for (int32_t k = 0; k < 27; k++) {
         const int64_t from = at + c->around[k];
         if (c->narrow) {
@@ -59,6 +79,16 @@ static void fetch_neighbours(const struct mill_predict *p, int32_t i)
     }
 }
 
+/* For the ball's cell and, where it is another, its partner's */
+static void for_cells(const struct mill_predict *p, int32_t i,
+                      void (*fetch_around)(const struct mill_predict *, int32_t))
+{
+    const int32_t partner = partner_of(&p->plan[i]), cell = cell_after(p, i);
+    fetch_around(p, cell);
+    if (partner >= 0 && p->cells.cell[partner] != cell)
+        fetch_around(p, p->cells.cell[partner]);
+}
+
 /* Takes the next item of the calendar's walk through all steps; false when there is none. */
 static bool foresee(struct mill_predict *p)
 {
@@ -70,16 +100,10 @@ static bool foresee(struct mill_predict *p)
     const int32_t third = p->foreseen[(turn - 2 * STEP) % MILL_PREDICT_FORESEEN];
     p->foreseen[turn % MILL_PREDICT_FORESEEN] = next;
     fetch_balls(p, next);
-    if (second >= 0) {
-        fetch_cells(p, second);
-        if (p->plan[second].partner >= 0)
-            fetch_cells(p, p->plan[second].partner);
-    }
-    if (third >= 0) {
-        fetch_neighbours(p, third);
-        if (p->plan[third].partner >= 0)
-            fetch_neighbours(p, p->plan[third].partner);
-    }
+    if (second >= 0)
+        for_cells(p, second, fetch_cells);
+    if (third >= 0)
+        for_cells(p, third, fetch_neighbours);
     return true;
 }
 
