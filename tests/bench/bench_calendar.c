@@ -53,7 +53,7 @@ static double steady(int32_t items, int kind)
     uint64_t seed = 1;
     const long events = 500000;
     double best = (double)INFINITY;
-    struct mill_calendar *calendar = mill_calendar_create(items);
+    struct mill_calendar *calendar = mill_calendar_create(items, NULL, 0);
     if (!calendar)
         return (double)NAN;
     for (int32_t i = 0; i < items; i++)
@@ -73,7 +73,7 @@ static double changing(int32_t items)
 {
     uint64_t seed = 1;
     const long events = 8L * items + 100000;
-    struct mill_calendar *calendar = mill_calendar_create(items);
+    struct mill_calendar *calendar = mill_calendar_create(items, NULL, 0);
     if (!calendar)
         return (double)NAN;
     double t = 0.0;
