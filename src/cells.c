@@ -27,6 +27,7 @@ static void make_offsets(struct mill_cells *c)
             for (int32_t k = -1; k <= 1; k++) {
                 const int32_t d[3] = {i, j, k};
                 const int64_t offset = (int64_t)cell_index(c, i, j, k) * c->row;
+                c->neighbour[all] = cell_index(c, i, j, k);
                 c->around[all++] = offset;
                 for (int32_t axis = 0; axis < 3; axis++) {
                     if (d[axis] == -1)
@@ -39,15 +40,10 @@ static void make_offsets(struct mill_cells *c)
     }
 }
 
-static size_t word(const struct mill_cells *c)
+/* Empty rows for all cells. */
+static void *make_rows(const struct mill_cells *c)
 {
-    return c->narrow ? sizeof(uint16_t) : sizeof(int32_t);
-}
-
-/* Empty buckets for all cells. */
-static void *make_buckets(const struct mill_cells *c, int32_t row)
-{
-    return mill_memory_get((size_t)mill_cells_count(c) * (size_t)row, word(c));
+    return mill_memory_get((size_t)mill_cells_count(c) * (size_t)c->row, mill_cells_word_size(c));
 }
 
 /* Where the cells of each axis begin; the outermost inner ones reach to infinity. */
@@ -105,11 +101,14 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     double room = widest < 1.3 ? 7.0 : 1.35 * pow(widest + 1.0, 3.0) / 8.0 * 1.5 + 7.0;
     room = fmin(room, fmin((double)balls + 7.0, MOST_ROOM));
     c->row = MILL_CELL_ROW * (int32_t)ceil((room + 1.0) / MILL_CELL_ROW);
-    c->narrow = balls <= UINT16_MAX;
-    c->bucket = make_buckets(c, c->row);
+    c->form = balls <= UINT16_MAX ? MILL_CELLS_SHORT : MILL_CELLS_WIDE;
+    if (c->form == MILL_CELLS_WIDE && c->row == MILL_CELL_ROW && balls <= MILL_CELLS_BALL) {
+        c->form = MILL_CELLS_PACKED;
+        c->row = MILL_CELLS_PACK;
+    }
+    c->bucket = make_rows(c);
     c->cell = mill_memory_get((size_t)balls + 1, sizeof *c->cell);
-    c->slot = mill_memory_get((size_t)balls + 1, sizeof *c->slot);
-    if (!c->bucket || !c->cell || !c->slot || !make_edges(c)) {
+    if (!c->bucket || !c->cell || !make_edges(c)) {
         mill_cells_release(c);
         return false;
     }
@@ -121,7 +120,6 @@ void mill_cells_release(struct mill_cells *c)
 {
     free(c->bucket);
     free(c->cell);
-    free(c->slot);
     for (int axis = 0; axis < 3; axis++)
         free(c->edge[axis]);
     memset(c, 0, sizeof *c);
@@ -161,66 +159,72 @@ void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi
     *hi = vec3_make(c->edge[0][i[0] + 1], c->edge[1][i[1] + 1], c->edge[2][i[2] + 1]);
 }
 
-/* Twice the room for every cell: mixtures of very unequal balls may need it, seldom. */
+static void set_ball(struct mill_cells *c, int32_t cell, int32_t k, int32_t ball)
+{
+    const int64_t at = (int64_t)cell * c->row + k;
+    uint32_t *wide = (uint32_t *)c->bucket + at;
+    if (c->form == MILL_CELLS_SHORT)
+        ((uint16_t *)c->bucket)[at] = (uint16_t)ball;
+    else if (c->form == MILL_CELLS_PACKED)
+        *wide = (*wide & ~(uint32_t)MILL_CELLS_BALL) | (uint32_t)ball;
+    else
+        *wide = (uint32_t)ball;
+}
+
+static void set_held(struct mill_cells *c, int32_t cell, int32_t held)
+{
+    const int64_t first = (int64_t)cell * c->row, last = first + c->row - 1;
+    uint32_t *wide = c->bucket;
+    if (c->form == MILL_CELLS_SHORT)
+        ((uint16_t *)c->bucket)[last] = (uint16_t)held;
+    else if (c->form == MILL_CELLS_PACKED)
+        wide[first] = (wide[first] & MILL_CELLS_BALL) | (uint32_t)held << MILL_CELLS_BITS;
+    else
+        wide[last] = (uint32_t)held;
+}
+
+/* Twice the room for every cell, seldom: mixtures of very unequal balls may need it, and packed
+ * rows where five balls crowd into one cell. */
 static bool widen(struct mill_cells *c)
 {
-    const int32_t old = c->row;
-    const size_t cells = (size_t)mill_cells_count(c), size = word(c);
-    char *from = c->bucket, *bucket = make_buckets(c, 2 * old);
-    if (!bucket)
+    struct mill_cells wide = *c;
+    wide.form = c->form == MILL_CELLS_PACKED ? MILL_CELLS_WIDE : c->form;
+    wide.row = 2 * c->row;
+    wide.bucket = make_rows(&wide);
+    if (!wide.bucket)
         return false;
-    c->bucket = bucket;
-    c->row = 2 * old;
-    for (size_t k = 0; k < cells; k++) {
-        char *to = bucket + 2 * k * (size_t)old * size;
-        const char *row = from + k * (size_t)old * size;
-        memcpy(to, row, ((size_t)old - 1) * size);
-        memcpy(to + (2 * (size_t)old - 1) * size, row + ((size_t)old - 1) * size, size);
+    for (int32_t cell = 0; cell < mill_cells_count(c); cell++) {
+        const int32_t held = mill_cells_held(c, cell);
+        for (int32_t k = 0; k < held; k++)
+            set_ball(&wide, cell, k, mill_cells_ball(c, cell, k));
+        set_held(&wide, cell, held);
     }
-    free(from);
+    free(c->bucket);
+    *c = wide;
     make_offsets(c);
     return true;
-}
-
-int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
-{
-    return mill_cells_word(c, cell, c->row - 1);
-}
-
-int32_t mill_cells_word(const struct mill_cells *c, int32_t cell, int32_t k)
-{
-    const int64_t at = (int64_t)cell * c->row + k;
-    return c->narrow ? ((const uint16_t *)c->bucket)[at] : ((const int32_t *)c->bucket)[at];
-}
-
-static void set_word(struct mill_cells *c, int32_t cell, int32_t k, int32_t value)
-{
-    const int64_t at = (int64_t)cell * c->row + k;
-    if (c->narrow)
-        ((uint16_t *)c->bucket)[at] = (uint16_t)value;
-    else
-        ((int32_t *)c->bucket)[at] = value;
 }
 
 bool mill_cells_insert(struct mill_cells *c, int32_t ball, int32_t cell)
 {
     const int32_t held = mill_cells_held(c, cell);
-    if (held + 1 >= c->row && !widen(c))
+    const int32_t room = c->form == MILL_CELLS_PACKED ? c->row : c->row - 1;
+    if (held == room && !widen(c))
         return false;
     c->cell[ball] = cell;
-    c->slot[ball] = held;
-    set_word(c, cell, held, ball);
-    set_word(c, cell, c->row - 1, held + 1);
+    set_ball(c, cell, held, ball);
+    set_held(c, cell, held + 1);
     return true;
 }
 
 void mill_cells_remove(struct mill_cells *c, int32_t ball)
 {
-    const int32_t cell = c->cell[ball], held = mill_cells_held(c, cell);
-    const int32_t last = mill_cells_word(c, cell, held - 1);
-    set_word(c, cell, c->row - 1, held - 1);
-    set_word(c, cell, c->slot[ball], last);
-    c->slot[last] = c->slot[ball];
+    const int32_t cell = c->cell[ball], last = mill_cells_held(c, cell) - 1;
+    int32_t k = 0;
+    while (k < last && mill_cells_ball(c, cell, k) != ball)
+        k++;
+    set_ball(c, cell, k, mill_cells_ball(c, cell, last));
+    set_held(c, cell, last);
 }
 
 /* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at

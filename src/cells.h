@@ -6,23 +6,32 @@
 #include "millsim/vec3.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 #define MILL_CELL_ROW 8 /* words of a cell that never overflowed: 7 balls and their count */
 
+/* A cell is a row of words, as short as they can be: rows are what the search reads most. */
+enum mill_cells_form {
+    MILL_CELLS_SHORT,  /* 16-bit words: balls, the last word their count */
+    MILL_CELLS_WIDE,   /* the same of 32 bits */
+    MILL_CELLS_PACKED, /* four words of 32 bits: balls, the count in the first one's top bits */
+};
+enum { MILL_CELLS_PACK = 4, MILL_CELLS_BITS = 28, MILL_CELLS_BALL = (1 << MILL_CELLS_BITS) - 1 };
+
 struct mill_cells {
-    vec3 lo;              /* [m] corner of the first inner cell */
-    double side[3];       /* [m] */
-    int32_t n[3];         /* cells along x, y, z, one layer of empty ones on each side included */
-    double per_n[2];      /* 1 / n[1], 1 / n[2] */
-    double *edge[3];      /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
-    int64_t around[27];   /* offsets of a cell's neighbourhood in words, itself included */
-    int64_t ahead[6][9];  /* of the new neighbours after crossing a face, from the new cell */
-    int32_t row;          /* words of one cell in `bucket`: its balls, the last one their count */
-    bool narrow;          /* words are uint16_t, else int32_t: half the cache for small mills */
-    void *bucket;         /* [cells * row] */
-    int32_t *cell, *slot; /* of each ball */
+    vec3 lo;               /* [m] corner of the first inner cell */
+    double side[3];        /* [m] */
+    int32_t n[3];          /* cells along x, y, z, one layer of empty ones on each side included */
+    double per_n[2];       /* 1 / n[1], 1 / n[2] */
+    double *edge[3];       /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
+    int32_t neighbour[27]; /* offsets of a cell's neighbourhood, itself included, in cells */
+    int64_t around[27];    /* the same in words */
+    int64_t ahead[6][9];   /* of the new neighbours after crossing a face, from the new cell */
+    int32_t row;           /* words of one cell in `bucket` */
+    enum mill_cells_form form; /* of the rows */
+    void *bucket;              /* [cells * row] */
+    int32_t *cell;             /* of each ball */
     int32_t balls;
 };
 
@@ -49,9 +58,30 @@ void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 
-/* How many balls a cell holds, and which is its kth. */
-int32_t mill_cells_held(const struct mill_cells *cells, int32_t cell);
-int32_t mill_cells_word(const struct mill_cells *cells, int32_t cell, int32_t k);
+static inline size_t mill_cells_word_size(const struct mill_cells *c)
+{
+    return c->form == MILL_CELLS_SHORT ? sizeof(uint16_t) : sizeof(uint32_t);
+}
+
+/* How many balls a cell holds. */
+static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
+{
+    const int64_t first = (int64_t)cell * c->row, last = first + c->row - 1;
+    if (c->form == MILL_CELLS_SHORT)
+        return ((const uint16_t *)c->bucket)[last];
+    const uint32_t *word = c->bucket;
+    return (int32_t)(c->form == MILL_CELLS_PACKED ? word[first] >> MILL_CELLS_BITS : word[last]);
+}
+
+/* The kth of them. */
+static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, int32_t k)
+{
+    const int64_t at = (int64_t)cell * c->row + k;
+    if (c->form == MILL_CELLS_SHORT)
+        return ((const uint16_t *)c->bucket)[at];
+    const uint32_t word = ((const uint32_t *)c->bucket)[at];
+    return (int32_t)(c->form == MILL_CELLS_PACKED ? word & MILL_CELLS_BALL : word);
+}
 
 /* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
  * a face is reached or passed and the motion is outwards. An exit later than the window [s] need
@@ -65,39 +95,44 @@ int32_t mill_cells_step(const struct mill_cells *cells, int32_t face);
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
-/* Copies the balls of `count` cells (offsets from `cell`) to `out`, returns how many. `out` must
- * have room for all plus MILL_CELL_ROW. Eight words at a time whatever the count: no branch to
- * mispredict. */
-static inline int32_t mill_cells_gather(const struct mill_cells *cells, int32_t cell,
-                                        const int64_t *restrict offset, int32_t count,
-                                        int32_t *restrict out)
+/* One word as a ball's place: its number times `scale` */
+#define MILL_CELLS_COPY(type, words, count_of, mask)                                               \
+    for (int32_t k = 0; k < count; k++) {                                                          \
+        const type *b = (const type *)cells->bucket + at + offset[k];                              \
+        const int32_t held = (int32_t)(count_of);                                                  \
+        for (int32_t m = 0; m < (words); m++)                                                      \
+            out[n + m] = (int32_t)(b[m] & (mask)) * scale;                                         \
+        for (int32_t m = (words); m < held; m++)                                                   \
+            out[n + m] = (int32_t)(b[m] & (mask)) * scale;                                         \
+        n += held;                                                                                 \
+    }
+
+/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each times `scale`,
+ * and returns how many. `out` must have room for all plus MILL_CELL_ROW. Whole rows at a time
+ * whatever the count: no branch to mispredict. */
+static inline __attribute__((always_inline)) int32_t
+mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *restrict offset,
+                  int32_t count, int32_t scale, int32_t *restrict out)
 {
     const int32_t row = cells->row;
     const int64_t at = (int64_t)cell * row;
     int32_t n = 0;
-    if (cells->narrow) {
-        const uint16_t *base = (const uint16_t *)cells->bucket + at;
+    if (cells->form == MILL_CELLS_PACKED) {
+        MILL_CELLS_COPY(uint32_t, MILL_CELLS_PACK, b[0] >> MILL_CELLS_BITS, MILL_CELLS_BALL)
+    } else if (cells->form == MILL_CELLS_WIDE) {
+        MILL_CELLS_COPY(uint32_t, MILL_CELL_ROW, b[row - 1], UINT32_MAX)
+    } else if (row > MILL_CELL_ROW) {
+        MILL_CELLS_COPY(uint16_t, MILL_CELL_ROW, b[row - 1], UINT16_MAX)
+    } else { /* the most frequent one: no row is longer */
         for (int32_t k = 0; k < count; k++) {
-            const uint16_t *b = base + offset[k];
-            const int32_t held = b[row - 1];
+            const uint16_t *b = (const uint16_t *)cells->bucket + at + offset[k];
             for (int32_t m = 0; m < MILL_CELL_ROW; m++)
-                out[n + m] = b[m];
-            for (int32_t m = MILL_CELL_ROW; m < held; m++)
-                out[n + m] = b[m];
-            n += held;
-        }
-    } else {
-        const int32_t *base = (const int32_t *)cells->bucket + at;
-        for (int32_t k = 0; k < count; k++) {
-            const int32_t *b = base + offset[k];
-            const int32_t held = b[row - 1];
-            memcpy(out + n, b, sizeof *out * MILL_CELL_ROW);
-            for (int32_t m = MILL_CELL_ROW; m < held; m++)
-                out[n + m] = b[m];
-            n += held;
+                out[n + m] = b[m] * scale;
+            n += b[MILL_CELL_ROW - 1];
         }
     }
     return n;
 }
+#undef MILL_CELLS_COPY
 
 #endif

@@ -4,7 +4,8 @@
 
 #include <stddef.h>
 
-/* count * size zero bytes that begin on a cache line. NULL when out of memory. To be freed by free().
+/* count * size zero bytes that begin on a cache line. NULL when out of memory. To be freed by
+ * free().
  */
 void *mill_memory_get(size_t count, size_t size);
 

@@ -24,45 +24,6 @@
 #define LOAD(v, from) memcpy(&(v), (from), sizeof(v))
 #define STORE(to, v) memcpy((to), &(v), sizeof(v))
 
-/* Copies the balls of the cells to `near`, each as the place of its record, counted in doubles;
- * returns how many. Eight words at a time whatever the count: no branch to mispredict. */
-#define GATHER(word)                                                                               \
-    do {                                                                                           \
-        const word *base = (const word *)cells->bucket + (int64_t)cells->cell[i] * row;            \
-        for (int32_t k = 0; k < count; k++) {                                                      \
-            const word *b = base + offset[k];                                                      \
-            const int32_t held = b[row - 1];                                                       \
-            for (int32_t m = 0; m < MILL_CELL_ROW; m++)                                            \
-                near[n + m] = (int32_t)b[m] * RECORD;                                              \
-            for (int32_t m = MILL_CELL_ROW; m < held; m++)                                         \
-                near[n + m] = (int32_t)b[m] * RECORD;                                              \
-            n += held;                                                                             \
-        }                                                                                          \
-    } while (0)
-
-static inline __attribute__((always_inline)) int32_t gather(const struct mill_cells *cells,
-                                                            int32_t i,
-                                                            const int64_t *restrict offset,
-                                                            int32_t count, int32_t *restrict near)
-{
-    const int32_t row = cells->row;
-    int32_t n = 0;
-    if (cells->narrow && row == MILL_CELL_ROW) {
-        const uint16_t *base = (const uint16_t *)cells->bucket + (int64_t)cells->cell[i] * row;
-        for (int32_t k = 0; k < count; k++) {
-            const uint16_t *b = base + offset[k];
-            for (int32_t m = 0; m < MILL_CELL_ROW; m++)
-                near[n + m] = (int32_t)b[m] * RECORD;
-            n += b[MILL_CELL_ROW - 1];
-        }
-    } else if (cells->narrow) {
-        GATHER(uint16_t);
-    } else {
-        GATHER(int32_t);
-    }
-    return n;
-}
-
 /* ---- two at a time: what every processor that has vectors can ---- */
 
 typedef double lanes2 __attribute__((vector_size(16)));

@@ -9,7 +9,9 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     double *restrict out_b = pairs->b, *restrict out_c = pairs->c;
     double *restrict out_square = pairs->square;
     int32_t *restrict kept = pairs->kept;
-    const int32_t n = gather(pairs->cells, i, offset, cells, near);
+    /* candidates by the place of their records, counted in doubles */
+    const int32_t n =
+        mill_cells_gather(pairs->cells, pairs->cells->cell[i], offset, cells, RECORD, near);
     for (int32_t k = n; k < n + LANES - 1; k++)
         near[k] = i * RECORD; /* fills the last group; no ball is closing on itself: d = u = 0 */
 

@@ -262,7 +262,7 @@ double mill_predict_overlap(struct mill_predict *p, int32_t i, double t)
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[me->species];
     double deepest = -INFINITY;
-    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, p->pairs.near);
+    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, 1, p->pairs.near);
     for (int32_t k = 0; k < n; k++) {
         const struct mill_ball *o = &w->ball[p->pairs.near[k]];
         if (o != me)

@@ -49,7 +49,7 @@ static void fetch_balls(const struct mill_predict *p, int32_t i)
 static void fetch_cells(const struct mill_predict *p, int32_t at)
 {
     const struct mill_cells *c = &p->cells;
-    const size_t word = c->narrow ? sizeof(uint16_t) : sizeof(int32_t);
+    const size_t word = mill_cells_word_size(c);
     const char *cell = (const char *)c->bucket + (size_t)at * (size_t)c->row * word;
     const size_t column = 3 * (size_t)c->row * word;
     for (int32_t k = 0; k < 27; k += 3) {
@@ -64,18 +64,11 @@ static void fetch_cells(const struct mill_predict *p, int32_t at)
 static void fetch_neighbours(const struct mill_predict *p, int32_t cell)
 {
     const struct mill_cells *c = &p->cells;
-    const int64_t at = (int64_t)cell * c->row;
     for (int32_t k = 0; k < 27; k++) {
-        const int64_t from = at + c->around[k];
-        if (c->narrow) {
-            const uint16_t *b = (const uint16_t *)c->bucket + from;
-            for (int32_t m = 0; m < b[c->row - 1]; m++)
-                fetch(&p->world->ball[b[m]]);
-        } else {
-            const int32_t *b = (const int32_t *)c->bucket + from;
-            for (int32_t m = 0; m < b[c->row - 1]; m++)
-                fetch(&p->world->ball[b[m]]);
-        }
+        const int32_t near = cell + c->neighbour[k];
+        const int32_t held = mill_cells_held(c, near);
+        for (int32_t m = 0; m < held; m++)
+            fetch(&p->world->ball[mill_cells_ball(c, near, m)]);
     }
 }
 

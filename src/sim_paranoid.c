@@ -81,8 +81,11 @@ static enum mill_status check_place(struct mill_sim_paranoid *p, int32_t i, doub
     const double rounding = MILL_SIM_ROUNDINGS * (mill_sim_paranoid_size(q->world) + travel);
     const int32_t cell = c->cell[i], plane = c->n[1] * c->n[2];
     p->checks.places++;
-    if (!(c->slot[i] >= 0 && c->slot[i] < mill_cells_held(c, cell) &&
-          mill_cells_word(c, cell, c->slot[i]) == i))
+    const int32_t held = mill_cells_held(c, cell);
+    int32_t at = 0;
+    while (at < held && mill_cells_ball(c, cell, at) != i)
+        at++;
+    if (at == held)
         return mill_error_set(
             error, MILL_FAILED,
             "paranoid: ball %ld is not in the list of its cell %ld at t = %.17g s", (long)i,

@@ -184,7 +184,7 @@ static enum mill_status check_pairs(const struct mill_deck *deck, const struct m
     }
     for (int32_t i = 0; i < world->balls && status == MILL_OK; i++) {
         const int32_t cell = mill_cells_at(&cells, world->ball[i].r);
-        const int32_t n = mill_cells_gather(&cells, cell, cells.around, 27, near);
+        const int32_t n = mill_cells_gather(&cells, cell, cells.around, 27, 1, near);
         for (int32_t k = 0; k < n && status == MILL_OK; k++)
             status = check_pair(deck, world, line_of, i, near[k], error);
         if (status == MILL_OK && !mill_cells_insert(&cells, i, cell))

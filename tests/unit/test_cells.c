@@ -10,7 +10,7 @@ static long faults(struct swarm *s, double reach)
     int32_t *seen = calloc((size_t)s->balls, sizeof *seen);
     for (int32_t i = 0; i < s->balls; i++) {
         const int32_t n =
-            mill_cells_gather(&s->cells, s->cells.cell[i], s->cells.around, 27, s->near);
+            mill_cells_gather(&s->cells, s->cells.cell[i], s->cells.around, 27, 1, s->near);
         memset(seen, 0, sizeof *seen * (size_t)s->balls);
         for (int32_t k = 0; k < n; k++)
             seen[s->near[k]]++;
@@ -92,18 +92,20 @@ END_TEST
 
 /* ---- bookkeeping ---- */
 
-/* Is every ball in its bucket once, at its slot, and nobody else anywhere? */
+/* Is every ball in its cell's row once, and nobody else anywhere? */
 static long ledger_faults(const struct mill_cells *c, const int32_t *cell_of, int32_t balls)
 {
     long wrong = 0, housed = 0, counted = 0;
     for (int32_t cell = 0; cell < mill_cells_count(c); cell++)
-        counted += c->bucket[(int64_t)cell * c->row];
+        counted += mill_cells_held(c, cell);
     for (int32_t i = 0; i < balls; i++) {
         if (cell_of[i] < 0)
             continue;
         housed++;
-        wrong +=
-            c->cell[i] != cell_of[i] || c->bucket[(int64_t)cell_of[i] * c->row + c->slot[i]] != i;
+        int times = 0;
+        for (int32_t k = 0; k < mill_cells_held(c, cell_of[i]); k++)
+            times += mill_cells_ball(c, cell_of[i], k) == i;
+        wrong += c->cell[i] != cell_of[i] || times != 1;
     }
     return wrong + labs(housed - counted);
 }
