@@ -283,7 +283,7 @@ static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r,
 
 /* Does the flight certainly stay between the faces of an axis for the window? A bound of its way
  * that rounding cannot cross. False for an infinite window. */
-static inline bool stays(double r, double v, double g, const double *edge, double window)
+static inline int stays(double r, double v, double g, const double *edge, double window)
 {
     const double way = window * (fabs(v) + 0.5 * window * fabs(g)) * (1.0 + 1e-9);
     return (r - way > edge[0]) & (r + way < edge[1]);
