@@ -1,6 +1,7 @@
 /* Claims about the books and the clock of the event loop: energy, momentum, work of the rotor, what
  * observers are told, and that nothing but the deck decides a run. */
 #include "sim_mills.h"
+#include "sim_private.h"
 
 START_TEST(the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds)
 {
@@ -50,6 +51,47 @@ START_TEST(a_run_has_the_same_bits_whatever_is_sampled_and_wherever_it_pauses)
     runs_are_alike(&plain, &sliced);
     bench_close(&plain);
     bench_close(&sliced);
+}
+END_TEST
+
+/* What large mills do at every event must not show in any. */
+START_TEST(looking_ahead_changes_nothing)
+{
+    struct bench plain, seer;
+    bench_open(&plain, mills[_i], NULL);
+    bench_run(&plain, 0.1);
+    bench_open(&seer, mills[_i], NULL);
+    for (int events = 0; mill_sim_run(seer.sim, 0.1, 1, NULL, &seer.error) == MILL_OK &&
+                         mill_sim_time(seer.sim) < 0.1;
+         events++) {
+        for (int k = 0; k < events % 4; k++)
+            mill_predict_ahead(seer.sim->predict);
+    }
+    runs_are_alike(&plain, &seer);
+    bench_close(&plain);
+    bench_close(&seer);
+}
+END_TEST
+
+/* Enough balls for words of 32 bits and for looking ahead */
+START_TEST(a_large_gas_keeps_its_energy_and_nothing_overlaps)
+{
+    struct bench b;
+    bench_open(&b,
+               "[run]\ntime = 1 s\n[gravity]\nacceleration = 0 0 0 m/s^2\n[balls]\ncount = 70000\n"
+               "diameter = 5 mm\ndensity = 7800 kg/m^3\nspeed = 1 m/s\n[drum]\nradius = 135 mm\n"
+               "length = 270 mm\n[contact]\nrestitution = 1\nfriction = 0\n"
+               "rebound_floor = 0 m/s\n",
+               NULL);
+    const struct mill_energy before = mill_world_energy(b.world, 0.0);
+    bench_run(&b, 0.5e-3);
+    const struct mill_energy after = mill_world_energy(b.world, mill_sim_local_time(b.sim));
+    ck_assert_uint_gt(b.world->account.collisions[MILL_BALL_BALL], 10000);
+    ck_assert_double_eq_tol(after.kinetic, before.kinetic, 1e-12 * before.kinetic);
+    mill_sim_audit(b.sim);
+    ck_assert_double_le(b.world->counts.largest_overlap, 1e-9);
+    ck_assert_uint_eq(b.world->counts.overlaps, 0);
+    bench_close(&b);
 }
 END_TEST
 
@@ -262,6 +304,8 @@ int main(void)
                         0, MILLS);
     tcase_add_loop_test(tests, a_run_has_the_same_bits_whatever_is_sampled_and_wherever_it_pauses,
                         0, MILLS);
+    tcase_add_loop_test(tests, looking_ahead_changes_nothing, 0, MILLS);
+    tcase_add_test(tests, a_large_gas_keeps_its_energy_and_nothing_overlaps);
     tcase_add_test(tests, a_run_stopped_by_a_signal_goes_on_as_if_nothing_had_happened);
     tcase_add_test(tests, an_observer_that_fails_ends_the_run_with_its_own_message);
     tcase_add_test(tests, collisions_of_balls_conserve_momentum_and_angular_momentum);
