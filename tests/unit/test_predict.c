@@ -99,8 +99,10 @@ static double shape_contact(const struct mill_world *w, int32_t i, int32_t k, do
     const double a = radius_of(w, i);
     double t = 0.0;
     for (int asked = 0; asked < 1000; asked++) {
-        const struct mill_flight f = {mill_world_position(w, i, now + t),
-                                      mill_world_velocity(w, i, now + t), w->g};
+        /* no heading: what prediction rejects by it is searched here */
+        const struct mill_flight f = {.r = mill_world_position(w, i, now + t),
+                                      .v = mill_world_velocity(w, i, now + t),
+                                      .g = w->g};
         const double turn = w->turn + w->rotor_speed * (now + t);
         const double dt = s->ops->next_contact(s, &f, a, turn, window - t, touching && t == 0.0);
         t += fabs(dt);
