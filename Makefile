@@ -50,7 +50,7 @@ help:
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
-	@echo 'make bench-parts  nanoseconds of root finding and of the calendar'
+	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
 	@echo 'make install   into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan  WERROR=1  V=1'
 
@@ -162,7 +162,7 @@ bench:
 	.venv/bin/python tests/bench/bench.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
 	    $(JSON:%=--json %) $(CASES)
 
-PARTS := $(BUILD)/tests/bench/bench_poly $(BUILD)/tests/bench/bench_calendar
+PARTS := $(patsubst %,$(BUILD)/tests/bench/bench_%,poly calendar observers)
 bench-parts: $(PARTS)
 	@set -e; for b in $^; do $$b; done
 

@@ -338,22 +338,27 @@ static bool adapt(struct mill_calendar *c, double days_passed)
     return true;
 }
 
-/* Begins the next year, or the one of the earliest event when nothing happens until then. */
-static void next_year(struct mill_calendar *c)
+static void begin_year(struct mill_calendar *c, double start)
 {
-    double first = HUGE_VAL;
-    for (int32_t i = c->overflow; i >= 0; i = event_of(c, i)->next)
-        first = fmin(first, event_of(c, i)->t);
-    const double next = c->year_start + (double)c->days * c->width;
-    if (first < HUGE_VAL && first - next > (double)c->days * c->width)
-        c->year_start = first;
-    else
-        c->year_start = next;
+    c->year_start = start;
     c->today = 0;
     c->taken = 0;
     c->ahead = -1;
     c->ahead_day = 0;
     refile_overflow(c);
+}
+
+/* Begins the next year, or the one of the earliest event when nothing happens until then. */
+static void next_year(struct mill_calendar *c)
+{
+    begin_year(c, c->year_start + (double)c->days * c->width);
+    if (c->here > 0 || c->in_year > 0)
+        return;
+    double first = HUGE_VAL;
+    for (int32_t i = c->overflow; i >= 0; i = event_of(c, i)->next)
+        first = event_of(c, i)->t < first ? event_of(c, i)->t : first;
+    if (first < HUGE_VAL)
+        begin_year(c, first);
 }
 
 /* Makes today the first day that has events. False when there are none at all. */

@@ -26,14 +26,16 @@ static void make_offsets(struct mill_cells *c)
         for (int32_t j = -1; j <= 1; j++) {
             for (int32_t k = -1; k <= 1; k++) {
                 const int32_t d[3] = {i, j, k};
-                const int64_t offset = (int64_t)cell_index(c, i, j, k) * c->row;
-                c->neighbour[all] = cell_index(c, i, j, k);
+                const int32_t step = cell_index(c, i, j, k);
+                const int64_t offset = (int64_t)step * c->row;
+                c->neighbour[all] = step;
                 c->around[all++] = offset;
                 for (int32_t axis = 0; axis < 3; axis++) {
-                    if (d[axis] == -1)
-                        c->ahead[2 * axis][ahead[2 * axis]++] = offset;
-                    if (d[axis] == 1)
-                        c->ahead[2 * axis + 1][ahead[2 * axis + 1]++] = offset;
+                    if (d[axis] == 0)
+                        continue;
+                    const int32_t face = 2 * axis + (d[axis] > 0);
+                    c->beyond[face][ahead[face]] = step;
+                    c->ahead[face][ahead[face]++] = offset;
                 }
             }
         }
@@ -281,7 +283,7 @@ static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r,
 
 /* Does the flight certainly stay between the faces of an axis for the window? A bound of its way
  * that rounding cannot cross. False for an infinite window. */
-static inline bool stays(double r, double v, double g, const double *edge, double window)
+static inline int stays(double r, double v, double g, const double *edge, double window)
 {
     const double way = window * (fabs(v) + 0.5 * window * fabs(g)) * (1.0 + 1e-9);
     return (r - way > edge[0]) & (r + way < edge[1]);

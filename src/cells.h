@@ -20,15 +20,16 @@ enum mill_cells_form {
 enum { MILL_CELLS_PACK = 4, MILL_CELLS_BITS = 28, MILL_CELLS_BALL = (1 << MILL_CELLS_BITS) - 1 };
 
 struct mill_cells {
-    vec3 lo;               /* [m] corner of the first inner cell */
-    double side[3];        /* [m] */
-    int32_t n[3];          /* cells along x, y, z, one layer of empty ones on each side included */
-    double per_n[2];       /* 1 / n[1], 1 / n[2] */
-    double *edge[3];       /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
-    int32_t neighbour[27]; /* offsets of a cell's neighbourhood, itself included, in cells */
-    int64_t around[27];    /* the same in words */
-    int64_t ahead[6][9];   /* of the new neighbours after crossing a face, from the new cell */
-    int32_t row;           /* words of one cell in `bucket` */
+    vec3 lo;         /* [m] corner of the first inner cell */
+    double side[3];  /* [m] */
+    int32_t n[3];    /* cells along x, y, z, one layer of empty ones on each side included */
+    double per_n[2]; /* 1 / n[1], 1 / n[2] */
+    double *edge[3]; /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
+    /* offsets of a cell's neighbourhood, itself included, and after crossing a face of the new
+     * neighbours from the new cell: in cells, and in words */
+    int32_t neighbour[27], beyond[6][9];
+    int64_t around[27], ahead[6][9];
+    int32_t row;               /* words of one cell in `bucket` */
     enum mill_cells_form form; /* of the rows */
     void *bucket;              /* [cells * row] */
     int32_t *cell;             /* of each ball */

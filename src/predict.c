@@ -21,6 +21,12 @@ static double least(double a, double b)
     return a < b ? a : b;
 }
 
+/* A gas of which cells of the smallest size hold fewer balls than DILUTE gets cells that hold HELD,
+ * though none wider than so many diameters. */
+#define DILUTE 0.2
+#define HELD 0.35
+#define WIDEST 1.7
+
 static enum mill_status no_memory(struct mill_predict *p, struct mill_error *error)
 {
     mill_predict_free(p);
@@ -56,6 +62,16 @@ static bool list_surfaces(struct mill_predict *p, double widest)
     return true;
 }
 
+/* Cells as small as they may be cost least where balls are close, and they are in any mill: gravity
+ * or a rotor gathers them. A dilute gas crosses fewer of larger ones. */
+static double cell_side(const struct mill_world *w, double diameter)
+{
+    const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
+    const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
+    const bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0 && w->rotor_speed == 0.0;
+    return gas && held < DILUTE ? diameter * fmin(cbrt(HELD / held), WIDEST) : diameter;
+}
+
 static bool allocate(struct mill_predict *p, double *widest)
 {
     const struct mill_world *w = p->world;
@@ -88,8 +104,8 @@ static bool allocate(struct mill_predict *p, double *widest)
     p->pairs.g = w->g;
     p->pairs.sum = thinnest == *widest ? thinnest + *widest : 0.0;
     const double r = w->drum_radius, l = 0.5 * w->drum_length;
-    return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), 2.0 * *widest,
-                           2.0 * thinnest, w->balls);
+    return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r),
+                           cell_side(w, 2.0 * *widest), 2.0 * thinnest, w->balls);
 }
 
 enum mill_status mill_predict_create(struct mill_world *world, struct mill_predict **predict,

@@ -4,7 +4,6 @@
  * for in the step before has arrived. Nothing is changed and no result depends on it. */
 #include "predict.h"
 
-#define LINE 64
 #define STEP 3 /* items between the steps */
 
 static void fetch(const void *address)
@@ -26,14 +25,6 @@ static int32_t partner_of(const struct mill_plan *plan)
                                                                          : MILL_NOBODY;
 }
 
-/* The cell in which a ball will be when its event is over */
-static int32_t cell_after(const struct mill_predict *p, int32_t i)
-{
-    const struct mill_plan *plan = &p->plan[i];
-    const bool leaves = plan->exit_t < plan->pair_t && plan->exit_t < plan->shape_t;
-    return p->cells.cell[i] + (leaves ? mill_cells_step(&p->cells, plan->face) : 0);
-}
-
 /* The ball and its partner; its plan has just come. */
 static void fetch_balls(const struct mill_predict *p, int32_t i)
 {
@@ -45,41 +36,53 @@ static void fetch_balls(const struct mill_predict *p, int32_t i)
     }
 }
 
-/* The cells around it: nine columns of three, which lie one after the other. */
-static void fetch_cells(const struct mill_predict *p, int32_t at)
+/* Cells that a search will look into: offsets from a cell */
+struct region {
+    int32_t cell, count;
+    const int32_t *offset;
+};
+
+/* Their rows, and the list of surfaces there. */
+static void fetch_cells(const struct mill_predict *p, const struct region *region)
 {
     const struct mill_cells *c = &p->cells;
-    const size_t word = mill_cells_word_size(c);
-    const char *cell = (const char *)c->bucket + (size_t)at * (size_t)c->row * word;
-    const size_t column = 3 * (size_t)c->row * word;
-    for (int32_t k = 0; k < 27; k += 3) {
-        const char *from = cell + c->around[k] * (int64_t)word;
-        for (size_t b = 0; b < column + LINE - 1; b += LINE)
-            fetch(from + (b < column ? b : column - 1));
-    }
-    fetch(&p->surface_start[at]);
+    const size_t row = (size_t)c->row * mill_cells_word_size(c);
+    for (int32_t k = 0; k < region->count; k++)
+        fetch((const char *)c->bucket + (size_t)(region->cell + region->offset[k]) * row);
+    fetch(&p->surface_start[region->cell]);
 }
 
 /* The balls in them. */
-static void fetch_neighbours(const struct mill_predict *p, int32_t cell)
+static void fetch_neighbours(const struct mill_predict *p, const struct region *region)
 {
     const struct mill_cells *c = &p->cells;
-    for (int32_t k = 0; k < 27; k++) {
-        const int32_t near = cell + c->neighbour[k];
+    for (int32_t k = 0; k < region->count; k++) {
+        const int32_t near = region->cell + region->offset[k];
         const int32_t held = mill_cells_held(c, near);
         for (int32_t m = 0; m < held; m++)
             fetch(&p->world->ball[mill_cells_ball(c, near, m)]);
     }
 }
 
-/* For the ball's cell and, where it is another, its partner's */
-static void for_cells(const struct mill_predict *p, int32_t i,
-                      void (*fetch_around)(const struct mill_predict *, int32_t))
+/* Where ball i's event will look: around the ball and, where that is another cell, around its
+ * partner; after a crossing only into the cells that came near. */
+static void look(const struct mill_predict *p, int32_t i,
+                 void (*fetch_region)(const struct mill_predict *, const struct region *))
 {
-    const int32_t partner = partner_of(&p->plan[i]), cell = cell_after(p, i);
-    fetch_around(p, cell);
-    if (partner >= 0 && p->cells.cell[partner] != cell)
-        fetch_around(p, p->cells.cell[partner]);
+    const struct mill_plan *plan = &p->plan[i];
+    const struct mill_cells *c = &p->cells;
+    const int32_t cell = c->cell[i], partner = partner_of(plan);
+    if (plan->exit_t < plan->pair_t && plan->exit_t < plan->shape_t) {
+        const struct region new = {cell + mill_cells_step(c, plan->face), 9, c->beyond[plan->face]};
+        fetch_region(p, &new);
+        return;
+    }
+    const struct region here = {cell, 27, c->neighbour};
+    fetch_region(p, &here);
+    if (partner >= 0 && c->cell[partner] != cell) {
+        const struct region there = {c->cell[partner], 27, c->neighbour};
+        fetch_region(p, &there);
+    }
 }
 
 /* Takes the next item of the calendar's walk through all steps; false when there is none. */
@@ -94,9 +97,9 @@ static bool foresee(struct mill_predict *p)
     p->foreseen[turn % MILL_PREDICT_FORESEEN] = next;
     fetch_balls(p, next);
     if (second >= 0)
-        for_cells(p, second, fetch_cells);
+        look(p, second, fetch_cells);
     if (third >= 0)
-        for_cells(p, third, fetch_neighbours);
+        look(p, third, fetch_neighbours);
     return true;
 }
 

@@ -12,7 +12,7 @@ import h5py
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ENGINE, POLY = "tests/bench/bench_engine", "tests/bench/bench_poly"
 LARGE = 100_000  # balls: from here on all repeats are of one run
-POLY_ROW = "no window"  # of bench_poly: every polynomial is solved, none is cut short by a window
+POLY_ROW = "mill, past the bound"  # of bench_poly: the calls of a mill that no bound settles
 
 
 class BenchError(Exception):

@@ -17,7 +17,7 @@ WHY = "a frozen hash changes only with a reason in CHANGELOG.md: see tests/golde
 
 
 @pytest.mark.parametrize("name", golden.DECKS)
-@pytest.mark.skipif(not golden.is_reference(), reason="hashes are frozen on Debian 12, x86-64")
+@pytest.mark.skipif(not golden.is_reference(), reason="frozen on Debian 12, x86-64, FMA")
 def test_a_golden_deck_stores_the_frozen_values(tmp_path, name):
     frozen = json.loads(golden.FROZEN.read_text())[name]
     assert golden.differing(golden.run(PROGRAM, name, tmp_path), frozen) == [], WHY
