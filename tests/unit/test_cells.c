@@ -196,6 +196,9 @@ START_TEST(the_cells_ahead_are_those_that_came_near)
             fresh += !old;
         }
         ck_assert_int_eq(fresh, 9);
+        for (int b = 0; b < 9; b++)
+            ck_assert_int_eq(s.cells.ahead[face][b],
+                             (int64_t)s.cells.beyond[face][b] * s.cells.row);
     }
     free_swarm(&s);
 }
