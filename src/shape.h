@@ -25,6 +25,13 @@ struct mill_flight {
     struct mill_heading heading;
 };
 
+/* Such a flight, the rotor at the angle `turn` [rad]; its heading is found anew. */
+static inline struct mill_flight mill_shape_flight(vec3 r, vec3 v, vec3 g, double turn)
+{
+    const struct mill_flight flight = {r, v, g, {cos(turn), sin(turn)}};
+    return flight;
+}
+
 struct mill_contact {
     vec3 normal;   /* unit, from the surface into the ball */
     vec3 point;    /* [m] where ball and surface touch */

@@ -249,7 +249,9 @@ static double meet(const struct pass *k, double window_end, double end, bool tou
     const struct mill_world *w = k->world;
     double t = k->now;
     for (int asked = 0; asked < MOST_ASKED && t < end; asked++) {
-        const struct mill_flight f = {place(w, k->ball, t), velocity(w, k->ball, t), w->g};
+        /* no heading: what the loop rejects by it is searched here */
+        const struct mill_flight f = {
+            .r = place(w, k->ball, t), .v = velocity(w, k->ball, t), .g = w->g};
         const double dt =
             k->shape->ops->next_contact(k->shape, &f, radius_of(w, k->ball), turn_at(w, t),
                                         window_end - t, touching && asked == 0);

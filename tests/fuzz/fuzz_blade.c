@@ -185,10 +185,12 @@ static void check_shot(const struct shot *s)
                      distance_at(s, 0.0) == 0.0,
                  "the gap is not the distance");
     for (int asked = 0; asked < MOST_ASKED; asked++) {
-        const struct mill_flight from = {vec3_fly(s->flight.r, s->flight.v, s->flight.g, t),
-                                         vec3_axpy(s->flight.v, t, s->flight.g), s->flight.g};
-        const double dt = s->blade->ops->next_contact(
-            s->blade, &from, s->radius, s->turn + s->omega * t, s->horizon - t, false);
+        const double turn = s->turn + s->omega * t;
+        const struct mill_flight from =
+            mill_shape_flight(vec3_fly(s->flight.r, s->flight.v, s->flight.g, t),
+                              vec3_axpy(s->flight.v, t, s->flight.g), s->flight.g, turn);
+        const double dt =
+            s->blade->ops->next_contact(s->blade, &from, s->radius, turn, s->horizon - t, false);
         fuzz_require(isinf(dt) ? dt > 0.0 : fabs(dt) <= s->horizon - t, "%g is no time", dt);
         const double until = isinf(dt) ? s->horizon : t + fabs(dt);
         if (outside)

@@ -79,9 +79,9 @@ static inline void mill_demolish(struct mill *m)
 
 /* One ball in flight in that mill */
 struct flight {
-    struct mill_flight path;
-    double radius; /* [m] */
-    double turn;   /* [rad] of the rotor at its start */
+    struct mill_flight path; /* its heading is made when it is asked for: ask */
+    double radius;           /* [m] */
+    double turn;             /* [rad] of the rotor at its start */
 };
 
 static inline double gap_at(const struct mill *m, int k, const struct flight *f, double t)
@@ -132,18 +132,27 @@ static inline double gap_rate(const struct mill *m, int k, const struct flight *
     return (gap_at(m, k, f, t + h) - gap_at(m, k, f, t - h)) / (2.0 * h);
 }
 
+/* What shape k says of the flight */
+static inline double ask(const struct mill *m, int k, const struct flight *f, double horizon,
+                         bool touching)
+{
+    const struct mill_flight path = mill_shape_flight(f->path.r, f->path.v, f->path.g, f->turn);
+    return m->shape[k]->ops->next_contact(m->shape[k], &path, f->radius, f->turn, horizon,
+                                          touching);
+}
+
 /* The first contact as the loop finds it: a search that gives up early is asked again from there.
  * give_ups may be NULL. */
 static inline double first_contact(const struct mill *m, int k, const struct flight *f,
                                    double horizon, bool touching, int *give_ups)
 {
-    const struct mill_shape *s = m->shape[k];
     double t = 0.0;
     for (int asked = 0; asked < 1000; asked++) {
-        const struct mill_flight from = {vec3_fly(f->path.r, f->path.v, f->path.g, t),
-                                         vec3_axpy(f->path.v, t, f->path.g), f->path.g};
-        const double dt = s->ops->next_contact(s, &from, f->radius, f->turn + m->omega * t,
-                                               horizon - t, touching && asked == 0);
+        struct flight from = *f;
+        from.path.r = vec3_fly(f->path.r, f->path.v, f->path.g, t);
+        from.path.v = vec3_axpy(f->path.v, t, f->path.g);
+        from.turn = f->turn + m->omega * t;
+        const double dt = ask(m, k, &from, horizon - t, touching && asked == 0);
         if (isinf(dt))
             return INFINITY;
         ck_assert(dt == dt);

@@ -7,6 +7,8 @@
 #define THICK 0.007
 #define RADIUS 0.0025
 
+static const vec3 nought = {0.0, 0.0, 0.0}, fall = {0.0, 0.0, -9.81};
+
 /* The blade's own axes, by their definition: width along x and thickness around the axis, both then
  * turned by the pitch about the radial line */
 struct axes {
@@ -127,8 +129,8 @@ START_TEST(a_stroke_of_the_face_on_a_ball_at_rest_comes_at_the_closed_form_s_tim
         spec.angle = uniform(&seed, -PI, PI);
         struct mill_shape *b = blade(&spec, omega);
         const double at = spec.angle + copysign(ahead, omega);
-        const struct mill_flight f = {vec3_make(0.004, rho * cos(at), rho * sin(at)),
-                                      vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+        const struct mill_flight f =
+            mill_shape_flight(vec3_make(0.004, rho * cos(at), rho * sin(at)), nought, nought, 0.0);
         const double expected = (ahead - asin((0.5 * THICK + RADIUS) / rho)) / fabs(omega);
         const double t = b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false);
         if (expected < 0.06)
@@ -156,9 +158,9 @@ START_TEST(a_stroke_on_a_ball_in_flight_comes_at_the_root_found_in_long_double)
         const struct mill_deck_blade spec = blade_spec(0.07, 0.1, THICK, 0.0);
         const double omega = uniform(&seed, 10.0, 200.0);
         struct mill_shape *b = blade(&spec, omega);
-        const struct mill_flight f = {vec3_make(0.0, uniform(&seed, 0.03, 0.05), 0.03),
-                                      vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.3)),
-                                      vec3_make(0.0, 0.0, -9.81)};
+        const double y = uniform(&seed, 0.03, 0.05);
+        const vec3 v = vec3_scale(direction(&seed), uniform(&seed, 0.0, 0.3));
+        const struct mill_flight f = mill_shape_flight(vec3_make(0.0, y, 0.03), v, fall, 0.0);
         long double lo = 0.0L, hi = 0.0L;
         while (over_face(&f, omega, hi) > 0.0L)
             hi += 1e-5L;
@@ -192,9 +194,8 @@ START_TEST(a_ball_that_falls_on_the_tip_edge_or_corner_of_a_standing_blade_meets
         const double across =
             fmax(out[0], 0.0) * fmax(out[0], 0.0) + fmax(out[1], 0.0) * fmax(out[1], 0.0);
         const double meets = TIP + sqrt(RADIUS * RADIUS - across), drop = 0.008;
-        const struct mill_flight f = {
-            place(&spec, 0.0, 0.5 * WIDTH + out[0], meets + drop, -0.5 * THICK - out[1]),
-            vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, -9.81)};
+        const vec3 r = place(&spec, 0.0, 0.5 * WIDTH + out[0], meets + drop, -0.5 * THICK - out[1]);
+        const struct mill_flight f = mill_shape_flight(r, nought, fall, 0.0);
         ck_assert_double_eq_tol(b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false),
                                 sqrt(2.0 * drop / 9.81), 1e-14);
     }
@@ -213,7 +214,7 @@ START_TEST(a_turning_corner_meets_a_ball_at_rest_when_it_is_a_radius_away)
         const double third_axis = 1.0 / sqrt(3.0);
         const vec3 r = place(&spec, turn + 100.0 * then, 0.5 * WIDTH + RADIUS * third_axis,
                              TIP + RADIUS * third_axis, 0.5 * THICK + RADIUS * third_axis);
-        const struct mill_flight f = {r, vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+        const struct mill_flight f = mill_shape_flight(r, nought, nought, turn);
         const double t = b->ops->next_contact(b, &f, RADIUS, turn, 0.06, false);
         const double speed = 100.0 * (TIP - 0.5 * THICK) * third_axis;
         ck_assert_double_eq_tol((t - then) * speed, 0.0, 2e-15);
@@ -231,8 +232,8 @@ static double sweep(double omega, double pitch, double clear)
     /* where the corner passes: the ball's centre straight beyond it */
     const double x = 0.5 * (WIDTH * cos(pitch) - THICK * sin(pitch));
     const double rho = hypot(TIP, across) + RADIUS + clear;
-    const struct mill_flight f = {vec3_make(pitch == 0.0 ? 0.0 : x, 0.0, -rho),
-                                  vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+    const struct mill_flight f =
+        mill_shape_flight(vec3_make(pitch == 0.0 ? 0.0 : x, 0.0, -rho), nought, nought, 0.1);
     const double t = b->ops->next_contact(b, &f, RADIUS, 0.1, 0.06, false);
     b->ops->free(b);
     return t;
@@ -258,18 +259,19 @@ START_TEST(a_ball_that_flies_along_a_face_or_past_a_corner_a_nanometre_off_misse
     const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.3);
     struct mill_shape *b = blade(&spec, 0.0);
     const struct axes a = axes_of(&spec, 0.0);
-    const vec3 none = vec3_make(0.0, 0.0, 0.0);
     for (int side = -1; side <= 1; side += 2) {
         const double off = side * 1e-9;
         /* along the face */
         const double h = 0.5 * THICK + RADIUS + off;
-        const struct mill_flight along = {place(&spec, 0.0, -0.01, 0.02, h),
-                                          vec3_axpy(vec3_scale(a.w, 2.0), 0.1, a.s), none};
+        const struct mill_flight along =
+            mill_shape_flight(place(&spec, 0.0, -0.01, 0.02, h),
+                              vec3_axpy(vec3_scale(a.w, 2.0), 0.1, a.s), nought, 0.0);
         /* past the corner, square to the line from it to the centre */
         const double reach = (RADIUS + off) / sqrt(3.0);
         const vec3 past = vec3_scale(vec3_sub(a.w, a.s), 1.0 / sqrt(2.0));
         const vec3 top = place(&spec, 0.0, 0.5 * WIDTH + reach, TIP + reach, 0.5 * THICK + reach);
-        const struct mill_flight by = {vec3_axpy(top, -0.01, past), past, none};
+        const struct mill_flight by =
+            mill_shape_flight(vec3_axpy(top, -0.01, past), past, nought, 0.0);
         const double t1 = b->ops->next_contact(b, &along, RADIUS, 0.0, 0.06, false);
         const double t2 = b->ops->next_contact(b, &by, RADIUS, 0.0, 0.06, false);
         if (side > 0) {
@@ -291,8 +293,9 @@ START_TEST(a_slow_hop_on_a_standing_blade_lasts_as_long_as_a_throw)
     struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
     struct mill_shape *b = blade(&spec, 0.0);
     for (double v = 1e-6; v < 0.2; v *= 1.5) {
-        const struct mill_flight f = {place(&spec, 0.0, 0.001, 0.03, 0.5 * THICK + RADIUS),
-                                      vec3_make(0.0, 0.0, v), vec3_make(0.0, 0.0, -9.81)};
+        const struct mill_flight f =
+            mill_shape_flight(place(&spec, 0.0, 0.001, 0.03, 0.5 * THICK + RADIUS),
+                              vec3_make(0.0, 0.0, v), fall, 0.0);
         ck_assert_double_eq_tol(b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, true),
                                 2.0 * v / 9.81, 1e-15 * 9.81 / v + 1e-15);
     }
@@ -307,10 +310,8 @@ START_TEST(a_ball_hops_along_a_turning_blade_without_a_contact_missed_or_too_ear
     const struct mill_deck_blade spec = blade_spec(0.067, WIDTH, THICK, 0.1);
     int hops = 0, give_ups = 0;
     mill_build(&m, &spec, 60.0);
-    struct flight f = {
-        {place(&spec, 0.0, 0.0, 0.02, 0.5 * THICK + RADIUS), {0.0, 0.0, 0.0}, {0.0, 0.0, -9.81}},
-        RADIUS,
-        0.0};
+    const vec3 begin = place(&spec, 0.0, 0.0, 0.02, 0.5 * THICK + RADIUS);
+    struct flight f = {mill_shape_flight(begin, nought, fall, 0.0), RADIUS, 0.0};
     for (double t = 0.0; !isinf(t); hops++) {
         f.path.r = vec3_fly(f.path.r, f.path.v, f.path.g, t);
         f.path.v = vec3_axpy(f.path.v, t, f.path.g);
@@ -338,8 +339,8 @@ START_TEST(a_ball_that_glides_along_a_face_drawing_back_is_not_met)
     struct mill m;
     const struct mill_deck_blade spec = blade_spec(0.067, WIDTH, THICK, 0.0);
     mill_build(&m, &spec, -1e-7);
-    const struct flight f = {
-        {{0.0, 0.06, 0.5 * THICK + RADIUS}, {0.0, 0.0, 0.0}, {0.0, -9.81, 0.0}}, RADIUS, 0.0};
+    const vec3 r = {0.0, 0.06, 0.5 * THICK + RADIUS}, inwards = {0.0, -9.81, 0.0};
+    const struct flight f = {mill_shape_flight(r, nought, inwards, 0.0), RADIUS, 0.0};
     ck_assert_double_eq_tol(gap_at(&m, BLADE, &f, 0.0), 0.0, 1e-17);
     ck_assert(isinf(first_contact(&m, BLADE, &f, 0.06, true, NULL)));
     mill_demolish(&m);
@@ -351,9 +352,10 @@ END_TEST
 START_TEST(a_ball_that_a_fast_blade_leaves_without_a_push_is_not_met)
 {
     struct mill_deck_blade spec = blade_spec(0.0675, 0.0075, 0.0075, -6.9942330121994019);
-    const vec3 r = {0.08778864037072634, -0.00037923657435112994, 0.00013357732643832105};
-    const struct mill_flight f = {r, {1.0416347359160957e-09, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     const double omega = 9990.8691594912507, turn = 6.9999991655349731;
+    const vec3 r = {0.08778864037072634, -0.00037923657435112994, 0.00013357732643832105};
+    const vec3 v = {1.0416347359160957e-09, 0.0, 0.0};
+    const struct mill_flight f = mill_shape_flight(r, v, nought, turn);
     spec.position = 0.074999991059303286;
     spec.angle = 6.9999991655349731;
     struct mill_shape *b = blade(&spec, omega);
@@ -372,16 +374,16 @@ START_TEST(a_ball_that_leaves_a_fast_blade_by_a_nanometre_a_second_is_not_met_ho
     const double omega = 9990.8691594912507, radius = 0.00010136454560732858;
     const vec3 start = {0.00082517063324870452, -4.5480208673886505e-05, 4.1167912762866911e-05};
     const vec3 v = {1.0341034232116775e-09, -8.6214722027632334e-11, -9.0554154375061404e-11};
-    const vec3 none = {0.0, 0.0, 0.0};
     spec.position = 0.00067312381483771171;
     spec.angle = 6.9999991655349731;
     struct mill_shape *b = mill_blade_create(&spec, 0, omega, 0.0010136454560732858);
     double t = 0.0;
     int asked = 0;
     for (; t < 0.0003; asked++) {
-        const struct mill_flight f = {vec3_fly(start, v, none, t), v, none};
-        const double dt =
-            b->ops->next_contact(b, &f, radius, 6.9999991655349731 + omega * t, 0.01, asked == 0);
+        const double turn = 6.9999991655349731 + omega * t;
+        const struct mill_flight f =
+            mill_shape_flight(vec3_fly(start, v, nought, t), v, nought, turn);
+        const double dt = b->ops->next_contact(b, &f, radius, turn, 0.01, asked == 0);
         ck_assert_msg(dt < 0.0, "met at %g s", t + dt);
         t -= dt;
     }
@@ -394,8 +396,8 @@ START_TEST(a_ball_at_rest_against_a_standing_blade_is_left_alone_without_gravity
 {
     const struct mill_deck_blade spec = blade_spec(TIP, WIDTH, THICK, 0.0);
     struct mill_shape *b = blade(&spec, 0.0);
-    const struct mill_flight f = {vec3_make(0.0, 0.03, 0.5 * THICK + RADIUS),
-                                  vec3_make(0.0, 0.0, 0.0), vec3_make(0.0, 0.0, 0.0)};
+    const struct mill_flight f =
+        mill_shape_flight(vec3_make(0.0, 0.03, 0.5 * THICK + RADIUS), nought, nought, 0.0);
     ck_assert_double_eq_tol(b->ops->gap(b, f.r, RADIUS, 0.0), 0.0, 1e-17);
     ck_assert(isinf(b->ops->next_contact(b, &f, RADIUS, 0.0, 0.06, false)));
     b->ops->free(b);

@@ -182,18 +182,23 @@ START_TEST(the_cells_ahead_are_those_that_came_near)
     const int32_t step[3] = {s.cells.n[1] * s.cells.n[2], s.cells.n[2], 1};
     const int32_t home = mill_cells_at(&s.cells, vec3_make(0.0, 0.0, 0.0));
     for (int face = 0; face < 6; face++) {
-        const int32_t to = home + (face % 2 ? step[face / 2] : -step[face / 2]);
+        const int32_t to = home + mill_cells_step(&s.cells, face);
+        ck_assert_int_eq(to, home + (face % 2 ? step[face / 2] : -step[face / 2]));
         int32_t fresh = 0;
         for (int a = 0; a < 27; a++) {
             bool old = false, ahead = false;
             for (int b = 0; b < 27; b++)
-                old |= home + s.cells.around[b] == to + s.cells.around[a];
+                old |= home + s.cells.neighbour[b] == to + s.cells.neighbour[a];
             for (int b = 0; b < 9; b++)
                 ahead |= s.cells.ahead[face][b] == s.cells.around[a];
             ck_assert_int_eq(ahead, !old);
+            ck_assert_int_eq(s.cells.around[a], (int64_t)s.cells.neighbour[a] * s.cells.row);
             fresh += !old;
         }
         ck_assert_int_eq(fresh, 9);
+        for (int b = 0; b < 9; b++)
+            ck_assert_int_eq(s.cells.ahead[face][b],
+                             (int64_t)s.cells.beyond[face][b] * s.cells.row);
     }
     free_swarm(&s);
 }
@@ -210,7 +215,7 @@ START_TEST(the_outermost_cells_reach_to_infinity)
     const int32_t last = mill_cells_at(&s.cells, far);
     mill_cells_box(&s.cells, last, &lo, &hi);
     ck_assert(isinf(hi.x) && isinf(hi.y) && isinf(hi.z));
-    ck_assert(isinf(mill_cells_exit(&s.cells, last, corner_hi, away, g).dt));
+    ck_assert(isinf(mill_cells_exit(&s.cells, last, corner_hi, away, g, HUGE_VAL).dt));
     free_swarm(&s);
 }
 END_TEST

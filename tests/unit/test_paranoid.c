@@ -215,7 +215,8 @@ END_TEST
 
 START_TEST(a_contact_of_balls_that_part_is_told)
 {
-    const struct mill_plan plan = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0, 0};
+    const struct mill_plan plan = {
+        .shape_t = INFINITY, .exit_t = INFINITY, .partner = 1, .shape = MILL_NOBODY};
     b.world->ball[1].r.x = 0.0285 + 0.01;
     b.world->ball[1].v.x = 1.005;
     expect(mill_sim_paranoid_touch(&p, 0, &plan, &error),
@@ -225,7 +226,11 @@ END_TEST
 
 START_TEST(a_contact_with_a_surface_that_is_left_is_told)
 {
-    const struct mill_plan plan = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, DRUM, 0, 0, 0};
+    const struct mill_plan plan = {.pair_t = INFINITY,
+                                   .shape_t = 0.0,
+                                   .exit_t = INFINITY,
+                                   .partner = MILL_NOBODY,
+                                   .shape = DRUM};
     b.world->ball[2].r.z = -0.045;
     b.world->ball[2].v.z = 0.005;
     expect(mill_sim_paranoid_touch(&p, 2, &plan, &error),
@@ -236,7 +241,11 @@ END_TEST
 /* Until then there is no contact, and none is claimed: the search goes on. */
 START_TEST(a_search_that_goes_on_is_no_contact)
 {
-    struct mill_plan plan = {INFINITY, 1e-3, INFINITY, MILL_NOBODY, 0, BLADE, 0, 0, 0};
+    struct mill_plan plan = {.pair_t = INFINITY,
+                             .shape_t = 1e-3,
+                             .exit_t = INFINITY,
+                             .partner = MILL_NOBODY,
+                             .shape = BLADE};
     expect(mill_sim_paranoid_touch(&p, 3, &plan, &error),
            "ball 3 shall meet a surface (ball_blade) with a gap of ");
     plan.again = true;
@@ -314,9 +323,11 @@ static enum mill_status carry_out(const struct mill_plan *plan, double now)
 
 START_TEST(a_contact_carried_out_with_bodies_apart_is_told)
 {
-    const struct mill_plan pair = {0.0, INFINITY, INFINITY, 1, 0, MILL_NOBODY, 0, 0, 0};
+    const struct mill_plan pair = {
+        .shape_t = INFINITY, .exit_t = INFINITY, .partner = 1, .shape = MILL_NOBODY};
     expect(carry_out(&pair, 0.0), "ball 0 and ball 1 met with a gap of 0.0015 m");
-    const struct mill_plan surface = {INFINITY, 0.0, INFINITY, MILL_NOBODY, 0, 2, 0, 0, 0};
+    const struct mill_plan surface = {
+        .pair_t = INFINITY, .shape_t = 0.0, .exit_t = INFINITY, .partner = MILL_NOBODY, .shape = 2};
     expect(carry_out(&surface, 0.0), "ball 0 met a surface (ball_wall) with a gap of 0.0165 m");
     ck_assert_int_eq(b.world->shape[2]->number, 1);
 }

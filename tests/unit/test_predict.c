@@ -99,8 +99,10 @@ static double shape_contact(const struct mill_world *w, int32_t i, int32_t k, do
     const double a = radius_of(w, i);
     double t = 0.0;
     for (int asked = 0; asked < 1000; asked++) {
-        const struct mill_flight f = {mill_world_position(w, i, now + t),
-                                      mill_world_velocity(w, i, now + t), w->g};
+        /* no heading: what prediction rejects by it is searched here */
+        const struct mill_flight f = {.r = mill_world_position(w, i, now + t),
+                                      .v = mill_world_velocity(w, i, now + t),
+                                      .g = w->g};
         const double turn = w->turn + w->rotor_speed * (now + t);
         const double dt = s->ops->next_contact(s, &f, a, turn, window - t, touching && t == 0.0);
         t += fabs(dt);
@@ -345,6 +347,76 @@ START_TEST(the_deepest_overlap_is_that_of_all_pairs_and_surfaces)
 }
 END_TEST
 
+/* ---- the rotor's heading, as a surface is told it ---- */
+
+/* The last question put to the drum */
+static struct {
+    long asked;
+    double turn;
+    struct mill_heading heading;
+} heard;
+
+static double listen(const struct mill_shape *shape, const struct mill_flight *f, double radius,
+                     double turn, double horizon, bool touching)
+{
+    (void)shape, (void)radius, (void)horizon, (void)touching;
+    heard.asked++;
+    heard.turn = turn;
+    heard.heading = f->heading;
+    return (double)INFINITY;
+}
+
+/* Plans a ball at the drum with the rotor at `turn`: how wrong the heading is. */
+static double heading_error(struct mill_predict *p, struct mill_world *w, int32_t i, double turn)
+{
+    const long before = heard.asked;
+    w->turn = turn;
+    mill_predict_ball(p, i, 0.0, MILL_NOBODY);
+    ck_assert_int_eq(heard.asked, before + 1);
+    ck_assert_double_eq(heard.turn, turn);
+    return fmax(fabs(heard.heading.cos - cos(turn)), fabs(heard.heading.sin - sin(turn)));
+}
+
+/* Angles that grow, fall, rest and jump, by steps that are turned on and by steps that are not */
+START_TEST(the_heading_is_that_of_the_rotor_s_angle)
+{
+    uint64_t seed = 5;
+    struct mill_world *w = make_mill(&setting[2], &seed);
+    struct mill_predict *p = start(w);
+    struct mill_shape_ops ops = *w->shape[0]->ops;
+    const struct mill_shape_ops *const real = w->shape[0]->ops;
+    int32_t i = 0;
+    double turn = 0.0, worst = 0.0;
+    ck_assert_int_eq(ops.kind, MILL_BALL_DRUM);
+    ops.next_contact = listen;
+    w->shape[0]->ops = &ops;
+    for (int32_t k = 0; k < w->balls; k++) { /* the one nearest to the drum */
+        if (hypot(w->ball[k].r.y, w->ball[k].r.z) > hypot(w->ball[i].r.y, w->ball[i].r.z))
+            i = k;
+    }
+    for (int n = 0; n < 500000; n++) {
+        const double way = n / 1000 % 3 == 2 ? -1.0 : 1.0;
+        switch (below(&seed, 200)) {
+        case 0:
+            turn = uniform(&seed, -20.0, 20.0);
+            break;
+        case 1:
+            turn += way * 0.02 * (1.0 + uniform(&seed, -1e-15, 1e-15));
+            break;
+        case 2:
+            break;
+        default:
+            turn += way * log_uniform(&seed, 1e-9, 0.03);
+        }
+        worst = fmax(worst, heading_error(p, w, i, turn));
+    }
+    ck_assert_double_lt(worst, 1e-14);
+    w->shape[0]->ops = real;
+    mill_predict_free(p);
+    mill_world_free(w);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("predict");
@@ -356,6 +428,7 @@ int main(void)
     tcase_add_loop_test(tests, every_next_contact_of_a_run_is_the_first_of_all, 0, SETTINGS);
     tcase_add_loop_test(tests, balls_that_overlap_and_close_meet_at_once, 0, SETTINGS);
     tcase_add_loop_test(tests, the_deepest_overlap_is_that_of_all_pairs_and_surfaces, 0, SETTINGS);
+    tcase_add_test(tests, the_heading_is_that_of_the_rotor_s_angle);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);
     srunner_run_all(runner, CK_NORMAL);

@@ -160,13 +160,10 @@ END_TEST
 /* The same contact asked for again, in windows that end just after and just before it. */
 static void ask_around(const struct mill *m, int k, const struct flight *f, double t, bool touching)
 {
-    const struct mill_shape *s = m->shape[k];
     for (double share = 1e-9; share < 1e-2; share *= 10.0) {
         const double more = t * (1.0 + share), less = t * (1.0 - share);
-        ck_assert_double_eq_tol(
-            s->ops->next_contact(s, &f->path, f->radius, f->turn, more, touching), t, 1e-12 * t);
-        ck_assert_double_eq(s->ops->next_contact(s, &f->path, f->radius, f->turn, less, touching),
-                            (double)INFINITY);
+        ck_assert_double_eq_tol(ask(m, k, f, more, touching), t, 1e-12 * t);
+        ck_assert_double_eq(ask(m, k, f, less, touching), (double)INFINITY);
     }
 }
 
@@ -206,9 +203,10 @@ START_TEST(a_straight_flight_meets_an_end_wall_at_the_end_of_the_window_to_the_l
     mill_build(&m, &spec, 100.0);
     const struct mill_shape *s = m.shape[_i];
     for (int i = 0; i < 20000; i++) {
-        struct mill_flight f = {vec3_make(uniform(&seed, -0.05, 0.05), 0.01, 0.02),
-                                vec3_scale(direction(&seed), 3.0),
-                                {0.0, 0.0, -9.81}};
+        const double x = uniform(&seed, -0.05, 0.05);
+        struct mill_flight f =
+            mill_shape_flight(vec3_make(x, 0.01, 0.02), vec3_scale(direction(&seed), 3.0),
+                              vec3_make(0.0, 0.0, -9.81), 0.0);
         f.v.x = (_i == WALL_0 ? -1.0 : 1.0) * log_uniform(&seed, 1e-3, 10.0);
         const double away = s->ops->gap(s, f.r, 0.0025, 0.0);
         for (int ulps = -1; ulps <= 1; ulps++) {
@@ -240,8 +238,9 @@ START_TEST(a_hop_below_the_rounding_of_a_position_takes_its_full_time)
                              {0.5 * drum_length - a, 0.01, 0.02},
                              {0.0, 0.0, shaft_radius + a}};
     for (int side = -1; side <= 1; side++) {
-        const struct mill_flight f = {vec3_axpy(on[_i], side * 1e-17, up[_i]),
-                                      vec3_scale(up[_i], v), vec3_scale(up[_i], -g)};
+        const struct mill_flight f =
+            mill_shape_flight(vec3_axpy(on[_i], side * 1e-17, up[_i]), vec3_scale(up[_i], v),
+                              vec3_scale(up[_i], -g), 0.0);
         ck_assert_double_eq_tol(m.shape[_i]->ops->next_contact(m.shape[_i], &f, a, 0.0, 0.01, true),
                                 2.0 * v / g, 1e-6 * v / g);
     }
@@ -270,9 +269,7 @@ START_TEST(overlapping_and_closing_is_a_contact_now)
         random_mill(&seed, &m);
         struct flight f = random_flight(&seed, &m, _i);
         if (sink(&m, _i, &f, log_uniform(&seed, 1e-13, 1e-4), -log_uniform(&seed, 1e-4, 10.0))) {
-            const struct mill_shape *s = m.shape[_i];
-            ck_assert_double_eq(s->ops->next_contact(s, &f.path, f.radius, f.turn, 1e-3, false),
-                                0.0);
+            ck_assert_double_eq(ask(&m, _i, &f, 1e-3, false), 0.0);
             tried++;
         }
         mill_demolish(&m);

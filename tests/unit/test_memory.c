@@ -1,0 +1,63 @@
+/* Claims about the memory of the large arrays. */
+#include "memory.h"
+
+#include "engine_fixture.h"
+
+START_TEST(memory_begins_on_a_cache_line)
+{
+    void *kept[300];
+    for (size_t n = 0; n < 300; n++) {
+        kept[n] = mill_memory_get(n, 1 + n % 7);
+        ck_assert_ptr_nonnull(kept[n]);
+        ck_assert_uint_eq((uintptr_t)kept[n] % 64, 0);
+    }
+    for (size_t n = 0; n < 300; n++)
+        free(kept[n]);
+}
+END_TEST
+
+/* Used memory is given back just before, so that new memory is likely to be the same. */
+START_TEST(memory_is_zero_to_its_last_byte)
+{
+    static const size_t sizes[] = {1, 63, 64, 65, 1000, 4096, 100000, 3000000};
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        unsigned char *used = mill_memory_get(sizes[k], 1);
+        ck_assert_ptr_nonnull(used);
+        memset(used, 0xff, sizes[k]);
+        free(used);
+        unsigned char *fresh = mill_memory_get(sizes[k], 1);
+        ck_assert_ptr_nonnull(fresh);
+        size_t dirty = 0;
+        for (size_t n = 0; n < sizes[k]; n++)
+            dirty += fresh[n] != 0;
+        ck_assert_uint_eq(dirty, 0);
+        free(fresh);
+    }
+}
+END_TEST
+
+START_TEST(a_size_beyond_all_memory_is_refused)
+{
+    static const size_t asked[][2] = {
+        {SIZE_MAX, 1},           {1, SIZE_MAX},       {SIZE_MAX / 2 + 1, 2}, /* 0 by overflow */
+        {SIZE_MAX / 8 + 2, 8},                                               /* 8 by overflow */
+        {SIZE_MAX / 64 + 1, 64}, {SIZE_MAX, SIZE_MAX}};                      /* 1 by overflow */
+    for (size_t k = 0; k < sizeof asked / sizeof *asked; k++)
+        ck_assert_ptr_null(mill_memory_get(asked[k][0], asked[k][1]));
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("memory");
+    TCase *tests = tcase_create("memory");
+    tcase_add_test(tests, memory_begins_on_a_cache_line);
+    tcase_add_test(tests, memory_is_zero_to_its_last_byte);
+    tcase_add_test(tests, a_size_beyond_all_memory_is_refused);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

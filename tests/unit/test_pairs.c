@@ -1,0 +1,383 @@
+/* Claims about the pair search: every variant finds, to the bit, what a loop over all balls finds
+ * that takes one after the other, in every form of the cells' rows. */
+#include "pairs.h"
+
+#include "memory.h"
+
+#include "cells_fixture.h"
+
+enum { KINDS = 3, MOST_VARIANTS = 8 };
+
+/* ---- balls in cells ---- */
+
+/* A form of the rows, and what makes the grid choose it */
+struct form {
+    int32_t told; /* number of balls told to the grid */
+    double least; /* [m] diameter of the smallest, as told */
+    enum mill_cells_form form;
+    bool crowd; /* put five balls into one cell first: packed rows widen */
+    bool longer_rows;
+};
+
+#define DIAMETER 10e-3
+
+static const struct form forms[] = {
+    {2000, DIAMETER, MILL_CELLS_SHORT, false, false},
+    {2000, 4e-3, MILL_CELLS_SHORT, false, true},
+    {70000, DIAMETER, MILL_CELLS_PACKED, false, false},
+    {70000, DIAMETER, MILL_CELLS_WIDE, true, false},
+    {70000, 4e-3, MILL_CELLS_WIDE, false, true},
+};
+enum { FORMS = sizeof forms / sizeof *forms };
+
+static const vec3 pull[] = {{0.0, 0.0, 0.0}, {0.0, 0.0, -9.81}, {3.0, -200.0, 150.0}};
+
+struct field {
+    struct mill_cells cells;
+    struct mill_ball *ball;
+    double radius[KINDS];
+    struct mill_pairs pairs;
+    int32_t balls;
+};
+
+/* No ball has a place yet. The scratch is as long as it must be and no longer. */
+static void open_field(struct field *f, const struct form *form, int32_t balls, bool equal, vec3 g)
+{
+    const size_t room = (size_t)balls + MILL_PAIRS_ROOM;
+    memset(f, 0, sizeof *f);
+    f->balls = balls;
+    f->ball = mill_memory_get((size_t)balls, sizeof *f->ball);
+    ck_assert(mill_cells_init(&f->cells, corner_lo, corner_hi, DIAMETER, form->least, form->told));
+    for (int k = 0; k < KINDS; k++)
+        f->radius[k] = equal ? 0.5 * DIAMETER : 0.5 * DIAMETER / (1.0 + 0.7 * k);
+    struct mill_pairs *p = &f->pairs;
+    p->ball = f->ball;
+    p->cells = &f->cells;
+    p->radius = f->radius;
+    p->g = g;
+    p->sum = equal ? DIAMETER : 0.0;
+    p->near = malloc(room * sizeof *p->near);
+    p->kept = malloc(room * sizeof *p->kept);
+    p->b = malloc(room * sizeof *p->b);
+    p->c = malloc(room * sizeof *p->c);
+    p->square = malloc(room * sizeof *p->square);
+    if (!f->ball || !p->near || !p->kept || !p->b || !p->c || !p->square)
+        ck_abort_msg("out of memory");
+}
+
+static void close_field(struct field *f)
+{
+    mill_cells_release(&f->cells);
+    free(f->ball);
+    free(f->pairs.near);
+    free(f->pairs.kept);
+    free(f->pairs.b);
+    free(f->pairs.c);
+    free(f->pairs.square);
+}
+
+/* Where the ball is at local time `now`, `ago` seconds after its record's time */
+static void put(struct field *f, int32_t i, vec3 r, vec3 v, double now, double ago)
+{
+    struct mill_ball *b = &f->ball[i];
+    ck_assert(mill_cells_insert(&f->cells, i, mill_cells_at(&f->cells, r)));
+    b->r = vec3_fly(r, v, f->pairs.g, -ago);
+    b->v = vec3_axpy(v, -ago, f->pairs.g);
+    b->t = now - ago;
+}
+
+static vec3 some_velocity(uint64_t *seed)
+{
+    return below(seed, 8) ? vec3_scale(direction(seed), log_uniform(seed, 1e-3, 5.0))
+                          : vec3_make(0.0, 0.0, 0.0);
+}
+
+/* Places of balls at random, none in a row that is full; numbers in no order within the rows */
+static void scatter(struct field *f, const struct form *form, double now, uint64_t *seed)
+{
+    const vec3 spot = {1e-3, 1e-3, 1e-3};
+    const int32_t shift = below(seed, f->balls);
+    for (int32_t n = 0; n < f->balls; n++) {
+        const int32_t i = (n * 7 + shift) % f->balls; /* every one once: 7 divides no count used */
+        vec3 r = spot;
+        if (!form->crowd || n >= 5) {
+            const int32_t room = f->cells.row - (f->cells.form == MILL_CELLS_PACKED ? 0 : 1);
+            do
+                r = point_in(seed, corner_lo, corner_hi);
+            while (mill_cells_held(&f->cells, mill_cells_at(&f->cells, r)) == room);
+        }
+        put(f, i, r, some_velocity(seed), now, below(seed, 4) ? uniform(seed, 0.0, 1e-3) : 0.0);
+        f->ball[i].species = below(seed, KINDS);
+    }
+    ck_assert_int_eq(f->cells.form, form->form);
+    ck_assert_int_eq(f->cells.row > MILL_CELL_ROW, form->longer_rows);
+}
+
+/* ---- the plain search ---- */
+
+static bool is_near(const struct mill_cells *c, int32_t i, int32_t j, const int64_t *offset,
+                    int32_t count)
+{
+    const int64_t way = ((int64_t)c->cell[j] - c->cell[i]) * c->row;
+    for (int32_t k = 0; k < count; k++) {
+        if (way == offset[k])
+            return true;
+    }
+    return false;
+}
+
+/* Time from `now` to the contact of two balls by the formula of the search, INFINITY: none */
+static double meets(const struct field *f, const struct mill_ball *me, const struct mill_ball *o,
+                    double now)
+{
+    const vec3 g = f->pairs.g;
+    const double dt = now - o->t, half = 0.5 * dt * dt;
+    const double s =
+        f->pairs.sum != 0.0 ? f->pairs.sum : f->radius[me->species] + f->radius[o->species];
+    const double dx = o->r.x + o->v.x * dt + g.x * half - me->r.x;
+    const double dy = o->r.y + o->v.y * dt + g.y * half - me->r.y;
+    const double dz = o->r.z + o->v.z * dt + g.z * half - me->r.z;
+    const double ux = o->v.x + g.x * dt - me->v.x;
+    const double uy = o->v.y + g.y * dt - me->v.y;
+    const double uz = o->v.z + g.z * dt - me->v.z;
+    const double b = dx * ux + dy * uy + dz * uz;
+    const double c = dx * dx + dy * dy + dz * dz - s * s;
+    const double square = b * b - (ux * ux + uy * uy + uz * uz) * c;
+    if (!(b < 0.0) || !(square > 0.0))
+        return (double)INFINITY;
+    return fmax(c, 0.0) / (sqrt(square) - b);
+}
+
+static int32_t plain(const struct field *f, int32_t i, double now, const int64_t *offset,
+                     int32_t cells, struct mill_pair *best)
+{
+    int32_t candidates = 0;
+    for (int32_t j = 0; j < f->balls; j++) {
+        if (!is_near(&f->cells, i, j, offset, cells))
+            continue;
+        candidates++;
+        const double dt = j == i ? (double)INFINITY : meets(f, &f->ball[i], &f->ball[j], now);
+        if (dt < best->dt) { /* of equal ones the first, which is the smaller */
+            best->dt = dt;
+            best->partner = j;
+        }
+    }
+    return candidates;
+}
+
+/* ---- comparison ---- */
+
+struct tally {
+    long searches, found, at_once, none, ahead; /* what the comparisons came across */
+};
+
+static void compare(const struct field *f, int32_t i, double now, int face, double window,
+                    struct tally *tally)
+{
+    const int64_t *offset = face < 0 ? f->cells.around : f->cells.ahead[face];
+    const int32_t cells = face < 0 ? 27 : 9;
+    struct mill_pair expected = {window, MILL_NOBODY};
+    const int32_t candidates = plain(f, i, now, offset, cells, &expected);
+    const char *name = NULL;
+    mill_pairs_fn *search;
+    for (int k = 0; (search = mill_pairs_variant(k, &name)) != NULL; k++) {
+        struct mill_pair found = {window, MILL_NOBODY};
+        const int32_t looked = search(&f->pairs, i, now, offset, cells, &found);
+        ck_assert_msg(looked == candidates, "%s looks at %d balls of %d", name, looked, candidates);
+        ck_assert_msg(found.partner == expected.partner &&
+                          memcmp(&found.dt, &expected.dt, sizeof found.dt) == 0,
+                      "%s: ball %d meets %d after %a s, not %d after %a s", name, i, found.partner,
+                      found.dt, expected.partner, expected.dt);
+    }
+    tally->searches++;
+    tally->found += expected.partner != MILL_NOBODY;
+    tally->at_once += expected.dt == 0.0;
+    tally->none += expected.partner == MILL_NOBODY;
+    tally->ahead += face >= 0 && expected.partner != MILL_NOBODY;
+}
+
+static void bring_to(struct field *f, int32_t i, double now)
+{
+    struct mill_ball *b = &f->ball[i];
+    const double dt = now - b->t;
+    b->r = vec3_fly(b->r, b->v, f->pairs.g, dt);
+    b->v = vec3_axpy(b->v, dt, f->pairs.g);
+    b->t = now;
+}
+
+START_TEST(every_variant_finds_the_bits_of_a_plain_search)
+{
+    static const int32_t counts[] = {6, 50, 499, 1500};
+    struct tally tally = {0, 0, 0, 0, 0};
+    uint64_t seed = 100 + (uint64_t)_i;
+    for (int n = 0; n < 4 * 2 * 3; n++) {
+        struct field f;
+        const int32_t balls = counts[n % 4];
+        const double now = uniform(&seed, 0.0, 0.06);
+        open_field(&f, &forms[_i], balls, n / 4 % 2, pull[n / 8]);
+        scatter(&f, &forms[_i], now, &seed);
+        for (int k = 0; k < 150; k++) {
+            const int32_t i = below(&seed, balls);
+            bring_to(&f, i, now);
+            const double window = below(&seed, 2) ? HUGE_VAL : log_uniform(&seed, 1e-7, 0.06);
+            compare(&f, i, now, below(&seed, 7) - 1, window, &tally);
+            compare(&f, i, now, -1, window, &tally);
+        }
+        close_field(&f);
+    }
+    ck_assert_int_eq(tally.searches, 2 * 24 * 150);
+    ck_assert_int_gt(tally.found, 1000);
+    ck_assert_int_gt(tally.ahead, 100);
+    ck_assert_int_gt(tally.at_once, 500);
+    ck_assert_int_gt(tally.none, 500);
+}
+END_TEST
+
+/* ---- single claims, of every variant ---- */
+
+static const vec3 rest = {0.0, 0.0, 0.0};
+
+static struct mill_pair ask(const struct field *f, int k, int32_t i, double window)
+{
+    const char *name;
+    struct mill_pair found = {window, MILL_NOBODY};
+    mill_pairs_variant(k, &name)(&f->pairs, i, 0.0, f->cells.around, 27, &found);
+    return found;
+}
+
+static int variants(void)
+{
+    const char *name;
+    int n = 0;
+    while (n < MOST_VARIANTS && mill_pairs_variant(n, &name))
+        n++;
+    return n;
+}
+
+/* Six balls come from six sides to the same instant, by powers of two: the times are the same bits.
+ * The smallest number wins wherever it stands in its row. */
+START_TEST(of_partners_equally_early_the_smaller_wins)
+{
+    static const vec3 side[6] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                 {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+    const vec3 middle = {0x1p-9, 0x1p-9, 0x1p-9};
+    uint64_t seed = 7;
+    for (int n = 0; n < 200; n++) {
+        struct field f;
+        open_field(&f, &forms[_i], 12, true, pull[0]);
+        f.pairs.sum = 0x1p-7;
+        f.radius[0] = 0x1p-8;
+        const int32_t mine = below(&seed, 7), skipped = below(&seed, 6), turn = below(&seed, 6);
+        int32_t least = 12;
+        put(&f, mine, middle, rest, 0.0, 0.0);
+        for (int32_t k = 0; k < 6; k++) {
+            const int32_t way = (k + turn) % 6, number = k + (k >= mine);
+            if (way == skipped)
+                continue;
+            put(&f, number, vec3_axpy(middle, 0x1p-7 + 0x1p-9, side[way]),
+                vec3_scale(side[way], -0.5), 0.0, 0.0);
+            least = number < least ? number : least;
+        }
+        for (int k = 0; k < variants(); k++) {
+            const struct mill_pair found = ask(&f, k, mine, HUGE_VAL);
+            ck_assert_double_eq(found.dt, 0x1p-8);
+            ck_assert_int_eq(found.partner, least);
+        }
+        close_field(&f);
+    }
+}
+END_TEST
+
+START_TEST(overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part)
+{
+    struct field f;
+    open_field(&f, &forms[_i], 2, true, pull[1]);
+    const vec3 right = {1.0, 0.0, 0.0}, by = {0.9 * DIAMETER, 0.0, 0.0};
+    put(&f, 0, rest, right, 0.0, 0.0);
+    put(&f, 1, by, rest, 0.0, 0.0);
+    for (int k = 0; k < variants(); k++) {
+        const struct mill_pair found = ask(&f, k, 0, HUGE_VAL);
+        ck_assert(found.dt == 0.0 && found.partner == 1);
+        ck_assert_int_eq(ask(&f, k, 1, 1e-300).partner, 0);
+    }
+    f.ball[1].v = vec3_scale(right, 2.0);
+    for (int k = 0; k < variants(); k++)
+        ck_assert_int_eq(ask(&f, k, 0, HUGE_VAL).partner, MILL_NOBODY);
+    f.ball[1].v = right; /* neither */
+    for (int k = 0; k < variants(); k++)
+        ck_assert_int_eq(ask(&f, k, 0, HUGE_VAL).partner, MILL_NOBODY);
+    close_field(&f);
+}
+END_TEST
+
+START_TEST(a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is)
+{
+    struct field f;
+    open_field(&f, &forms[_i], 2, true, pull[0]);
+    const vec3 right = {1.0, 0.0, 0.0}, by = {1.5 * DIAMETER, 1e-3, 0.0};
+    put(&f, 0, rest, right, 0.0, 0.0);
+    put(&f, 1, by, rest, 0.0, 0.0);
+    for (int k = 0; k < variants(); k++) {
+        const double dt = ask(&f, k, 0, HUGE_VAL).dt;
+        const struct mill_pair same = ask(&f, k, 0, dt), sooner = ask(&f, k, 0, 0.5 * dt);
+        ck_assert(same.partner == MILL_NOBODY && same.dt == dt);
+        ck_assert(sooner.partner == MILL_NOBODY && sooner.dt == 0.5 * dt);
+        ck_assert_int_eq(ask(&f, k, 0, dt * (1.0 + 1e-15)).partner, 1);
+    }
+    close_field(&f);
+}
+END_TEST
+
+START_TEST(a_ball_alone_meets_nobody_and_looks_at_itself)
+{
+    struct field f;
+    const char *name;
+    open_field(&f, &forms[_i], 1, false, pull[2]);
+    put(&f, 0, rest, vec3_make(1.0, 2.0, 3.0), 0.0, 0.0);
+    for (int k = 0; k < variants(); k++) {
+        struct mill_pair found = {HUGE_VAL, MILL_NOBODY};
+        mill_pairs_fn *search = mill_pairs_variant(k, &name);
+        ck_assert_int_eq(search(&f.pairs, 0, 0.0, f.cells.around, 27, &found), 1);
+        ck_assert(isinf(found.dt) && found.partner == MILL_NOBODY);
+        ck_assert_int_eq(search(&f.pairs, 0, 0.0, f.cells.ahead[3], 9, &found), 0);
+        ck_assert(isinf(found.dt) && found.partner == MILL_NOBODY);
+    }
+    close_field(&f);
+}
+END_TEST
+
+START_TEST(the_last_variant_is_chosen_and_each_has_a_name)
+{
+    const char *name = NULL;
+    const int count = variants();
+    ck_assert_int_ge(count, 1);
+    ck_assert_int_lt(count, MOST_VARIANTS);
+    for (int k = 0; k < count; k++) {
+        mill_pairs_fn *search = mill_pairs_variant(k, &name);
+        ck_assert(name && *name);
+        ck_assert((search == mill_pairs_choose()) == (k == count - 1));
+    }
+    ck_assert(mill_pairs_variant(count, &name) == NULL);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("pairs");
+    TCase *tests = tcase_create("pairs");
+    tcase_set_timeout(tests, 60);
+    tcase_add_loop_test(tests, every_variant_finds_the_bits_of_a_plain_search, 0, FORMS);
+    tcase_add_loop_test(tests, of_partners_equally_early_the_smaller_wins, 0, FORMS);
+    tcase_add_loop_test(
+        tests, overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, 0, FORMS);
+    tcase_add_loop_test(tests, a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, 0,
+                        FORMS);
+    tcase_add_loop_test(tests, a_ball_alone_meets_nobody_and_looks_at_itself, 0, FORMS);
+    tcase_add_test(tests, the_last_variant_is_chosen_and_each_has_a_name);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
