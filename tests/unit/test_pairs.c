@@ -328,6 +328,25 @@ START_TEST(a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is)
 }
 END_TEST
 
+/* Nearly touching and head on: the bound by which candidates are sorted out is as sharp as it gets.
+ */
+START_TEST(a_contact_a_little_sooner_than_the_best_known_is_found)
+{
+    for (double away = 1e-12; away < 1e-3; away *= 3.0) {
+        struct field f;
+        open_field(&f, &forms[_i], 2, true, pull[0]);
+        put(&f, 0, rest, vec3_make(1.0, 0.0, 0.0), 0.0, 0.0);
+        put(&f, 1, vec3_make(DIAMETER + away, 0.0, 0.0), rest, 0.0, 0.0);
+        for (int k = 0; k < variants(); k++) {
+            const struct mill_pair found = ask(&f, k, 0, HUGE_VAL);
+            const struct mill_pair again = ask(&f, k, 0, found.dt * (1.0 + 1e-14));
+            ck_assert(again.partner == 1 && again.dt == found.dt);
+        }
+        close_field(&f);
+    }
+}
+END_TEST
+
 START_TEST(a_ball_alone_meets_nobody_and_looks_at_itself)
 {
     struct field f;
@@ -372,6 +391,7 @@ int main(void)
         tests, overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, 0, FORMS);
     tcase_add_loop_test(tests, a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, 0,
                         FORMS);
+    tcase_add_loop_test(tests, a_contact_a_little_sooner_than_the_best_known_is_found, 0, FORMS);
     tcase_add_loop_test(tests, a_ball_alone_meets_nobody_and_looks_at_itself, 0, FORMS);
     tcase_add_test(tests, the_last_variant_is_chosen_and_each_has_a_name);
     suite_add_tcase(suite, tests);
