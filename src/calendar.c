@@ -15,7 +15,7 @@
 #include <string.h>
 
 #define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
-#define DAYS_AHEAD 3     /* how far the walk of mill_calendar_ahead goes */
+#define DAYS_AHEAD 4     /* how far the walk of mill_calendar_ahead goes */
 #define CROWD 24         /* from so many events on today is a heap */
 #define NOWHERE (-1)
 #define OVERFLOW_LIST (-2)

@@ -41,6 +41,8 @@ static void add(struct sum *sum, const unsigned char *bytes, size_t size)
 {
     const size_t word = sizeof sum->rest;
     size_t at = 0;
+    if (size == 0)
+        return; /* a part may be empty and then have no address */
     if (sum->rests > 0) {
         at = word - sum->rests < size ? word - sum->rests : size;
         memcpy(sum->rest + sum->rests, bytes, at);
