@@ -20,8 +20,6 @@
 #define NOWHERE (-1)
 #define OVERFLOW_LIST (-2)
 #define TODAY (-3)
-#define WAITING (-4) /* to be filed: its place in the ring `waiting` is where `next` says */
-#define RING 8       /* events that wait */
 
 struct entry {
     int64_t order; /* the time as a whole number: comparing these needs no branch */
@@ -42,8 +40,6 @@ struct mill_calendar {
     int32_t last_item; /* the event handed out last, so that asking twice counts once */
     double last_t;
     int32_t ahead, ahead_day; /* where a walk through the lists of the days to come is */
-    int32_t waiting[RING];    /* items, the latest at `turn`; -1: none */
-    uint32_t turn;
     struct mill_event *event; /* of item 0; the others follow at a distance of `stride` bytes */
     size_t stride;
     struct mill_event *own; /* the same, where nobody lent any */
@@ -192,8 +188,6 @@ static void take_out(struct mill_calendar *c, int32_t item)
         unlink_from(c, &c->overflow, item);
     } else if (n->place == TODAY) {
         leave_today(c, n->next);
-    } else if (n->place == WAITING) {
-        c->waiting[n->next] = -1;
     }
     n->place = NOWHERE;
 }
@@ -214,39 +208,6 @@ static void file(struct mill_calendar *c, int32_t item)
     } else {
         n->place = OVERFLOW_LIST;
         link_into(c, &c->overflow, item);
-    }
-}
-
-static void file_waiting(struct mill_calendar *c, uint32_t slot)
-{
-    const int32_t item = c->waiting[slot % RING];
-    c->waiting[slot % RING] = -1;
-    if (item >= 0)
-        file(c, item);
-}
-
-/* Files an event some calls later: by then the head of its list and what stands there are in the
- * cache. */
-static void file_later(struct mill_calendar *c, int32_t item)
-{
-    struct mill_event *n = event_of(c, item);
-    const double day = (n->t - c->year_start) * c->per_width;
-    if (!(day >= (double)(c->today + 1) && day < (double)c->days)) {
-        file(c, item);
-        return;
-    }
-    const uint32_t slot = ++c->turn;
-    file_waiting(c, slot);
-    c->waiting[slot % RING] = item;
-    n->place = WAITING;
-    n->next = (int32_t)(slot % RING);
-    __builtin_prefetch(&c->head[(int32_t)day], 1);
-    const int32_t middle = c->waiting[(slot - RING / 2) % RING];
-    if (middle >= 0) {
-        const double its = (event_of(c, middle)->t - c->year_start) * c->per_width;
-        const int32_t head = its < (double)c->days ? c->head[(int32_t)its] : -1;
-        if (head >= 0)
-            __builtin_prefetch(event_of(c, head), 1);
     }
 }
 
@@ -301,8 +262,6 @@ static void empty(struct mill_calendar *c, double start)
     for (int32_t d = 0; d < c->days; d++)
         c->head[d] = -1;
     c->overflow = -1;
-    for (int k = 0; k < RING; k++)
-        c->waiting[k] = -1;
     c->here = 0;
     c->heaped = false;
     c->in_year = 0;
@@ -333,7 +292,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
     take_out(c, item);
     n->t = t;
     if (t < HUGE_VAL)
-        file_later(c, item);
+        file(c, item);
 }
 
 double mill_calendar_time(const struct mill_calendar *c, int32_t item)
@@ -405,8 +364,6 @@ static void next_year(struct mill_calendar *c)
 /* Makes today the first day that has events. False when there are none at all. */
 static bool turn_pages(struct mill_calendar *c)
 {
-    for (uint32_t slot = 0; slot < RING; slot++)
-        file_waiting(c, slot);
     while (c->here == 0) {
         if (c->in_year == 0) {
             if (c->overflow < 0)
