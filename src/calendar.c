@@ -59,7 +59,7 @@ static struct entry entry_of(double t, int32_t item)
     struct entry e = {0, item};
     t += 0.0;
     memcpy(&e.order, &t, sizeof e.order);
-    e.order ^= (int64_t)((uint64_t)(e.order >> 63) >> 1);
+    e.order ^= -(int64_t)(e.order < 0) & INT64_MAX;
     return e;
 }
 
