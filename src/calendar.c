@@ -1,160 +1,44 @@
 /* The event list. Time is cut into days of equal width; a year of days is held in an array of
  * unordered lists, what lies beyond the year in one overflow list. Only today's events are looked
- * at one by one: there are about EVENTS_A_DAY of them whatever the number of balls, for the width
- * follows the event rate. The earliest of so few is found fastest by comparing all, without a
- * branch; where many fall on one day (balls that start in step) they become a binary heap.
- * Inserting and removing is O(1). Method: G. Paul, J. Comput. Phys. 221 (2007) 615. Order: (time,
- * item), so runs repeat exactly. */
+ * at one by one (calendar_today.c): there are about EVENTS_A_DAY of them whatever the number of
+ * balls, for the width follows the event rate. Inserting and removing is O(1). Method: G. Paul,
+ * J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat exactly. */
 #include "calendar.h"
 
+#include "calendar_today.h"
 #include "memory.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
 #define DAYS_AHEAD 4     /* how far the walk of mill_calendar_ahead goes */
-#define CROWD 24         /* from so many events on today is a heap */
 #define NOWHERE (-1)
 #define OVERFLOW_LIST (-2)
 #define TODAY (-3)
-
-struct entry {
-    int64_t order; /* the time as a whole number: comparing these needs no branch */
-    int32_t item;
-};
+#define WAITING (-4) /* to be filed */
 
 struct mill_calendar {
     int32_t items;
     int32_t days;     /* in a year, a power of two */
     int32_t today;    /* 0 .. days - 1 */
     int32_t in_year;  /* events in lists after today */
-    int32_t here;     /* events today */
-    bool heaped;      /* they form a heap, else they are in no order */
     int32_t overflow; /* head of the overflow list */
     double width, per_width;
     double year_start; /* [s] */
     uint64_t taken;    /* events that came up in this year */
     int32_t last_item; /* the event handed out last, so that asking twice counts once */
     double last_t;
+    int32_t waiting;          /* an item whose event is still to be filed, or -1 */
     int32_t ahead, ahead_day; /* where a walk through the lists of the days to come is */
-    struct mill_event *event; /* of item 0; the others follow at a distance of `stride` bytes */
-    size_t stride;
-    struct mill_event *own; /* the same, where nobody lent any */
-    int32_t *head;
-    struct entry *entry; /* today's */
+    struct mill_event *own;   /* the events, where nobody lent any */
+    int32_t *head;            /* first items of the days' lists, [days] */
+    struct mill_today todays; /* today's events, and where all events lie */
 };
 
 static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
 {
-    return (struct mill_event *)((char *)c->event + (size_t)item * c->stride);
-}
-
-/* Whole numbers in the order of the times: the bits of a double, those of negative ones turned
- * round; 0.0 makes one of the two zeros. */
-static struct entry entry_of(double t, int32_t item)
-{
-    struct entry e = {0, item};
-    t += 0.0;
-    memcpy(&e.order, &t, sizeof e.order);
-    e.order ^= -(int64_t)(e.order < 0) & INT64_MAX;
-    return e;
-}
-
-static bool before(struct entry a, struct entry b)
-{
-    return (a.order < b.order) | ((a.order == b.order) & (a.item < b.item));
-}
-
-static void put(struct mill_calendar *c, int32_t at, struct entry e)
-{
-    c->entry[at] = e;
-    event_of(c, e.item)->next = at;
-}
-
-static void heap_up(struct mill_calendar *c, int32_t at, struct entry e)
-{
-    while (at > 0) {
-        const int32_t parent = (at - 1) / 2;
-        if (!before(e, c->entry[parent]))
-            break;
-        put(c, at, c->entry[parent]);
-        at = parent;
-    }
-    put(c, at, e);
-}
-
-static void heap_down(struct mill_calendar *c, int32_t at, struct entry e)
-{
-    for (;;) {
-        int32_t child = 2 * at + 1;
-        if (child >= c->here)
-            break;
-        if (child + 1 < c->here && before(c->entry[child + 1], c->entry[child]))
-            child++;
-        if (!before(c->entry[child], e))
-            break;
-        put(c, at, c->entry[child]);
-        at = child;
-    }
-    put(c, at, e);
-}
-
-/* Today has become a crowd. */
-static void make_heap(struct mill_calendar *c)
-{
-    const int32_t n = c->here;
-    c->heaped = true;
-    for (c->here = 1; c->here < n; c->here++)
-        heap_up(c, c->here, c->entry[c->here]);
-}
-
-static void join_today(struct mill_calendar *c, struct entry e)
-{
-    event_of(c, e.item)->place = TODAY;
-    if (c->heaped) {
-        c->here++;
-        heap_up(c, c->here - 1, e);
-        return;
-    }
-    put(c, c->here++, e);
-    if (c->here == CROWD)
-        make_heap(c);
-}
-
-/* The entry at `at` is another one now. */
-static void replace(struct mill_calendar *c, int32_t at, struct entry e)
-{
-    if (!c->heaped)
-        put(c, at, e);
-    else if (at > 0 && before(e, c->entry[(at - 1) / 2]))
-        heap_up(c, at, e);
-    else
-        heap_down(c, at, e);
-}
-
-static void leave_today(struct mill_calendar *c, int32_t at)
-{
-    const struct entry last = c->entry[--c->here];
-    if (at < c->here)
-        replace(c, at, last);
-    if (c->here == 0)
-        c->heaped = false;
-}
-
-static int32_t first_today(const struct mill_calendar *c)
-{
-    struct entry first = c->entry[0];
-    for (int32_t k = 1; !c->heaped && k < c->here; k++) {
-        const struct entry e = c->entry[k];
-        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
-        const int64_t take = -(int64_t)before(e, first);
-        first.order ^= (first.order ^ e.order) & take;
-        first.item ^= (first.item ^ e.item) & (int32_t)take;
-    }
-    return first.item;
+    return mill_event_of(&c->todays.events, item);
 }
 
 static void link_into(struct mill_calendar *c, int32_t *head, int32_t item)
@@ -187,7 +71,9 @@ static void take_out(struct mill_calendar *c, int32_t item)
     } else if (n->place == OVERFLOW_LIST) {
         unlink_from(c, &c->overflow, item);
     } else if (n->place == TODAY) {
-        leave_today(c, n->next);
+        mill_today_leave(&c->todays, n->next);
+    } else if (n->place == WAITING) {
+        c->waiting = -1;
     }
     n->place = NOWHERE;
 }
@@ -199,8 +85,8 @@ static void file(struct mill_calendar *c, int32_t item)
     struct mill_event *n = event_of(c, item);
     const double day = (n->t - c->year_start) * c->per_width;
     if (day < (double)(c->today + 1)) {
-        const struct entry e = entry_of(n->t, item);
-        join_today(c, e);
+        n->place = TODAY;
+        mill_today_join(&c->todays, item);
     } else if (day < (double)c->days) {
         n->place = (int32_t)day;
         link_into(c, &c->head[n->place], item);
@@ -209,6 +95,30 @@ static void file(struct mill_calendar *c, int32_t item)
         n->place = OVERFLOW_LIST;
         link_into(c, &c->overflow, item);
     }
+}
+
+static void file_waiting(struct mill_calendar *c)
+{
+    const int32_t item = c->waiting;
+    c->waiting = -1;
+    if (item >= 0)
+        file(c, item);
+}
+
+/* Files an event when the next one is set: by then the head of its list, anywhere in a table as
+ * long as there are balls, is in the cache. */
+static void file_later(struct mill_calendar *c, int32_t item)
+{
+    struct mill_event *n = event_of(c, item);
+    const double day = (n->t - c->year_start) * c->per_width;
+    file_waiting(c);
+    if (!(day >= (double)(c->today + 1) && day < (double)c->days)) {
+        file(c, item);
+        return;
+    }
+    c->waiting = item;
+    n->place = WAITING;
+    __builtin_prefetch(&c->head[(int32_t)day], 1);
 }
 
 static void refile_overflow(struct mill_calendar *c)
@@ -232,11 +142,11 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
     while (c->days < items && c->days < (1 << 29))
         c->days *= 2;
     c->own = event ? NULL : malloc(sizeof *c->own * ((size_t)items + 1));
-    c->event = event ? event : c->own;
-    c->stride = event ? stride : sizeof *c->own;
+    c->todays.events.first = event ? event : c->own;
+    c->todays.events.stride = event ? stride : sizeof *c->own;
     c->head = mill_memory_get((size_t)c->days, sizeof *c->head);
-    c->entry = malloc(sizeof *c->entry * ((size_t)items + 1));
-    if (!c->event || !c->head || !c->entry) {
+    c->todays.entry = malloc(sizeof *c->todays.entry * ((size_t)items + 1));
+    if (!c->todays.events.first || !c->head || !c->todays.entry) {
         mill_calendar_free(c);
         return NULL;
     }
@@ -252,7 +162,7 @@ void mill_calendar_free(struct mill_calendar *c)
         return;
     free(c->own);
     free(c->head);
-    free(c->entry);
+    free(c->todays.entry);
     free(c);
 }
 
@@ -262,8 +172,8 @@ static void empty(struct mill_calendar *c, double start)
     for (int32_t d = 0; d < c->days; d++)
         c->head[d] = -1;
     c->overflow = -1;
-    c->here = 0;
-    c->heaped = false;
+    c->waiting = -1;
+    mill_today_clear(&c->todays);
     c->in_year = 0;
     c->today = 0;
     c->taken = 0;
@@ -284,15 +194,14 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
 {
     struct mill_event *n = event_of(c, item);
     if (n->place == TODAY && (t - c->year_start) * c->per_width < (double)(c->today + 1)) {
-        const struct entry e = entry_of(t, item);
         n->t = t;
-        replace(c, n->next, e);
+        mill_today_change(&c->todays, n->next);
         return;
     }
     take_out(c, item);
     n->t = t;
     if (t < HUGE_VAL)
-        file(c, item);
+        file_later(c, item);
 }
 
 double mill_calendar_time(const struct mill_calendar *c, int32_t item)
@@ -352,7 +261,7 @@ static void begin_year(struct mill_calendar *c, double start)
 static void next_year(struct mill_calendar *c)
 {
     begin_year(c, c->year_start + (double)c->days * c->width);
-    if (c->here > 0 || c->in_year > 0)
+    if (c->todays.count > 0 || c->in_year > 0)
         return;
     double first = HUGE_VAL;
     for (int32_t i = c->overflow; i >= 0; i = event_of(c, i)->next)
@@ -364,7 +273,8 @@ static void next_year(struct mill_calendar *c)
 /* Makes today the first day that has events. False when there are none at all. */
 static bool turn_pages(struct mill_calendar *c)
 {
-    while (c->here == 0) {
+    file_waiting(c);
+    while (c->todays.count == 0) {
         if (c->in_year == 0) {
             if (c->overflow < 0)
                 return false;
@@ -378,8 +288,8 @@ static bool turn_pages(struct mill_calendar *c)
         c->head[c->today] = -1;
         while (item >= 0) {
             const int32_t next = event_of(c, item)->next;
-            const struct entry e = entry_of(event_of(c, item)->t, item);
-            join_today(c, e);
+            event_of(c, item)->place = TODAY;
+            mill_today_join(&c->todays, item);
             c->in_year--;
             item = next;
         }
@@ -389,9 +299,9 @@ static bool turn_pages(struct mill_calendar *c)
 
 int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 {
-    if (c->here == 0 && !turn_pages(c))
+    if (c->todays.count == 0 && !turn_pages(c))
         return -1;
-    const int32_t item = first_today(c);
+    const int32_t item = mill_today_first(&c->todays);
     *t = event_of(c, item)->t;
     if (item != c->last_item || *t != c->last_t) {
         c->last_item = item;

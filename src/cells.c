@@ -26,15 +26,12 @@ static void make_offsets(struct mill_cells *c)
         for (int32_t j = -1; j <= 1; j++) {
             for (int32_t k = -1; k <= 1; k++) {
                 const int32_t d[3] = {i, j, k};
-                const int32_t step = cell_index(c, i, j, k);
-                const int64_t offset = (int64_t)step * c->row;
-                c->neighbour[all] = step;
+                const int64_t offset = (int64_t)cell_index(c, i, j, k) * c->row;
                 c->around[all++] = offset;
                 for (int32_t axis = 0; axis < 3; axis++) {
                     if (d[axis] == 0)
                         continue;
                     const int32_t face = 2 * axis + (d[axis] > 0);
-                    c->beyond[face][ahead[face]] = step;
                     c->ahead[face][ahead[face]++] = offset;
                 }
             }

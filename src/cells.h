@@ -26,8 +26,7 @@ struct mill_cells {
     double per_n[2]; /* 1 / n[1], 1 / n[2] */
     double *edge[3]; /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
     /* offsets of a cell's neighbourhood, itself included, and after crossing a face of the new
-     * neighbours from the new cell: in cells, and in words */
-    int32_t neighbour[27], beyond[6][9];
+     * neighbours from the new cell, in words */
     int64_t around[27], ahead[6][9];
     int32_t row;               /* words of one cell in `bucket` */
     enum mill_cells_form form; /* of the rows */

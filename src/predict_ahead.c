@@ -39,32 +39,32 @@ static void fetch_balls(const struct mill_predict *p, int32_t i)
     }
 }
 
-/* Cells that a search will look into: offsets from a cell */
+/* Cells that a search will look into: offsets from a cell, in words */
 struct region {
     int32_t cell, count;
-    const int32_t *offset;
+    const int64_t *offset;
 };
 
 /* Their rows, and the list of surfaces there. */
 static void fetch_cells(const struct mill_predict *p, const struct region *region)
 {
     const struct mill_cells *c = &p->cells;
-    const size_t row = (size_t)c->row * mill_cells_word_size(c);
+    const size_t word = mill_cells_word_size(c);
+    const char *base = (const char *)c->bucket + (size_t)region->cell * (size_t)c->row * word;
     for (int32_t k = 0; k < region->count; k++)
-        fetch((const char *)c->bucket + (size_t)(region->cell + region->offset[k]) * row);
+        fetch(base + region->offset[k] * (int64_t)word);
     fetch(&p->surface_start[region->cell]);
 }
 
-/* The balls in them. */
+/* The balls in them. Their numbers are copied first, without a branch: to go through the rows, of
+ * which most hold none or one, would be mispredicted at every second. */
 static void fetch_neighbours(const struct mill_predict *p, const struct region *region)
 {
-    const struct mill_cells *c = &p->cells;
-    for (int32_t k = 0; k < region->count; k++) {
-        const int32_t near = region->cell + region->offset[k];
-        const int32_t held = mill_cells_held(c, near);
-        for (int32_t m = 0; m < held; m++)
-            fetch(&p->world->ball[mill_cells_ball(c, near, m)]);
-    }
+    int32_t *near = p->pairs.near;
+    const int32_t n =
+        mill_cells_gather(&p->cells, region->cell, region->offset, region->count, 1, near);
+    for (int32_t k = 0; k < n; k++)
+        fetch(&p->world->ball[near[k]]);
 }
 
 /* Where ball i's event will look: around the ball and, where that is another cell, around its
@@ -76,14 +76,14 @@ static void look(const struct mill_predict *p, int32_t i,
     const struct mill_cells *c = &p->cells;
     const int32_t cell = c->cell[i], partner = partner_of(plan);
     if (plan->exit_t < plan->pair_t && plan->exit_t < plan->shape_t) {
-        const struct region new = {cell + mill_cells_step(c, plan->face), 9, c->beyond[plan->face]};
+        const struct region new = {cell + mill_cells_step(c, plan->face), 9, c->ahead[plan->face]};
         fetch_region(p, &new);
         return;
     }
-    const struct region here = {cell, 27, c->neighbour};
+    const struct region here = {cell, 27, c->around};
     fetch_region(p, &here);
     if (partner >= 0 && c->cell[partner] != cell) {
-        const struct region there = {c->cell[partner], 27, c->neighbour};
+        const struct region there = {c->cell[partner], 27, c->around};
         fetch_region(p, &there);
     }
 }

@@ -23,7 +23,7 @@
 #define STILL 100000
 
 /* From so many balls on foresight costs less than it saves */
-#define LARGE 30000
+#define LARGE 20000
 
 static void move_to(struct mill_world *w, int32_t i, double t)
 {

@@ -2,7 +2,9 @@
 #ifndef SIM_MILLS_H
 #define SIM_MILLS_H
 
+#include "parts.h"
 #include "sim_fixture.h"
+#include "sim_private.h"
 
 static const char *const mills[] = {
     /* every kind of contact, with friction */
@@ -58,6 +60,24 @@ static inline void runs_are_alike(const struct bench *a, const struct bench *b)
     ck_assert_mem_eq(v->spin, w->spin, sizeof *v->spin * (size_t)v->balls);
     ck_assert_mem_eq(&v->account, &w->account, sizeof v->account);
     ck_assert_mem_eq(&v->counts, &w->counts, sizeof v->counts);
+}
+
+/* Takes out of a state where the calendar has filed the plans' events: it files them anew. */
+static inline void forget_places(const struct bench *b, unsigned char *state)
+{
+    struct mill_part part[MILL_SIM_PARTS];
+    struct mill_plan *const plans = b->sim->predict->plan;
+    size_t values;
+    const size_t parts = mill_sim_parts(b->sim, part, &values);
+    size_t k = 0, at = 0;
+    for (; k < parts && part[k].at != (void *)plans; k++)
+        at += part[k].bytes;
+    ck_assert_uint_lt(k, parts);
+    for (int32_t i = 0; i < b->world->balls; i++) {
+        struct mill_event *const event = &plans[i].event;
+        const size_t from = at + (size_t)((char *)&event->next - (char *)plans);
+        memset(state + from, 0, sizeof event->next + sizeof event->prev + sizeof event->place);
+    }
 }
 
 #endif

@@ -82,7 +82,7 @@ static long gather_faults(const struct swarm *s, const struct ledger *l, int32_t
     for (int32_t m = 0; m < balls; m++) {
         bool near = false;
         for (int k = 0; k < 27; k++)
-            near |= l->cell[m] == cell + s->cells.neighbour[k];
+            near |= l->cell[m] == cell + s->cells.around[k] / s->cells.row;
         int times = 0;
         for (int32_t k = 0; k < n; k++)
             times += s->near[k] == l->ball[m] * scale;

