@@ -29,7 +29,7 @@ struct factors {
 
 struct residual {
     double r1, r2, r3, r4;
-    double size; /* each relative to its largest term, summed */
+    double size; /* each relative to its largest term, summed; infinite where it is no number */
 };
 
 static double relative(struct dd r, double m1, double m2, double m3)
@@ -47,7 +47,7 @@ static struct residual residual_of(const struct factors *f, const struct monic *
     struct dd r4 = dd_sub(dd_mul(f->b1, f->b2), p->d);
     double size = relative(r1, f->a1.hi, f->a2.hi, 0.0) + relative(r2, f->b1.hi, f->b2.hi, aa.hi) +
                   relative(r3, ab.hi, ba.hi, 0.0) + relative(r4, p->d.hi, 0.0, 0.0);
-    return (struct residual){r1.hi, r2.hi, r3.hi, r4.hi, size};
+    return (struct residual){r1.hi, r2.hi, r3.hi, r4.hi, isnan(size) ? HUGE_VAL : size};
 }
 
 static void swap_doubles(double *x, double *y)
@@ -243,6 +243,11 @@ static void quadratic_pair(struct dd a, struct dd b, int s, double re[2], double
 {
     struct dd half = dd_scale(a, 0.5), disc = dd_sub(dd_mul(half, half), b);
     im[0] = im[1] = 0.0;
+    if (b.hi == 0.0) { /* where a squared may be too small for a number */
+        re[0] = ldexp(-a.hi, s);
+        re[1] = 0.0;
+        return;
+    }
     if (disc.hi < 0.0) {
         re[0] = re[1] = ldexp(-half.hi, s);
         im[0] = ldexp(dd_sqrt(dd_neg(disc)).hi, s);

@@ -284,6 +284,47 @@ START_TEST(quartic_roots_of_any_finite_input_are_numbers)
 }
 END_TEST
 
+START_TEST(quartic_roots_of_any_magnitude_are_numbers)
+{
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    for (int i = 0; i < 200000; i++) {
+        double c[5], re[4], im[4];
+        for (int k = 0; k < 5; k++)
+            c[k] =
+                k < 4 && gsl_rng_uniform_int(rng, 4) == 0
+                    ? 0.0
+                    : ldexp(gsl_rng_uniform(rng) - 0.5, (int)gsl_rng_uniform_int(rng, 2000) - 1000);
+        mill_poly_quartic_roots(c, re, im);
+        for (int k = 0; k < 4; k++)
+            ck_assert_msg(!isnan(re[k]) && !isnan(im[k]), "%a %a %a %a %a", c[0], c[1], c[2], c[3],
+                          c[4]);
+    }
+    gsl_rng_free(rng);
+}
+END_TEST
+
+/* Small roots 2^-688 and 0 (too small for a number) beside -+2^329: squares that are no numbers
+ * come up on the way. */
+START_TEST(quartic_with_roots_three_hundred_decades_apart_keeps_them)
+{
+    const double c[5] = {-0x1.6868686868686p-919, 0x1.0000000000001p+0, -0x1.aea0652a233p+687, -0.0,
+                         0x1.4414120e4edf5p+28};
+    const double small = -c[1] / c[2], large = sqrt(-c[2] / c[4]);
+    double re[4], im[4];
+    mill_poly_quartic_roots(c, re, im);
+    double lowest = INFINITY, highest = -INFINITY, least = INFINITY;
+    for (int k = 0; k < 4; k++) {
+        ck_assert_double_eq(im[k], 0.0);
+        lowest = fmin(lowest, re[k]);
+        highest = fmax(highest, re[k]);
+        least = fmin(least, fabs(re[k] - small));
+    }
+    ck_assert_double_le(fabs(lowest + large), 1e-15 * large);
+    ck_assert_double_le(fabs(highest - large), 1e-15 * large);
+    ck_assert_double_le(least, 1e-15 * small);
+}
+END_TEST
+
 /* ---------------------------------------------------------------- Sturm counts */
 
 static int distinct_in(const double *root, int n, double lo, double hi)
@@ -421,6 +462,8 @@ static Suite *poly_suite(void)
     tcase_add_test(tc, a_root_at_zero_is_exact_beside_a_cluster);
     tcase_add_test(tc, quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow);
     tcase_add_test(tc, quartic_roots_of_any_finite_input_are_numbers);
+    tcase_add_test(tc, quartic_roots_of_any_magnitude_are_numbers);
+    tcase_add_test(tc, quartic_with_roots_three_hundred_decades_apart_keeps_them);
     tc = group(s, "sturm");
     tcase_add_test(tc, sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi);
     tcase_add_test(tc, sturm_counts_agree_with_known_roots_over_all_magnitudes);
