@@ -116,7 +116,7 @@ mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *r
 {
     const int32_t row = cells->row;
     const int64_t at = (int64_t)cell * row;
-    int32_t n = 0;
+    int64_t n = 0; /* of the width of addresses: the next store waits for it */
     if (cells->form == MILL_CELLS_PACKED) {
         MILL_CELLS_COPY(uint32_t, MILL_CELLS_PACK, b[0] >> MILL_CELLS_BITS, MILL_CELLS_BALL)
     } else if (cells->form == MILL_CELLS_WIDE) {
@@ -131,7 +131,7 @@ mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *r
             n += b[MILL_CELL_ROW - 1];
         }
     }
-    return n;
+    return (int32_t)n;
 }
 #undef MILL_CELLS_COPY
 

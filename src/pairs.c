@@ -7,6 +7,7 @@
 #include "pairs.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 #ifdef __x86_64__

@@ -27,12 +27,13 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     const LANES_T gx = SPLAT(pairs->g.x), gy = SPLAT(pairs->g.y), gz = SPLAT(pairs->g.z);
     const LANES_T t_now = SPLAT(now), window = SPLAT(-2.0 * found->dt);
     LANES_T s = SPLAT(equal);
-    int32_t survivors = 0;
+    const bool mixture = equal == 0.0;
+    int64_t survivors = 0;
     for (int32_t k = 0; k < n; k += LANES) {
         LANES_T x, y, z, vx, vy, vz, t, rest;
         TRANSPOSE();
         (void)rest;
-        if (equal == 0.0) {
+        if (mixture) {
             for (int32_t m = 0; m < LANES; m++)
                 s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
         }
@@ -57,7 +58,7 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
 
     double best = found->dt;
     int32_t partner = MILL_NOBODY;
-    for (int32_t m = 0; m < survivors; m++) {
+    for (int64_t m = 0; m < survivors; m++) {
         const int32_t k = kept[m], other = near[k] / RECORD;
         const double gap = out_c[k] > 0.0 ? out_c[k] : 0.0;
         const double dt = gap / (sqrt(out_square[k]) - out_b[k]);
