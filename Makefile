@@ -155,7 +155,7 @@ validate:
 	@$(MAKE) $(PARALLEL) millsim $(PROBES)
 	.venv/bin/python validation/ladder.py $(CASES)
 
-# JSON=FILE: where to, instead of build/bench.json; REPEATS=N
+# JSON=FILE: where to, instead of build/bench.json (build/bench-quick.json with QUICK=1); REPEATS=N
 bench:
 	@tools/setup build test
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim

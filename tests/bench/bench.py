@@ -223,7 +223,10 @@ def read_arguments():
     parser.add_argument("--quick", action="store_true", help="see that it works; figures are void")
     parser.add_argument("--repeats", type=int, help=f"default {REPEATS}; 2 with --quick")
     parser.add_argument(
-        "--json", type=pathlib.Path, metavar="FILE", help="default build/bench.json"
+        "--json",
+        type=pathlib.Path,
+        metavar="FILE",
+        help="default build/bench.json; build/bench-quick.json with --quick",
     )
     parser.add_argument(
         "--build", type=pathlib.Path, default=ROOT / "build/release", help="where the programs are"
@@ -236,7 +239,8 @@ def read_arguments():
 
 def bench(arguments):
     cases = chosen(arguments.cases)
-    target = (arguments.json or ROOT / "build/bench.json").resolve()
+    usual = "build/bench-quick.json" if arguments.quick else "build/bench.json"
+    target = (arguments.json or ROOT / usual).resolve()
     if not target.parent.is_dir():
         raise BenchError(f"{target}: no such folder")
     repeats = arguments.repeats or (2 if arguments.quick else REPEATS)

@@ -97,6 +97,17 @@ def test_verdict_compares_the_median_with_what_is_asked(bench, tmp_path):
     assert ("quartic" in done.stdout.partition("Below what")[2]) is not case["at_least_met"]
 
 
+def test_void_figures_do_not_take_the_place_of_measured_ones():
+    measured = ROOT / "build/bench.json"
+    before = measured.read_bytes() if measured.exists() else None
+    driver = [sys.executable, ROOT / "tests/bench/bench.py", f"--build={BUILD}"]
+    done = subprocess.run(
+        [*driver, "--quick", "--repeats=1", "quartic"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.endswith(f"Written: {ROOT / 'build/bench-quick.json'}\n")
+    assert before == (measured.read_bytes() if measured.exists() else None)
+
+
 def test_a_case_is_chosen_by_the_beginning_of_its_name(bench, tmp_path):
     assert bench("--quick", "--repeats=1", "gas4k", "quartic").returncode == 0
     report = json.loads((tmp_path / "bench.json").read_text())
