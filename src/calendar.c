@@ -71,7 +71,7 @@ static void take_out(struct mill_calendar *c, int32_t item)
     } else if (n->place == OVERFLOW_LIST) {
         unlink_from(c, &c->overflow, item);
     } else if (n->place == TODAY) {
-        mill_today_leave(&c->todays, n->next);
+        mill_calendar_today_leave(&c->todays, n->next);
     } else if (n->place == WAITING) {
         c->waiting = -1;
     }
@@ -86,7 +86,7 @@ static void file(struct mill_calendar *c, int32_t item)
     const double day = (n->t - c->year_start) * c->per_width;
     if (day < (double)(c->today + 1)) {
         n->place = TODAY;
-        mill_today_join(&c->todays, item);
+        mill_calendar_today_join(&c->todays, item);
     } else if (day < (double)c->days) {
         n->place = (int32_t)day;
         link_into(c, &c->head[n->place], item);
@@ -173,7 +173,7 @@ static void empty(struct mill_calendar *c, double start)
         c->head[d] = -1;
     c->overflow = -1;
     c->waiting = -1;
-    mill_today_clear(&c->todays);
+    mill_calendar_today_clear(&c->todays);
     c->in_year = 0;
     c->today = 0;
     c->taken = 0;
@@ -195,7 +195,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
     struct mill_event *n = event_of(c, item);
     if (n->place == TODAY && (t - c->year_start) * c->per_width < (double)(c->today + 1)) {
         n->t = t;
-        mill_today_change(&c->todays, n->next);
+        mill_calendar_today_change(&c->todays, n->next);
         return;
     }
     take_out(c, item);
@@ -289,7 +289,7 @@ static bool turn_pages(struct mill_calendar *c)
         while (item >= 0) {
             const int32_t next = event_of(c, item)->next;
             event_of(c, item)->place = TODAY;
-            mill_today_join(&c->todays, item);
+            mill_calendar_today_join(&c->todays, item);
             c->in_year--;
             item = next;
         }
@@ -301,7 +301,7 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 {
     if (c->todays.count == 0 && !turn_pages(c))
         return -1;
-    const int32_t item = mill_today_first(&c->todays);
+    const int32_t item = mill_calendar_today_first(&c->todays);
     *t = event_of(c, item)->t;
     if (item != c->last_item || *t != c->last_t) {
         c->last_item = item;

@@ -65,13 +65,13 @@ static void make_heap(struct mill_today *d)
         heap_up(d, d->count, d->entry[d->count]);
 }
 
-void mill_today_clear(struct mill_today *d)
+void mill_calendar_today_clear(struct mill_today *d)
 {
     d->count = 0;
     d->heaped = false;
 }
 
-void mill_today_join(struct mill_today *d, int32_t item)
+void mill_calendar_today_join(struct mill_today *d, int32_t item)
 {
     const struct mill_today_entry e = entry_of(d, item);
     if (d->heaped) {
@@ -95,12 +95,12 @@ static void replace(struct mill_today *d, int32_t at, struct mill_today_entry e)
         heap_down(d, at, e);
 }
 
-void mill_today_change(struct mill_today *d, int32_t place)
+void mill_calendar_today_change(struct mill_today *d, int32_t place)
 {
     replace(d, place, entry_of(d, d->entry[place].item));
 }
 
-void mill_today_leave(struct mill_today *d, int32_t place)
+void mill_calendar_today_leave(struct mill_today *d, int32_t place)
 {
     const struct mill_today_entry last = d->entry[--d->count];
     if (place < d->count)
@@ -109,7 +109,7 @@ void mill_today_leave(struct mill_today *d, int32_t place)
         d->heaped = false;
 }
 
-int32_t mill_today_first(const struct mill_today *d)
+int32_t mill_calendar_today_first(const struct mill_today *d)
 {
     struct mill_today_entry first = d->entry[0];
     for (int32_t k = 1; !d->heaped && k < d->count; k++) {

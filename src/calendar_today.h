@@ -30,18 +30,18 @@ struct mill_today {
 };
 
 /* Forgets all of today's events. */
-void mill_today_clear(struct mill_today *today);
+void mill_calendar_today_clear(struct mill_today *today);
 
 /* Puts an item's event among them; its `next` tells where it stands. */
-void mill_today_join(struct mill_today *today, int32_t item);
+void mill_calendar_today_join(struct mill_today *today, int32_t item);
 
 /* Takes out the event at a place; another one may stand there then. */
-void mill_today_leave(struct mill_today *today, int32_t place);
+void mill_calendar_today_leave(struct mill_today *today, int32_t place);
 
 /* The event at a place has another time now. */
-void mill_today_change(struct mill_today *today, int32_t place);
+void mill_calendar_today_change(struct mill_today *today, int32_t place);
 
 /* The item with the earliest event, of equally early ones the smaller item; there must be one. */
-int32_t mill_today_first(const struct mill_today *today);
+int32_t mill_calendar_today_first(const struct mill_today *today);
 
 #endif
