@@ -67,7 +67,7 @@ def test_the_packages_version_is_that_of_the_product():
 @pytest.mark.parametrize(
     "words, line",
     [
-        (["compair"], "mill: unknown command 'compair': one of plot, dem, compare"),
+        (["contrast"], "mill: unknown command 'contrast': one of plot, dem, compare"),
         (["--vers"], "mill: unknown option '--vers'; see 'mill --help'"),
         (["plot"], "mill plot: the following arguments are required: run, picture; see 'mill plot --help'"),
         (["plot", "--big", "a", "b"], "mill plot: unrecognized arguments: --big; see 'mill plot --help'"),
