@@ -1,4 +1,4 @@
-# millsim: `make` builds ./millsim, `make help` lists the rest.
+# millsim: `make` builds ./millsim and ./mill, `make help` lists the rest.
 MODE ?= release
 BUILD := build/$(MODE)
 CC ?= cc
@@ -38,10 +38,19 @@ PROBES := $(patsubst %.c,build/release/%,$(wildcard validation/*/*.c))
 C_FILES := $(wildcard src/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
              validation/*/*.[ch])
 
+# The simulator is whole without Python, so packages for ./mill that cannot be had now are one line, not a failure;
+# `make mill`, asked for by name, fails.
 all: millsim
+	@cp -f tools/mill.sh mill
+	@tools/setup --local python || true
+
+mill: always
+	@cp -f tools/mill.sh mill
+	@tools/setup --local python
 
 help:
-	@echo 'make           build ./millsim'
+	@echo 'make           build ./millsim, and ./mill with its Python packages in .venv'
+	@echo 'make millsim   build ./millsim alone'
 	@echo 'make run       install what is missing, build, run the reference mill'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
@@ -89,12 +98,12 @@ needed:
 
 run:
 	@tools/setup build
-	@$(MAKE) $(PARALLEL) millsim
+	@$(MAKE) $(PARALLEL) all
 	./millsim --force -o reference.h5 input/simoloyer.ini
 
 test:
-	@tools/setup build test
-	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(BUILD)/millsim millsim
+	@tools/setup build test dem
+	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(BUILD)/millsim millsim mill
 	@$(MAKE) --no-print-directory unit replay cli
 
 # a claim that takes a minute hangs: sanitizers on a busy machine need more than Check's four seconds
@@ -171,7 +180,7 @@ install: millsim
 	install -D -m 755 millsim $(DESTDIR)$(PREFIX)/bin/millsim
 
 clean:
-	rm -rf build millsim
+	rm -rf build millsim mill
 
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d

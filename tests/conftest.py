@@ -1,13 +1,15 @@
-"""Fixtures of the command-line tests. They run $MILLSIM, or else ./millsim of the repository's root."""
+"""Fixtures of the tests of what users touch. They run $MILLSIM, or else ./millsim of the repository's root."""
 
 import os
 import pathlib
 import subprocess
+import sys
 
 import pytest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[1]
 PROGRAM = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
+sys.path.insert(0, str(ROOT / "tools"))  # milltools of this checkout, whatever is installed
 
 # A mill that runs in well under a second; keys in the order of the lines, so tests can name a line.
 SMALL = """\
@@ -64,6 +66,29 @@ def millsim(tmp_path):
             stdin=subprocess.DEVNULL,
             stdout=stdout,
             stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            timeout=timeout,
+            check=False,
+            env=environment,
+            **options,
+        )
+
+    return run
+
+
+@pytest.fixture
+def mill(tmp_path):
+    """mill(*arguments) runs the mill command in tmp_path and returns status, stdout and stderr."""
+
+    def run(*arguments, timeout=120, **options):
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
+        environment.update(options.pop("env", {}))
+        return subprocess.run(
+            [sys.executable, "-m", "milltools", *map(str, arguments)],
+            cwd=tmp_path,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
             text=True,
             errors="replace",
             timeout=timeout,

@@ -1,0 +1,152 @@
+"""The mill command: its tour, its errors, how it is found and how it is interrupted."""
+
+import importlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from conftest import PROGRAM, ROOT
+
+from milltools.__main__ import COMMANDS
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
+
+
+@pytest.mark.parametrize("words", [(), ("--help",), ("-h",)])
+def test_the_tour_names_every_command_with_an_example(mill, words):
+    done = mill(*words)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    for command in COMMANDS:
+        assert re.search(rf"^  {command.name} +{re.escape(command.line)}$", done.stdout, re.M)
+        assert f"$ {command.example}\n" in done.stdout
+
+
+def test_the_tour_fits_a_terminal(mill):
+    assert max(map(len, mill().stdout.splitlines())) <= 100
+
+
+def test_the_tour_needs_no_package():
+    code = (
+        "import sys; from milltools import __main__ as m; m.dispatch([]); "
+        "found = {'numpy', 'h5py', 'matplotlib', 'scipy', 'rich'} & set(sys.modules); "
+        "sys.exit(' '.join(found) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c.name)
+def test_every_command_keeps_the_form_of_a_command(mill, command):
+    module = importlib.import_module(command.module)
+    assert module.SUMMARY.endswith(".")
+    assert callable(module.add_arguments) and callable(module.run)
+    done = mill(command.name, "--help")
+    assert done.returncode == 0
+    assert done.stdout.startswith(f"usage: mill {command.name} ")
+    assert command.example in " ".join(done.stdout.split())
+
+
+def test_its_version_is_that_of_millsim(mill, millsim):
+    done = mill("--version")
+    assert done.stdout == millsim("--version").stdout.replace("millsim", "mill")
+    assert done.returncode == 0
+
+
+def test_the_packages_version_is_that_of_the_product():
+    text = (ROOT / "tools/pyproject.toml").read_text()
+    version = re.search(r'^version = "(.*?)"', text, re.M).group(1)
+    assert version == (ROOT / "VERSION").read_text().strip()
+
+
+@pytest.mark.parametrize(
+    "words, line",
+    [
+        (["contrast"], "mill: unknown command 'contrast': one of plot, dem, compare"),
+        (["--vers"], "mill: unknown option '--vers'; see 'mill --help'"),
+        (["plot"], "mill plot: the following arguments are required: run, picture; see 'mill plot --help'"),
+        (["plot", "--big", "a", "b"], "mill plot: unrecognized arguments: --big; see 'mill plot --help'"),
+        (["plot", "missing.h5", "b.png"], "mill plot: missing.h5: no such file"),
+        (["plot", ".", "b.png"], "mill plot: .: a folder, not an output file"),
+    ],
+)  # fmt: skip
+def test_wrong_usage_is_one_line_and_status_2(mill, words, line):
+    done = mill(*words)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", line + "\n")
+
+
+def test_without_millsim_the_version_says_what_to_do(mill):
+    done = mill("--version", env={"MILLSIM": "/nowhere/millsim"})
+    assert (done.returncode, done.stderr) == (
+        1,
+        "mill: $MILLSIM = /nowhere/millsim is not a program\n",
+    )
+
+
+def test_a_closed_pipe_is_no_traceback():
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "milltools"], env=ENVIRONMENT, stdout=writer, stderr=subprocess.PIPE
+    )
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
+def test_ctrl_c_is_no_traceback(tmp_path):
+    """A program in millsim's place that never answers, interrupted once it has been asked."""
+    slow = tmp_path / "slow"
+    slow.write_text(f"#!/bin/sh\ntouch {tmp_path}/asked\nexec sleep 60\n")
+    slow.chmod(0o755)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "milltools", "--version"],
+        env={**ENVIRONMENT, "MILLSIM": str(slow)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "asked").exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the whole group
+    assert process.communicate(timeout=60) == ("", "mill: interrupted\n")
+    assert process.returncode == 130
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """A checkout with the script, this test's Python and its packages, and millsim."""
+    root = tmp_path / "a folder; with $(odd) characters"
+    (root / ".venv/bin").mkdir(parents=True)
+    script = shutil.copy(ROOT / "tools/mill.sh", root / "mill")
+    python = root / ".venv/bin/python"
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    python.chmod(0o755)
+    (root / ".venv/python.lock").touch()
+    return script
+
+
+def test_the_script_works_through_links_from_anywhere(checkout, tmp_path):
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin/relative").symlink_to(f"../{checkout.parent.name}/mill")
+    (tmp_path / "absolute").symlink_to(tmp_path / "bin/relative")
+    for link in (checkout, tmp_path / "bin/relative", tmp_path / "absolute"):
+        done = subprocess.run(
+            [link, "plot", "a file", "b"], cwd="/", env=ENVIRONMENT, capture_output=True, text=True
+        )
+        assert done.stderr == "mill plot: a file: no such file\n", link
+
+
+def test_the_script_without_packages_says_what_to_do(checkout):
+    (checkout.parent / ".venv/python.lock").unlink()
+    done = subprocess.run([checkout], env=ENVIRONMENT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"mill: its Python packages are not installed: run 'make' in {checkout.parent}\n"
+    )

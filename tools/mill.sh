@@ -1,0 +1,16 @@
+#!/bin/sh
+# The mill command of this checkout, from any folder and through any link; `make` copies it to ./mill.
+here=$0
+while [ -L "$here" ]; do
+    link=$(readlink "$here")
+    case $link in
+    /*) here=$link ;;
+    *) here=$(dirname "$here")/$link ;;
+    esac
+done
+root=$(cd "$(dirname "$here")" && pwd -P) || exit 1
+if ! [ -e "$root/.venv/python.lock" ]; then
+    echo "mill: its Python packages are not installed: run 'make' in $root" >&2
+    exit 1
+fi
+exec "$root/.venv/bin/python" -m milltools "$@"

@@ -1,0 +1,114 @@
+"""The `mill` command: `mill SUBCOMMAND ...`, and its tour `mill --help`.
+
+A sub-command is a module with SUMMARY (a sentence or two), add_arguments(parser) and run(arguments) -> exit
+status. It is imported only when it is used, so the tour needs neither numpy nor matplotlib; hence its line for the tour
+stands here. Exit status: 0 done; 1 something outside failed; 2 wrong usage or input; 130 Ctrl-C.
+"""
+
+import argparse
+import dataclasses
+import importlib
+import os
+import sys
+
+from milltools import engine
+from milltools.errors import UserError
+
+
+@dataclasses.dataclass(frozen=True)
+class Command:
+    name: str
+    line: str
+    example: str
+
+    @property
+    def module(self) -> str:
+        return f"milltools.{self.name}"
+
+
+# in the order in which they are met
+COMMANDS = (
+    Command("plot", "one run as a picture: the mill, where the energy goes, how hard the balls hit",
+            "./mill plot reference.h5 reference.png"),
+    Command("dem", "the same deck as soft spheres, in LIGGGHTS, into a file of the same schema",
+            "./mill dem input/simoloyer.ini -o soft.h5"),
+    Command("compare", "two or more runs side by side: differences, standard errors, verdicts, pictures",
+            "./mill compare reference.h5 soft.h5 --html compared.html"),
+)  # fmt: skip
+
+
+class Parser(argparse.ArgumentParser):
+    """Wrong usage is one line, and says where help is."""
+
+    def error(self, message):
+        raise UserError(f"{message}; see '{self.prog} --help'")
+
+
+def tour() -> str:
+    lines = [
+        "mill: tools around millsim, the simulator of high-energy ball mills.",
+        "",
+        "    ./mill COMMAND [options] ...      ./mill COMMAND --help      ./mill --version",
+        "",
+    ]
+    for command in COMMANDS:
+        lines += [f"  {command.name:<9} {command.line}", f"            $ {command.example}"]
+    lines += [
+        "",
+        "A run comes first: './millsim input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
+        "Next: docs/deck.md says what a deck can hold, docs/file-format.md what is in the file,",
+        "docs/compare.md how runs are compared.",
+    ]
+    return "\n".join(lines)
+
+
+def find(name: str) -> Command:
+    for command in COMMANDS:
+        if command.name == name:
+            return command
+    raise UserError(f"unknown command '{name}': one of {', '.join(c.name for c in COMMANDS)}")
+
+
+def dispatch(words: list[str]) -> int:
+    """Runs one command line (without the program's name); returns the exit status."""
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(tour())
+        return 0
+    if words[0] in ("-V", "--version"):
+        print(f"mill {engine.version()}")
+        return 0
+    if words[0].startswith("-"):
+        raise UserError(f"unknown option '{words[0]}'; see 'mill --help'")
+    command = find(words[0])
+    module = importlib.import_module(command.module)
+    parser = Parser(
+        prog=f"mill {command.name}",
+        description=module.SUMMARY,
+        epilog=f"example: {command.example}",
+        allow_abbrev=False,
+    )
+    module.add_arguments(parser)
+    return module.run(parser.parse_args(words[1:]))
+
+
+def main() -> int:
+    words = sys.argv[1:]
+    name = f"mill {words[0]}" if words and words[0] in {c.name for c in COMMANDS} else "mill"
+    try:
+        status = dispatch(words)
+        sys.stdout.flush()
+        return status
+    except UserError as fault:
+        print(f"{name}: {fault}", file=sys.stderr)
+        return fault.status
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # whoever read our output has had enough; what is still buffered must not be tried again at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141  # as a program ended by SIGPIPE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

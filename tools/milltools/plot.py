@@ -1,0 +1,162 @@
+"""`mill plot`: one run as a picture.
+
+Left the mill and the balls of the last stored frame, seen along the drum's axis, coloured by speed; in the
+middle where the energy goes; right how often and how hard the balls meet.
+"""
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import EllipseCollection
+from matplotlib.colors import LogNorm
+from matplotlib.transforms import Affine2D
+
+from milltools.errors import UserError
+from milltools.runfile import KIND_LABEL, KINDS, Run
+
+SUMMARY = (
+    "Draws one run: the mill and its balls coloured by speed, where the energy goes, and the spectrum of impact "
+    "speeds of each contact kind. The picture's format follows its name (.png, .svg, .pdf)."
+)
+
+
+def add_arguments(parser):
+    parser.add_argument("run", help="output file of a run")
+    parser.add_argument("picture", help="where the picture goes; an old one is replaced")
+
+
+def run(arguments) -> int:
+    with Run(arguments.run) as run:
+        run.need_statistics()
+        figure = draw(run)
+    save(figure, arguments.picture)
+    return 0
+
+
+def save(figure, path, dpi=90):
+    """Writes a figure and forgets it; a name without a known format, or a full disk, is a UserError."""
+    try:
+        figure.savefig(path, dpi=dpi)
+    except ValueError as fault:  # matplotlib lists the formats
+        raise UserError(f"{path}: {fault}") from None
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
+    finally:
+        plt.close(figure)
+
+
+def draw_rotor(ax, run, time):
+    if not run.has_rotor:
+        return
+    speed, turn = run.rotor_speed, run.rotor_angle(time)
+    for blade in run.blades():
+        across = abs(np.sin(blade.pitch)) * blade.width + abs(np.cos(blade.pitch)) * blade.thickness
+        box = plt.Rectangle(
+            (0, -across / 2), blade.tip_radius, across, fc="0.6", ec="k", lw=0.5, zorder=0
+        )
+        box.set_transform(Affine2D().rotate(blade.angle + turn) + ax.transData)
+        ax.add_patch(box)
+    shaft = run.quantity("rotor/shaft_radius")
+    ax.add_patch(plt.Circle((0, 0), shaft, fc="0.75", ec="k", lw=0.5, zorder=0))
+    if speed:
+        ends = [(0.6 * shaft * np.cos(a), 0.6 * shaft * np.sin(a)) for a in (-0.6, 0.6)]
+        arrow = {"arrowstyle": "->", "connectionstyle": f"arc3,rad={np.sign(speed) * 0.45}"}
+        start, end = ends if speed > 0 else ends[::-1]
+        ax.annotate("", end, start, arrowprops=arrow)
+
+
+def draw_balls(ax, run):
+    times = run.frame_times()
+    if not len(times):
+        ax.set_title("no ball states stored (output.frames)")
+        return
+    position = run.frame(-1, "position")
+    speed = np.linalg.norm(run.frame(-1, "velocity"), axis=1)
+    draw_rotor(ax, run, times[-1])
+    order = np.argsort(position[:, 0])  # the ones in front last
+    balls = EllipseCollection(
+        *(run.balls("diameter")[order],) * 2,
+        0,
+        units="x",
+        offsets=position[order, 1:],
+        transOffset=ax.transData,
+        cmap="viridis",
+        edgecolors="k",
+        linewidths=0.1,
+    )
+    balls.set_array(speed[order])
+    balls.set_clim(0, np.quantile(speed, 0.99) or 1)
+    ax.add_collection(balls)
+    ax.set_title(f"t = {times[-1]:.4g} s")
+    plt.colorbar(balls, ax=ax, label="speed [m/s]", shrink=0.7, extend="max")
+
+
+def draw_power(ax, run, rim):
+    edges = run.edges()
+    area = np.outer(np.diff(edges[0]), np.diff(edges[1]))
+    with np.errstate(invalid="ignore"):
+        density = run.map("dissipation") / run.duration / area / 1e3
+    if not np.any(density > 0):
+        ax.set_title("nothing dissipated in the sampled window")
+        return
+    image = ax.pcolormesh(
+        *edges,
+        np.where(density > 0, density, np.nan).T,
+        norm=LogNorm(),
+        cmap="inferno",
+        rasterized=True,
+    )
+    image.set_clip_path(rim)
+    part = run.attribute("statistics/maps/cross_section/dissipation", "part", "all")
+    ax.set_title("dissipated power" + ("" if part == "all" else f", {part} part"))
+    plt.colorbar(image, ax=ax, label="summed along the axis [kW/m$^2$]", shrink=0.7)
+
+
+def spectrum(histogram, duration, group=8):
+    """(speed [m/s], impacts per second and decade [1/s]) of a histogram, `group` bins together for a smooth curve;
+    NaN where there were none."""
+    n = len(histogram.count) // group * group
+    rate = histogram.count[:n].reshape(-1, group).sum(axis=1) / duration
+    edges = histogram.edges[: n + 1 : group]
+    width = np.diff(np.log10(edges))
+    return np.sqrt(edges[:-1] * edges[1:]), np.where(rate > 0, rate / width, np.nan)
+
+
+def draw_spectra(ax, run):
+    ax.set_title("impact speeds")
+    ax.set_xlabel("normal impact speed [m/s]")
+    ax.set_ylabel("impacts per second and decade [1/s]")
+    for kind in KINDS:
+        histogram = run.histogram(kind)
+        if histogram.count.sum() < 100:  # too few for a curve
+            continue
+        ax.loglog(*spectrum(histogram, run.duration), label=KIND_LABEL[kind])
+    if not ax.lines:
+        ax.text(0.5, 0.5, "too few impacts for a spectrum", ha="center", transform=ax.transAxes)
+        return
+    floor = run.quantity("contact/rebound_floor", 0.0)
+    if floor:
+        ax.axvline(floor, color="0.6", lw=1, ls=":", label="rebound floor", zorder=0)
+    ax.set_xlim(1e-3, 20)
+    ax.grid(alpha=0.3)
+    ax.legend(frameon=False)
+
+
+def draw(run):
+    """The figure of a run, open in `run`."""
+    figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), layout="constrained")
+    radius = run.quantity("drum/radius")
+    rims = [plt.Circle((0, 0), radius, fill=False, color="k") for _ in range(2)]
+    for ax, rim in zip(axes, rims):
+        ax.add_patch(rim)
+        ax.set_aspect("equal")
+        ax.set_xlim(-1.02 * radius, 1.02 * radius)
+        ax.set_ylim(-1.02 * radius, 1.02 * radius)
+        ax.set_xlabel("y [m]")
+        ax.set_ylabel("z [m]")
+    draw_balls(axes[0], run)
+    draw_power(axes[1], run, rims[1])
+    draw_spectra(axes[2], run)
+    return figure

@@ -1,0 +1,315 @@
+"""The one reader of the output file (docs/file-format.md): what a run holds, in SI, with errors a user understands.
+
+    with Run("reference.h5") as run:
+        time, power = run.series("rotor_work")
+        radius = run.quantity("drum/radius")
+        spectrum = run.histogram("ball_ball")
+
+Everything is read when it is asked for, so opening a file of gigabytes costs nothing. Whatever is missing or damaged is
+a UserError that names the file, the part, and what it would take to have it.
+"""
+
+import dataclasses
+
+import h5py
+import numpy as np
+
+from milltools.errors import UserError
+
+KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
+KIND_LABEL = {
+    "ball_ball": "ball-ball",
+    "ball_drum": "ball-drum",
+    "ball_wall": "ball-end wall",
+    "ball_shaft": "ball-shaft",
+    "ball_blade": "ball-blade",
+    "all": "all",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Blade:
+    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z, the rotor's own angle
+    not included [rad], reach `tip_radius` from the axis, `width` along and `thickness` around it [m], `pitch` [rad]."""
+
+    position: float
+    angle: float
+    tip_radius: float
+    width: float
+    thickness: float
+    pitch: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Histogram:
+    """Impacts by speed: `edges` [m/s] (n + 1,), `count` (n,), `dissipation` [J] (n,), what lies outside them, and
+    `part`: "all" of the energy, or only its "normal" part (programs that cannot tell the rest per impact)."""
+
+    edges: np.ndarray
+    count: np.ndarray
+    dissipation: np.ndarray
+    underflow: float
+    overflow: float
+    part: str
+
+    def above(self, speed: float) -> float:
+        """Number of impacts at or above a speed [m/s]; exact if it is an edge, else log-linear within its bin."""
+        upper = np.searchsorted(
+            self.edges, speed * (1 - 1e-9), side="left"
+        )  # first edge at or above
+        if upper >= len(self.edges):
+            return float(self.overflow)
+        total = float(self.count[upper:].sum()) + float(self.overflow)
+        if upper > 0 and self.edges[upper] > speed * (1 + 1e-9):
+            low, high = np.log(self.edges[upper - 1 : upper + 1])
+            total += float(self.count[upper - 1]) * (high - np.log(speed)) / (high - low)
+        return total
+
+
+class Run:
+    """An open output file. A context manager; close() does as well."""
+
+    def __init__(self, path):
+        self.path = str(path)
+        try:
+            with open(self.path, "rb"):  # its words for "no such file" are better than HDF5's
+                pass
+            self._file = h5py.File(self.path, "r")
+        except IsADirectoryError:
+            raise UserError(f"{self.path}: a folder, not an output file") from None
+        except FileNotFoundError:
+            raise UserError(f"{self.path}: no such file") from None
+        except PermissionError:
+            raise UserError(f"{self.path}: permission denied") from None
+        except OSError as fault:
+            raise UserError(f"{self.path}: not a readable HDF5 file: {fault}") from None
+        if not all(isinstance(self._file.get(name), h5py.Group) for name in ("deck", "run")):
+            self.close()
+            raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.close()
+
+    def close(self):
+        self._file.close()
+
+    # ---- reading
+
+    def has(self, path: str) -> bool:
+        return path in self._file
+
+    def read(self, path: str, index=(), why: str = ""):
+        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
+        try:
+            return thing.asstr()[index] if thing.dtype.kind == "O" else thing[index]
+        except (OSError, UnicodeDecodeError) as fault:
+            raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
+
+    def attribute(self, path: str, name: str, default=None):
+        thing = self._file.get(path)
+        value = default if thing is None else thing.attrs.get(name, default)
+        return value.decode() if isinstance(value, bytes) else value
+
+    # ---- who, what, how far
+
+    @property
+    def program(self) -> str:
+        """The program that made the run: "millsim", or another that wrote the same schema ("LIGGGHTS")."""
+        return self.read("run/program") if self.has("run/program") else "millsim"
+
+    @property
+    def version(self) -> str:
+        return self.read("run/version") if self.has("run/version") else "?"
+
+    @property
+    def status(self) -> str:
+        """complete, stopped, failed or running."""
+        return self.read("run/status")
+
+    @property
+    def time(self) -> float:
+        """Simulated time reached [s]; 0 before the first checkpoint."""
+        return float(self.read("run/time")) if self.has("run/time") else 0.0
+
+    @property
+    def cost(self) -> float:
+        """CPU seconds per simulated second; NaN if the run has not begun."""
+        return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
+
+    # ---- the deck
+
+    def deck(self) -> dict[str, str]:
+        """Every value of the deck as run, "section.key": text with its SI unit."""
+        found = {}
+        for section, keys in self._file["deck"].items():
+            if isinstance(keys, h5py.Group):
+                for key in keys:
+                    found[f"{section}.{key}"] = self.read(f"deck/{section}/{key}")
+        return found
+
+    def sections(self) -> list[str]:
+        """The deck's sections, in the order of its text."""
+        names = [n for n, item in self._file["deck"].items() if isinstance(item, h5py.Group)]
+        heads = [
+            line.strip()[1:-1] for line in self.deck_text().splitlines() if line.startswith("[")
+        ]
+        return sorted(names, key=lambda n: (heads.index(n) if n in heads else len(heads), n))
+
+    def deck_text(self) -> str:
+        """The deck as run, itself a deck."""
+        return self.read("deck/text") if self.has("deck/text") else ""
+
+    def text(self, path: str, default: str | None = None) -> str:
+        """A value of the deck as its text, path as in "drum/profile"."""
+        if default is not None and not self.has(f"deck/{path}"):
+            return default
+        return self.read(f"deck/{path}")
+
+    def vector(self, path: str) -> np.ndarray:
+        """The numbers of a value, as in "gravity/acceleration" [SI]."""
+        numbers = []
+        for word in self.text(path).split():
+            try:
+                numbers.append(float(word))
+            except ValueError:
+                break  # the unit
+        if not numbers:
+            raise UserError(
+                f"{self.path}: /deck/{path}: expected a number, got {self.text(path)!r}"
+            )
+        return np.array(numbers)
+
+    def quantity(self, path: str, default: float | None = None) -> float:
+        """A value of the deck as a number [SI], as in "drum/radius"; the default, if one is given, where it is not there."""
+        if default is not None and not self.has(f"deck/{path}"):
+            return default
+        return float(self.vector(path)[0])
+
+    @property
+    def has_rotor(self) -> bool:
+        return self.has("deck/rotor")
+
+    @property
+    def rotor_speed(self) -> float:
+        """Angular velocity of the rotor about +x [rad/s]; 0 without one."""
+        return self.quantity("rotor/speed") if self.has_rotor else 0.0
+
+    def rotor_angle(self, time: float) -> float:
+        """Angle of the rotor at a time, from +y to +z [rad]."""
+        return self.quantity("rotor/angle") + self.rotor_speed * time if self.has_rotor else 0.0
+
+    def blades(self) -> list[Blade]:
+        """All blades, numbered as in the file: those of [blades], then each [blade.NAME]."""
+        found = []
+        for section in self.sections():
+            if section != "blades" and not section.startswith("blade."):
+                continue
+            size = {
+                key: self.quantity(f"{section}/{key}")
+                for key in ("tip_radius", "width", "thickness")
+            }
+            size["pitch"] = self.quantity(f"{section}/pitch", 0.0)
+            if section == "blades":
+                count, length = int(self.quantity("blades/count")), self.quantity("drum/length")
+                step = self.quantity("blades/angle_step")
+                for k in range(count):
+                    found.insert(
+                        k, Blade((k + 0.5) * length / count - length / 2, k * step, **size)
+                    )
+            else:
+                place = self.quantity(f"{section}/position"), self.quantity(f"{section}/angle")
+                found.append(Blade(*place, **size))
+        return found
+
+    # ---- time series
+
+    def has_series(self, name: str) -> bool:
+        return self.has(f"observables/{name}/value")
+
+    def series(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """(time [s] (S,), value (S, ...) as float64) of a time series, as in "dissipation/ball_drum"."""
+        value = self.read(f"observables/{name}/value").astype(float)
+        time = self.read(f"observables/{name}/time")
+        if len(time) != len(value):
+            raise UserError(
+                f"{self.path}: /observables/{name}: {len(value)} values, {len(time)} times"
+            )
+        return time, value
+
+    # ---- statistics of the sampled window
+
+    @property
+    def has_statistics(self) -> bool:
+        return self.has("statistics/duration")
+
+    def need_statistics(self):
+        """UserError where there is nothing sampled to speak of."""
+        if not self.has_statistics:
+            raise UserError(
+                f"{self.path}: no statistics yet: the run (status '{self.status}') has not come to its first checkpoint"
+            )
+        if not self.duration > 0:
+            raise UserError(
+                f"{self.path}: nothing sampled: the run ended at {self.time:.6g} s, before run.sample_from"
+            )
+
+    @property
+    def duration(self) -> float:
+        """Length of the sampled window [s]."""
+        return float(self.read("statistics/duration", why="the run has no statistics yet"))
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """Sampled window (from, to) [s]."""
+        return self.quantity("run/sample_from", 0.0), self.quantity(
+            "run/sample_from", 0.0
+        ) + self.duration
+
+    def statistic(self, path: str):
+        """A scalar or array under /statistics, as in "impacts/ball_ball/rate" or "rotor/power"."""
+        return self.read(
+            f"statistics/{path}", why="" if self.has_statistics else "no statistics yet"
+        )
+
+    def histogram(self, row: str, group: str = "impacts", speed: str = "normal_speed") -> Histogram:
+        """Impacts (or `strikes`) of a kind or "all" by normal or tangential speed."""
+        path = f"statistics/{group}/{row}/{speed}/histogram"
+        return Histogram(
+            self.read(f"{path}/edges"),
+            self.read(f"{path}/count"),
+            self.read(f"{path}/dissipation"),
+            float(self.attribute(f"{path}/count", "underflow", 0)),
+            float(self.attribute(f"{path}/count", "overflow", 0)),
+            self.attribute(f"{path}/dissipation", "part", "all"),
+        )
+
+    def map(self, name: str, view: str = "cross_section") -> np.ndarray:
+        """A map, as in "solid_fraction": indices (y, z) in the cross section, (x, r) in the view "axial"."""
+        return self.read(f"statistics/maps/{view}/{name}")
+
+    def edges(self, view: str = "cross_section") -> tuple[np.ndarray, np.ndarray]:
+        """Edges of a map's cells [m] along its first and second index."""
+        first, second = ("y", "z") if view == "cross_section" else ("x", "r")
+        return self.map(f"{first}_edges", view), self.map(f"{second}_edges", view)
+
+    # ---- balls
+
+    def balls(self, name: str) -> np.ndarray:
+        """What balls keep: "mass" [kg], "diameter" [m], "species", "id"; (N,)."""
+        return self.read(f"particles/trajectory/{name}")
+
+    def frame_times(self) -> np.ndarray:
+        """Times of the stored frames [s]; empty where output.frames = 0 s."""
+        path = "particles/trajectory/position/time"
+        return self.read(path) if self.has(path) else np.empty(0)
+
+    def frame(self, index: int, name: str = "velocity") -> np.ndarray:
+        """One frame of "position" [m], "velocity" [m/s] or "angular_velocity" [rad/s]; (N, 3)."""
+        path = f"particles/trajectory/{name}/value"
+        return self.read(path, index, why="no ball states are stored (output.frames = 0 s)")
