@@ -3,25 +3,19 @@
 Python never reads units or defaults itself: there is one reader of decks, and it is in the engine.
 """
 
-import configparser
 import dataclasses
-import os
 import pathlib
 import subprocess
+import tempfile
 
 import numpy as np
 
+from milltools.engine import program
 from milltools.errors import UserError
+from milltools.runfile import KINDS
+from milltools.schema import deck_entries
 
-KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
-
-
-def program():
-    """Path of the engine: $MILLSIM, or the one built in this checkout."""
-    path = pathlib.Path(os.environ.get("MILLSIM", pathlib.Path(__file__).resolve().parents[2] / "millsim"))
-    if not path.exists():
-        raise UserError(f"{path} is not built: run make first", 1)
-    return path
+__all__ = ["KINDS", "Blade", "Contact", "Deck", "Species"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,29 +50,40 @@ class Contact:
     tangential_restitution: float
 
 
+def _ask(path, overrides, *options):
+    """What millsim prints about the deck at `path`; its own line is the error of a wrong one."""
+    sets = [word for override in overrides for word in ("--set", override)]
+    words = [program(), *options, *sets, "--", path]
+    done = subprocess.run(words, capture_output=True, text=True, errors="replace")
+    if done.returncode != 0:
+        lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
+        raise UserError(lines[-1].removeprefix("millsim: "), done.returncode if done.returncode > 0 else 1)
+    return done.stdout
+
+
 class Deck:
     """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts."""
 
     def __init__(self, text, path=None, overrides=()):
         self.text, self.path, self.overrides = text, path, tuple(overrides)
-        parser = configparser.ConfigParser(
-            delimiters="=", inline_comment_prefixes=("#", ";"), interpolation=None, strict=True
-        )
-        parser.optionxform = str
-        parser.read_string(text)
-        self.sections = {name: dict(parser[name]) for name in parser.sections()}
+        self.sections = {}
+        for section, key, value, _ in deck_entries(text):
+            self.sections.setdefault(section, {})[key] = value
 
     @classmethod
     def check(cls, path, overrides=()):
         """The deck at `path` with `--set` overrides; millsim's own line is the error of a wrong one."""
-        sets = [word for override in overrides for word in ("--set", override)]
-        done = subprocess.run(
-            [program(), "--check", *sets, "--", path], capture_output=True, text=True, errors="replace"
-        )
-        if done.returncode != 0:
-            lines = done.stderr.strip().splitlines() or [f"millsim --check ended with {done.returncode}"]
-            raise UserError(lines[-1].removeprefix("millsim: "), done.returncode if done.returncode > 0 else 1)
-        return cls(done.stdout, path, overrides)
+        return cls(_ask(path, overrides, "--check"), path, overrides)
+
+    def start(self):
+        """Start state of the balls as millsim makes it, to the bit: place [m], velocity [m/s], spin [rad/s], (N, 3) each."""
+        with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+            file = pathlib.Path(folder) / "start.txt"
+            _ask(self.path, self.overrides, "--export-start", file)
+            table = np.loadtxt(file, ndmin=2)
+        whole = np.zeros((len(table), 9))
+        whole[:, : table.shape[1]] = table
+        return [whole[:, k : k + 3].copy() for k in (0, 3, 6)]
 
     def value(self, key, default=None):
         """The text of `section.key`; the section may hold dots itself."""

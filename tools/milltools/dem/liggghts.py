@@ -164,6 +164,11 @@ class Process:
         path = self.folder / "screen.txt"
         return path.read_text(errors="replace") if path.exists() else ""
 
+    def version(self):
+        """LIGGGHTS' version, as it prints it."""
+        found = re.search(r"LIGGGHTS \(Version (\S+ \S+?),", self.screen())
+        return found[1] if found else "unknown"
+
     def finish(self):
         """Waits for the end and returns the processor seconds that LIGGGHTS took for the run itself, its output left
         out; raises UserError for every way in which it can have failed."""

@@ -46,12 +46,13 @@ class Mill:
         self.inertia = 0.1 * self.mass * diameters**2
         self.gravity = np.array(deck.numbers("gravity.acceleration"))
         self.walls = walls_of(deck)
-        self.contacts = None
+        self.contacts, self.waiting, self.version = None, [], "unknown"
         self.rubs = any(deck.contact(kind).friction > 0 for kind in KINDS)
         self.normal_loss, self.rubbed = np.zeros(5), np.zeros(5)
         self.isolated_loss = np.zeros(5)
         self.work, self.torque = 0.0, 0.0
         self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
+        self.turnover = 0.0
         self.rows = self.frame_count = self.snapshot_count = 0
         self.cpu, self.deepest, self.prices, self.shifts = 0.0, 0.0, [], []
 
@@ -85,6 +86,7 @@ class Mill:
                 begin = self.time
                 self._follow(process, model, contacts, samples, forces_every)
                 cpu = process.finish()
+                self.version = process.version()
             self.cpu += cpu
             self.prices.append(cpu / (self.time - begin))
         finally:
@@ -106,11 +108,17 @@ class Mill:
             if forces_every and sample % forces_every == 0:
                 self._rub(process, contacts, forces_every * model.sample_interval)
             if impacts:
-                self.results.impacts(**impacts)
+                self.waiting.append(impacts)
             self._store(process, model, contacts, sample)
             if step == steps:
                 break
             self.watch(self.time)
+
+    def flush(self):
+        """Hands over the impacts that wait: many at a time are cheaper than few."""
+        waiting, self.waiting = self.waiting, []
+        if waiting:
+            self.results.impacts(**{name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]})
 
     def _rub(self, process, contacts, interval):
         forces = process.walls()
@@ -151,6 +159,7 @@ class Mill:
         if self.begin_energy is None:
             self.begin_energy = total
         missing = self.work - (total - self.begin_energy) - self.removed - normal.sum() - self.rubbed[1:].sum()
+        self.turnover = max(self.turnover, abs(self.work), normal.sum(), abs(total - self.begin_energy))
         if self.rubs:
             self.rubbed[0] = missing
         else:
@@ -159,6 +168,7 @@ class Mill:
         for k, kind in enumerate(KINDS):
             values[f"dissipation_normal/{kind}"] = normal[k]
             values[f"dissipation/{kind}"] = normal[k] + self.rubbed[k]
+        self.flush()
         self.results.row(self.rows * self.series, values)
         self.rows += 1
 

@@ -20,7 +20,7 @@ from milltools.dem.model import STEPS_PER_SAMPLE
 
 ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
 PHASES = 4  # each angle begins its contact at so many different fractions of a time step
-SPEED = 0.1  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
+SPEED = 0.02  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
 GAP = 0.004  # of the diameter, before the impact
 
 
