@@ -215,7 +215,6 @@ class Job:
 
     def facts(self, mill):
         """What goes into /run."""
-        price = mill.prices[-1] if mill.prices else math.nan
         facts = {
             "program": "LIGGGHTS",
             "version": mill.version,
@@ -225,7 +224,7 @@ class Job:
             "cpu_time": mill.cpu,
             "largest_overlap": mill.deepest,
             "tools": (engine.version(), "", "version of millsim's tools that drove it"),
-            "price": (price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, output left out"),
+            "price": (mill.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output, after the end"),
             "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
             "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
             "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
@@ -307,7 +306,7 @@ class Job:
             with signals():
                 self.check_singles()
                 if self.soft_until > 0:
-                    mill.run(self.soft, self.soft_until)
+                    mill.run(self.soft, self.soft_until, priced=False)
                 mill.run(self.modulus, self.end)
         except Stopped as stopped:
             status = 128 + stopped.number

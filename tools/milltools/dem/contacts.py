@@ -104,6 +104,7 @@ class Contacts:
         self.outer_until = self.inner_until = -np.inf
         self.found = [None] * len(KINDS)
         self.before = None  # velocities and spins of the last sample
+        self.last = None  # [s] its time
 
     # --- neighbours -------------------------------------------------------------------------------------
 
@@ -233,7 +234,7 @@ class Contacts:
     def sample(self, time, place, velocity, spin):
         """See the class."""
         if self.before is None:
-            self.before = velocity.copy(), spin.copy()
+            self.before, self.last = (velocity.copy(), spin.copy()), time
         began = []
         self.found = self.find(time, place, velocity)
         for kind, found in enumerate(self.found):
@@ -255,6 +256,7 @@ class Contacts:
             if new.any():
                 began.append(self._impacts(time, kind, found, new, closing, place))
         self.before[0][:], self.before[1][:] = velocity, spin
+        self.last = time
         if not began:
             return None
         joined = {name: np.concatenate([part[name] for part in began]) for name in began[0]}
@@ -271,7 +273,7 @@ class Contacts:
         reach = (self.radius[found.ball] - found.overlap / 2)[:, None]
         return {
             # it began after the last sample, whatever rounding and forces of third bodies say
-            "time": time - np.minimum(age, self.interval),
+            "time": np.maximum(time - age, self.last),
             "kind": np.full(len(speed), kind),
             "ball": found.ball,
             "partner": found.partner,

@@ -1,5 +1,6 @@
 """A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
 
+import math
 import pathlib
 import shutil
 import tempfile
@@ -16,9 +17,11 @@ from milltools.dem.rubbing import at_walls, walls_of
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
+BARE = 0.02  # of the steps are run once more without output, to know what LIGGGHTS costs by itself
+LEAST_BARE = 2000  # steps
 
 
-def inputs(folder, deck, model, damped, steps, forces_every, time, state):
+def inputs(folder, deck, model, damped, steps, forces_every, time, state, bare=0):
     """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles."""
     place, velocity, spin = state
     triangles = script.blade_triangles(deck, deck.rotor_speed * time)
@@ -26,7 +29,7 @@ def inputs(folder, deck, model, damped, steps, forces_every, time, state):
     (folder / "balls.data").write_text(balls)
     if len(triangles):
         (folder / "blades.stl").write_text(script.stl(triangles))
-    return script.mill(deck, model, damped, steps, forces_every, triangles), len(triangles)
+    return script.mill(deck, model, damped, steps, forces_every, triangles, bare), len(triangles)
 
 
 class Mill:
@@ -54,10 +57,10 @@ class Mill:
         self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
         self.turnover = 0.0
         self.rows = self.frame_count = self.snapshot_count = 0
-        self.cpu, self.deepest, self.prices, self.shifts = 0.0, 0.0, [], []
+        self.cpu, self.deepest, self.price, self.shifts = 0.0, 0.0, math.nan, []
 
-    def run(self, modulus, until):
-        """See the class. Returns the Model of the stretch."""
+    def run(self, modulus, until, priced=True):
+        """See the class. priced: find out what LIGGGHTS costs without output, too. Returns the Model of the stretch."""
         model = Model(self.deck, modulus)
         contacts = Contacts(self.deck, model)
         if self.contacts:
@@ -69,6 +72,8 @@ class Mill:
         self.contacts = contacts
         samples = round((until - self.time) / model.sample_interval)
         forces_every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
+        steps = samples * STEPS_PER_SAMPLE
+        bare = max(LEAST_BARE, round(BARE * steps)) if priced else 0
         folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
         try:
             text, triangles = inputs(
@@ -76,19 +81,19 @@ class Mill:
                 self.deck,
                 model,
                 self.damped,
-                samples * STEPS_PER_SAMPLE,
+                steps,
                 forces_every * STEPS_PER_SAMPLE,
                 self.time,
                 self.state,
+                bare,
             )
             dumps = ["state.bin"] + ["walls.bin"] * self.rubs
             with Process(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
-                begin = self.time
                 self._follow(process, model, contacts, samples, forces_every)
-                cpu = process.finish()
+                cpu, of_bare = process.finish(bare)
                 self.version = process.version()
             self.cpu += cpu
-            self.prices.append(cpu / (self.time - begin))
+            self.price = of_bare / (bare * model.time_step) if bare else math.nan
         finally:
             shutil.rmtree(folder, ignore_errors=True)
             self.normal_loss += contacts.normal_loss

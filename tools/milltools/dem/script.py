@@ -135,10 +135,10 @@ def head(deck, model):
     return lines
 
 
-def mill(deck, model, damped, steps, forces_every, triangles):
+def mill(deck, model, damped, steps, forces_every, triangles, bare=0):
     """The input script of one stretch of a mill.
 
-    steps: how many; forces_every: every how many steps the forces of the walls are told (0: never).
+    steps: how many, and then `bare` more without any output, for the price; forces_every: every how many steps the forces of the walls are told (0: never).
     Ball states come out through `state.bin` every sample, the walls' forces through `walls.bin`, the mean torque of the blades through `torque.txt` once a row of the series.
     """
     count = len(deck.species)
@@ -189,6 +189,7 @@ def mill(deck, model, damped, steps, forces_every, triangles):
         f"thermo {row}",
         "thermo_modify lost error norm no",
         f"run {steps}",
-        "",
     ]
-    return "\n".join(lines)
+    if bare:
+        lines += ["undump state", *["undump walls"] * bool(forces_every), f"run {bare}"]
+    return "\n".join([*lines, ""])
