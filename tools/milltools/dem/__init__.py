@@ -201,6 +201,7 @@ class Job:
         self.started = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         self.begin = self.published = time.monotonic()
         self.measured = {}
+        self.price = math.nan
 
     def write_script(self, folder):
         """LIGGGHTS' files for the whole run, for those who go on by hand."""
@@ -225,7 +226,7 @@ class Job:
             "cpu_time": mill.cpu,
             "largest_overlap": mill.deepest,
             "tools": (engine.version(), "", "version of millsim's tools that drove it"),
-            "price": (mill.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output, after the end"),
+            "price": (self.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"),
             "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
             "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
             "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
@@ -307,8 +308,9 @@ class Job:
             with signals():
                 self.check_singles()
                 if self.soft_until > 0:
-                    mill.run(self.soft, self.soft_until, priced=False)
+                    mill.run(self.soft, self.soft_until)
                 mill.run(self.modulus, self.end)
+                self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
         except Stopped as stopped:
             status = 128 + stopped.number
         finally:
