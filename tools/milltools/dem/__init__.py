@@ -3,11 +3,12 @@
 import contextlib
 import datetime
 import math
+import os
 import pathlib
 import re
 import shlex
-import signal
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -21,6 +22,7 @@ from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
 from milltools.dem.mill import Mill, inputs
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
+from milltools.dem.signals import Stopped, watched
 from milltools.dem.summary import summarize
 from milltools.errors import UserError
 from milltools.results import Results
@@ -36,14 +38,6 @@ LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
 LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
 LARGEST_START_OVERLAP = 1e-3  # of a diameter
 RESTITUTION_OFF = 0.02  # single impacts farther than this from the deck's restitution: something is wrong
-
-
-class Stopped(Exception):
-    """A signal asked for the end."""
-
-    def __init__(self, number):
-        super().__init__(number)
-        self.number = number
 
 
 def modulus(text):
@@ -157,21 +151,6 @@ class Watch:
         )
 
 
-@contextlib.contextmanager
-def signals():
-    """INT, TERM and HUP become Stopped within."""
-
-    def stop(number, _frame):
-        raise Stopped(number)
-
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
 class Job:
     """One run of `mill dem`: from the checked deck to the file."""
 
@@ -195,6 +174,19 @@ class Job:
             series = self.deck.number("output.series")
             until = self.deck.number("run.sample_from", 0.0) - SETTLE
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
+        frames = self.deck.number("output.frames", 0.0)
+        interval = self.model.sample_interval
+        if self.soft_until > 0:
+            interval = max(interval, Model(self.deck, self.soft).sample_interval)
+        elif self.soft is not None:
+            self.cautions.append(
+                f"--warm-up has no effect: run.sample_from is not after {SETTLE * 1e3:g} ms, which the stiff run wants"
+            )
+        if 0 < frames < interval:
+            raise UserError(
+                f"{self.deck.path}: [output] frames: {frames:g} s is less than the {interval:.3g} s at which LIGGGHTS is "
+                "looked at with this modulus: choose more, or 0 s"
+            )
         if arguments.ranks < 1:
             raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
         self.output = pathlib.Path(arguments.output or f"{pathlib.Path(arguments.deck).stem}-dem.h5")
@@ -261,7 +253,8 @@ class Job:
         self.published = time.monotonic()
         mill.flush()
         try:
-            self.results.write(self.output, self.facts(mill), status, mill.time)
+            reached = self.end if status == "complete" else mill.time
+            self.results.write(self.output, self.facts(mill), status, reached)
         except OSError as fault:
             raise UserError(str(fault), 1) from None
 
@@ -280,15 +273,33 @@ class Job:
     def run(self):
         """Runs the mill and returns the exit status."""
         command(self.arguments.ranks)
+        self.check_output()
+        for caution in self.cautions:
+            print(f"mill dem: note: {caution}", file=sys.stderr)
+        state = self.deck.start()
+        self.check_start(state)
+        with watched():
+            try:
+                return self.follow(state)
+            except OSError as fault:  # a full disk, as a rule
+                raise UserError(f"{fault.filename or tempfile.gettempdir()}: {fault.strerror or fault}", 1) from None
+
+    def check_output(self):
+        """Refuses an output that cannot be written in the end."""
+        if self.output.is_dir():
+            raise UserError(f"{self.output}: a folder; --output wants a file")
         if self.output.exists() and not self.arguments.force:
             raise UserError(f"{self.output}: there is such a file already; --force overwrites it")
         if not self.output.parent.is_dir():
             raise UserError(f"{self.output}: there is no folder {self.output.parent}")
-        for caution in self.cautions:
-            print(f"mill dem: note: {caution}", file=sys.stderr)
-        deck = self.deck
-        state = deck.start()
-        species, of = deck.species, deck.species_of_ball
+        if self.output.exists() and self.output.samefile(self.deck.path):
+            raise UserError(f"{self.output}: that is the deck itself")
+        if not os.access(self.output.parent, os.W_OK):
+            raise UserError(f"{self.output}: cannot write into {self.output.parent}", 1)
+
+    def follow(self, state):
+        """Runs LIGGGHTS from `state` and writes the results, whatever its end; returns the exit status."""
+        deck, species, of = self.deck, self.deck.species, self.deck.species_of_ball
         diameter = np.array([kind.diameter for kind in species])[of]
         density = np.array([kind.density for kind in species])[of]
         self.results = Results(
@@ -302,24 +313,35 @@ class Job:
                 self.publish(mill, "running")
 
         mill = Mill(deck, state, self.damped, self.results, self.arguments.ranks, tell)
-        self.check_start(state)
-        status = 0
+        end, status = "stopped", 0
         try:
-            with signals():
-                self.check_singles()
-                if self.soft_until > 0:
-                    mill.run(self.soft, self.soft_until)
-                mill.run(self.modulus, self.end)
-                self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
+            self.check_singles()
+            if self.soft_until > 0:
+                mill.run(self.soft, self.soft_until)
+            mill.run(self.modulus, self.end)
+            end = "complete"
+            self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
         except Stopped as stopped:
             status = 128 + stopped.number
+        except UserError as fault:
+            raise self.failed(mill, fault) from None
         finally:
             watch.stop()
-        self.publish(mill, "stopped" if status else "complete")
+        self.publish(mill, end)
         print(summarize(self.output, self.deck, self.measured), end="")
-        if status:
+        if end == "stopped":
             print(f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}", file=sys.stderr)
         return status
+
+    def failed(self, mill, fault):
+        """Writes what there is; returns what to tell the user."""
+        if not mill.rows:
+            return fault
+        try:
+            self.publish(mill, "failed")
+        except UserError:
+            return fault
+        return UserError(f"{fault}; results up to {mill.time * 1e3:.4g} ms are in {self.output}", fault.status)
 
     def work(self, reached):
         """Share of the time steps up to `reached` [s]."""

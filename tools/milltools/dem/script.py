@@ -19,7 +19,7 @@ FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 def _foot(blade, shaft_radius):
     """Radius [m] at which a blade's box begins: inside the shaft, its corners too."""
-    half = max(blade.width, blade.thickness) / 2
+    half = (abs(math.sin(blade.pitch)) * blade.width + abs(math.cos(blade.pitch)) * blade.thickness) / 2
     inside = math.sqrt(max(shaft_radius**2 - half**2, 0.0))
     return max(min(shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
 
