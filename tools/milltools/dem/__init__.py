@@ -197,15 +197,24 @@ class Job:
 
     def write_script(self, folder):
         """LIGGGHTS' files for the whole run, for those who go on by hand."""
-        folder = pathlib.Path(folder)
+        folder, step = pathlib.Path(folder), self.model.time_step
+        if self.soft is not None:
+            raise UserError("--script writes one run of one stiffness: leave --warm-up out")
+        if (folder / "in.mill").exists() and not self.arguments.force:
+            raise UserError(f"{folder}: there is an in.mill already; --force overwrites it")
+        state = self.deck.start()
+        self.check_start(state)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            steps = round(self.end / self.model.time_step)
-            text, _ = inputs(folder, self.deck, self.model, self.damped, steps, 0, 0.0, self.deck.start())
+            frames = round(self.deck.number("output.frames", 0.0) / step)  # every sample would be gigabytes
+            text, triangles = inputs(
+                folder, self.deck, self.model, self.damped, round(self.end / step), 0, 0.0, state, states_every=frames
+            )
             (folder / "in.mill").write_text(text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
-        print(f"{folder}: in.mill, balls.data, blades.stl; run there: liggghts -in in.mill -screen screen.txt -log none")
+        names = ", ".join(["in.mill", "balls.data"] + ["blades.stl"] * bool(triangles))
+        print(f"{folder}: {names}; run there: liggghts -in in.mill -screen screen.txt -log none")
 
     def facts(self, mill):
         """What goes into /run."""

@@ -22,15 +22,16 @@ PRICED = 0.01  # of the steps are run once more, and three times as many, withou
 LEAST_PRICED = 1000  # steps
 
 
-def inputs(folder, deck, model, damped, steps, forces_every, time, state, told=True):
-    """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles."""
+def inputs(folder, deck, model, damped, steps, forces_every, time, state, **options):
+    """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles; options as
+    script.mill has them."""
     place, velocity, spin = state
     triangles = script.blade_triangles(deck, deck.rotor_speed * time)
     balls = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck))
     (folder / "balls.data").write_text(balls)
     if len(triangles):
         (folder / "blades.stl").write_text(script.stl(triangles))
-    return script.mill(deck, model, damped, steps, forces_every, triangles, told), len(triangles)
+    return script.mill(deck, model, damped, steps, forces_every, triangles, **options), len(triangles)
 
 
 class Mill:

@@ -135,11 +135,13 @@ def head(deck, model):
     return lines
 
 
-def mill(deck, model, damped, steps, forces_every, triangles, told=True):
+def mill(deck, model, damped, steps, forces_every, triangles, told=True, states_every=STEPS_PER_SAMPLE):
     """The input script of one stretch of a mill.
 
-    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every: every how many steps the forces of the walls are told (0: never).
-    Ball states come out through `state.bin` every sample, the walls' forces through `walls.bin`, the mean torque of the blades through `torque.txt` once a row of the series.
+    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every, states_every:
+    every how many steps the forces of the walls and the states of the balls are told (0: never).
+    States come out through `state.bin`, the walls' forces through `walls.bin`, the mean torque of the blades through
+    `torque.txt` once a row of the series.
     """
     count = len(deck.species)
     models, settings = contact_style(deck, damped)
@@ -182,8 +184,8 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True):
         if told:
             lines.append(f"fix torque all ave/time 1 {row} {row} f_rotor[4] file torque.txt")
     state = "id x y z vx vy vz omegax omegay omegaz"
-    if told:
-        lines.append(f"dump state all custom {STEPS_PER_SAMPLE} state.bin {state}")
+    if told and states_every:
+        lines.append(f"dump state all custom {states_every} state.bin {state}")
     if stored:
         walls = ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))
         columns = " ".join(f"f_force_{name}[{k}]" for name in walls for k in (1, 2, 3))
