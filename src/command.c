@@ -11,7 +11,7 @@
 #define MILL_VERSION "unknown"
 #endif
 
-enum { PARANOID = 256 }; /* an option without a letter */
+enum { PARANOID = 256, EXPORT_START }; /* options without a letter */
 
 static const char help[] =
     "Usage: millsim [options] DECK\n"
@@ -27,6 +27,9 @@ static const char help[] =
     "  -f, --force          overwrite an existing output file\n"
     "  -j, --json           print the summary as one JSON object\n"
     "  -q, --quiet          no progress\n"
+    "      --export-start FILE\n"
+    "                       write the balls as they start to FILE, which balls.start reads back\n"
+    "                       to the same bits; do not run\n"
     "      --paranoid       check every step against brute force (slow)\n"
     "  -h, --help           print this and end\n"
     "  -V, --version        print the version and end\n"
@@ -75,6 +78,9 @@ static void take_option(struct mill_command *a, int option)
     case 'q':
         a->quiet = true;
         break;
+    case EXPORT_START:
+        a->export_start = optarg;
+        break;
     case PARANOID:
         a->paranoid = true;
         break;
@@ -85,6 +91,26 @@ static void take_option(struct mill_command *a, int option)
         a->text = "millsim " MILL_VERSION "\n";
         break;
     }
+}
+
+/* Options that say how to run, where nothing is to be run */
+static enum mill_status check_export(const struct mill_command *a, struct mill_error *error)
+{
+    if (!a->export_start[0])
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "option '--export-start' needs the name of a file");
+    const char *other = a->resume     ? "--resume"
+                        : a->check    ? "--check"
+                        : a->output   ? "--output"
+                        : a->json     ? "--json"
+                        : a->paranoid ? "--paranoid"
+                                      : NULL;
+    if (other)
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "options '--export-start' and '%s' exclude each other: the start is "
+                              "written and nothing is run",
+                              other);
+    return MILL_OK;
 }
 
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a,
@@ -100,6 +126,7 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
                                             {"help", no_argument, NULL, 'h'},
                                             {"version", no_argument, NULL, 'V'},
                                             {"paranoid", no_argument, NULL, PARANOID},
+                                            {"export-start", required_argument, NULL, EXPORT_START},
                                             {NULL, 0, NULL, 0}};
     int option;
     opterr = 0;
@@ -117,6 +144,8 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
             error, MILL_BAD_DECK,
             "options '--resume' and '--force' exclude each other: go on, or start "
             "again");
+    if (a->export_start && check_export(a, error) != MILL_OK)
+        return MILL_BAD_DECK;
     if (optind == argc)
         return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
     if (optind + 1 < argc)
@@ -130,12 +159,13 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
 char *mill_command_output(const struct mill_command *a)
 {
     const char *slash = strrchr(a->deck, '/');
-    const char *base = a->output ? a->output : slash ? slash + 1 : a->deck;
+    const char *given = a->export_start ? a->export_start : a->output;
+    const char *base = given ? given : slash ? slash + 1 : a->deck;
     const char *dot = strrchr(base, '.');
-    const size_t stem = !a->output && dot && dot > base ? (size_t)(dot - base) : strlen(base);
+    const size_t stem = !given && dot && dot > base ? (size_t)(dot - base) : strlen(base);
     char *name = malloc(stem + sizeof ".h5");
     if (name)
-        sprintf(name, "%.*s%s", (int)stem, base, a->output ? "" : ".h5");
+        sprintf(name, "%.*s%s", (int)stem, base, given ? "" : ".h5");
     return name;
 }
 

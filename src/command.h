@@ -8,7 +8,8 @@
 
 struct mill_command {
     const char *deck;
-    const char *output; /* NULL: by the deck's name */
+    const char *output;       /* NULL: by the deck's name */
+    const char *export_start; /* file for the start instead of a run, or NULL */
     const char **set;
     int sets;
     bool check, resume, force, json, quiet, paranoid;
@@ -20,8 +21,8 @@ struct mill_command {
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);
 
-/* The output's name: as given, or "some/simoloyer.ini" -> "simoloyer.h5". NULL: out of memory.
- * Owner: the caller. */
+/* The name of the file to be written: as given, or "some/simoloyer.ini" -> "simoloyer.h5". NULL:
+ * out of memory. Owner: the caller. */
 char *mill_command_output(const struct mill_command *command);
 
 /* The command line as a shell would read it back. NULL: out of memory. Owner: the caller. */

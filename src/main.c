@@ -88,18 +88,22 @@ static enum mill_status check_existing(const struct mill_command *a, const struc
                                        const char *output, const struct stat *found,
                                        struct mill_error *error)
 {
+    const char *mend = a->export_start ? "give it" : "use -o for";
     if (S_ISDIR(found->st_mode))
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s: is a folder; use -o with the name of a file", output);
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
+                              output, a->export_start ? "give" : "use -o with");
     if (same_file(found, a->deck))
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s: is the deck itself; use -o for another name", output);
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is the deck itself; %s another name",
+                              output, mend);
     if (same_file(found, deck->start))
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s: is the deck's start file; use -o for another name", output);
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is the deck's start file; %s another name",
+                              output, mend);
     if (!S_ISREG(found->st_mode))
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "%s: is not a regular file; use -o for another name", output);
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is not a regular file; %s another name",
+                              output, mend);
+    if (!a->force && a->export_start)
+        return mill_error_set(error, MILL_BAD_DECK, "%s: exists already; --force overwrites it",
+                              output);
     if (!a->force && !a->resume)
         return mill_error_set(error, MILL_BAD_DECK,
                               "%s: exists already; --resume goes on with an interrupted run, "
@@ -178,8 +182,9 @@ static void tell_checks(const struct mill_sim_checks *c)
             (unsigned long long)c->places, (unsigned long long)c->accounts);
 }
 
-/* Runs, then ends the progress line, then prints: the summary waits in memory meanwhile. */
-static int run(const struct mill_deck *deck, struct mill_run_options options)
+/* Runs (or makes the start only), then ends the progress line, then prints: the summary waits in
+ * memory meanwhile. */
+static int run(const struct mill_deck *deck, struct mill_run_options options, bool start_only)
 {
     struct mill_error error = {""};
     struct mill_progress_display display;
@@ -196,7 +201,8 @@ static int run(const struct mill_deck *deck, struct mill_run_options options)
     options.summary = open_memstream(&summary, &size);
     if (!options.summary)
         return complain(&(struct mill_error){"out of memory"}, MILL_FAILED);
-    const enum mill_status status = mill_run(deck, &options, &error);
+    const enum mill_status status =
+        start_only ? mill_run_export(deck, &options, &error) : mill_run(deck, &options, &error);
     fclose(options.summary);
     mill_progress_end(&display);
     if (options.paranoid && options.paranoid->predictions &&
@@ -241,7 +247,7 @@ static int run_deck(const struct mill_command *a, const char *command)
             .json = a->json,
             .paranoid = a->paranoid ? &checks : NULL,
         };
-        result = run(deck, options);
+        result = run(deck, options, a->export_start != NULL);
     }
     free(output);
     mill_deck_free(deck);

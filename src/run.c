@@ -4,23 +4,18 @@
 
 #include "checkpoint.h"
 #include "record.h"
+#include "run_private.h"
 #include "summary.h"
 
-#include <gsl/gsl_errno.h>
-#ifdef __linux__
-#include <malloc.h>
-#endif
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #ifndef MILL_VERSION
 #define MILL_VERSION "unknown"
 #endif
 
-#define SHOW_EVERY 0.25 /* [s] of wall time between two reports of progress */
 #define MOST_SHARE 0.02 /* of the wall time goes into checkpoints, whatever their interval */
 
 struct run {
@@ -34,7 +29,6 @@ struct run {
     struct mill_checkpoint at; /* to go on from, where `resumes` */
     bool resumes;
     double started;               /* [s] of wall time */
-    double shown;                 /* [s] from then, when the start was shown last */
     double due;                   /* [s] of wall time, the next checkpoint */
     struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
     bool saved;                   /* there is a checkpoint to come back to */
@@ -42,17 +36,10 @@ struct run {
     const char *note;             /* what --resume found, to be said once the file is ours */
 };
 
-static double wall_clock(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static struct mill_record_cost cost_so_far(const struct run *r)
 {
     struct mill_record_cost cost = r->cost;
-    cost.wall += wall_clock() - r->started;
+    cost.wall += mill_run_clock() - r->started;
     cost.cpu += mill_record_cpu_time();
     return cost;
 }
@@ -147,24 +134,12 @@ static enum mill_status add_observers(struct run *r, struct mill_error *error)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim),     r->deck->time, 0,
-                              wall_clock() - r->started, begins,        NULL};
+    struct mill_progress p = {mill_sim_time(r->sim),         r->deck->time, 0,
+                              mill_run_clock() - r->started, begins,        NULL};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     if (r->options->progress)
         r->options->progress(r->options->self, &p);
-}
-
-/* A start that takes long is seen too; self: the run. */
-static void show_start(void *self, const char *what, int32_t done, int32_t all)
-{
-    struct run *r = self;
-    const double wall = wall_clock() - r->started;
-    const struct mill_progress p = {done, all, 0, wall, false, what};
-    if (!r->options->progress || wall < r->shown + SHOW_EVERY)
-        return;
-    r->shown = wall;
-    r->options->progress(r->options->self, &p);
 }
 
 /* Sim and tally take up the state; the file is then that of a run that goes on. */
@@ -225,7 +200,7 @@ static enum mill_status take_state(const struct run *r, struct mill_checkpoint_s
 /* Publishes all results up to now, as if the run ended here, together with the state. */
 static enum mill_status save(struct run *r, struct mill_error *error)
 {
-    const double before = wall_clock();
+    const double before = mill_run_clock();
     struct mill_checkpoint_state state;
     enum mill_status status = take_state(r, &state, error);
     if (status == MILL_OK)
@@ -240,7 +215,7 @@ static enum mill_status save(struct run *r, struct mill_error *error)
     mill_checkpoint_release(&state);
     r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
-    const double now = wall_clock();
+    const double now = mill_run_clock();
     r->cost.checkpoints++;
     r->cost.saving += now - before;
     r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
@@ -251,20 +226,20 @@ static enum mill_status save(struct run *r, struct mill_error *error)
  */
 static enum mill_status advance(struct run *r, struct mill_error *error)
 {
-    const double aim = fmin(SHOW_EVERY, r->deck->checkpoint);
+    const double aim = fmin(MILL_RUN_SHOW_EVERY, r->deck->checkpoint);
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
-    r->due = wall_clock() + r->deck->checkpoint;
+    r->due = mill_run_clock() + r->deck->checkpoint;
     while (status == MILL_OK) {
-        const double before = wall_clock();
+        const double before = mill_run_clock();
         const double reached = mill_sim_time(r->sim);
         status = mill_sim_run(r->sim, r->deck->time, slice, r->options->stop, error);
-        const double took = wall_clock() - before;
+        const double took = mill_run_clock() - before;
         show(r, false);
         /* the end was reached before this slice too: nothing was left that is due at it */
         if (mill_sim_time(r->sim) >= r->deck->time && reached >= r->deck->time)
             break;
-        if (status == MILL_OK && wall_clock() > r->due)
+        if (status == MILL_OK && mill_run_clock() > r->due)
             status = save(r, error);
         slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
     }
@@ -317,8 +292,7 @@ static void release(struct run *r)
 /* The mill as the deck or the state says, and a file that holds what is known so far. */
 static enum mill_status prepare(struct run *r, struct mill_error *error)
 {
-    const struct mill_start_watch watch = {show_start, r};
-    enum mill_status status = mill_world_create_watched(r->deck, &watch, &r->world, error);
+    enum mill_status status = mill_run_build(r->deck, r->options, &r->world, error);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, error);
     if (status == MILL_OK && r->options->begun)
@@ -369,12 +343,7 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     bool done = false;
     r.deck = deck;
     r.options = options;
-    r.started = wall_clock();
-    gsl_set_error_handler_off(); /* its own handler would abort */
-#ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
-    mallopt(M_MMAP_THRESHOLD, 1 << 20);
-#endif
+    r.started = mill_run_clock();
     enum mill_status status = options->resume ? look(&r, &done, error) : MILL_OK;
     if (status != MILL_OK || done)
         return status;

@@ -43,4 +43,9 @@ struct mill_run_options {
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
                           struct mill_error *error);
 
+/* Makes the start state of the deck and writes it to options->output as a start file, over one that
+ * is there only with options->force; runs nothing. Calls progress meanwhile. */
+enum mill_status mill_run_export(const struct mill_deck *deck,
+                                 const struct mill_run_options *options, struct mill_error *error);
+
 #endif

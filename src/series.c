@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { KINETIC, ROTATIONAL, POTENTIAL, WORK, TORQUE, SINGLES };
 enum { DISSIPATION, NORMAL, COLLISIONS, PER_KIND };
@@ -40,6 +41,7 @@ struct series {
     uint64_t last;        /* number of the last row */
     double rotor_impulse; /* [N m s] at the row before */
     struct mill_h5_column *step, *time, *single[SINGLES], *kind[PER_KIND][MILL_KINDS];
+    struct mill_h5_column *fast[MILL_KINDS];
 };
 
 /* Due time of row k; the last one may lie a rounding error behind the end of the run. */
@@ -78,6 +80,30 @@ static enum mill_status open_element(struct series *series, struct mill_h5 *file
     return mill_h5_column_create(file, path, value, rows, column, error);
 }
 
+/* Three counts a row; the speeds they are counted from stand beside them. */
+static enum mill_status open_fast(struct series *series, struct mill_h5 *file, uint64_t rows,
+                                  struct mill_error *error)
+{
+    const struct mill_h5_layout value = {MILL_H5_U64,
+                                         1,
+                                         {MILL_WORLD_FAST, 0},
+                                         0,
+                                         "1",
+                                         "impacts of this kind with a normal speed at or above "
+                                         "each of `thresholds` (m s-1), cumulative from t = 0"};
+    enum mill_status status = MILL_OK;
+    char group[128];
+    for (int kind = 0; status == MILL_OK && kind < MILL_KINDS; kind++) {
+        snprintf(group, sizeof group, "/observables/fast_collisions/%s", mill_kind_name[kind]);
+        status = open_element(series, file, group, &value, rows, &series->fast[kind], error);
+        strcat(group, "/value");
+        if (status == MILL_OK)
+            status = mill_h5_attribute(file, group, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
+                                       mill_world_fast, error);
+    }
+    return status;
+}
+
 static enum mill_status open_columns(struct series *series, struct mill_h5 *file, uint64_t rows,
                                      struct mill_error *error)
 {
@@ -99,7 +125,7 @@ static enum mill_status open_columns(struct series *series, struct mill_h5 *file
                  mill_kind_name[kind]);
         status = open_element(series, file, group, &value, rows, &series->kind[what][kind], error);
     }
-    return status;
+    return status == MILL_OK ? open_fast(series, file, rows, error) : status;
 }
 
 static enum mill_status append_kinds(struct series *series, const struct mill_account *account,
@@ -116,6 +142,8 @@ static enum mill_status append_kinds(struct series *series, const struct mill_ac
         if (status == MILL_OK)
             status = mill_h5_column_append(series->kind[COLLISIONS][kind], 1,
                                            &account->collisions[kind], error);
+        if (status == MILL_OK)
+            status = mill_h5_column_append(series->fast[kind], 1, account->fast[kind], error);
     }
     return status;
 }
@@ -196,6 +224,8 @@ enum mill_status mill_series_finish(struct mill_observer *observer, struct mill_
         status = mill_h5_column_flush(series->single[i], error);
     for (i = 0; status == MILL_OK && i < PER_KIND * MILL_KINDS; i++)
         status = mill_h5_column_flush(series->kind[i / MILL_KINDS][i % MILL_KINDS], error);
+    for (i = 0; status == MILL_OK && i < MILL_KINDS; i++)
+        status = mill_h5_column_flush(series->fast[i], error);
     if (status == MILL_OK)
         status = mill_h5_column_flush(series->time, error);
     if (status == MILL_OK)
@@ -215,5 +245,7 @@ void mill_series_free(struct mill_observer *observer)
         mill_h5_column_free(series->single[i]);
     for (i = 0; i < PER_KIND * MILL_KINDS; i++)
         mill_h5_column_free(series->kind[i / MILL_KINDS][i % MILL_KINDS]);
+    for (i = 0; i < MILL_KINDS; i++)
+        mill_h5_column_free(series->fast[i]);
     free(series);
 }

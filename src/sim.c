@@ -143,6 +143,8 @@ static void book(struct mill_sim *sim, enum mill_kind kind, double reduced_mass,
     struct mill_account *a = &sim->world->account;
     a->collisions[kind]++;
     a->floored[kind] += blow->floored;
+    for (int k = 0; k < MILL_WORLD_FAST; k++)
+        a->fast[kind][k] += blow->normal_speed >= mill_world_fast[k];
     a->dissipation[kind] += blow->dissipation;
     a->dissipation_normal[kind] += blow->dissipation_normal;
     a->dissipation_gross += fabs(blow->dissipation);

@@ -5,6 +5,8 @@
 
 #include <stdlib.h>
 
+const double mill_world_fast[MILL_WORLD_FAST] = {0.5, 1.0, 2.0};
+
 void mill_world_free(struct mill_world *w)
 {
     if (!w)

@@ -27,6 +27,11 @@ struct mill_species {
     double inertia; /* [kg m^2] about any diameter */
 };
 
+/* Impacts are fast from these normal speeds on [m/s]: counted apart, because rates of fast impacts
+ * need an error, and that needs them block by block */
+enum { MILL_WORLD_FAST = 3 };
+extern const double mill_world_fast[MILL_WORLD_FAST];
+
 /* Cumulative since t = 0. Rotor work = change of energy + dissipation. */
 struct mill_account {
     double rotor_work;       /* [J] done on the balls */
@@ -37,7 +42,8 @@ struct mill_account {
     double dissipation_gross;              /* [J] sum of |dissipation| */
     double incident; /* [J] sum of the energies of normal approach, m* v_n^2 / 2 */
     uint64_t collisions[MILL_KINDS];
-    uint64_t floored[MILL_KINDS]; /* of these: the rebound floor acted */
+    uint64_t floored[MILL_KINDS];               /* of these: the rebound floor acted */
+    uint64_t fast[MILL_KINDS][MILL_WORLD_FAST]; /* of these: at or above mill_world_fast */
 };
 
 struct mill_counts {

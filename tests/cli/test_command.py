@@ -24,6 +24,7 @@ OPTIONS = [
     "force",
     "json",
     "quiet",
+    "export-start",
     "paranoid",
     "help",
     "version",

@@ -151,6 +151,14 @@ def test_series_layout(mill, name):
     assert [group[part].shape for part in ("step", "time", "value")] == [(101,)] * 3
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_fast_impacts_have_a_column_for_each_threshold(mill, kind):
+    group = mill[f"/observables/fast_collisions/{kind}"]
+    assert (group["value"].dtype, group["value"].shape) == ("<u8", (101, 3))
+    assert group["value"].attrs["unit"] == "1"
+    assert group["time"] == mill["/observables/rotor_work/time"]
+
+
 @pytest.mark.parametrize(
     "name, dtype, vector, unit",
     [
@@ -298,6 +306,38 @@ def test_series_and_log_tell_the_same_counts_and_losses(mill):
         )
 
 
+def test_fast_impacts_are_counted_as_the_log_has_them(mill):
+    log = mill["/impacts"]
+    when, kind, speed = log["time"][:], log["kind"][:], log["normal_speed"][:]
+    times = mill["/observables/rotor_work/time"][:]
+    for k, name in enumerate(KINDS):
+        counted = mill[f"/observables/fast_collisions/{name}/value"]
+        thresholds = counted.attrs["thresholds"]
+        assert list(thresholds) == [0.5, 1.0, 2.0]
+        for column, threshold in zip(counted[:].T, thresholds):
+            fast = when[(kind == k) & (speed >= threshold)]
+            assert list(column) == list(np.searchsorted(fast, times, side="left")), (
+                name,
+                threshold,
+            )
+    # of every speed there are some, and some slower
+    total = sum(mill[f"/observables/fast_collisions/{name}/value"][-1] for name in KINDS)
+    assert len(speed) > total[0] > total[1] > total[2] > 0
+
+
+def test_an_impact_at_the_threshold_is_fast(tmp_path):
+    """Three balls fly freely along the axis, each meets an end wall once, at 0.5, 1 and 2 m/s exactly."""
+    (tmp_path / "start.txt").write_text("0.02 -0.02 0 0.5 0 0\n0.02 0 0 1 0 0\n0.02 0.02 0 2 0 0\n")
+    (tmp_path / "walls.ini").write_text(
+        "[run]\ntime = 20 ms\n[gravity]\nacceleration = 0 0 0 m/s^2\n"
+        "[balls]\ncount = 3\ndiameter = 10 mm\ndensity = 7800 kg/m^3\nstart = start.txt\n"
+        "[drum]\nradius = 50 mm\nlength = 60 mm\n[contact]\nrestitution = 1\n"
+    )
+    assert millsim(tmp_path, "-q", "walls.ini").returncode == 0
+    with h5py.File(tmp_path / "walls.h5") as file:
+        assert list(file["/observables/fast_collisions/ball_wall/value"][-1]) == [3, 2, 1]
+
+
 def test_log_counts_every_impact_of_the_run(mill):
     kind = mill["/impacts/kind"][:]
     for k, name in enumerate(KINDS):
@@ -339,9 +379,9 @@ def test_output_options_do_not_change_the_run(path, tmp_path):
                 "-s", "output.impacts=statistics")  # fmt: skip
     with h5py.File(path) as a, h5py.File(other) as b:
         for kind in KINDS:
-            for what in ("collisions", "dissipation"):
+            for what in ("collisions", "fast_collisions", "dissipation"):
                 name = f"/observables/{what}/{kind}/value"
-                assert a[name][-1] == b[name][-1], name
+                assert a[name][-1].tobytes() == b[name][-1].tobytes(), name
         assert a["/run/events/predictions"][()] == b["/run/events/predictions"][()]
 
 

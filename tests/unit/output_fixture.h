@@ -95,7 +95,7 @@ static inline double *look(const char *path, const char *name, int rank, hsize_t
 /* One element of a one-dimensional dataset, or a scalar. */
 static inline double look_at(const char *path, const char *name, int rank, size_t i)
 {
-    hsize_t dims[1];
+    hsize_t dims[8];
     double *values = look(path, name, rank, dims);
     const double value = values[i];
     free(values);

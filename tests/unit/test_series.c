@@ -12,6 +12,7 @@ static void book(struct mill_world *world, int k)
     world->account.dissipation[MILL_BALL_DRUM] += 0.25 * k;
     world->account.dissipation_normal[MILL_BALL_DRUM] += 0.125 * k;
     world->account.collisions[MILL_BALL_BLADE] += (uint64_t)k;
+    world->account.fast[MILL_BALL_BLADE][1] += (uint64_t)k;
 }
 
 static void run_on(struct fixture *f, struct mill_observer *series, double until)
@@ -76,6 +77,10 @@ START_TEST(works_losses_and_counts_are_cumulative)
     ck_assert(look_at(f.path, AT "collisions/ball_blade/value", 1, 6) == 6);
     ck_assert(look_at(f.path, AT "collisions/ball_ball/value", 1, 6) == 0);
     assert_text(f.path, AT "collisions/ball_ball/value", "unit", "1");
+    /* three to a row: column 1 of row 6, and the ones beside it */
+    ck_assert(look_at(f.path, AT "fast_collisions/ball_blade/value", 2, 19) == 6);
+    ck_assert(look_at(f.path, AT "fast_collisions/ball_blade/value", 2, 18) == 0);
+    ck_assert(look_at(f.path, AT "fast_collisions/ball_blade/value", 2, 20) == 0);
     unlink(f.path);
 }
 END_TEST

@@ -1,13 +1,349 @@
-"""`mill dem`: the same deck as soft spheres."""
+"""`mill dem`: the deck of a mill, run by LIGGGHTS as soft spheres, into a file that every reader of millsim's reads."""
 
+import contextlib
+import datetime
+import math
+import pathlib
+import re
+import shlex
+import signal
+import sys
+import time
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from milltools import engine
+from milltools.deck import KINDS, Deck
+from milltools.dem import singles
+from milltools.dem.contacts import Contacts
+from milltools.dem.liggghts import command
+from milltools.dem.mill import Mill, inputs
+from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
+from milltools.dem.summary import summarize
 from milltools.errors import UserError
+from milltools.results import Results
 
-SUMMARY = "Runs a deck in LIGGGHTS, as soft spheres. Not in this version yet."
+SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file it writes
+has millsim's own schema, so './mill compare' and every other reader work on it."""
+
+SETTLE = 0.02  # [s] of the stiff run before the sampled window, after a softer warm-up
+PUBLISH = 60.0  # [s] on the wall's clock between results brought to the disk
+PLAIN = 10.0  # [s] between lines of progress where there is no terminal
+UNITS = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
+LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
+LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
+LARGEST_START_OVERLAP = 1e-3  # of a diameter
+RESTITUTION_OFF = 0.02  # single impacts farther than this from the deck's restitution: something is wrong
+
+
+class Stopped(Exception):
+    """A signal asked for the end."""
+
+    def __init__(self, number):
+        super().__init__(number)
+        self.number = number
+
+
+def modulus(text):
+    """Young's modulus [Pa] from 'steel', '1e9', '10 GPa'."""
+    if text.strip() == "steel":
+        return STEEL
+    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([A-Za-z]*)\s*", text)
+    with contextlib.suppress(ValueError, KeyError, TypeError):
+        value = float(found[1]) * UNITS[found[2]]
+        if 1e5 <= value <= 1e13:
+            return value
+    raise UserError(
+        f"modulus '{text}': expected 'steel' or a Young's modulus from 1e5 to 1e13 Pa, such as 1e9 or '10 GPa'"
+    )
 
 
 def add_arguments(parser):
-    parser.add_argument("deck", help="the deck")
+    parser.add_argument("deck", help="deck of the mill, as for millsim")
+    parser.add_argument("-o", "--output", help="where results go; default: the deck's name with -dem.h5, in this folder")
+    parser.add_argument("-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
+                        help="override one value of the deck; may be repeated")  # fmt: skip
+    parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing output file")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
+    parser.add_argument("--modulus", default="1e10", metavar="E",
+                        help="Young's modulus of all bodies in Pa, or 'steel' (2.1e11); default %(default)s. The time "
+                        "step goes with it: compare rates of impacts at 'steel' only")  # fmt: skip
+    parser.add_argument("--warm-up", metavar="E",
+                        help="this softer modulus up to 20 ms before run.sample_from: saves most of its time")  # fmt: skip
+    parser.add_argument("--time", help="end of the run, such as '50 ms', instead of the deck's run.time")
+    parser.add_argument("--ranks", type=int, default=1, help="processes of LIGGGHTS (mpirun); default %(default)s")
+    parser.add_argument("--script", metavar="FOLDER",
+                        help="write LIGGGHTS' input script, balls and blades into FOLDER and end")  # fmt: skip
+
+
+def refuse(deck):
+    """UserError for decks that LIGGGHTS cannot run as they are meant."""
+    if deck.value("drum.profile", "circle") != "circle":
+        raise UserError(
+            f"{deck.path}: [drum] profile: expected 'circle', got '{deck.value('drum.profile')}': on a curved wall of "
+            "triangles LIGGGHTS adds up the forces of neighbours, which changes restitution"
+        )
+    for kind in KINDS:
+        e = deck.contact(kind).restitution
+        if e <= LEAST_RESTITUTION:
+            raise UserError(
+                f"{deck.path}: [contact] restitution of {kind}: LIGGGHTS wants more than {LEAST_RESTITUTION}, got {e:g}"
+            )
+
+
+def cautions(deck, damped, missed):
+    """What a reader ought to know before comparing, one sentence each."""
+    found = []
+    for wanted, got in sorted({(round(a, 6), round(b, 6)) for a, b in missed.values()}):
+        kinds = [kind for kind, pair in missed.items() if np.allclose(pair, (wanted, got), atol=1e-6)]
+        also = sticking_restitution(deck.contact(kinds[0]).restitution)
+        found.append(
+            f"tangential restitution {wanted:g} of {', '.join(kinds)} has no counterpart in LIGGGHTS, which has "
+            f"{also:.3f} (damped) or 1: this run has {got:.3f}"
+        )
+    low = [k for k in KINDS if deck.contact(k).friction > 0 and deck.contact(k).restitution < LEAST_WITH_FRICTION]
+    if low:
+        found.append(
+            f"restitution below {LEAST_WITH_FRICTION} with friction ({', '.join(low)}): LIGGGHTS' effective friction is "
+            "far from the deck's there; do not compare"
+        )
+    return found
+
+
+class Watch:
+    """Progress on standard error: a bar on a terminal, a line now and then elsewhere, nothing if quiet."""
+
+    def __init__(self, end, work, quiet):
+        """end [s] of simulated time; work(time): share of all time steps up to then, 0 to 1."""
+        self.end, self.work, self.quiet = end, work, quiet
+        self.bar = self.task = None
+        self.begin = self.said = time.monotonic()
+        console = Console(stderr=True)
+        if not quiet and console.is_terminal:
+            self.bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TextColumn("{task.percentage:.1f} %"),
+                TimeRemainingColumn(elapsed_when_finished=True),
+                console=console,
+                transient=True,
+            )
+            self.task = self.bar.add_task("LIGGGHTS", total=1.0)
+            self.bar.start()
+
+    def stop(self):
+        """Takes the bar away."""
+        if self.bar:
+            self.bar.stop()
+
+    def __call__(self, reached):
+        """reached [s] of simulated time."""
+        now = time.monotonic()
+        if self.quiet or now - self.said < (0.2 if self.bar else PLAIN):
+            return
+        self.said = now
+        if self.bar:
+            text = f"LIGGGHTS {reached * 1e3:.2f} of {self.end * 1e3:g} ms"
+            self.bar.update(self.task, completed=self.work(reached), description=text)
+            return
+        share = self.work(reached)
+        left = (now - self.begin) * (1 / share - 1) if share else math.nan
+        print(
+            f"mill dem: {reached * 1e3:.2f} of {self.end * 1e3:g} ms, {100 * share:.1f} %, {left:.0f} s left",
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+@contextlib.contextmanager
+def signals():
+    """INT, TERM and HUP become Stopped within."""
+
+    def stop(number, _frame):
+        raise Stopped(number)
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class Job:
+    """One run of `mill dem`: from the checked deck to the file."""
+
+    def __init__(self, arguments):
+        overrides = list(arguments.set)
+        if arguments.time:
+            overrides.append(f"run.time={arguments.time}")
+        self.arguments = arguments
+        self.deck = Deck.check(arguments.deck, overrides)
+        refuse(self.deck)
+        self.modulus = modulus(arguments.modulus)
+        self.soft = modulus(arguments.warm_up) if arguments.warm_up else None
+        self.damped, missed = tangential_damping(self.deck)
+        self.cautions = cautions(self.deck, self.damped, missed)
+        self.model = Model(self.deck, self.modulus)
+        self.end = self.deck.number("run.time")
+        self.soft_until = 0.0
+        if self.soft is not None:
+            if self.soft >= self.modulus:
+                raise UserError(f"--warm-up {arguments.warm_up} is not softer than --modulus {arguments.modulus}")
+            series = self.deck.number("output.series")
+            until = self.deck.number("run.sample_from", 0.0) - SETTLE
+            self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
+        if arguments.ranks < 1:
+            raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
+        self.output = pathlib.Path(arguments.output or f"{pathlib.Path(arguments.deck).stem}-dem.h5")
+        self.started = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        self.begin = self.published = time.monotonic()
+        self.measured = {}
+        self.price = math.nan
+
+    def write_script(self, folder):
+        """LIGGGHTS' files for the whole run, for those who go on by hand."""
+        folder = pathlib.Path(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            steps = round(self.end / self.model.time_step)
+            text, _ = inputs(folder, self.deck, self.model, self.damped, steps, 0, 0.0, self.deck.start())
+            (folder / "in.mill").write_text(text)
+        except OSError as fault:
+            raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
+        print(f"{folder}: in.mill, balls.data, blades.stl; run there: liggghts -in in.mill -screen screen.txt -log none")
+
+    def facts(self, mill):
+        """What goes into /run."""
+        facts = {
+            "program": "LIGGGHTS",
+            "version": mill.version,
+            "command": shlex.join(["mill", "dem", *self.words()]),
+            "started": self.started,
+            "wall_time": time.monotonic() - self.begin,
+            "cpu_time": mill.cpu,
+            "largest_overlap": mill.deepest,
+            "tools": (engine.version(), "", "version of millsim's tools that drove it"),
+            "price": (self.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"),
+            "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
+            "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
+            "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
+            "time_step": (self.model.time_step, "s", "time step at `modulus`"),
+            "sample_interval": (self.model.sample_interval, "s", "interval at which contacts were looked at"),
+            "contact_duration": (self.model.pair[0][0].duration, "s", "of two balls of the first kind at `modulus`"),
+            "ranks": (self.arguments.ranks, "1", "processes of LIGGGHTS"),
+        }
+        if not mill.rubs and mill.turnover:
+            facts["energy_turnover"] = mill.turnover
+            facts["energy_balance_error"] = abs(mill.unbalanced) / mill.turnover
+        for k, kind in enumerate(KINDS):
+            share = mill.isolated_loss[k] / mill.normal_loss[k] if mill.normal_loss[k] else math.nan
+            facts[f"isolated_share/{kind}"] = (
+                share, "1", "loss of the impacts, as if each were alone, over the loss in the dashpots, summed over samples",
+            )  # fmt: skip
+        for kind, law in self.measured.items():
+            text = "of single impacts in LIGGGHTS at this stiffness and time step"
+            facts[f"measured/{kind}/restitution"] = (law.restitution, "1", f"normal restitution {text}")
+            facts[f"measured/{kind}/friction"] = (law.friction, "1", f"friction of sliding contacts {text}")
+            facts[f"measured/{kind}/tangential_restitution"] = (
+                law.tangential_restitution, "1", f"tangential restitution of sticking contacts {text}",
+            )  # fmt: skip
+        return facts
+
+    def words(self):
+        """The command line's words after `mill dem`."""
+        return sys.argv[2:] if len(sys.argv) > 2 else [str(self.arguments.deck)]
+
+    def publish(self, mill, status):
+        """Writes the file as of now."""
+        self.published = time.monotonic()
+        mill.flush()
+        try:
+            self.results.write(self.output, self.facts(mill), status, mill.time)
+        except OSError as fault:
+            raise UserError(str(fault), 1) from None
+
+    def check_singles(self):
+        """Throws single balls, so that what LIGGGHTS makes of the deck's contacts is known before it runs for long."""
+        self.measured = singles.measure(self.deck, self.model, self.damped)
+        for kind, law in self.measured.items():
+            wanted = self.deck.contact(kind)
+            if abs(law.restitution - wanted.restitution) > RESTITUTION_OFF:
+                raise UserError(
+                    f"LIGGGHTS gives a restitution of {law.restitution:.3f} in single impacts of {kind} where the deck "
+                    f"says {wanted.restitution:g}",
+                    1,
+                )
+
+    def run(self):
+        """Runs the mill and returns the exit status."""
+        command(self.arguments.ranks)
+        if self.output.exists() and not self.arguments.force:
+            raise UserError(f"{self.output}: there is such a file already; --force overwrites it")
+        if not self.output.parent.is_dir():
+            raise UserError(f"{self.output}: there is no folder {self.output.parent}")
+        for caution in self.cautions:
+            print(f"mill dem: note: {caution}", file=sys.stderr)
+        deck = self.deck
+        state = deck.start()
+        species, of = deck.species, deck.species_of_ball
+        diameter = np.array([kind.diameter for kind in species])[of]
+        density = np.array([kind.density for kind in species])[of]
+        self.results = Results(
+            deck, diameter, density * np.pi / 6 * diameter**3, of, [kind.name for kind in species]
+        )
+        watch = Watch(self.end, self.work, self.arguments.quiet)
+
+        def tell(reached):
+            watch(reached)
+            if time.monotonic() - self.published > PUBLISH:
+                self.publish(mill, "running")
+
+        mill = Mill(deck, state, self.damped, self.results, self.arguments.ranks, tell)
+        self.check_start(state)
+        status = 0
+        try:
+            with signals():
+                self.check_singles()
+                if self.soft_until > 0:
+                    mill.run(self.soft, self.soft_until)
+                mill.run(self.modulus, self.end)
+                self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
+        except Stopped as stopped:
+            status = 128 + stopped.number
+        finally:
+            watch.stop()
+        self.publish(mill, "stopped" if status else "complete")
+        print(summarize(self.output, self.deck, self.measured), end="")
+        if status:
+            print(f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}", file=sys.stderr)
+        return status
+
+    def work(self, reached):
+        """Share of the time steps up to `reached` [s]."""
+        soft = Model(self.deck, self.soft).time_step if self.soft else self.model.time_step
+
+        def steps(t):
+            return min(t, self.soft_until) / soft + max(t - self.soft_until, 0.0) / self.model.time_step
+
+        return steps(reached) / steps(self.end)
+
+    def check_start(self, state):
+        """Bodies that overlap at the start would fly apart: LIGGGHTS says nothing."""
+        found = Contacts(self.deck, self.model).find(0.0, state[0], state[1])
+        deepest = max((f.overlap.max() for f in found if f is not None and len(f.ball)), default=0.0)
+        least = min(kind.diameter for kind in self.deck.species)
+        if deepest > LARGEST_START_OVERLAP * least:
+            raise UserError(f"{self.deck.path}: balls overlap by {deepest:.3g} m at the start")
 
 
 def run(arguments) -> int:
-    raise UserError("not in this version yet", status=1)
+    job = Job(arguments)
+    if arguments.script:
+        job.write_script(arguments.script)
+        return 0
+    return job.run()
+
+

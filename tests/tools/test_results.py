@@ -1,0 +1,209 @@
+"""Results of another program in millsim's schema: millsim's own runs, fed through milltools, give millsim's own file."""
+
+import foreign
+import h5py
+import numpy as np
+import pytest
+from foreign import DECKS, RUN
+
+from milltools.results import KINDS
+
+
+@pytest.fixture(scope="module", params=DECKS, ids=lambda name: name.replace(",", ""))
+def pair(request, tmp_path_factory):
+    """(file by Results, millsim's own file) of the same run."""
+    folder = tmp_path_factory.mktemp("results")
+    deck, path = foreign.simulate(folder, DECKS[request.param])
+    with h5py.File(path) as theirs:
+        results = foreign.start(deck, theirs)
+        foreign.feed(results, theirs, foreign.random_batches(len(theirs["impacts/time"]), 1))
+        results.write(folder / "ours.h5", RUN)
+        with h5py.File(folder / "ours.h5") as ours:
+            yield ours, theirs
+
+
+def tree(file):
+    """Everything in the file but /run (and what millsim's views show again), by name."""
+    found = {}
+    file.visititems(lambda name, item: found.update({name: item}))
+    # visititems names what is linked once only
+    for name in list(found):
+        if name.startswith("observables/") and name.endswith("/value"):
+            for shared in ("step", "time"):
+                path = name.removesuffix("value") + shared
+                found[path] = file[path]
+    for group in ("impacts", "strikes"):
+        for row in file[f"statistics/{group}"]:
+            for speed in ("normal_speed", "tangential_speed"):
+                path = f"statistics/{group}/{row}/{speed}/histogram/edges"
+                found[path] = file[path]
+    for state in ("velocity", "angular_velocity"):
+        for shared in ("step", "time"):
+            path = f"particles/trajectory/{state}/{shared}"
+            found[path] = file[path]
+    return {
+        name: item
+        for name, item in found.items()
+        if name.split("/")[0] not in ("run", "VTKHDF", "h5md")
+    }
+
+
+def test_names_types_shapes_and_labels_are_those_of_millsim(pair):
+    ours, theirs = (tree(file) for file in pair)
+    assert ours.keys() == theirs.keys()
+    for name in ours:
+        mine, other = ours[name], theirs[name]
+        assert type(mine) is type(other), name
+        attributes = {key: value for key, value in mine.attrs.items() if key != "part"}
+        assert attributes.keys() == other.attrs.keys(), name
+        for key, value in attributes.items():
+            if isinstance(value, str):
+                value = value.replace("the impact, its normal part", "the impact; negative where the rebound floor gave energy")  # fmt: skip
+                assert value == other.attrs[key], (name, key)
+            else:
+                assert np.asarray(value).dtype == np.asarray(other.attrs[key]).dtype, (name, key)
+                assert np.shape(value) == np.shape(other.attrs[key]), (name, key)
+        if isinstance(mine, h5py.Dataset):
+            layouts = [(d.dtype, d.shape, d.maxshape, d.chunks, d.compression, d.shuffle) for d in (mine, other)]  # fmt: skip
+            assert layouts[0] == layouts[1], name
+
+
+def same(mine, other):
+    """Equal to the bit, NaN included."""
+    if h5py.check_string_dtype(mine.dtype):
+        return mine[()] == other[()]
+    outside = ("underflow", "overflow", "levels", "thresholds")
+    return mine[()].tobytes() == other[()].tobytes() and all(
+        np.array_equal(mine.attrs[key], other.attrs[key]) for key in mine.attrs if key in outside
+    )
+
+
+# all but what follows from single precision (maps), from the rows (power) or from a rebound floor
+EXACT = ("deck/", "particles/", "observables/", "impacts/", "statistics/impacts/", "statistics/strikes/", "statistics/duration", "statistics/maps/samples")  # fmt: skip
+
+
+def test_everything_that_can_be_is_the_same_to_the_bit(pair):
+    ours, theirs = (tree(file) for file in pair)
+    checked = 0
+    for name in ours.keys() & theirs.keys():
+        from_rows = name.startswith("statistics/impacts/") and name.endswith("dissipated_power")
+        if isinstance(ours[name], h5py.Dataset) and name.startswith(EXACT) and not from_rows:
+            assert same(ours[name], theirs[name]), name
+            checked += 1
+    assert checked > 300
+
+
+def test_there_are_enough_impacts_and_strikes_to_tell(pair):
+    _, theirs = pair
+    counts = [
+        int(theirs[f"statistics/{family}/all/count"][()]) for family in ("impacts", "strikes")
+    ]
+    assert counts[0] > 1500
+    if "rotor" in theirs["deck"]:
+        assert counts[1] < 0.95 * counts[0]
+        assert all(theirs[f"statistics/impacts/{kind}/count"][()] > 20 for kind in KINDS)
+
+
+def test_the_dissipated_power_is_that_of_the_series(pair):
+    ours, theirs = pair
+    for row in (*KINDS, "all"):
+        name = f"statistics/impacts/{row}/dissipated_power"
+        assert ours[name][()] == pytest.approx(theirs[name][()], rel=1e-9, abs=1e-12)
+
+
+def test_the_rotors_power_torque_and_blocks_come_from_the_series(pair):
+    ours, theirs = (file["statistics/rotor"] for file in pair)
+    for name in theirs:
+        scale = np.abs(theirs[f"block_{name.split('_')[0]}"][:]).max(initial=0) if name.startswith(("power", "torque")) else 0  # fmt: skip
+        assert np.allclose(ours[name][()], theirs[name][()], rtol=1e-9, atol=1e-9 * scale, equal_nan=True), name  # fmt: skip
+
+
+def test_fast_impacts_are_counted_at_every_row(pair):
+    ours, theirs = pair
+    log = {name: theirs["impacts"][name][:] for name in ("time", "kind", "normal_speed")}
+    times = ours["observables/fast_collisions/ball_ball/time"][:]
+    for number, kind in enumerate(KINDS):
+        value = ours[f"observables/fast_collisions/{kind}/value"]
+        assert value.attrs["thresholds"].tolist() == [0.5, 1, 2]
+        for k, threshold in enumerate((0.5, 1, 2)):
+            fast = (log["kind"] == number) & (log["normal_speed"] >= threshold)
+            before = np.searchsorted(log["time"][fast], times, side="left")
+            assert np.array_equal(value[:, k], before), (kind, threshold)
+
+
+@pytest.mark.parametrize("name", ["cross_section", "axial"])
+def test_the_maps_are_millsims_to_single_precision(pair, name):
+    ours, theirs = (file[f"statistics/maps/{name}"] for file in pair)
+    axes = [key for key in theirs if key.endswith("_edges")]
+    assert all(np.array_equal(ours[key], theirs[key]) for key in axes)
+    for key in ("impact_count", "normal_speed_sum", "dissipation"):
+        mine, other = ours[key][:].astype(float), theirs[key][:].astype(float)
+        assert np.abs(mine - other).sum() <= 1e-3 * np.abs(other).sum(), key  # at edges of cells
+        assert mine.sum() == pytest.approx(other.sum(), rel=1e-12)
+    solid = [group["solid_fraction"][:] for group in (ours, theirs)]
+    assert np.array_equal(*np.isnan(solid))
+    assert np.nansum(np.abs(solid[0] - solid[1])) <= 1e-4 * np.nansum(solid[1])
+    full = solid[1] > np.nanmean(solid[1])
+    assert full.mean() > 0.1
+    for key in (key for key in theirs if key.startswith("velocity")):
+        assert np.array_equal(np.isnan(ours[key][:]), np.isnan(theirs[key][:])), key
+        off = np.abs(ours[key][:][full] - theirs[key][:][full])
+        assert np.mean(off < 1e-5) > 0.98 and off.max() < 0.02, key
+
+
+def test_the_rebound_floors_shares_are_unknown(pair):
+    ours, _ = pair
+    shares = ours["statistics/floor_share"]
+    assert np.isnan([shares[row][()] for row in (*KINDS, "all")]).all()
+
+
+def test_what_holds_only_the_normal_part_says_so(pair):
+    ours, _ = pair
+    marked = {name for name, item in tree(ours).items() if item.attrs.get("part") == "normal"}
+    named = {
+        name
+        for name in tree(ours)
+        if name == "impacts/dissipation"
+        or (name.startswith("statistics/") and name.endswith("/dissipation"))
+        or (name.startswith("statistics/strikes/") and name.endswith("/dissipated_power"))
+    }
+    assert marked == named and len(named) == 1 + 2 * 6 * 2 + 2 + 6
+
+
+def test_the_run_says_who_made_it(pair):
+    ours, theirs = (file["run"] for file in pair)
+    for name, fact in RUN.items():
+        value, unit, description = fact if isinstance(fact, tuple) else (fact, None, None)
+        item = ours[name]
+        held = item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
+        assert held == value
+        assert unit is None or (item.attrs["unit"], item.attrs["description"]) == (unit, description)  # fmt: skip
+        assert item.attrs["description"]
+    assert (ours["status"].asstr()[()], ours["steps"].dtype) == ("complete", "<u8")
+    assert ours["time"][()] == theirs["time"][()]
+    for kind in KINDS:
+        name = f"events/collisions/{kind}"
+        assert ours[name][()] == theirs[name][()]
+
+
+def test_mdanalysis_reads_it(pair):
+    mda = pytest.importorskip("MDAnalysis")
+    from MDAnalysis.coordinates.H5MD import H5MDReader
+
+    H5MDReader._unit_translation["length"]["m"] = "m"
+    balls = pair[0]["particles/trajectory"]
+    universe = mda.Universe.empty(len(balls["id"]), velocities=True)
+    universe.load_new(pair[0].filename, format="H5MD", convert_units=False)
+    for k, frame in enumerate(universe.trajectory[:20]):
+        assert frame.time == balls["position/time"][k]
+        assert (frame.positions == balls["position/value"][k]).all()
+        assert (frame.velocities == balls["velocity/value"][k]).all()
+
+
+def test_pyh5md_reads_it(pair):
+    pyh5md = pytest.importorskip("pyh5md")
+    balls = pair[0]["particles/trajectory"]
+    with pyh5md.File(pair[0].filename, "r") as file:
+        position = pyh5md.element(file.particles_group("trajectory"), "position")
+        assert (position.value[-1] == balls["position/value"][-1]).all()
+        assert (position.step[:] == np.arange(len(position.step))).all()

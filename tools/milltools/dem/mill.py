@@ -1,0 +1,191 @@
+"""A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
+
+import pathlib
+import shutil
+import tempfile
+
+import numpy as np
+
+from milltools.deck import KINDS
+from milltools.dem import script
+from milltools.dem.contacts import Contacts
+from milltools.dem.handover import part
+from milltools.dem.liggghts import Process
+from milltools.dem.model import STEPS_PER_SAMPLE, Model
+from milltools.dem.rubbing import at_walls, walls_of
+
+RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
+HALF_AN_INTERVAL = 0.5
+PRICED = 0.01  # of the steps are run once more, and three times as many, without output: what LIGGGHTS costs by itself
+LEAST_PRICED = 1000  # steps
+
+
+def inputs(folder, deck, model, damped, steps, forces_every, time, state, told=True):
+    """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles."""
+    place, velocity, spin = state
+    triangles = script.blade_triangles(deck, deck.rotor_speed * time)
+    balls = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck))
+    (folder / "balls.data").write_text(balls)
+    if len(triangles):
+        (folder / "blades.stl").write_text(script.stl(triangles))
+    return script.mill(deck, model, damped, steps, forces_every, triangles, told), len(triangles)
+
+
+class Mill:
+    """The mill of a deck; `results` takes what it does (see milltools.results), `watch(time)` is told the progress.
+
+    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa].
+    """
+
+    def __init__(self, deck, state, damped, results, ranks=1, watch=None):
+        self.deck, self.state, self.damped, self.results = deck, state, damped, results
+        self.ranks, self.watch = ranks, watch or (lambda time: None)
+        self.time = 0.0
+        self.series, self.frames = deck.number("output.series"), deck.number("output.frames")
+        masses = [kind.density * np.pi / 6 * kind.diameter**3 for kind in deck.species]
+        diameters = np.array([kind.diameter for kind in deck.species])[deck.species_of_ball]
+        self.mass = np.array(masses)[deck.species_of_ball]
+        self.inertia = 0.1 * self.mass * diameters**2
+        self.gravity = np.array(deck.numbers("gravity.acceleration"))
+        self.walls = walls_of(deck)
+        self.contacts, self.model, self.waiting, self.version = None, None, [], "unknown"
+        self.rubs = any(deck.contact(kind).friction > 0 for kind in KINDS)
+        self.normal_loss, self.rubbed = np.zeros(5), np.zeros(5)
+        self.isolated_loss = np.zeros(5)
+        self.work, self.torque = 0.0, 0.0
+        self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
+        self.turnover = 0.0
+        self.rows = self.frame_count = self.snapshot_count = 0
+        self.cpu, self.deepest, self.shifts = 0.0, 0.0, []
+
+    def price(self, steps):
+        """Processor seconds of LIGGGHTS for one simulated second from here on, without output: what two runs of `steps`
+        and three times as many steps differ by. For the model of the last stretch."""
+        steps = max(LEAST_PRICED, round(PRICED * steps))
+        taken = []
+        for count in (steps, 3 * steps):
+            with tempfile.TemporaryDirectory(prefix="mill-dem-") as name:
+                folder = pathlib.Path(name)
+                text, triangles = inputs(
+                    folder, self.deck, self.model, self.damped, count, 1, self.time, self.state, told=False
+                )
+                with Process(folder, text, len(self.mass), triangles, self.ranks, ()) as process:
+                    taken.append(process.finish())
+        return (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
+
+    def run(self, modulus, until):
+        """See the class. Returns the Model of the stretch."""
+        model = Model(self.deck, modulus)
+        contacts = Contacts(self.deck, model)
+        if self.contacts:
+            before = sum(self._energies(self.contacts).values())
+            self.state[0], shift = part(contacts, self.time, self.state[0], self.state[1])
+            self.shifts.append(shift)
+            contacts = Contacts(self.deck, model)
+            self.removed += before - sum(self._energies(contacts).values())
+        self.contacts = contacts
+        samples = round((until - self.time) / model.sample_interval)
+        forces_every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
+        steps = samples * STEPS_PER_SAMPLE
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
+        try:
+            text, triangles = inputs(
+                folder,
+                self.deck,
+                model,
+                self.damped,
+                steps,
+                forces_every * STEPS_PER_SAMPLE,
+                self.time,
+                self.state,
+            )
+            dumps = ["state.bin"] + ["walls.bin"] * self.rubs
+            with Process(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
+                self._follow(process, model, contacts, samples, forces_every)
+                self.cpu += process.finish()
+                self.version = process.version()
+            self.model = model
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+            self.normal_loss += contacts.normal_loss
+            self.isolated_loss += contacts.isolated_loss
+            self.deepest = max(self.deepest, contacts.deepest)
+        return model
+
+    def _follow(self, process, model, contacts, samples, forces_every):
+        begin, flat = self.time, np.empty((len(self.mass), 9))
+        steps = samples * STEPS_PER_SAMPLE
+        step = -1
+        while (step := process.state(flat)) is not None:
+            sample = step // STEPS_PER_SAMPLE
+            self.time = begin + sample * model.sample_interval
+            self.state = [np.ascontiguousarray(flat[:, k : k + 3]) for k in (0, 3, 6)]
+            impacts = contacts.sample(self.time, *self.state)
+            if forces_every and sample % forces_every == 0:
+                self._rub(process, contacts, forces_every * model.sample_interval)
+            if impacts:
+                self.waiting.append(impacts)
+            self._store(process, model, contacts, sample)
+            if step == steps:
+                break
+            self.watch(self.time)
+
+    def flush(self):
+        """Hands over the impacts that wait: many at a time are cheaper than few."""
+        waiting, self.waiting = self.waiting, []
+        if waiting:
+            self.results.impacts(**{name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]})
+
+    def _rub(self, process, contacts, interval):
+        forces = process.walls()
+        if forces is None:
+            return
+        power, torque = at_walls(contacts, self.walls, self.state, forces)
+        self.rubbed += power * interval
+        self.work += torque * self.deck.rotor_speed * interval
+
+    def _store(self, process, model, contacts, sample):
+        near = HALF_AN_INTERVAL * model.sample_interval
+        snapshots = self.results.snapshot_times
+        while self.snapshot_count < len(snapshots) and self.time > snapshots[self.snapshot_count] - near:
+            self.results.snapshot(self.state[0], self.state[1])
+            self.snapshot_count += 1
+        if self.frames > 0 and self.time > self.frame_count * self.frames - near:
+            self.results.frame(self.frame_count * self.frames, *self.state)
+            self.frame_count += 1
+        if sample % model.samples_per_row == 0 and self.time > self.rows * self.series - near:
+            self._row(process, contacts, sample // model.samples_per_row)
+
+    def _energies(self, contacts):
+        place, velocity, spin = self.state
+        return {
+            "kinetic_energy": 0.5 * self.mass @ np.einsum("ij,ij->i", velocity, velocity),
+            "rotational_energy": 0.5 * self.inertia @ np.einsum("ij,ij->i", spin, spin),
+            "potential_energy": -self.mass @ (place @ self.gravity),
+            "elastic_energy": contacts.elastic.sum(),
+        }
+
+    def _row(self, process, contacts, row):
+        if row > 0 and self.deck.blades:
+            self.torque = -process.torque(row)
+            self.work += self.torque * self.deck.rotor_speed * self.series
+        normal = self.normal_loss + contacts.normal_loss
+        energies = self._energies(contacts)
+        total = sum(energies.values())
+        if self.begin_energy is None:
+            self.begin_energy = total
+        missing = self.work - (total - self.begin_energy) - self.removed - normal.sum() - self.rubbed[1:].sum()
+        self.turnover = max(self.turnover, abs(self.work), normal.sum(), abs(total - self.begin_energy))
+        if self.rubs:
+            self.rubbed[0] = missing
+        else:
+            self.unbalanced = missing
+        values = {**energies, "rotor_work": self.work, "rotor_torque": self.torque}
+        for k, kind in enumerate(KINDS):
+            values[f"dissipation_normal/{kind}"] = normal[k]
+            values[f"dissipation/{kind}"] = normal[k] + self.rubbed[k]
+        self.flush()
+        self.results.row(self.rows * self.series, values)
+        self.rows += 1
+
+

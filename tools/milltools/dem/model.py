@@ -1,0 +1,139 @@
+"""The soft-sphere model that stands for a deck: LIGGGHTS' `model hooke`, linear spring and dashpot.
+
+Formulas: LIGGGHTS 3.8.0, gran_model_hooke (stiffness from Young's modulus and a characteristic speed); the damped
+oscillator for contact duration and restitution (Schwager & Poeschel, Granular Matter 9 (2007) 465).
+Restitution is independent of speed: the contact ends where the overlap does, attraction included (`limitForce off`).
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from milltools.deck import KINDS
+
+POISSON = 0.3  # of all bodies; only E / (2 (1 - nu^2)) acts
+STEEL = 2.1e11  # [Pa]
+STEPS_PER_CONTACT = 40  # restitution then comes out to 0.1 % (20: 0.2 %, 10: 0.4 %)
+STEPS_PER_SAMPLE = 5  # eight samples of every contact: none that is complete is missed
+STUCK = 0.03  # tangential restitutions closer than this count as the same
+
+
+@dataclasses.dataclass(frozen=True)
+class Spring:
+    """A contact of two bodies: reduced mass [kg], stiffness [N/m], damping [kg/s]."""
+
+    mass: float
+    stiffness: float
+    damping: float
+
+    @property
+    def decay(self):
+        """[1/s] rate at which the oscillation dies away."""
+        return self.damping / (2 * self.mass)
+
+    @property
+    def frequency(self):
+        """[rad/s] of the damped oscillation."""
+        return math.sqrt(self.stiffness / self.mass - self.decay**2)
+
+    @property
+    def duration(self):
+        """[s] from touching to parting."""
+        return math.pi / self.frequency
+
+
+def characteristic_speed(deck):
+    """[m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the blades' tips; it
+    enters the stiffness with the power 0.4."""
+    tip = max((blade.tip_radius for blade in deck.blades), default=deck.shaft_radius)
+    return abs(deck.rotor_speed) * tip or 1.0
+
+
+def spring(modulus, speed, restitution, mass, radius):
+    """The Spring of reduced mass [kg] and radius [m] at a Young's modulus [Pa], a characteristic speed [m/s] and a
+    normal restitution."""
+    root, stiff = math.sqrt(radius), modulus / (2 * (1 - POISSON**2))
+    stiffness = 16 / 15 * root * stiff * (15 * mass * speed**2 / (16 * root * stiff)) ** 0.2
+    damping = 0.0
+    if restitution < 1:
+        damping = math.sqrt(4 * mass * stiffness / (1 + (math.pi / math.log(restitution)) ** 2))
+    return Spring(mass, stiffness, damping)
+
+
+def sticking_restitution(restitution):
+    """Tangential restitution beta0 of a contact that sticks, with kt = 2/7 kn and tangential damping on.
+
+    Solid spheres: the reduced mass along the surface is 2/7 m, so both springs have one frequency, and the
+    tangential one is damped 7/2 times as much.
+    """
+    if restitution == 1:
+        return 1.0
+    log = -math.log(restitution)
+    zeta = log / math.hypot(math.pi, log)
+    time = math.pi / math.sqrt(1 - zeta**2)  # in units of the undamped frequency
+    zeta_t = 3.5 * zeta
+    root = complex(1 - zeta_t**2) ** 0.5  # imaginary where the tangential motion only creeps back
+    sine = (np.sin(root * time) / root).real if root else time
+    return float(-math.exp(-zeta_t * time) * (np.cos(root * time).real - zeta_t * sine))
+
+
+class Model:
+    """All springs of a deck at one stiffness.
+
+    pair[a][b], wall[kind][a]: Spring of balls of species a and b, of a ball of species a on a surface;
+    time_step, sample_interval [s]: the interval is STEPS_PER_SAMPLE steps and divides the interval of the series.
+    """
+
+    def __init__(self, deck, modulus):
+        self.modulus = modulus
+        self.species = deck.species
+        self.speed = characteristic_speed(deck)
+        masses = [kind.density * math.pi / 6 * kind.diameter**3 for kind in self.species]
+        radii = [kind.diameter / 2 for kind in self.species]
+        e = {kind: deck.contact(kind).restitution for kind in KINDS}
+        count = range(len(masses))
+        self.pair = [
+            [
+                spring(
+                    modulus,
+                    self.speed,
+                    e["ball_ball"],
+                    masses[a] * masses[b] / (masses[a] + masses[b]),
+                    radii[a] * radii[b] / (radii[a] + radii[b]),
+                )
+                for b in count
+            ]
+            for a in count
+        ]
+        self.wall = {kind: [spring(modulus, self.speed, e[kind], masses[a], radii[a]) for a in count] for kind in KINDS[1:]}
+        self.springs = [s for row in self.pair for s in row] + [s for row in self.wall.values() for s in row]
+        self.shortest = min(s.duration for s in self.springs)
+        series = deck.number("output.series")
+        self.samples_per_row = math.ceil(series / (STEPS_PER_SAMPLE * self.shortest / STEPS_PER_CONTACT))
+        self.sample_interval = series / self.samples_per_row
+        self.time_step = self.sample_interval / STEPS_PER_SAMPLE
+
+    def table(self, attribute):
+        """`attribute` of the Springs as arrays: (S, S) of pairs, {kind: (S,)} of walls."""
+        pair = np.array([[getattr(s, attribute) for s in row] for row in self.pair])
+        return pair, {kind: np.array([getattr(s, attribute) for s in row]) for kind, row in self.wall.items()}
+
+
+def tangential_damping(deck):
+    """Whether LIGGGHTS' tangential damping comes nearer to the deck, and {kind: (wanted, got)} of the
+    tangential restitutions that it cannot give. Without friction nothing sticks, and nothing is said."""
+    rubbing = [kind for kind in KINDS if deck.contact(kind).friction > 0]
+
+    def misses(damped):
+        missed = {}
+        for kind in rubbing:
+            law = deck.contact(kind)
+            got = sticking_restitution(law.restitution) if damped else 1.0
+            if abs(got - law.tangential_restitution) > STUCK:
+                missed[kind] = law.tangential_restitution, got
+        return missed
+
+    on, off = misses(True), misses(False)
+    size = lambda missed: sum(abs(a - b) for a, b in missed.values())  # noqa: E731
+    return (True, on) if size(on) <= size(off) else (False, off)

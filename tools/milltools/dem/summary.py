@@ -1,0 +1,60 @@
+"""What `mill dem` prints at its end."""
+
+import math
+
+from milltools.deck import KINDS
+from milltools.runfile import Run
+
+
+def _number(value, unit=""):
+    if not math.isfinite(value):
+        return "-"
+    return f"{value:.4g}{unit}"
+
+
+def summarize(path, deck, measured):
+    """The results in the file at `path` as a text, in the manner of millsim's own summary."""
+    with Run(path) as run:
+        read = run.read
+        window = run.duration
+        lines = ["", f"sampled for {window * 1e3:.4g} ms, LIGGGHTS, E = {read('run/modulus'):.3g} Pa", ""]
+        lines.append("kind           contacts      rate [/s]   median v_n   > 50 mm/s  mean v_n [m/s]   power [W]")
+        for kind in (*KINDS, "all"):
+            row = f"statistics/impacts/{kind}"
+            median, above, mean = (
+                read(f"{row}/normal_speed/{name}") for name in ("median", "median_above_50mm_s", "mean")
+            )
+            lines.append(
+                f"{kind:<12}{read(f'{row}/count'):>11}{_number(read(f'{row}/rate')):>15}{_number(median):>13}"
+                f"{_number(above):>12}{_number(mean):>16}{_number(read(f'{row}/dissipated_power')):>12}"
+            )
+        lines.append("")
+        error = read("statistics/rotor/power_error")
+        blocks = int(read("statistics/rotor/blocks"))
+        error = f"+- {_number(error)} W ({blocks} blocks)" if math.isfinite(error) else "(no error: too short)"
+        lines.append(f"rotor power        {_number(read('statistics/rotor/power'))} W {error}")
+        energy = [run.series(name)[1][-1] for name in ("kinetic_energy", "rotational_energy")]
+        lines.append(f"kinetic energy     {_number(energy[0])} J at the end, and {_number(energy[1])} J in spin")
+        if run.has("run/energy_balance_error"):
+            balance = read("run/energy_balance_error")
+            lines.append(f"energy error       {100 * balance:.2g} % of the energy turned over (contacts are sampled)")
+        lines.append("")
+        lines.append("single impacts      restitution        friction          tangential restitution")
+        for kind, law in measured.items():
+            wanted = deck.contact(kind)
+            lines.append(
+                f"{kind:<12} deck {wanted.restitution:<6.4g} got {law.restitution:.3f}"
+                f"   deck {wanted.friction:<6.4g} got {_number(law.friction):<7}"
+                f"   deck {wanted.tangential_restitution:<6.4g} got {_number(law.tangential_restitution)}"
+            )
+        lines.append("")
+        lines.append(
+            f"cost               {read('run/cpu_time'):.4g} s CPU of LIGGGHTS ({read('run/price'):.4g} s per simulated second), "
+            f"{read('run/wall_time'):.4g} s wall"
+        )
+        lines.append(
+            f"largest overlap    {read('run/largest_overlap') * 1e6:.3g} um; contacts last "
+            f"{read('run/contact_duration') * 1e6:.3g} us, time step {read('run/time_step') * 1e6:.3g} us"
+        )
+        lines.append(f"file               {path}")
+    return "\n".join([*lines, ""])
