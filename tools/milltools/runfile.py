@@ -139,7 +139,10 @@ class Run:
 
     @property
     def cost(self) -> float:
-        """CPU seconds per simulated second; NaN if the run has not begun."""
+        """CPU seconds per simulated second: what the program says of itself (/run/price), else from its CPU time; NaN if
+        the run has not begun."""
+        if self.has("run/price"):
+            return float(self.read("run/price"))
         return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
 
     # ---- the deck

@@ -4,6 +4,7 @@ load.py reads what is compared, errors.py says how sure a number is, rows.py mak
 text.py, pictures.py and page.py show it. docs/compare.md says what every number means.
 """
 
+import os
 import pathlib
 
 from milltools.errors import UserError
@@ -34,9 +35,22 @@ def replicates(argument: str) -> list[str]:
     return files
 
 
+def check_writable(path: str):
+    """Said before the work, not after it."""
+    folder = os.path.dirname(path) or "."
+    if not os.path.isdir(folder):
+        raise UserError(f"{path}: No such file or directory", status=1)
+    if os.path.isdir(path):
+        raise UserError(f"{path}: a folder, not a file", status=1)
+    if not os.access(folder, os.W_OK):
+        raise UserError(f"{path}: permission denied", status=1)
+
+
 def run(arguments) -> int:
     if len(arguments.runs) < 2:
         raise UserError("one run is nothing to compare with; give two or more")
+    for path in filter(None, (arguments.csv, arguments.png, arguments.html)):
+        check_writable(path)
     # imported here: a wrong command line needs neither scipy nor matplotlib
     from milltools.compare import load, rows, text
 

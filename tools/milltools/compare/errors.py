@@ -22,12 +22,14 @@ COARSE = 0.10  # a comparison that would not notice this relative difference say
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """A value, its standard error (NaN: unknown) with its degrees of freedom, and what to know about it."""
+    """A value, its standard error (NaN: unknown) with its degrees of freedom, and what to know about it. `pooled`: the
+    error is of one scatter for both sides, so that their degrees of freedom are the same ones."""
 
     value: float
     error: float = math.nan
     dof: float = 0.0
     remark: str = ""
+    pooled: bool = False
 
 
 def lag_correlation(blocks: np.ndarray) -> float:
@@ -79,7 +81,7 @@ def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Esti
     squares = sum(float(np.sum((v / m - 1) ** 2)) for v, m in zip(sides, means))
     scatter = math.sqrt(squares / freedom)
     return tuple(
-        Estimate(m, scatter * abs(m) / math.sqrt(len(v)), freedom, "from replicates")
+        Estimate(m, scatter * abs(m) / math.sqrt(len(v)), freedom, "error from replicates", True)
         for v, m in zip(sides, means)
     )
 
@@ -108,15 +110,13 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     """Compares; `unknown` is the verdict where there is no error."""
     scale = abs(a.value) or math.nan
     off = b.value - a.value
-    if off == 0 and not (a.error > 0 or b.error > 0):
-        return Difference(0.0, math.nan, 0, "agree (identical)", "agree")
     errors = np.array([a.error, b.error])
     error = math.hypot(*errors)
     if not math.isfinite(off):
         return Difference(off / scale, math.nan, 0, "too little data", "open")
     if not math.isfinite(error) or error == 0:
         return Difference(off / scale, math.nan, 0, unknown, "open")
-    dof = _welch(errors, [a, b])
+    dof = a.dof if a.pooled else float(_welch(errors, [a, b]))
     reach = float(stats.t.ppf(0.5 + CONFIDENCE / 2, dof)) * error
     if abs(off) > reach:
         verdict, mood = f"differ by {abs(off) / error:.1f} standard errors", "differ"

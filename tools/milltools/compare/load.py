@@ -30,6 +30,11 @@ class Measured:
             self.path = str(path)
             self.program, self.version, self.status = run.program, run.version, run.status
             self.command = run.read("run/command") if run.has("run/command") else ""
+            # of soft spheres: stiffness [Pa], duration of a contact [s]; NaN where a contact takes no time
+            self.modulus, self.contact_duration = (
+                float(run.read(f"run/{name}")) if run.has(f"run/{name}") else math.nan
+                for name in ("modulus", "contact_duration")
+            )
             self.deck, self.time, self.cost = run.deck(), run.time, run.cost
             self.rotor_speed, self.radius = run.rotor_speed, run.quantity("drum/radius")
             self.duration, self.window = run.duration, run.window
@@ -138,6 +143,18 @@ class Measured:
         with np.errstate(invalid="ignore"):
             return np.bincount(self.speed_blocks, self.speeds[:, column], self.blocks) / count
 
+    @property
+    def made_by(self) -> str:
+        """Program, version and stiffness in a few words."""
+        name = self.version if self.program in self.version else f"{self.program} {self.version}"
+        return name + (f" at {self.modulus:.3g} Pa" if self.modulus > 0 else "")
+
+    def same_data(self, other) -> bool:
+        """Whether the other is the same run: every row of the time series is equal."""
+        return self.series.keys() == other.series.keys() and all(
+            np.array_equal(value, other.series[name][1]) for name, (_, value) in self.series.items()
+        )
+
     # ---- is it steady?
 
     def _trend(self) -> str:
@@ -146,7 +163,8 @@ class Measured:
         change = abs(sum(e[1] - e[0] for e in energy.values()))
         work = [self.value_at("rotor_work", t) for t in self.span]
         turned = max(abs(work[1] - work[0]), change)
-        if change > 0.05 * turned:
+        # a gas that nothing drives keeps its energy to rounding: no change of 1 % of it, no trend
+        if change > max(0.05 * turned, 0.01 * abs(self.means("kinetic_energy")[0])):
             return f"energy of the balls changes by {change:.3g} J while the rotor does {work[1] - work[0]:.3g} J"
         time, value = self.series["kinetic_energy"]
         inside = value[(time >= self.span[0]) & (time <= self.span[1])]
@@ -157,7 +175,7 @@ class Measured:
         off = abs(start - rest.mean())
         if off > 0.05 * abs(rest.mean()) and off > 3 * rest.std(ddof=1):
             share = off / abs(rest.mean())
-            return f"kinetic energy in the first quarter is {share:.0%} off the rest"
+            return f"kinetic energy in the first quarter is {100 * share:.0f} % off the rest"
         return ""
 
     @property
@@ -187,10 +205,6 @@ class Side:
     @property
     def label(self) -> str:
         return f"{self.letter}: {self.name}"
-
-    @property
-    def programs(self) -> str:
-        return " ".join(dict.fromkeys(f"{r.program} {r.version}" for r in self.runs))
 
     @property
     def soft(self) -> bool:

@@ -20,7 +20,7 @@ from milltools.tally import Maps
 VIEWS = {"cross_section": ("x", "y", "z"), "axial": ("x", "r", "phi")}
 LEAST = 0.02  # solid fraction of cells that count
 FEWEST_FRAMES = 8
-BEYOND = 1.6  # times the noise that a deviation may be and still be called noise: see above
+BEYOND = 2  # times the noise that a deviation may be and still be called noise: see above
 
 
 class Stored:
@@ -75,6 +75,8 @@ class Scatter:
         for view in VIEWS:
             parts = [p.cross if view == "cross_section" else p.axial for p in self.parts]
             shape = stored.get(view, "solid_fraction").shape
+            if shape != parts[0].n:  # not the cells of this drum
+                return {}
             flow = (
                 np.array([p.flow.reshape(4, *shape) for p in parts])
                 / self.frames[:, None, None, None]
@@ -152,8 +154,6 @@ def _variance(side, view, name, counts, weight, steady) -> float:
 
 def verdict(deviation: float, noise: float) -> tuple[str, str]:
     """Words and mood for a deviation beside its noise."""
-    if deviation == 0:
-        return "agree (identical)", "agree"
     if not np.isfinite(noise):
         return "noise unknown", "open"
     if deviation <= BEYOND * noise:

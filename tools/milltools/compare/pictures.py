@@ -110,7 +110,8 @@ def draw_speeds(figure, sides):
         if not count.sum():
             continue
         density = count / count.sum() / np.diff(SPEED_EDGES)
-        axes[0].plot(middle, density, **style(number), label=literal(side.label))
+        density[density == 0] = np.nan
+        axes[0].semilogy(middle, density, **style(number), label=literal(side.label))
         top = max(top, SPEED_EDGES[1 + np.searchsorted(np.cumsum(count), 0.9995 * count.sum())])
     axes[0].set_title("speeds of the balls")
     axes[0].set_xlabel("speed [m/s]")
@@ -118,6 +119,7 @@ def draw_speeds(figure, sides):
     axes[0].grid(alpha=0.3)
     if top:
         axes[0].set_xlim(0, top)
+        axes[0].set_ylim(bottom=1e-4)
     else:
         axes[0].text(0.5, 0.5, "no frames in the window", ha="center", transform=axes[0].transAxes)
     _draw_price(axes[1], sides)

@@ -17,6 +17,7 @@ from milltools.runfile import KIND_LABEL, KINDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
+IDENTICAL = "agree: the same data"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -170,6 +171,7 @@ def quantities(steady: bool):
 def compare(a: Side, b: Side) -> Table:
     """The table of side b against side a."""
     steady = a.steady and b.steady
+    identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
     rows = []
     for group, key, label, unit, measure, robust in quantities(steady):
         sides = [[measure(run) for run in side.runs] for side in (a, b)]
@@ -191,16 +193,18 @@ def compare(a: Side, b: Side) -> Table:
             unknown = "error unknown: not steady, no replicates"
         found = errors.difference(one, two, unknown)
         verdict, mood = found.verdict, found.mood
-        if not robust and (a.soft or b.soft) and found.relative != 0:
+        if identical and two.value == one.value:
+            verdict, mood = IDENTICAL, "agree"
+        elif not robust and (a.soft or b.soft):
             verdict, mood = (STIFFNESS if a.soft and b.soft else HARD_SOFT), "open"
         remark = one.remark or two.remark
         rows.append(Row(group, key, label, unit, one, two, found.relative, found.error, found.dof, verdict, mood, remark))  # fmt: skip
-    rows += map_rows(a, b, steady)
+    rows += map_rows(a, b, steady, identical)
     rows.append(price_row(a, b))
     return Table(a, b, rows)
 
 
-def map_rows(a: Side, b: Side, steady: bool):
+def map_rows(a: Side, b: Side, steady: bool, identical: bool):
     """Deviations of maps: in place of the difference their weighted rms, in place of its error what noise explains."""
     for view, where in (("cross_section", "cross-section"), ("axial", "axial map")):
         for name, what in (("solid_fraction", "solid fraction"), ("velocity", "velocity")):
@@ -210,7 +214,9 @@ def map_rows(a: Side, b: Side, steady: bool):
             if found is None:
                 yield Row(*row, math.nan, math.nan, 0, "maps have different cells", "open", "")
             else:
-                yield Row(*row, *found, 0, *maps.verdict(*found), "error: what noise explains")
+                same = identical and found[0] == 0
+                words = (IDENTICAL, "agree") if same else maps.verdict(*found)
+                yield Row(*row, *found, 0, *words, "error: what noise explains")
 
 
 def price_row(a: Side, b: Side) -> Row:
@@ -236,6 +242,20 @@ def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
     return [(key, [side.first.deck.get(key, "") for side in sides]) for key in keys]
 
 
+def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
+    """Whether both sides mean the same by merged re-contacts. A soft contact merges what falls into its duration."""
+    window = float(a.first.deck.get("output.strike_window", "nan").split()[0])
+    lasts = b.first.contact_duration
+    if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
+        return [
+            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: merged rates compare "
+            f"best with output.strike_window = {1e6 * lasts:.3g} us."
+        ]
+    if "output.strike_window" in keys:
+        return [f"A and {b.letter} merge re-contacts within different windows."]
+    return []
+
+
 def notes(sides: list[Side]) -> list[str]:
     """Warnings and how the errors were made, one sentence each."""
     said = []
@@ -256,8 +276,7 @@ def notes(sides: list[Side]) -> list[str]:
         shape = [key for key in keys if GEOMETRY.fullmatch(key)]
         if shape:
             said.append(f"The geometry of A and {side.letter} differs: {', '.join(shape)}.")
-        if "output.strike_window" in keys:
-            said.append(f"A and {side.letter} merge re-contacts within different windows.")
+        said += strike_notes(a, side, keys)
         if a.soft != side.soft:
             said.append(
                 f"{(a if a.soft else side).letter} are soft spheres: what counts as one impact is another there, so rates of "
@@ -265,7 +284,10 @@ def notes(sides: list[Side]) -> list[str]:
             )
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
-        said.append(f"Errors from the scatter between blocks of time: {'; '.join(cuts)}.")
+        said.append(
+            f"Errors from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
+            f"{errors.FEWEST_FOR_CORRELATION} or more, neighbours that go together widen them; fewer count as independent."
+        )
     else:
         said.append(
             "Blocks of a run that is not steady are no samples of one mean: errors come from the scatter between "

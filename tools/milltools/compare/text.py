@@ -65,7 +65,7 @@ def header_lines(sides) -> list[str]:
         for k, run in enumerate(side.runs):
             window = f"sampled {run.window[0]:.6g} .. {run.window[1]:.6g} s"
             lead = side.letter if k == 0 else " "
-            lines.append(f"{lead}  {run.path}: {run.program} {run.version}, {window}, {run.status}")
+            lines.append(f"{lead}  {run.path}: {run.made_by}, {window}, {run.status}")
     differ = deck_differences(sides)
     if not differ:
         return [*lines, "", "The decks are the same."]
@@ -119,7 +119,8 @@ def _show_rich(table, stream) -> bool:
             grid.add_section()
         *fields, verdict = cells(row)
         grid.add_row(*map(Text, fields), Text(verdict, COLOUR[row.mood]))
-    if console.measure(grid).maximum > console.width:
+    endless = console.options.update(width=10_000)
+    if console.measure(grid, options=endless).maximum > console.width:
         return False
     console.print(grid)
     return True
