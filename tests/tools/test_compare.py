@@ -62,7 +62,7 @@ def runs(tmp_path_factory):
     for name, sets in RUNS.items():
         words = [word for option in sets for word in ("-s", option)]
         command = [PROGRAM, "-q", "mill.ini", "-o", f"{name}.h5", *words]
-        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=60)
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
     return {name: folder / f"{name}.h5" for name in RUNS}
 
 
