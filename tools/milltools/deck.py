@@ -12,7 +12,6 @@ import numpy as np
 
 from milltools.engine import program
 from milltools.errors import UserError
-from milltools.kinds import KINDS
 from milltools.schema import deck_entries
 
 
