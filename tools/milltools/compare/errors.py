@@ -13,7 +13,7 @@ import dataclasses
 import math
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 CONFIDENCE = 0.99  # two-sided: one row in a hundred of equal runs is said to differ
 FEWEST_FOR_CORRELATION = 8
@@ -117,7 +117,7 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     if not math.isfinite(error) or error == 0:
         return Difference(off / scale, math.nan, 0, unknown, "open")
     dof = a.dof if a.pooled else float(_welch(errors, [a, b]))
-    reach = float(stats.t.ppf(0.5 + CONFIDENCE / 2, dof)) * error
+    reach = float(stdtrit(dof, 0.5 + CONFIDENCE / 2)) * error
     if abs(off) > reach:
         verdict, mood = f"differ by {abs(off) / error:.1f} standard errors", "differ"
     elif not reach < COARSE * scale:
