@@ -5,11 +5,12 @@ import pytest
 from conftest import PROGRAM, SMALL
 from dem_oracle import BLADES, MIXTURE, brute, flown
 
-from milltools.deck import KINDS, Deck
+from milltools.deck import Deck
 from milltools.dem.contacts import Contacts
 from milltools.dem.handover import CLOSED, part
 from milltools.dem.model import Model
 from milltools.errors import UserError
+from milltools.kinds import KINDS
 
 
 @pytest.fixture

@@ -8,11 +8,12 @@ from conftest import PROGRAM, ROOT, SMALL
 from dem_oracle import BLADES, MIXTURE, box_distance, flown
 from scipy.integrate import solve_ivp
 
-from milltools.deck import KINDS, Deck
+from milltools.deck import Deck
 from milltools.dem import script
 from milltools.dem.contacts import Boxes, solve_back
 from milltools.dem.model import Model, spring, sticking_restitution, tangential_damping
 from milltools.errors import UserError
+from milltools.kinds import KINDS
 
 
 @pytest.fixture

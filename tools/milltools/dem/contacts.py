@@ -12,7 +12,7 @@ outer one from a k-d tree. Arrays are by contact where not said otherwise; SI un
 import numpy as np
 from scipy.spatial import cKDTree
 
-from milltools.deck import KINDS
+from milltools.kinds import KINDS
 
 INNER_SAMPLES = 8  # the inner ring is drawn anew after so many samples
 SPEEDUP = 1.5  # the rings allow for balls faster than all are now, by this factor; faster ones draw them anew
@@ -39,7 +39,8 @@ class Boxes:
         half = [(b.width / 2, b.tip_radius / 2, b.thickness / 2) for b in blades]
         self.half = np.array(half).reshape(-1, 3)
         across = np.abs(self.sin_p) * self.half[:, 0] + np.abs(self.cos_p) * self.half[:, 2]
-        self.reach = np.hypot(2 * self.half[:, 1], across).max(initial=0.0)  # of the farthest corner from the axis
+        # [m] of the farthest corner from the axis
+        self.reach = np.hypot(2 * self.half[:, 1], across).max(initial=0.0)
 
     def look(self, place, blade, time):
         """Distance (M,) [m] of centres `place` (M, 3) from the boxes `blade` (M,), and the unit normal (M, 3) to them."""
@@ -49,7 +50,9 @@ class Boxes:
         x = place[:, 0] - self.position[blade]
         y, z = place[:, 1], place[:, 2]
         across = c * z - s * y
-        local = np.stack([cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1)
+        local = np.stack(
+            [cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1
+        )
         out = local - np.clip(local, -half, half)
         distance = np.sqrt(np.einsum("ij,ij->i", out, out))
         inside = distance == 0
@@ -63,7 +66,9 @@ class Boxes:
         normal = out / np.where(inside, -1.0, distance)[:, None]
         w, radial, h = normal.T
         across = sp * w + cp * h
-        return distance, np.stack([cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1)
+        return distance, np.stack(
+            [cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1
+        )
 
 
 class _Found:
@@ -72,7 +77,13 @@ class _Found:
     __slots__ = ("key", "ball", "partner", "overlap", "normal")
 
     def __init__(self, key, ball, partner, overlap, normal):
-        self.key, self.ball, self.partner, self.overlap, self.normal = key, ball, partner, overlap, normal
+        self.key, self.ball, self.partner, self.overlap, self.normal = (
+            key,
+            ball,
+            partner,
+            overlap,
+            normal,
+        )
 
 
 class Contacts:
@@ -95,7 +106,10 @@ class Contacts:
         self.shaft, self.rotor = deck.shaft_radius, deck.rotor_speed
         self.boxes = Boxes(deck)
         self.skin = 0.2 * 2 * self.radius.max()
-        self.spring = {name: model.table(name) for name in ("mass", "stiffness", "damping", "decay", "frequency")}
+        self.spring = {
+            name: model.table(name)
+            for name in ("mass", "stiffness", "damping", "decay", "frequency")
+        }
         self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in KINDS]
         self.touching = [np.empty(0, np.int64) for _ in KINDS]
         self.normal_loss = np.zeros(5)
@@ -120,7 +134,9 @@ class Contacts:
         if time + ahead > self.outer_until or now > self.fastest:
             # a charge at rest is soon as fast as the blades that hit it
             self.fastest = SPEEDUP * max(now, tip, 1e-3)
-            self.outer_until = time + max(self.skin / (self.fastest + max(self.fastest, tip)), ahead)
+            self.outer_until = time + max(
+                self.skin / (self.fastest + max(self.fastest, tip)), ahead
+            )
             reach = self.outer_until - time
             self._outer(time, place, 2 * self.fastest * reach, (self.fastest + tip) * reach)
         fastest = self.fastest
@@ -162,7 +178,11 @@ class Contacts:
         i, j, away = i[hit], j[hit], away[hit]
         distance = np.sqrt(square[hit])
         return _Found(
-            i * self.count + j, i, j, np.sqrt(self.near_square[hit]) - distance, away / distance[:, None]
+            i * self.count + j,
+            i,
+            j,
+            np.sqrt(self.near_square[hit]) - distance,
+            away / distance[:, None],
         )
 
     def _cylinder(self, place, rho, ball, overlap, sign):
@@ -254,7 +274,9 @@ class Contacts:
             self.normal_loss[kind] += self.interval * np.sum(
                 self.springs("damping", kind, found) * closing * closing
             )
-            self.elastic[kind] = 0.5 * np.sum(self.springs("stiffness", kind, found) * found.overlap**2)
+            self.elastic[kind] = 0.5 * np.sum(
+                self.springs("stiffness", kind, found) * found.overlap**2
+            )
             self.deepest = max(self.deepest, found.overlap.max())
             new = np.isin(found.key, self.touching[kind], assume_unique=True, invert=True)
             self.touching[kind] = found.key
@@ -270,7 +292,9 @@ class Contacts:
 
     def _impacts(self, time, kind, found, new, closing, place):
         found = _Found(*(getattr(found, name)[new] for name in _Found.__slots__))
-        decay, frequency, mass = (self.springs(name, kind, found) for name in ("decay", "frequency", "mass"))
+        decay, frequency, mass = (
+            self.springs(name, kind, found) for name in ("decay", "frequency", "mass")
+        )
         speed, age = solve_back(found.overlap, closing[new], decay, frequency)
         slip = self.slip(kind, found, place, *self.before)
         lost = 0.5 * self.loss[kind] * mass * speed * speed

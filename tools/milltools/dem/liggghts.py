@@ -96,12 +96,20 @@ class Process:
     def __init__(self, folder, script, balls, triangles=0, ranks=1, dumps=("state.bin",)):
         self.folder, self.balls, self.triangles, self.ranks = folder, balls, triangles, ranks
         self.cpu = 0.0  # [s] of processor time, once it has ended
-        self.numbers = np.arange(1.0, balls + 1)
         self.killed = set()
         self.begun, self.told, self.torques = False, None, []
         (folder / "in.txt").write_text(script)
         self.pipes = {name: Pipe(folder / name) for name in dumps}
-        words = [*command(ranks), "-in", "in.txt", "-screen", "screen.txt", "-log", "none", "-nocite"]
+        words = [
+            *command(ranks),
+            "-in",
+            "in.txt",
+            "-screen",
+            "screen.txt",
+            "-log",
+            "none",
+            "-nocite",
+        ]
         # What Open MPI keeps in files goes when the folder goes; one rank alone needs no daemon of its, which would be
         # clearing up in the folder after us
         mpi = {"TMPDIR": str(folder), "OMPI_MCA_btl_vader_backing_directory": str(folder)}
@@ -150,7 +158,9 @@ class Process:
         for entry in filter(str.isdigit, os.listdir("/proc")):
             with contextlib.suppress(OSError):
                 if os.getsid(int(entry)) == self.process.pid:
-                    words = pathlib.Path("/proc", entry, "stat").read_text().rpartition(")")[2].split()
+                    words = (
+                        pathlib.Path("/proc", entry, "stat").read_text().rpartition(")")[2].split()
+                    )
                     if words[0] not in "ZX":
                         found[int(entry)] = (int(words[11]) + int(words[12])) / tick
         return found
@@ -198,10 +208,12 @@ class Process:
                 "a stiffer --modulus or a shorter time step keeps them inside",
                 1,
             )
-        order = table[:, 0].argsort()
-        if len(table) != rows or not np.array_equal(table[order, 0], self.numbers):
+        ball = np.clip(table[:, 0], 1, self.balls).astype(np.int64) - 1
+        place = np.full(self.balls, -1)
+        place[ball] = np.arange(len(ball))
+        if len(ball) != self.balls or place.min() < 0:
             raise _garbled(f"{name} does not name every ball once at step {step}")
-        return step, table[order, 1:]
+        return step, table[place, 1:]
 
     def state(self, into):
         """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: it ended."""
@@ -210,10 +222,12 @@ class Process:
             return None
         step, into[:] = found
         if not np.isfinite(into).all():
-            raise UserError(f"LIGGGHTS has lost itself: a ball's place or speed is no number at step {step}", 1)
+            raise UserError(
+                f"LIGGGHTS has lost itself: a ball's place or speed is no number at step {step}", 1
+            )
         if not self.begun:
             self.begun = True
-            self._assert_mesh(self.screen())
+            self._assert_mesh(self.screen(), over=False)
         return step
 
     def walls(self, count):
@@ -254,11 +268,13 @@ class Process:
         self._assert_success(status)
         return self.cpu
 
-    def _assert_mesh(self, text):
+    def _assert_mesh(self, text, over):
         read = re.findall(r"containing (\d+) triangle\(s\)", text)
-        if self.triangles and (read or not self.begun) and str(self.triangles) not in read:
+        if self.triangles and (read or over) and str(self.triangles) not in read:
             got = read[-1] if read else "none"
-            raise UserError(f"LIGGGHTS read {got} of the {self.triangles} triangles of the blades", 1)
+            raise UserError(
+                f"LIGGGHTS read {got} of the {self.triangles} triangles of the blades", 1
+            )
 
     def _assert_success(self, status):
         text = self.screen()
@@ -266,9 +282,11 @@ class Process:
         errors = (self.folder / "stderr.txt").read_text(errors="replace").splitlines()
         said += [line.strip() for line in errors if re.search(r"[A-Za-z]", line)]
         if status != 0 or "ERROR" in text:
-            how = f"failed with status {status}" if status >= 0 else f"was ended by signal {-status}"
+            how = (
+                f"failed with status {status}" if status >= 0 else f"was ended by signal {-status}"
+            )
             raise UserError(f"LIGGGHTS {how}: {said[0] if said else 'it said nothing'}", 1)
-        self._assert_mesh(text)
+        self._assert_mesh(text, over=True)
         loop = re.search(r"Loop time of \S+ on \d+ procs for \d+ steps with (\d+) atoms", text)
         if not loop:
             raise UserError("LIGGGHTS ended before its run was over", 1)
@@ -276,4 +294,6 @@ class Process:
             raise UserError(f"LIGGGHTS ended with {loop[1]} of {self.balls} balls", 1)
         dangerous = re.findall(r"Dangerous builds = (\d+)", text)
         if any(int(count) for count in dangerous):
-            raise UserError(f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1)
+            raise UserError(
+                f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1
+            )

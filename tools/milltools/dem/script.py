@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from milltools.deck import KINDS
 from milltools.dem.model import POISSON, STEPS_PER_SAMPLE
+from milltools.kinds import KINDS
 
 SUNK = 0.005  # [m] a blade's foot is this deep in the shaft, or a third of its radius
 CORNERS = np.array([(a, b, c) for a in (-1, 1) for b in (0, 1) for c in (-1, 1)], float)
@@ -19,7 +19,8 @@ FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 def _foot(blade, shaft_radius):
     """Radius [m] at which a blade's box begins: inside the shaft, its corners too."""
-    half = (abs(math.sin(blade.pitch)) * blade.width + abs(math.cos(blade.pitch)) * blade.thickness) / 2
+    sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
+    half = (sine * blade.width + cosine * blade.thickness) / 2
     inside = math.sqrt(max(shaft_radius**2 - half**2, 0.0))
     return max(min(shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
 
@@ -63,8 +64,16 @@ def stl(triangles):
 
 def data_file(species, species_of_ball, position, velocity, spin, box):
     """LIGGGHTS' read_data text: exactly these balls, ids from 1; box (3, 2) [m]."""
-    lines = ["balls of the mill", "", f"{len(position)} atoms", f"{len(species) + 4} atom types", ""]
-    lines += [f"{lo:.9g} {hi:.9g} {axis}lo {axis}hi" for (lo, hi), axis in zip(box, "xyz", strict=True)]
+    lines = [
+        "balls of the mill",
+        "",
+        f"{len(position)} atoms",
+        f"{len(species) + 4} atom types",
+        "",
+    ]
+    lines += [
+        f"{lo:.9g} {hi:.9g} {axis}lo {axis}hi" for (lo, hi), axis in zip(box, "xyz", strict=True)
+    ]
     lines += ["", "Atoms", ""]
     for k, (kind, place) in enumerate(zip(species_of_ball, position, strict=True), start=1):
         ball = species[kind]
@@ -127,7 +136,10 @@ def head(deck, model):
         f"fix young all property/global youngsModulus peratomtype {' '.join([f'{modulus:.9g}'] * (count + 4))}",
         f"fix poisson all property/global poissonsRatio peratomtype {' '.join([str(POISSON)] * (count + 4))}",
     ]
-    for name, key in (("coefficientRestitution", "restitution"), ("coefficientFriction", "friction")):
+    for name, key in (
+        ("coefficientRestitution", "restitution"),
+        ("coefficientFriction", "friction"),
+    ):
         values = _matrix(deck, key, count)
         lines.append(f"fix {key} all property/global {name} peratomtypepair {count + 4} {values}")
     lines.append(f"fix speed all property/global characteristicVelocity scalar {model.speed:.17g}")
@@ -135,7 +147,9 @@ def head(deck, model):
     return lines
 
 
-def mill(deck, model, damped, steps, forces_every, triangles, told=True, states_every=STEPS_PER_SAMPLE):
+def mill(
+    deck, model, damped, steps, forces_every, triangles, told=True, states_every=STEPS_PER_SAMPLE
+):
     """The input script of one stretch of a mill.
 
     steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every, states_every:
@@ -152,7 +166,10 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True, states_
     lines = head(deck, model)
     lines += [f"pair_style gran {models} {settings}", "pair_coeff * *", "fix move all nve/sphere"]
     if strength > 0:
-        lines.append(f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{v:.17g}" for v in gravity))
+        lines.append(
+            f"fix weight all gravity {strength:.17g} vector "
+            + " ".join(f"{v:.17g}" for v in gravity)
+        )
 
     stored = "store_force yes" if forces_every and told else ""
 
@@ -167,7 +184,11 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True, states_
     wall("wall1", 2, f"xplane {half:.17g}")
     speed, shaft = deck.rotor_speed, deck.shaft_radius
     if shaft > 0:
-        ball = sum(kind.count * kind.diameter for kind in deck.species) / sum(k.count for k in deck.species) / 2
+        ball = (
+            sum(kind.count * kind.diameter for kind in deck.species)
+            / sum(k.count for k in deck.species)
+            / 2
+        )
         # LIGGGHTS takes an angular velocity here and lets it act at the ball's centre
         turning = f"shear y {speed * shaft / (shaft + ball):.17g}" if speed else ""
         wall("shaft", 3, f"xcylinder {shaft:.17g} 0 0", turning)
@@ -187,7 +208,9 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True, states_
     if told and states_every:
         lines.append(f"dump state all custom {states_every} state.bin {state}")
     if stored:
-        walls = ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))
+        walls = (
+            ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))
+        )
         columns = " ".join(f"f_force_{name}[{k}]" for name in walls for k in (1, 2, 3))
         lines.append(f"dump walls all custom {forces_every} walls.bin id {columns}")
     lines += [
