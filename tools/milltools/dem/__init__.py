@@ -162,7 +162,9 @@ class Watch:
             self.bar.update(self.task, completed=self.work(reached), description=text)
             return
         share = self.work(reached)
-        left = (now - self.begin) * (1 / share - 1) if share else math.nan
+        if share == 0:
+            return
+        left = (now - self.begin) * (1 / share - 1)
         print(
             f"mill dem: {reached * 1e3:.2f} of {self.end * 1e3:g} ms, {100 * share:.1f} %, {left:.0f} s left",
             file=sys.stderr,
@@ -315,13 +317,13 @@ class Job:
 
     def publish(self, mill, status):
         """Writes the file as of now."""
-        self.published = time.monotonic()
         mill.flush()
         try:
             reached = self.end if status == "complete" else mill.time
             self.results.write(self.output, self.facts(mill), status, reached)
         except OSError as fault:
             raise UserError(str(fault), 1) from None
+        self.published = time.monotonic()
 
     def check_singles(self):
         """Throws single balls, so that what LIGGGHTS makes of the deck's contacts is known before it runs for long."""
@@ -345,7 +347,8 @@ class Job:
         self.check_start(state)
         with watched():
             try:
-                return self.follow(state)
+                with contextlib.closing(self.gather()):
+                    return self.follow(state)
             except OSError as fault:  # a full disk, as a rule
                 raise UserError(
                     f"{fault.filename or tempfile.gettempdir()}: {fault.strerror or fault}", 1
@@ -364,14 +367,16 @@ class Job:
         if not os.access(self.output.parent, os.W_OK):
             raise UserError(f"{self.output}: cannot write into {self.output.parent}", 1)
 
+    def gather(self):
+        """The Results of this run, still empty."""
+        species, of = self.deck.species, self.deck.species_of_ball
+        diameter = np.array([kind.diameter for kind in species])[of]
+        mass = np.array([kind.density for kind in species])[of] * np.pi / 6 * diameter**3
+        self.results = Results(self.deck, diameter, mass, of, [kind.name for kind in species])
+        return self.results
+
     def follow(self, state):
         """Runs LIGGGHTS from `state` and writes the results, whatever its end; returns the exit status."""
-        deck, species, of = self.deck, self.deck.species, self.deck.species_of_ball
-        diameter = np.array([kind.diameter for kind in species])[of]
-        density = np.array([kind.density for kind in species])[of]
-        self.results = Results(
-            deck, diameter, density * np.pi / 6 * diameter**3, of, [kind.name for kind in species]
-        )
         watch = Watch(self.end, self.work, self.arguments.quiet)
 
         def tell(reached):
@@ -379,7 +384,7 @@ class Job:
             if time.monotonic() - self.published > PUBLISH:
                 self.publish(mill, "running")
 
-        mill = Mill(deck, state, self.damped, self.results, self.arguments.ranks, tell)
+        mill = Mill(self.deck, state, self.damped, self.results, self.arguments.ranks, tell)
         end, status = "stopped", 0
         try:
             self.check_singles()

@@ -178,7 +178,7 @@ class Mill:
             self.results.snapshot(self.state[0], self.state[1])
             self.snapshot_count += 1
         if self.frames > 0 and self.time > self.frame_count * self.frames - near:
-            self.results.frame(self.frame_count * self.frames, *self.state)
+            self.results.frame(self.time, *self.state)
             self.frame_count += 1
         if sample % model.samples_per_row == 0 and self.time > self.rows * self.series - near:
             self._row(process, contacts, sample // model.samples_per_row)
