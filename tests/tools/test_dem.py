@@ -444,6 +444,28 @@ def test_a_warm_up_hands_all_balls_over_without_overlaps_and_the_rows_go_on(ran)
         assert run.window == pytest.approx((0.024, 0.028))
 
 
+def test_blades_go_on_from_their_angle_after_a_warm_up(ran, millsim, tmp_path):
+    """A ball that floats in the way of a blade, which comes after the hand-over."""
+    (tmp_path / "start.txt").write_text("-0.01 0.0 0.016\n")
+    text = SMALL.replace("count = 20", "count = 1\nstart = start.txt").replace(
+        "friction = 0.3", FRICTION
+    )
+    words = sets("gravity.acceleration=0 0 0 m/s^2", "rotor.angle=-30 deg", "rotor.speed=1200 rpm", "output.impacts=all", "run.sample_from=24 ms", "output.frames=1 ms")  # fmt: skip
+    with ran(text, "--time", "26 ms", "--warm-up", "1e7", "--modulus", "1e9", *words) as run:
+        assert millsim("deck.ini", "-q", "-s", "run.time=26 ms", *words).returncode == 0
+        with Run(tmp_path / "deck.h5") as own:
+            ours, theirs = first_impacts(run, 0.026), first_impacts(own, 0.026)
+            assert ours.keys() == theirs.keys() == {(4, 0, 0)}
+            when, *_ = theirs[4, 0, 0]
+            assert when > 0.005
+            assert ours[4, 0, 0][0] == pytest.approx(when, abs=2e-6)
+            after = math.ceil(when * 1e3 + 0.2)  # frames of 1 ms
+            assert run.frame(after - 1, "velocity") == pytest.approx(np.zeros((1, 3)), abs=1e-12)
+            thrown = own.frame(after, "velocity")
+            assert np.linalg.norm(thrown) > 1
+            assert run.frame(after, "velocity") == pytest.approx(thrown, abs=0.1)
+
+
 # ---- LIGGGHTS' own input ----
 
 
