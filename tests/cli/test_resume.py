@@ -295,7 +295,8 @@ def test_stopped_and_resumed_again_and_again_ends_with_the_same_bits(folder, sho
         process.communicate(timeout=60)
         if process.returncode == 0:
             break
-        assert process.returncode == 130
+        # on a busy machine the signal can come before the program's first instruction: then it is a shell's 130
+        assert process.returncode in (130, -signal.SIGINT)
         if mill.file.exists():
             times.append(status(mill.file)[1])
     assert times == sorted(times)

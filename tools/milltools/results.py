@@ -378,11 +378,11 @@ class Results:
             """Mean rate of a cumulative series over the window, as far as there are rows."""
             if not duration > 0:
                 return of_nothing
-            upto = min(time, self.end, times[-1] if len(times) else -math.inf)
-            if not upto > self.begin:
+            reach = min(time, self.end, times[-1] if len(times) else -math.inf)
+            if not reach > self.begin:
                 return math.nan
-            return float(np.diff(np.interp([self.begin, upto], times, sums))[0]) / (
-                upto - self.begin
+            return float(np.diff(np.interp([self.begin, reach], times, sums))[0]) / (
+                reach - self.begin
             )
 
         power = [mean(series[f"dissipation/{kind}"], 0.0) for kind in KINDS]

@@ -115,8 +115,9 @@ def cautions(deck, damped, missed):
 class Watch:
     """Progress on standard error: a bar on a terminal, a line now and then elsewhere, nothing if quiet."""
 
-    def __init__(self, end, quiet):
-        self.end, self.quiet = end, quiet
+    def __init__(self, end, work, quiet):
+        """end [s] of simulated time; work(time): share of all time steps up to then, 0 to 1."""
+        self.end, self.work, self.quiet = end, work, quiet
         self.bar = self.task = None
         self.begin = self.said = time.monotonic()
         console = Console(stderr=True)
@@ -129,7 +130,7 @@ class Watch:
                 console=console,
                 transient=True,
             )
-            self.task = self.bar.add_task("LIGGGHTS", total=end)
+            self.task = self.bar.add_task("LIGGGHTS", total=1.0)
             self.bar.start()
 
     def stop(self):
@@ -137,20 +138,20 @@ class Watch:
         if self.bar:
             self.bar.stop()
 
-    def __call__(self, reached, ahead=None):
-        """reached [s] of simulated time; ahead: expected seconds to go, if known better than by proportion."""
+    def __call__(self, reached):
+        """reached [s] of simulated time."""
         now = time.monotonic()
         if self.quiet or now - self.said < (0.2 if self.bar else PLAIN):
             return
         self.said = now
         if self.bar:
             text = f"LIGGGHTS {reached * 1e3:.2f} of {self.end * 1e3:g} ms"
-            self.bar.update(self.task, completed=reached, description=text)
+            self.bar.update(self.task, completed=self.work(reached), description=text)
             return
-        left = (now - self.begin) * (self.end / reached - 1) if reached else math.nan
-        share = 100 * reached / self.end
+        share = self.work(reached)
+        left = (now - self.begin) * (1 / share - 1) if share else math.nan
         print(
-            f"mill dem: {reached * 1e3:.2f} of {self.end * 1e3:g} ms, {share:.1f} %, {left:.0f} s left",
+            f"mill dem: {reached * 1e3:.2f} of {self.end * 1e3:g} ms, {100 * share:.1f} %, {left:.0f} s left",
             file=sys.stderr,
             flush=True,
         )
@@ -200,6 +201,7 @@ class Job:
         self.started = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         self.begin = self.published = time.monotonic()
         self.measured = {}
+        self.price = math.nan
 
     def write_script(self, folder):
         """LIGGGHTS' files for the whole run, for those who go on by hand."""
@@ -224,7 +226,7 @@ class Job:
             "cpu_time": mill.cpu,
             "largest_overlap": mill.deepest,
             "tools": (engine.version(), "", "version of millsim's tools that drove it"),
-            "price": (mill.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output, after the end"),
+            "price": (self.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"),
             "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
             "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
             "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
@@ -292,7 +294,7 @@ class Job:
         self.results = Results(
             deck, diameter, density * np.pi / 6 * diameter**3, of, [kind.name for kind in species]
         )
-        watch = Watch(self.end, self.arguments.quiet)
+        watch = Watch(self.end, self.work, self.arguments.quiet)
 
         def tell(reached):
             watch(reached)
@@ -306,8 +308,9 @@ class Job:
             with signals():
                 self.check_singles()
                 if self.soft_until > 0:
-                    mill.run(self.soft, self.soft_until, priced=False)
+                    mill.run(self.soft, self.soft_until)
                 mill.run(self.modulus, self.end)
+                self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
         except Stopped as stopped:
             status = 128 + stopped.number
         finally:
@@ -317,6 +320,15 @@ class Job:
         if status:
             print(f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}", file=sys.stderr)
         return status
+
+    def work(self, reached):
+        """Share of the time steps up to `reached` [s]."""
+        soft = Model(self.deck, self.soft).time_step if self.soft else self.model.time_step
+
+        def steps(t):
+            return min(t, self.soft_until) / soft + max(t - self.soft_until, 0.0) / self.model.time_step
+
+        return steps(reached) / steps(self.end)
 
     def check_start(self, state):
         """Bodies that overlap at the start would fly apart: LIGGGHTS says nothing."""

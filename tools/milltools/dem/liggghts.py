@@ -7,7 +7,6 @@ it is known to keep silent about into errors.
 import contextlib
 import fcntl
 import os
-import pathlib
 import re
 import select
 import shutil
@@ -165,34 +164,22 @@ class Process:
         path = self.folder / "screen.txt"
         return path.read_text(errors="replace") if path.exists() else ""
 
-    def processor_time(self):
-        """Seconds of processor time that LIGGGHTS has taken so far, all its ranks together."""
-        ticks = 0
-        for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
-            with contextlib.suppress(OSError):
-                words = path.read_text().rpartition(")")[2].split()
-                if int(words[3]) == self.process.pid:  # of the session that it began
-                    ticks += sum(int(word) for word in words[11:15])
-        return ticks / os.sysconf("SC_CLK_TCK")
-
     def version(self):
         """LIGGGHTS' version, as it prints it."""
         found = re.search(r"LIGGGHTS \(Version (\S+ \S+?),", self.screen())
         return found[1] if found else "unknown"
 
-    def finish(self, bare=0):
-        """Waits for the end and returns (processor time [s] of it all, processor time [s] of the `bare` steps after the
-        last dump); raises UserError for every way in which LIGGGHTS can have failed."""
+    def finish(self):
+        """Waits for the end and returns the processor time [s] that LIGGGHTS has taken; raises UserError for every way
+        in which it can have failed."""
         for pipe in self.pipes.values():
             pipe.close()
-        before = self.processor_time()
         _, state, used = os.wait4(self.process.pid, 0)
         self.process.returncode = status = os.waitstatus_to_exitcode(state)
-        self._assert_success(status, 2 if bare else 1)
-        whole = used.ru_utime + used.ru_stime
-        return whole, whole - before
+        self._assert_success(status)
+        return used.ru_utime + used.ru_stime
 
-    def _assert_success(self, status, runs):
+    def _assert_success(self, status):
         text = self.screen()
         errors = [line for line in text.splitlines() if "ERROR" in line]
         said = (self.folder / "stderr.txt").read_text(errors="replace").strip().splitlines()
@@ -201,11 +188,11 @@ class Process:
             raise UserError(f"LIGGGHTS failed with status {status}: {what}", 1)
         if self.triangles and f"containing {self.triangles} triangle(s)" not in text:
             raise UserError(f"LIGGGHTS did not read all {self.triangles} triangles of the blades", 1)
-        loops = re.findall(r"Loop time of \S+ on \d+ procs for \d+ steps with (\d+) atoms", text)
-        if len(loops) < runs:
+        loop = re.search(r"Loop time of \S+ on \d+ procs for \d+ steps with (\d+) atoms", text)
+        if not loop:
             raise UserError("LIGGGHTS ended before its run was over", 1)
-        if int(loops[-1]) != self.balls:
-            raise UserError(f"LIGGGHTS ended with {loops[-1]} of {self.balls} balls", 1)
+        if int(loop[1]) != self.balls:
+            raise UserError(f"LIGGGHTS ended with {loop[1]} of {self.balls} balls", 1)
         dangerous = re.findall(r"Dangerous builds = (\d+)", text)
         if any(int(count) for count in dangerous):
             raise UserError(f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1)

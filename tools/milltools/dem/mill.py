@@ -1,6 +1,5 @@
 """A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
 
-import math
 import pathlib
 import shutil
 import tempfile
@@ -17,11 +16,11 @@ from milltools.dem.rubbing import at_walls, walls_of
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
-BARE = 0.02  # of the steps are run once more without output, to know what LIGGGHTS costs by itself
-LEAST_BARE = 2000  # steps
+PRICED = 0.01  # of the steps are run once more, and three times as many, without output: what LIGGGHTS costs by itself
+LEAST_PRICED = 1000  # steps
 
 
-def inputs(folder, deck, model, damped, steps, forces_every, time, state, bare=0):
+def inputs(folder, deck, model, damped, steps, forces_every, time, state, told=True):
     """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles."""
     place, velocity, spin = state
     triangles = script.blade_triangles(deck, deck.rotor_speed * time)
@@ -29,7 +28,7 @@ def inputs(folder, deck, model, damped, steps, forces_every, time, state, bare=0
     (folder / "balls.data").write_text(balls)
     if len(triangles):
         (folder / "blades.stl").write_text(script.stl(triangles))
-    return script.mill(deck, model, damped, steps, forces_every, triangles, bare), len(triangles)
+    return script.mill(deck, model, damped, steps, forces_every, triangles, told), len(triangles)
 
 
 class Mill:
@@ -49,7 +48,7 @@ class Mill:
         self.inertia = 0.1 * self.mass * diameters**2
         self.gravity = np.array(deck.numbers("gravity.acceleration"))
         self.walls = walls_of(deck)
-        self.contacts, self.waiting, self.version = None, [], "unknown"
+        self.contacts, self.model, self.waiting, self.version = None, None, [], "unknown"
         self.rubs = any(deck.contact(kind).friction > 0 for kind in KINDS)
         self.normal_loss, self.rubbed = np.zeros(5), np.zeros(5)
         self.isolated_loss = np.zeros(5)
@@ -57,10 +56,25 @@ class Mill:
         self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
         self.turnover = 0.0
         self.rows = self.frame_count = self.snapshot_count = 0
-        self.cpu, self.deepest, self.price, self.shifts = 0.0, 0.0, math.nan, []
+        self.cpu, self.deepest, self.shifts = 0.0, 0.0, []
 
-    def run(self, modulus, until, priced=True):
-        """See the class. priced: find out what LIGGGHTS costs without output, too. Returns the Model of the stretch."""
+    def price(self, steps):
+        """Processor seconds of LIGGGHTS for one simulated second from here on, without output: what two runs of `steps`
+        and three times as many steps differ by. For the model of the last stretch."""
+        steps = max(LEAST_PRICED, round(PRICED * steps))
+        taken = []
+        for count in (steps, 3 * steps):
+            with tempfile.TemporaryDirectory(prefix="mill-dem-") as name:
+                folder = pathlib.Path(name)
+                text, triangles = inputs(
+                    folder, self.deck, self.model, self.damped, count, 1, self.time, self.state, told=False
+                )
+                with Process(folder, text, len(self.mass), triangles, self.ranks, ()) as process:
+                    taken.append(process.finish())
+        return (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
+
+    def run(self, modulus, until):
+        """See the class. Returns the Model of the stretch."""
         model = Model(self.deck, modulus)
         contacts = Contacts(self.deck, model)
         if self.contacts:
@@ -73,7 +87,6 @@ class Mill:
         samples = round((until - self.time) / model.sample_interval)
         forces_every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
         steps = samples * STEPS_PER_SAMPLE
-        bare = max(LEAST_BARE, round(BARE * steps)) if priced else 0
         folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
         try:
             text, triangles = inputs(
@@ -85,15 +98,13 @@ class Mill:
                 forces_every * STEPS_PER_SAMPLE,
                 self.time,
                 self.state,
-                bare,
             )
             dumps = ["state.bin"] + ["walls.bin"] * self.rubs
             with Process(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
                 self._follow(process, model, contacts, samples, forces_every)
-                cpu, of_bare = process.finish(bare)
+                self.cpu += process.finish()
                 self.version = process.version()
-            self.cpu += cpu
-            self.price = of_bare / (bare * model.time_step) if bare else math.nan
+            self.model = model
         finally:
             shutil.rmtree(folder, ignore_errors=True)
             self.normal_loss += contacts.normal_loss

@@ -135,10 +135,10 @@ def head(deck, model):
     return lines
 
 
-def mill(deck, model, damped, steps, forces_every, triangles, bare=0):
+def mill(deck, model, damped, steps, forces_every, triangles, told=True):
     """The input script of one stretch of a mill.
 
-    steps: how many, and then `bare` more without any output, for the price; forces_every: every how many steps the forces of the walls are told (0: never).
+    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every: every how many steps the forces of the walls are told (0: never).
     Ball states come out through `state.bin` every sample, the walls' forces through `walls.bin`, the mean torque of the blades through `torque.txt` once a row of the series.
     """
     count = len(deck.species)
@@ -152,10 +152,12 @@ def mill(deck, model, damped, steps, forces_every, triangles, bare=0):
     if strength > 0:
         lines.append(f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{v:.17g}" for v in gravity))
 
+    stored = "store_force yes" if forces_every and told else ""
+
     def wall(name, type_, primitive, extra=""):
         lines.append(
             f"fix {name} all wall/gran {models} primitive type {count + type_} {primitive} "
-            f"store_force yes {extra} {settings}"
+            f"{stored} {extra} {settings}"
         )
 
     wall("drum", 1, f"xcylinder {radius:.17g} 0 0")
@@ -170,17 +172,19 @@ def mill(deck, model, damped, steps, forces_every, triangles, bare=0):
     if len(triangles):
         lines += [
             f"fix rotor all mesh/surface/stress file blades.stl type {count + 4} verbose yes reference_point 0 0 0",
-            f"fix blades all wall/gran {models} mesh n_meshes 1 meshes rotor store_force yes {settings}",
+            f"fix blades all wall/gran {models} mesh n_meshes 1 meshes rotor {stored} {settings}",
         ]
         if speed:
             period, axis = 2 * math.pi / abs(speed), "1 0 0" if speed > 0 else "-1 0 0"
             lines.append(
                 f"fix turn all move/mesh mesh rotor rotate origin 0 0 0 axis {axis} period {period:.17g}"
             )
-        lines.append(f"fix torque all ave/time 1 {row} {row} f_rotor[4] file torque.txt")
+        if told:
+            lines.append(f"fix torque all ave/time 1 {row} {row} f_rotor[4] file torque.txt")
     state = "id x y z vx vy vz omegax omegay omegaz"
-    lines.append(f"dump state all custom {STEPS_PER_SAMPLE} state.bin {state}")
-    if forces_every:
+    if told:
+        lines.append(f"dump state all custom {STEPS_PER_SAMPLE} state.bin {state}")
+    if stored:
         walls = ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))
         columns = " ".join(f"f_force_{name}[{k}]" for name in walls for k in (1, 2, 3))
         lines.append(f"dump walls all custom {forces_every} walls.bin id {columns}")
@@ -190,6 +194,4 @@ def mill(deck, model, damped, steps, forces_every, triangles, bare=0):
         "thermo_modify lost error norm no",
         f"run {steps}",
     ]
-    if bare:
-        lines += ["undump state", *["undump walls"] * bool(forces_every), f"run {bare}"]
     return "\n".join([*lines, ""])
