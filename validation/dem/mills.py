@@ -35,7 +35,7 @@ STEADY = [
     Quantity("ball_2", "ball-ball impacts above 2 m/s", "/s", 3, True),
     Quantity("drum_1", "drum impacts above 1 m/s", "/s", 8, True),
     Quantity("wall_1", "end-wall impacts above 1 m/s", "/s", 10),
-    Quantity("blade_1", "blade strikes above 1 m/s", "/s", 10, True),
+    Quantity("blade_strikes", "blade strikes above 1 m/s", "/s", 10, True),
 ]
 
 
@@ -75,14 +75,16 @@ class Window:
             for speed, column in FAST.items():
                 self._rate(f"{kind.removeprefix('ball_')}_{speed:g}", time, fast[:, column])
         # strikes are told for the whole window only: the blocks are those of all impacts, scaled
-        duration = run.duration
-        self.values["blade_raw_1"] = self.values["blade_1"]
-        strikes = run.histogram("ball_blade", "strikes").above(1.0) / duration
-        self.blocks["blade_1"] = self.blocks["blade_1"] * strikes / self.values["blade_1"]
-        self.values["blade_1"] = strikes
+        for kind in KINDS:
+            name, merged = kind.removeprefix("ball_"), run.histogram(kind, "strikes")
+            strikes = self.values[f"{name}_strikes"] = merged.above(1.0) / run.duration
+            impacts = self.values[f"{name}_1"]
+            self.blocks[f"{name}_strikes"] = self.blocks[f"{name}_1"] * (
+                strikes / impacts if impacts else np.nan
+            )
         self.values["all"] = float(run.statistic("impacts/all/rate"))
         slow = run.histogram("all")
-        self.values["slow"] = self.values["all"] - slow.above(0.05) / duration
+        self.values["slow"] = self.values["all"] - slow.above(0.05) / run.duration
 
     def error(self, key):
         """Standard error of the mean from the blocks; NaN of fewer than two."""
