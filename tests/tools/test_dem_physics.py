@@ -151,4 +151,5 @@ def test_what_friction_takes_at_a_wall_closes_the_balance(mill, write_deck, tmp_
     rubbed = {k: lost[k] - normal[k] for k in KINDS}
     assert rubbed[kind] > 0.02 * sum(lost.values())
     assert abs(rubbed["ball_ball"]) < 0.02 * sum(lost.values())
-    assert all(rubbed[k] == pytest.approx(0, abs=1e-12) for k in KINDS[1:] if k != kind)
+    # a blade's edge: normals of two programs differ by rounding of its triangles and of the overlap
+    assert all(abs(rubbed[k]) < 2e-3 * sum(lost.values()) for k in KINDS[1:] if k != kind)

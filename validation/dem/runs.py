@@ -86,7 +86,7 @@ class DemCase(ladder.Case):
         )
         self.run(deck, output=paths[1], **settings)
         say(f"    {name}: {time.monotonic() - begin:.0f} s")
-        note.write_text(json.dumps(key | {"begin": begin}, indent=1))
+        note.write_text(json.dumps(key, indent=1))
         return paths
 
     def _good(self, note, paths, key):
