@@ -9,7 +9,10 @@ while [ -L "$here" ]; do
     esac
 done
 root=$(cd "$(dirname "$here")" && pwd -P) || exit 1
-if ! [ -e "$root/.venv/python.lock" ]; then
+# the first line of the stamp is the folder they were installed for: one that was moved is set up again
+place=
+read -r place 2>/dev/null <"$root/.venv/python.lock"
+if [ "$place" != "$root" ]; then
     echo "mill: its Python packages are not installed: run 'make' in $root" >&2
     exit 1
 fi

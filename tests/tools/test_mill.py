@@ -128,7 +128,7 @@ def checkout(tmp_path):
     python = root / ".venv/bin/python"
     python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
     python.chmod(0o755)
-    (root / ".venv/python.lock").touch()
+    (root / ".venv/python.lock").write_text(f"{root}\nwhat is locked\n")
     return script
 
 
@@ -143,8 +143,11 @@ def test_the_script_works_through_links_from_anywhere(checkout, tmp_path):
         assert done.stderr == "mill plot: a file: no such file\n", link
 
 
-def test_the_script_without_packages_says_what_to_do(checkout):
+@pytest.mark.parametrize("stamp", [None, "/where/it/was/before\n"], ids=["none", "moved"])
+def test_the_script_without_its_packages_says_what_to_do(checkout, stamp):
     (checkout.parent / ".venv/python.lock").unlink()
+    if stamp:
+        (checkout.parent / ".venv/python.lock").write_text(stamp)
     done = subprocess.run([checkout], env=ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr == (

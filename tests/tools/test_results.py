@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from foreign import DECKS, RUN
 
-from milltools.results import KINDS
+from milltools.kinds import KINDS
 
 
 @pytest.fixture(scope="module", params=DECKS, ids=lambda name: name.replace(",", ""))

@@ -6,7 +6,8 @@ import pytest
 from conftest import SMALL
 
 from milltools.errors import UserError
-from milltools.runfile import KINDS, Run
+from milltools.kinds import KINDS
+from milltools.runfile import Run
 
 PADDLE = """
 [blade.paddle]

@@ -12,10 +12,7 @@ import numpy as np
 
 from milltools.engine import program
 from milltools.errors import UserError
-from milltools.runfile import KINDS
 from milltools.schema import deck_entries
-
-__all__ = ["KINDS", "Blade", "Contact", "Deck", "Species"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,7 +54,9 @@ def _ask(path, overrides, *options):
     done = subprocess.run(words, capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
-        raise UserError(lines[-1].removeprefix("millsim: "), done.returncode if done.returncode > 0 else 1)
+        raise UserError(
+            lines[-1].removeprefix("millsim: "), done.returncode if done.returncode > 0 else 1
+        )
     return done.stdout
 
 
@@ -140,11 +139,16 @@ class Deck:
         turn = self.number("rotor.angle", 0.0)
         found = []
         if "blades" in self.sections:
-            shape = [self.number(f"blades.{key}") for key in ("tip_radius", "width", "thickness", "pitch")]
+            shape = [
+                self.number(f"blades.{key}")
+                for key in ("tip_radius", "width", "thickness", "pitch")
+            ]
             count, length = int(self.number("blades.count")), self.number("drum.length")
             step = self.number("blades.angle_step")
             for k in range(count):
-                found.append(Blade(-length / 2 + (k + 0.5) * length / count, turn + k * step, *shape))
+                found.append(
+                    Blade(-length / 2 + (k + 0.5) * length / count, turn + k * step, *shape)
+                )
         for name in self.sections:
             if name.startswith("blade."):
                 place = self.number(f"{name}.position"), turn + self.number(f"{name}.angle")
@@ -155,4 +159,9 @@ class Deck:
     def contact(self, kind):
         """The contact law of `kind`, one of KINDS."""
         keys = ("restitution", "friction", "tangential_restitution")
-        return Contact(*(self.number(f"contact.{kind}.{key}", self.number(f"contact.{key}", 0.0)) for key in keys))
+        return Contact(
+            *(
+                self.number(f"contact.{kind}.{key}", self.number(f"contact.{key}", 0.0))
+                for key in keys
+            )
+        )

@@ -14,7 +14,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.transforms import Affine2D
 
 from milltools.errors import UserError
-from milltools.runfile import KIND_LABEL, KINDS, Run
+from milltools.kinds import KINDS
+from milltools.runfile import KIND_LABEL, Run
 
 SUMMARY = (
     "Draws one run: the mill and its balls coloured by speed, where the energy goes, and the spectrum of impact "

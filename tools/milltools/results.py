@@ -23,6 +23,7 @@ from milltools.h5write import (
     put_column,
     whole_file,
 )
+from milltools.kinds import KINDS
 from milltools.schema import (
     LOG,
     OPTIONAL,
@@ -33,9 +34,9 @@ from milltools.schema import (
     deck_entries,
     run_facts,
 )
-from milltools.tally import KINDS, Blocks, Maps, Speeds, Strikes, find_slots
+from milltools.tally import Blocks, Maps, Speeds, Strikes, find_slots
 
-__all__ = ["KINDS", "Results"]
+__all__ = ["Results"]
 
 SLICE = 1 << 18  # impacts worked on at a time, at most: memory does not grow with the batch
 FEW = 1 << 16  # as many are gathered first, for few cost as much as thousands

@@ -16,7 +16,6 @@ import numpy as np
 
 from milltools.errors import UserError
 
-KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
 KIND_LABEL = {
     "ball_ball": "ball-ball",
     "ball_drum": "ball-drum",
@@ -139,7 +138,10 @@ class Run:
 
     @property
     def cost(self) -> float:
-        """CPU seconds per simulated second; NaN if the run has not begun."""
+        """CPU seconds per simulated second: what the program says of itself (/run/price), else from its CPU time; NaN if
+        the run has not begun."""
+        if self.has("run/price"):
+            return float(self.read("run/price"))
         return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
 
     # ---- the deck

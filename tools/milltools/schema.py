@@ -2,7 +2,7 @@
 
 import re
 
-from milltools.tally import KINDS
+from milltools.kinds import KINDS
 
 THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast_collisions
 STATUSES = ("complete", "running", "stopped", "failed")

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
+from milltools.kinds import KINDS
 
 DECADE, LOWEST, HIGHEST = 152, -760, 380  # edges are 20^(k/152) m/s, k = LOWEST..HIGHEST
 BINS = HIGHEST - LOWEST

@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from milltools.h5write import put
-from milltools.tally import BINS, EDGES, FAST, KINDS, LEVELS, block_error, quantile
+from milltools.kinds import KINDS
+from milltools.tally import BINS, EDGES, FAST, LEVELS, block_error, quantile
 
 ROWS = (*KINDS, "all")
 NORMAL = {"part": "normal"}

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from milltools import engine
-from milltools.deck import KINDS, Deck
+from milltools.deck import Deck
 from milltools.dem import singles
 from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
@@ -23,6 +23,7 @@ from milltools.dem.mill import Mill, inputs
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
 from milltools.dem.summary import summarize
 from milltools.errors import UserError
+from milltools.kinds import KINDS
 from milltools.results import Results
 
 SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file it writes
@@ -35,7 +36,9 @@ UNITS = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
 LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
 LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
 LARGEST_START_OVERLAP = 1e-3  # of a diameter
-RESTITUTION_OFF = 0.02  # single impacts farther than this from the deck's restitution: something is wrong
+RESTITUTION_OFF = (
+    0.02  # single impacts farther than this from the deck's restitution: something is wrong
+)
 
 
 class Stopped(Exception):
@@ -62,18 +65,28 @@ def modulus(text):
 
 def add_arguments(parser):
     parser.add_argument("deck", help="deck of the mill, as for millsim")
-    parser.add_argument("-o", "--output", help="where results go; default: the deck's name with -dem.h5, in this folder")
+    parser.add_argument(
+        "-o",
+        "--output",
+        help="where results go; default: the deck's name with -dem.h5, in this folder",
+    )
     parser.add_argument("-s", "--set", action="append", default=[], metavar="SECTION.KEY=VALUE",
                         help="override one value of the deck; may be repeated")  # fmt: skip
-    parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing output file")
+    parser.add_argument(
+        "-f", "--force", action="store_true", help="overwrite an existing output file"
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
     parser.add_argument("--modulus", default="1e10", metavar="E",
                         help="Young's modulus of all bodies in Pa, or 'steel' (2.1e11); default %(default)s. The time "
                         "step goes with it: compare rates of impacts at 'steel' only")  # fmt: skip
     parser.add_argument("--warm-up", metavar="E",
                         help="this softer modulus up to 20 ms before run.sample_from: saves most of its time")  # fmt: skip
-    parser.add_argument("--time", help="end of the run, such as '50 ms', instead of the deck's run.time")
-    parser.add_argument("--ranks", type=int, default=1, help="processes of LIGGGHTS (mpirun); default %(default)s")
+    parser.add_argument(
+        "--time", help="end of the run, such as '50 ms', instead of the deck's run.time"
+    )
+    parser.add_argument(
+        "--ranks", type=int, default=1, help="processes of LIGGGHTS (mpirun); default %(default)s"
+    )
     parser.add_argument("--script", metavar="FOLDER",
                         help="write LIGGGHTS' input script, balls and blades into FOLDER and end")  # fmt: skip
 
@@ -97,13 +110,19 @@ def cautions(deck, damped, missed):
     """What a reader ought to know before comparing, one sentence each."""
     found = []
     for wanted, got in sorted({(round(a, 6), round(b, 6)) for a, b in missed.values()}):
-        kinds = [kind for kind, pair in missed.items() if np.allclose(pair, (wanted, got), atol=1e-6)]
+        kinds = [
+            kind for kind, pair in missed.items() if np.allclose(pair, (wanted, got), atol=1e-6)
+        ]
         also = sticking_restitution(deck.contact(kinds[0]).restitution)
         found.append(
             f"tangential restitution {wanted:g} of {', '.join(kinds)} has no counterpart in LIGGGHTS, which has "
             f"{also:.3f} (damped) or 1: this run has {got:.3f}"
         )
-    low = [k for k in KINDS if deck.contact(k).friction > 0 and deck.contact(k).restitution < LEAST_WITH_FRICTION]
+    low = [
+        k
+        for k in KINDS
+        if deck.contact(k).friction > 0 and deck.contact(k).restitution < LEAST_WITH_FRICTION
+    ]
     if low:
         found.append(
             f"restitution below {LEAST_WITH_FRICTION} with friction ({', '.join(low)}): LIGGGHTS' effective friction is "
@@ -164,7 +183,10 @@ def signals():
     def stop(number, _frame):
         raise Stopped(number)
 
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    before = {
+        number: signal.signal(number, stop)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
     try:
         yield
     finally:
@@ -191,13 +213,17 @@ class Job:
         self.soft_until = 0.0
         if self.soft is not None:
             if self.soft >= self.modulus:
-                raise UserError(f"--warm-up {arguments.warm_up} is not softer than --modulus {arguments.modulus}")
+                raise UserError(
+                    f"--warm-up {arguments.warm_up} is not softer than --modulus {arguments.modulus}"
+                )
             series = self.deck.number("output.series")
             until = self.deck.number("run.sample_from", 0.0) - SETTLE
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
         if arguments.ranks < 1:
             raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
-        self.output = pathlib.Path(arguments.output or f"{pathlib.Path(arguments.deck).stem}-dem.h5")
+        self.output = pathlib.Path(
+            arguments.output or f"{pathlib.Path(arguments.deck).stem}-dem.h5"
+        )
         self.started = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         self.begin = self.published = time.monotonic()
         self.measured = {}
@@ -209,11 +235,15 @@ class Job:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             steps = round(self.end / self.model.time_step)
-            text, _ = inputs(folder, self.deck, self.model, self.damped, steps, 0, 0.0, self.deck.start())
+            text, _ = inputs(
+                folder, self.deck, self.model, self.damped, steps, 0, 0.0, self.deck.start()
+            )
             (folder / "in.mill").write_text(text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
-        print(f"{folder}: in.mill, balls.data, blades.stl; run there: liggghts -in in.mill -screen screen.txt -log none")
+        print(
+            f"{folder}: in.mill, balls.data, blades.stl; run there: liggghts -in in.mill -screen screen.txt -log none"
+        )
 
     def facts(self, mill):
         """What goes into /run."""
@@ -226,13 +256,29 @@ class Job:
             "cpu_time": mill.cpu,
             "largest_overlap": mill.deepest,
             "tools": (engine.version(), "", "version of millsim's tools that drove it"),
-            "price": (self.price, "1", "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"),
+            "price": (
+                self.price,
+                "1",
+                "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output",
+            ),
             "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
-            "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
+            "warm_up_modulus": (
+                self.soft or self.modulus,
+                "Pa",
+                "Young's modulus up to warm_up_time",
+            ),
             "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
             "time_step": (self.model.time_step, "s", "time step at `modulus`"),
-            "sample_interval": (self.model.sample_interval, "s", "interval at which contacts were looked at"),
-            "contact_duration": (self.model.pair[0][0].duration, "s", "of two balls of the first kind at `modulus`"),
+            "sample_interval": (
+                self.model.sample_interval,
+                "s",
+                "interval at which contacts were looked at",
+            ),
+            "contact_duration": (
+                self.model.pair[0][0].duration,
+                "s",
+                "of two balls of the first kind at `modulus`",
+            ),
             "ranks": (self.arguments.ranks, "1", "processes of LIGGGHTS"),
         }
         if not mill.rubs and mill.turnover:
@@ -245,8 +291,16 @@ class Job:
             )  # fmt: skip
         for kind, law in self.measured.items():
             text = "of single impacts in LIGGGHTS at this stiffness and time step"
-            facts[f"measured/{kind}/restitution"] = (law.restitution, "1", f"normal restitution {text}")
-            facts[f"measured/{kind}/friction"] = (law.friction, "1", f"friction of sliding contacts {text}")
+            facts[f"measured/{kind}/restitution"] = (
+                law.restitution,
+                "1",
+                f"normal restitution {text}",
+            )
+            facts[f"measured/{kind}/friction"] = (
+                law.friction,
+                "1",
+                f"friction of sliding contacts {text}",
+            )
             facts[f"measured/{kind}/tangential_restitution"] = (
                 law.tangential_restitution, "1", f"tangential restitution of sticking contacts {text}",
             )  # fmt: skip
@@ -318,7 +372,10 @@ class Job:
         self.publish(mill, "stopped" if status else "complete")
         print(summarize(self.output, self.deck, self.measured), end="")
         if status:
-            print(f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}", file=sys.stderr)
+            print(
+                f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}",
+                file=sys.stderr,
+            )
         return status
 
     def work(self, reached):
@@ -326,14 +383,19 @@ class Job:
         soft = Model(self.deck, self.soft).time_step if self.soft else self.model.time_step
 
         def steps(t):
-            return min(t, self.soft_until) / soft + max(t - self.soft_until, 0.0) / self.model.time_step
+            return (
+                min(t, self.soft_until) / soft
+                + max(t - self.soft_until, 0.0) / self.model.time_step
+            )
 
         return steps(reached) / steps(self.end)
 
     def check_start(self, state):
         """Bodies that overlap at the start would fly apart: LIGGGHTS says nothing."""
         found = Contacts(self.deck, self.model).find(0.0, state[0], state[1])
-        deepest = max((f.overlap.max() for f in found if f is not None and len(f.ball)), default=0.0)
+        deepest = max(
+            (f.overlap.max() for f in found if f is not None and len(f.ball)), default=0.0
+        )
         least = min(kind.diameter for kind in self.deck.species)
         if deepest > LARGEST_START_OVERLAP * least:
             raise UserError(f"{self.deck.path}: balls overlap by {deepest:.3g} m at the start")
@@ -345,5 +407,3 @@ def run(arguments) -> int:
         job.write_script(arguments.script)
         return 0
     return job.run()
-
-

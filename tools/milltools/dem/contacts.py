@@ -12,7 +12,7 @@ outer one from a k-d tree. Arrays are by contact where not said otherwise; SI un
 import numpy as np
 from scipy.spatial import cKDTree
 
-from milltools.deck import KINDS
+from milltools.kinds import KINDS
 
 INNER_SAMPLES = 8  # the inner ring is drawn anew after so many samples
 SPEEDUP = 1.5  # a ball may have become faster than all were at the last ring, by this factor
@@ -48,7 +48,9 @@ class Boxes:
         x = place[:, 0] - self.position[blade]
         y, z = place[:, 1], place[:, 2]
         across = c * z - s * y
-        local = np.stack([cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1)
+        local = np.stack(
+            [cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1
+        )
         out = local - np.clip(local, -half, half)
         distance = np.sqrt(np.einsum("ij,ij->i", out, out))
         inside = distance == 0
@@ -62,7 +64,9 @@ class Boxes:
         normal = out / np.where(inside, -1.0, distance)[:, None]
         w, radial, h = normal.T
         across = sp * w + cp * h
-        return distance, np.stack([cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1)
+        return distance, np.stack(
+            [cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1
+        )
 
 
 class _Found:
@@ -71,7 +75,13 @@ class _Found:
     __slots__ = ("key", "ball", "partner", "overlap", "normal")
 
     def __init__(self, key, ball, partner, overlap, normal):
-        self.key, self.ball, self.partner, self.overlap, self.normal = key, ball, partner, overlap, normal
+        self.key, self.ball, self.partner, self.overlap, self.normal = (
+            key,
+            ball,
+            partner,
+            overlap,
+            normal,
+        )
 
 
 class Contacts:
@@ -94,7 +104,10 @@ class Contacts:
         self.shaft, self.rotor = deck.shaft_radius, deck.rotor_speed
         self.boxes = Boxes(deck)
         self.skin = 0.2 * 2 * self.radius.max()
-        self.spring = {name: model.table(name) for name in ("mass", "stiffness", "damping", "decay", "frequency")}
+        self.spring = {
+            name: model.table(name)
+            for name in ("mass", "stiffness", "damping", "decay", "frequency")
+        }
         self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in KINDS]
         self.touching = [np.empty(0, np.int64) for _ in KINDS]
         self.normal_loss = np.zeros(5)
@@ -157,7 +170,11 @@ class Contacts:
         i, j, away = i[hit], j[hit], away[hit]
         distance = np.sqrt(square[hit])
         return _Found(
-            i * self.count + j, i, j, np.sqrt(self.near_square[hit]) - distance, away / distance[:, None]
+            i * self.count + j,
+            i,
+            j,
+            np.sqrt(self.near_square[hit]) - distance,
+            away / distance[:, None],
         )
 
     def _cylinder(self, place, rho, ball, overlap, sign):
@@ -249,7 +266,9 @@ class Contacts:
             self.normal_loss[kind] += self.interval * np.sum(
                 self.springs("damping", kind, found) * closing * closing
             )
-            self.elastic[kind] = 0.5 * np.sum(self.springs("stiffness", kind, found) * found.overlap**2)
+            self.elastic[kind] = 0.5 * np.sum(
+                self.springs("stiffness", kind, found) * found.overlap**2
+            )
             self.deepest = max(self.deepest, found.overlap.max())
             new = np.isin(found.key, self.touching[kind], assume_unique=True, invert=True)
             self.touching[kind] = found.key
@@ -265,7 +284,9 @@ class Contacts:
 
     def _impacts(self, time, kind, found, new, closing, place):
         found = _Found(*(getattr(found, name)[new] for name in _Found.__slots__))
-        decay, frequency, mass = (self.springs(name, kind, found) for name in ("decay", "frequency", "mass"))
+        decay, frequency, mass = (
+            self.springs(name, kind, found) for name in ("decay", "frequency", "mass")
+        )
         speed, age = solve_back(found.overlap, closing[new], decay, frequency)
         slip = self.slip(kind, found, place, *self.before)
         lost = 0.5 * self.loss[kind] * mass * speed * speed

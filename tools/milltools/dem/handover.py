@@ -34,5 +34,6 @@ def part(contacts, time, place, velocity):
             return place, float(np.linalg.norm(place - begin, axis=1).max())
         place += shift
     raise UserError(
-        f"the soft start leaves overlaps of {deepest:.2g} m that cannot be undone: choose a stiffer --warm-up", 1
+        f"the soft start leaves overlaps of {deepest:.2g} m that cannot be undone: choose a stiffer --warm-up",
+        1,
     )

@@ -85,7 +85,16 @@ class Process:
         self.folder, self.balls, self.triangles, self.ranks = folder, balls, triangles, ranks
         (folder / "in.txt").write_text(script)
         self.pipes = {name: Pipe(folder / name) for name in dumps}
-        words = [*command(ranks), "-in", "in.txt", "-screen", "screen.txt", "-log", "none", "-nocite"]
+        words = [
+            *command(ranks),
+            "-in",
+            "in.txt",
+            "-screen",
+            "screen.txt",
+            "-log",
+            "none",
+            "-nocite",
+        ]
         with open(folder / "stderr.txt", "wb") as errors:
             # a session of its own: Ctrl-C at the terminal reaches millsim's tool alone, which then ends this one
             self.process = subprocess.Popen(
@@ -122,7 +131,9 @@ class Process:
         parts = []
         for _ in range(chunks):
             size = self.pipes[name].read(4, self.alive)
-            data = size and self.pipes[name].read(8 * int(np.frombuffer(size, np.int32)[0]), self.alive)
+            data = size and self.pipes[name].read(
+                8 * int(np.frombuffer(size, np.int32)[0]), self.alive
+            )
             if data is None:
                 return None
             parts.append(np.frombuffer(data, np.float64).reshape(-1, columns))
@@ -187,7 +198,9 @@ class Process:
             what = errors[0].strip() if errors else (said[-1] if said else "it said nothing")
             raise UserError(f"LIGGGHTS failed with status {status}: {what}", 1)
         if self.triangles and f"containing {self.triangles} triangle(s)" not in text:
-            raise UserError(f"LIGGGHTS did not read all {self.triangles} triangles of the blades", 1)
+            raise UserError(
+                f"LIGGGHTS did not read all {self.triangles} triangles of the blades", 1
+            )
         loop = re.search(r"Loop time of \S+ on \d+ procs for \d+ steps with (\d+) atoms", text)
         if not loop:
             raise UserError("LIGGGHTS ended before its run was over", 1)
@@ -195,4 +208,6 @@ class Process:
             raise UserError(f"LIGGGHTS ended with {loop[1]} of {self.balls} balls", 1)
         dangerous = re.findall(r"Dangerous builds = (\d+)", text)
         if any(int(count) for count in dangerous):
-            raise UserError(f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1)
+            raise UserError(
+                f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1
+            )

@@ -6,13 +6,13 @@ import tempfile
 
 import numpy as np
 
-from milltools.deck import KINDS
 from milltools.dem import script
 from milltools.dem.contacts import Contacts
 from milltools.dem.handover import part
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE, Model
 from milltools.dem.rubbing import at_walls, walls_of
+from milltools.kinds import KINDS
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
@@ -24,7 +24,9 @@ def inputs(folder, deck, model, damped, steps, forces_every, time, state, told=T
     """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles."""
     place, velocity, spin = state
     triangles = script.blade_triangles(deck, deck.rotor_speed * time)
-    balls = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck))
+    balls = script.data_file(
+        deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck)
+    )
     (folder / "balls.data").write_text(balls)
     if len(triangles):
         (folder / "blades.stl").write_text(script.stl(triangles))
@@ -67,7 +69,15 @@ class Mill:
             with tempfile.TemporaryDirectory(prefix="mill-dem-") as name:
                 folder = pathlib.Path(name)
                 text, triangles = inputs(
-                    folder, self.deck, self.model, self.damped, count, 1, self.time, self.state, told=False
+                    folder,
+                    self.deck,
+                    self.model,
+                    self.damped,
+                    count,
+                    1,
+                    self.time,
+                    self.state,
+                    told=False,
                 )
                 with Process(folder, text, len(self.mass), triangles, self.ranks, ()) as process:
                     taken.append(process.finish())
@@ -134,7 +144,9 @@ class Mill:
         """Hands over the impacts that wait: many at a time are cheaper than few."""
         waiting, self.waiting = self.waiting, []
         if waiting:
-            self.results.impacts(**{name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]})
+            self.results.impacts(
+                **{name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]}
+            )
 
     def _rub(self, process, contacts, interval):
         forces = process.walls()
@@ -147,7 +159,10 @@ class Mill:
     def _store(self, process, model, contacts, sample):
         near = HALF_AN_INTERVAL * model.sample_interval
         snapshots = self.results.snapshot_times
-        while self.snapshot_count < len(snapshots) and self.time > snapshots[self.snapshot_count] - near:
+        while (
+            self.snapshot_count < len(snapshots)
+            and self.time > snapshots[self.snapshot_count] - near
+        ):
             self.results.snapshot(self.state[0], self.state[1])
             self.snapshot_count += 1
         if self.frames > 0 and self.time > self.frame_count * self.frames - near:
@@ -174,8 +189,16 @@ class Mill:
         total = sum(energies.values())
         if self.begin_energy is None:
             self.begin_energy = total
-        missing = self.work - (total - self.begin_energy) - self.removed - normal.sum() - self.rubbed[1:].sum()
-        self.turnover = max(self.turnover, abs(self.work), normal.sum(), abs(total - self.begin_energy))
+        missing = (
+            self.work
+            - (total - self.begin_energy)
+            - self.removed
+            - normal.sum()
+            - self.rubbed[1:].sum()
+        )
+        self.turnover = max(
+            self.turnover, abs(self.work), normal.sum(), abs(total - self.begin_energy)
+        )
         if self.rubs:
             self.rubbed[0] = missing
         else:
@@ -187,5 +210,3 @@ class Mill:
         self.flush()
         self.results.row(self.rows * self.series, values)
         self.rows += 1
-
-

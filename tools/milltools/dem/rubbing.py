@@ -16,7 +16,11 @@ WALLS = {1: ("drum",), 2: ("wall0", "wall1"), 3: ("shaft",), 4: ("blades",)}
 
 def walls_of(deck):
     """Names of the walls of a deck in the order in which LIGGGHTS tells their forces."""
-    return ["drum", "wall0", "wall1"] + ["shaft"] * (deck.shaft_radius > 0) + ["blades"] * bool(deck.blades)
+    return (
+        ["drum", "wall0", "wall1"]
+        + ["shaft"] * (deck.shaft_radius > 0)
+        + ["blades"] * bool(deck.blades)
+    )
 
 
 def at_walls(contacts, walls, state, forces):

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from milltools.deck import KINDS
 from milltools.dem.model import POISSON, STEPS_PER_SAMPLE
+from milltools.kinds import KINDS
 
 SUNK = 0.005  # [m] a blade's foot is this deep in the shaft, or a third of its radius
 CORNERS = np.array([(a, b, c) for a in (-1, 1) for b in (0, 1) for c in (-1, 1)], float)
@@ -63,8 +63,16 @@ def stl(triangles):
 
 def data_file(species, species_of_ball, position, velocity, spin, box):
     """LIGGGHTS' read_data text: exactly these balls, ids from 1; box (3, 2) [m]."""
-    lines = ["balls of the mill", "", f"{len(position)} atoms", f"{len(species) + 4} atom types", ""]
-    lines += [f"{lo:.9g} {hi:.9g} {axis}lo {axis}hi" for (lo, hi), axis in zip(box, "xyz", strict=True)]
+    lines = [
+        "balls of the mill",
+        "",
+        f"{len(position)} atoms",
+        f"{len(species) + 4} atom types",
+        "",
+    ]
+    lines += [
+        f"{lo:.9g} {hi:.9g} {axis}lo {axis}hi" for (lo, hi), axis in zip(box, "xyz", strict=True)
+    ]
     lines += ["", "Atoms", ""]
     for k, (kind, place) in enumerate(zip(species_of_ball, position, strict=True), start=1):
         ball = species[kind]
@@ -127,7 +135,10 @@ def head(deck, model):
         f"fix young all property/global youngsModulus peratomtype {' '.join([f'{modulus:.9g}'] * (count + 4))}",
         f"fix poisson all property/global poissonsRatio peratomtype {' '.join([str(POISSON)] * (count + 4))}",
     ]
-    for name, key in (("coefficientRestitution", "restitution"), ("coefficientFriction", "friction")):
+    for name, key in (
+        ("coefficientRestitution", "restitution"),
+        ("coefficientFriction", "friction"),
+    ):
         values = _matrix(deck, key, count)
         lines.append(f"fix {key} all property/global {name} peratomtypepair {count + 4} {values}")
     lines.append(f"fix speed all property/global characteristicVelocity scalar {model.speed:.17g}")
@@ -150,7 +161,10 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True):
     lines = head(deck, model)
     lines += [f"pair_style gran {models} {settings}", "pair_coeff * *", "fix move all nve/sphere"]
     if strength > 0:
-        lines.append(f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{v:.17g}" for v in gravity))
+        lines.append(
+            f"fix weight all gravity {strength:.17g} vector "
+            + " ".join(f"{v:.17g}" for v in gravity)
+        )
 
     stored = "store_force yes" if forces_every and told else ""
 
@@ -165,7 +179,11 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True):
     wall("wall1", 2, f"xplane {half:.17g}")
     speed, shaft = deck.rotor_speed, deck.shaft_radius
     if shaft > 0:
-        ball = sum(kind.count * kind.diameter for kind in deck.species) / sum(k.count for k in deck.species) / 2
+        ball = (
+            sum(kind.count * kind.diameter for kind in deck.species)
+            / sum(k.count for k in deck.species)
+            / 2
+        )
         # LIGGGHTS takes an angular velocity here and lets it act at the ball's centre
         turning = f"shear y {speed * shaft / (shaft + ball):.17g}" if speed else ""
         wall("shaft", 3, f"xcylinder {shaft:.17g} 0 0", turning)
@@ -185,7 +203,9 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True):
     if told:
         lines.append(f"dump state all custom {STEPS_PER_SAMPLE} state.bin {state}")
     if stored:
-        walls = ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))
+        walls = (
+            ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))
+        )
         columns = " ".join(f"f_force_{name}[{k}]" for name in walls for k in (1, 2, 3))
         lines.append(f"dump walls all custom {forces_every} walls.bin id {columns}")
     lines += [

@@ -13,14 +13,18 @@ import tempfile
 
 import numpy as np
 
-from milltools.deck import KINDS
 from milltools.dem import script
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE
+from milltools.kinds import KINDS
 
-ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
+ANGLES = np.concatenate(
+    [np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)]
+)  # slip / v_n
 PHASES = 4  # each angle begins its contact at so many different fractions of a time step
-SPEED = 0.02  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
+SPEED = (
+    0.02  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
+)
 GAP = 0.004  # of the diameter, before the impact
 
 
@@ -54,7 +58,10 @@ def _scene(deck, kind):
     thrown = np.column_stack([grid, height + (diameter if pairs else diameter / 2) + gap])
     # the slip shall be along x when they touch: start so far back that the ball hits the grid's place
     thrown[:, 0] -= ratio * gap
-    place, velocity = [thrown], [np.column_stack([ratio * SPEED, 0 * ratio, np.full(count, -SPEED)])]
+    place, velocity = (
+        [thrown],
+        [np.column_stack([ratio * SPEED, 0 * ratio, np.full(count, -SPEED)])],
+    )
     if pairs:
         place.append(np.column_stack([grid, np.full(count, height)]))
         velocity.append(np.zeros((count, 3)))

@@ -2,7 +2,7 @@
 
 import math
 
-from milltools.deck import KINDS
+from milltools.kinds import KINDS
 from milltools.runfile import Run
 
 
@@ -17,12 +17,19 @@ def summarize(path, deck, measured):
     with Run(path) as run:
         read = run.read
         window = run.duration
-        lines = ["", f"sampled for {window * 1e3:.4g} ms, LIGGGHTS, E = {read('run/modulus'):.3g} Pa", ""]
-        lines.append("kind           contacts      rate [/s]   median v_n   > 50 mm/s  mean v_n [m/s]   power [W]")
+        lines = [
+            "",
+            f"sampled for {window * 1e3:.4g} ms, LIGGGHTS, E = {read('run/modulus'):.3g} Pa",
+            "",
+        ]
+        lines.append(
+            "kind           contacts      rate [/s]   median v_n   > 50 mm/s  mean v_n [m/s]   power [W]"
+        )
         for kind in (*KINDS, "all"):
             row = f"statistics/impacts/{kind}"
             median, above, mean = (
-                read(f"{row}/normal_speed/{name}") for name in ("median", "median_above_50mm_s", "mean")
+                read(f"{row}/normal_speed/{name}")
+                for name in ("median", "median_above_50mm_s", "mean")
             )
             lines.append(
                 f"{kind:<12}{read(f'{row}/count'):>11}{_number(read(f'{row}/rate')):>15}{_number(median):>13}"
@@ -31,15 +38,25 @@ def summarize(path, deck, measured):
         lines.append("")
         error = read("statistics/rotor/power_error")
         blocks = int(read("statistics/rotor/blocks"))
-        error = f"+- {_number(error)} W ({blocks} blocks)" if math.isfinite(error) else "(no error: too short)"
+        error = (
+            f"+- {_number(error)} W ({blocks} blocks)"
+            if math.isfinite(error)
+            else "(no error: too short)"
+        )
         lines.append(f"rotor power        {_number(read('statistics/rotor/power'))} W {error}")
         energy = [run.series(name)[1][-1] for name in ("kinetic_energy", "rotational_energy")]
-        lines.append(f"kinetic energy     {_number(energy[0])} J at the end, and {_number(energy[1])} J in spin")
+        lines.append(
+            f"kinetic energy     {_number(energy[0])} J at the end, and {_number(energy[1])} J in spin"
+        )
         if run.has("run/energy_balance_error"):
             balance = read("run/energy_balance_error")
-            lines.append(f"energy error       {100 * balance:.2g} % of the energy turned over (contacts are sampled)")
+            lines.append(
+                f"energy error       {100 * balance:.2g} % of the energy turned over (contacts are sampled)"
+            )
         lines.append("")
-        lines.append("single impacts      restitution        friction          tangential restitution")
+        lines.append(
+            "single impacts      restitution        friction          tangential restitution"
+        )
         for kind, law in measured.items():
             wanted = deck.contact(kind)
             lines.append(

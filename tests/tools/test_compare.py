@@ -1,0 +1,365 @@
+"""mill compare: identical runs agree, other seeds agree, another speed differs; what it says is what the files hold."""
+
+import csv
+import fcntl
+import os
+import pty
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import termios
+
+import h5py
+import numpy as np
+import pytest
+from conftest import PROGRAM, ROOT
+
+from milltools.compare import load, rows
+
+# Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
+MILL = """\
+[run]
+time = 1.6 s
+sample_from = 0.1 s
+[balls]
+count = 150
+diameter = 5 mm
+density = 7800 kg/m^3
+[drum]
+radius = 30 mm
+length = 30 mm
+[rotor]
+speed = 1000 rpm
+shaft_radius = 5 mm
+[blades]
+count = 2
+tip_radius = 22 mm
+width = 4 mm
+thickness = 4 mm
+[contact]
+restitution = 0.8
+friction = 0.3
+tangential_restitution = 0.484
+"""
+RUNS = {
+    "one": [],
+    "two": ["run.seed=2"],
+    "fast": ["rotor.speed=1300 rpm"],
+    "transient1": ["run.time=0.1 s", "run.sample_from=0 s"],
+    "transient2": ["run.time=0.1 s", "run.sample_from=0 s", "run.seed=2"],
+    "transient3": ["run.time=0.1 s", "run.sample_from=0 s", "run.seed=3"],
+    "transient_fast": ["run.time=0.1 s", "run.sample_from=0 s", "rotor.speed=2000 rpm"],
+}
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """name -> output file of each of RUNS."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "mill.ini").write_text(MILL)
+    for name, sets in RUNS.items():
+        words = [word for option in sets for word in ("-s", option)]
+        command = [PROGRAM, "-q", "mill.ini", "-o", f"{name}.h5", *words]
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
+    return {name: folder / f"{name}.h5" for name in RUNS}
+
+
+def table(*paths):
+    """key -> row of the comparison of the second side with the first; a side is a path or a list of them."""
+    sides = load.sides([[str(p) for p in (s if isinstance(s, list) else [s])] for s in paths])
+    return {row.key: row for row in rows.compare(*sides).rows}
+
+
+@pytest.fixture
+def copy(runs, tmp_path):
+    """copy(name, **datasets) copies a run and puts other values into it, "__" for "/" in their names."""
+
+    def make(name, to="copy.h5", **datasets):
+        shutil.copy(runs[name], tmp_path / to)
+        with h5py.File(tmp_path / to, "r+") as file:
+            for key, value in datasets.items():
+                path = key.replace("__", "/")
+                if path in file:
+                    del file[path]
+                if value is not None:
+                    file[path] = value
+        return tmp_path / to
+
+    return make
+
+
+def test_a_run_agrees_with_itself_and_differs_by_nothing(runs):
+    found = table(runs["one"], runs["one"])
+    assert len(found) >= 40
+    for key, row in found.items():
+        assert row.difference == 0 or np.isnan(row.difference), key
+        assert row.mood == "agree" or key == "cost", key
+
+
+def test_another_seed_agrees(runs):
+    found = table(runs["one"], runs["two"])
+    assert [key for key, row in found.items() if row.mood == "differ"] == []
+    assert found["ball_speed_mean"].verdict == "agree"
+
+
+def test_another_speed_differs(runs):
+    found = table(runs["one"], runs["fast"])
+    for key in (
+        "rotor_power",
+        "dissipated_power",
+        "normal_dissipation_ball_ball",
+        "kinetic_energy",
+        "rate_ball_ball_above_1",
+        "ball_speed_rms",
+        "map_cross_section_velocity",
+    ):
+        assert found[key].mood == "differ", key
+        assert found[key].difference > 0, key
+    words = found["rotor_power"].verdict
+    sigmas = float(re.fullmatch(r"differ by (\S+) standard errors", words).group(1))
+    row = found["rotor_power"]
+    assert sigmas == pytest.approx(row.difference / row.difference_error, abs=0.06)
+
+
+def test_values_are_those_of_the_file(runs):
+    found = table(runs["one"], runs["fast"])
+    for side, name in (("a", "one"), ("b", "fast")):
+        with h5py.File(runs[name]) as file:
+            window = file["statistics/duration"][()]
+            power = file["statistics/rotor/power"][()]
+            lost = sum(file[f"statistics/impacts/{k}/dissipated_power"][()] for k in load.KINDS)
+            counts = file["observables/fast_collisions/ball_drum/value"]
+            from_row = int(round(0.1 / 0.001))
+            expected = {
+                "rotor_power": power,
+                "dissipated_power": lost,
+                "median": file["statistics/impacts/all/normal_speed/median"][()],
+                "kinetic_energy": file["observables/kinetic_energy/value"][from_row:].mean(),
+                "rate_ball_drum_above_1": (counts[-1, 1] - counts[from_row, 1]) / window,
+                "cost": file["run/cpu_time"][()] / file["run/time"][()],
+            }
+        for key, value in expected.items():
+            loose = 2e-3 if key == "kinetic_energy" else 1e-9  # the rule of the mean is not ours
+            assert getattr(found[key], side).value == pytest.approx(value, rel=loose), key
+
+
+def test_the_error_of_the_power_is_that_of_the_file_where_blocks_are_few(runs, copy):
+    """The file's own error counts blocks as independent, and so does the comparison of fewer than eight."""
+    short = copy("one", statistics__duration=0.42)
+    with h5py.File(runs["one"]) as file:
+        blocks = file["statistics/rotor/block_power"][:7]
+    found = table(short, short)["rotor_power"]
+    assert found.a.error == pytest.approx(np.std(blocks, ddof=1) / np.sqrt(7), rel=1e-6)
+    assert found.a.dof == pytest.approx(6)
+
+
+def test_a_transient_alone_has_no_error(runs):
+    found = table(runs["transient1"], runs["transient2"])
+    row = found["rotor_power"]
+    assert row.verdict == "error unknown: not steady, no replicates"
+    assert np.isnan(row.difference_error) and np.isfinite(row.difference)
+    assert found["map_cross_section_velocity"].verdict == "noise unknown"
+    assert found["kinetic_energy_end"].a.value > found["kinetic_energy"].a.value
+
+
+def test_replicates_of_a_transient_tell_its_error(runs):
+    replicates = [runs[f"transient{k}"] for k in (1, 2, 3)]
+    row = table(replicates, runs["transient_fast"])["kinetic_energy"]
+    each = np.array([table(r, r)["kinetic_energy"].a.value for r in replicates])
+    scatter = each.std(ddof=1) / each.mean()
+    assert row.a.value == pytest.approx(each.mean())
+    assert row.a.error == pytest.approx(scatter * row.a.value / np.sqrt(3))
+    assert row.b.error == pytest.approx(scatter * row.b.value)
+    assert (row.dof, row.mood) == (pytest.approx(2), "differ")
+
+
+@pytest.mark.parametrize(
+    "second, words",
+    [
+        ("fast", "rotor.speed is 136.1356816555577 rad/s, not 104.71975511965977 rad/s"),
+        ("one", "seed and start of another replicate"),
+        ("transient2", "run.sample_from is 0 s, not 0.1 s"),
+    ],
+)
+def test_what_is_no_replicate_is_refused(mill, runs, second, words):
+    done = mill("compare", f"{runs['one']},{runs[second]}", runs["two"])
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
+
+
+def test_a_comma_in_a_name_is_no_list(mill, copy):
+    path = copy("one", to="a,b.h5")
+    done = mill("compare", path, path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_three_files_are_compared_with_the_first(mill, runs):
+    done = mill("compare", runs["one"], runs["two"], runs["fast"])
+    assert done.returncode == 0, done.stderr
+    assert re.findall(r"^(.) against (.)$", done.stdout, re.M) == [("B", "A"), ("C", "A")]
+    assert re.search(r"^  rotor\.speed +104\.7\S+ rad/s \| 104\.7\S+ rad/s \| 136\.1\S+ rad/s$", done.stdout, re.M)  # fmt: skip
+
+
+def test_warnings_name_what_is_not_alike(mill, runs, copy):
+    other = copy("two", run__status="stopped", deck__drum__radius="0.031 m")
+    done = mill("compare", runs["transient1"], other)
+    assert f"A ({runs['transient1']}) is not steady over its window: " in done.stdout
+    assert f"B ({other}) is not complete (status 'stopped')" in done.stdout
+    assert "The sampled windows of A and B differ." in done.stdout
+    assert "The geometry of A and B differs: drum.radius." in done.stdout
+
+
+def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
+    soft = copy("two", run__program="LIGGGHTS", run__price=500.0)
+    found = table(runs["one"], soft)
+    for key in ("rate_all", "median", "median_above_50mm_s"):
+        assert found[key].verdict == "not comparable between hard and soft spheres"
+    assert found["ball_speed_mean"].verdict == "agree"
+    ratio = 500 / found["cost"].a.value
+    assert found["cost"].verdict == f"B is {ratio:.3g} times as dear as A"
+    assert table(soft, copy("one", to="softer.h5", run__program="LIGGGHTS"))[
+        "rate_all"
+    ].verdict == ("depends on the stiffness")
+
+
+def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy):
+    bare = copy("one", observables__fast_collisions=None)
+    row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))  # fmt: skip
+    assert row.a.error / row.a.value == pytest.approx(power.a.error / power.a.value, rel=0.05)
+    assert row.remark == "error as of the normal dissipation"
+
+
+def test_what_only_one_file_holds_is_said(runs, copy):
+    bare = copy("two", observables__dissipation=None)
+    row = table(runs["one"], bare)["dissipated_power"]
+    assert row.verdict == "only in A: the file of B does not hold it"
+    assert np.isfinite(row.a.value) and np.isnan(row.b.value)
+
+
+def test_the_csv_holds_every_row_with_all_digits(mill, runs, tmp_path):
+    done = mill("compare", runs["one"], runs["two"], runs["fast"], "--csv", "out.csv")
+    assert done.returncode == 0, done.stderr
+    with open(tmp_path / "out.csv", newline="") as file:
+        found = list(csv.DictReader(file))
+    expected = table(runs["one"], runs["two"])
+    assert len(found) >= 80
+    for line in found:
+        if line["run"] == str(runs["two"]):
+            row = expected[line["quantity"]]
+            assert float(line["value"] or "nan") == pytest.approx(row.b.value, rel=0, nan_ok=True)
+            assert line["verdict"] == row.verdict
+    assert {line["run"] for line in found} == {str(runs["two"]), str(runs["fast"])}
+
+
+HOSTILE = "<img src=x onerror=alert(1)> $_{x^ \x1b[31m.h5"
+
+
+def test_nothing_from_a_run_gets_out_of_its_place(mill, runs, copy, tmp_path):
+    path = copy(
+        "two", to=HOSTILE, deck__balls__start="<script>alert(2)</script>\x1b[2J", run__command="</code><b>"
+    )  # fmt: skip
+    done = mill("compare", path, runs["one"], "--html", "page.html", "--png", "all.png", "--csv", "t.csv")  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "\x1b" not in done.stdout
+    page = (tmp_path / "page.html").read_text()
+    for foreign in ("<script", "<img src=x", "</code><b>", "\x1b"):
+        assert foreign not in page
+    assert "&lt;script&gt;alert(2)&lt;/script&gt;" in page
+    assert "&lt;img src=x onerror=alert(1)&gt;" in page
+    assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_page_needs_nothing_but_itself(mill, runs, tmp_path):
+    assert mill("compare", runs["one"], runs["fast"], "--html", "page.html").returncode == 0
+    page = (tmp_path / "page.html").read_text()
+    assert page.count('<img src="data:image/png;base64,') == 4
+    assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []
+    assert re.search(r"https?://", page) is None
+
+
+@pytest.mark.parametrize(
+    "words, line",
+    [
+        (["one"], "one run is nothing to compare with; give two or more"),
+        (["one", "missing.h5"], "missing.h5: no such file"),
+        (["one", "text.h5"], "text.h5: not a readable HDF5 file: "),
+        (["one", ","], "',' names no file"),
+    ],
+)
+def test_wrong_input_is_one_line_and_status_2(mill, runs, tmp_path, words, line):
+    (tmp_path / "text.h5").write_text("no HDF5")
+    done = mill("compare", *(runs.get(w, w) for w in words))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"mill compare: {line}")
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("option", ["--csv", "--png", "--html"])
+def test_an_output_that_cannot_be_written_is_one_line(mill, runs, option):
+    done = mill("compare", runs["one"], runs["one"], option, "nowhere/out.png")
+    assert (done.returncode, done.stderr) == (
+        1,
+        "mill compare: nowhere/out.png: No such file or directory\n",
+    )
+
+
+@pytest.mark.parametrize(
+    "option, picture", [("output.frames=0 s", "--html"), ("output.series=0.5 s", "--png")]
+)
+def test_runs_that_store_little_are_compared_all_the_same(
+    millsim, mill, write_deck, option, picture
+):
+    write_deck(MILL)
+    assert millsim("deck.ini", "-q", "-s", option).returncode == 0
+    done = mill("compare", "deck.h5", "deck.h5", picture, "out.png")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "agree: the same data" in done.stdout
+
+
+def test_a_mill_without_a_rotor_is_compared(millsim, mill, write_deck):
+    gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", MILL, flags=re.S)
+    write_deck(gas + "[gravity]\nacceleration = 0 0 0 m/s^2\n")
+    for seed in (1, 2):
+        sets = [f"run.seed={seed}", "balls.speed=1 m/s", "contact.restitution=1", "contact.friction=0"]  # fmt: skip
+        done = millsim("deck.ini", "-q", "-o", f"{seed}.h5", *(w for s in sets for w in ("-s", s)))
+        assert done.returncode == 0, done.stderr
+    done = mill("compare", "1.h5", "2.h5")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "10 equal blocks of 0.15 s" in done.stdout
+    assert "rotor power" not in done.stdout
+    assert re.search(r"^speed of balls, mean .* agree$", done.stdout, re.M)
+
+
+def on_terminal(columns, *words):
+    """What the command shows on a terminal of so many columns."""
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
+    environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES", "NO_COLOR")}
+    environment |= {"PYTHONPATH": str(ROOT / "tools"), "TERM": "xterm-256color"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "milltools", "compare", *words], stdout=slave, env=environment
+    )
+    os.close(slave)
+    shown = b""
+    while True:
+        try:
+            part = os.read(master, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    os.close(master)
+    assert process.wait(timeout=60) == 0
+    return shown.decode()
+
+
+def test_a_terminal_gets_colours_and_one_too_narrow_keeps_all_figures(runs):
+    wide, narrow = (on_terminal(columns, runs["one"], runs["fast"]) for columns in (140, 60))
+    assert "\x1b[" in wide and "┃" in wide
+    assert "\x1b[" not in narrow
+    figure = re.search(r"rotor power\s+(\S+)\s+(\S+)\s+W", narrow)
+    assert all(number in wide for number in figure.groups())

@@ -1,0 +1,127 @@
+"""How sure is a number, and do two numbers agree?
+
+A run is cut into blocks of time (whole revolutions where there are enough); the scatter of the block means gives the
+standard error of the mean, with Student's t where blocks are few. Neighbouring blocks that go together
+are worth less than independent ones: with eight blocks and more the lag-1 correlation r is estimated (its bias of
+-1/K taken off) and a positive r widens the error as in a first-order autoregressive series, K -> K (1-r)/(1+r).
+With fewer blocks r cannot be told from noise and they are taken as independent.
+
+A transient has no mean that its blocks could be samples of; only replicates (other seeds) tell its error.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.special import stdtrit
+
+CONFIDENCE = 0.99  # two-sided: one row in a hundred of equal runs is said to differ
+FEWEST_FOR_CORRELATION = 8
+COARSE = 0.10  # a comparison that would not notice this relative difference says so
+
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """A value, its standard error (NaN: unknown) with its degrees of freedom, and what to know about it. `pooled`: the
+    error is of one scatter for both sides, so that their degrees of freedom are the same ones."""
+
+    value: float
+    error: float = math.nan
+    dof: float = 0.0
+    remark: str = ""
+    pooled: bool = False
+
+
+def lag_correlation(blocks: np.ndarray) -> float:
+    """Correlation of neighbouring blocks, bias taken off, within 0..0.9; 0 where there are too few to tell."""
+    count = len(blocks)
+    off = blocks - blocks.mean()
+    power = float(off @ off)
+    if count < FEWEST_FOR_CORRELATION or power == 0:
+        return 0.0
+    return float(np.clip(off[1:] @ off[:-1] / power + 1 / count, 0, 0.9))
+
+
+def from_blocks(value: float, blocks: np.ndarray, remark: str = "") -> Estimate:
+    """A mean over the window with its error from the block means."""
+    blocks = np.asarray(blocks, float)
+    if len(blocks) < 2 or not np.all(np.isfinite(blocks)):
+        return Estimate(value, remark=remark)
+    r = lag_correlation(blocks)
+    effective = len(blocks) * (1 - r) / (1 + r)
+    error = float(np.std(blocks, ddof=1)) / math.sqrt(effective)
+    return Estimate(value, error, max(effective - 1, 1.0), remark)
+
+
+def mean_of(estimates: list[Estimate]) -> Estimate:
+    """Mean of independent estimates, from their own errors."""
+    values = [e.value for e in estimates]
+    value, errors = float(np.mean(values)), np.array([e.error for e in estimates])
+    remark = next((e.remark for e in estimates if e.remark), "")
+    if not np.all(np.isfinite(errors)):
+        return Estimate(value, remark=remark)
+    variance = float(np.sum(errors**2)) / len(errors) ** 2
+    return Estimate(value, math.sqrt(variance), _welch(errors, estimates), remark)
+
+
+def _welch(errors, estimates) -> float:
+    """Welch and Satterthwaite's degrees of freedom of a sum."""
+    fourth = sum(err**4 / e.dof for err, e in zip(errors, estimates) if math.isfinite(e.dof))
+    return float(np.sum(errors**2)) ** 2 / fourth if fourth > 0 else math.inf
+
+
+def from_replicates(first: list[Estimate], second: list[Estimate]) -> tuple[Estimate, Estimate]:
+    """Both sides' means with errors from the scatter between replicates. The relative scatter is taken to be the same on
+    both sides and pooled, so that a side of one run gets its error from the other."""
+    sides = [np.array([e.value for e in side]) for side in (first, second)]
+    freedom = sum(len(values) - 1 for values in sides)
+    means = [float(values.mean()) for values in sides]
+    if freedom < 1 or not all(math.isfinite(m) and m != 0 for m in means):
+        return Estimate(means[0]), Estimate(means[1])
+    squares = sum(float(np.sum((v / m - 1) ** 2)) for v, m in zip(sides, means))
+    scatter = math.sqrt(squares / freedom)
+    return tuple(
+        Estimate(m, scatter * abs(m) / math.sqrt(len(v)), freedom, "error from replicates", True)
+        for v, m in zip(sides, means)
+    )
+
+
+def combine(first: list[Estimate], second: list[Estimate], steady: bool):
+    """Both sides' estimates, from blocks where the runs are steady and there are no four replicates or more to do better."""
+    freedom = len(first) + len(second) - 2
+    if not steady or freedom >= 3:
+        return from_replicates(first, second)
+    return mean_of(first), mean_of(second)
+
+
+@dataclasses.dataclass(frozen=True)
+class Difference:
+    """B - A relative to A, its standard error likewise (NaN: unknown), and the verdict with its `mood`: "agree",
+    "differ" or "open"."""
+
+    relative: float
+    error: float
+    dof: float
+    verdict: str
+    mood: str
+
+
+def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
+    """Compares; `unknown` is the verdict where there is no error."""
+    scale = abs(a.value) or math.nan
+    off = b.value - a.value
+    errors = np.array([a.error, b.error])
+    error = math.hypot(*errors)
+    if not math.isfinite(off):
+        return Difference(off / scale, math.nan, 0, "too little data", "open")
+    if not math.isfinite(error) or error == 0:
+        return Difference(off / scale, math.nan, 0, unknown, "open")
+    dof = a.dof if a.pooled else float(_welch(errors, [a, b]))
+    reach = float(stdtrit(dof, 0.5 + CONFIDENCE / 2)) * error
+    if abs(off) > reach:
+        verdict, mood = f"differ by {abs(off) / error:.1f} standard errors", "differ"
+    elif not reach < COARSE * scale:
+        verdict, mood = "too little data", "open"
+    else:
+        verdict, mood = "agree", "agree"
+    return Difference(off / scale, error / scale, dof, verdict, mood)

@@ -1,0 +1,305 @@
+"""The table: every quantity of two sides, its difference, how sure that is, and a verdict in words."""
+
+import dataclasses
+import math
+
+from milltools.compare import errors, maps
+from milltools.compare.errors import Estimate
+from milltools.compare.load import (
+    GEOMETRY,
+    LEVELS,
+    THRESHOLDS,
+    Measured,
+    Side,
+    different_keys,
+)  # fmt: skip
+from milltools.kinds import KINDS
+from milltools.runfile import KIND_LABEL
+
+HARD_SOFT = "not comparable between hard and soft spheres"
+STIFFNESS = "depends on the stiffness"
+IDENTICAL = "agree: the same data"
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One line. `error` of A and B [unit]; `difference` and `difference_error` relative to A; `mood` of the verdict:
+    agree, differ, open. A value of NaN: the file does not hold it."""
+
+    group: str
+    key: str
+    label: str
+    unit: str
+    a: Estimate
+    b: Estimate
+    difference: float
+    difference_error: float
+    dof: float
+    verdict: str
+    mood: str
+    remark: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    a: Side
+    b: Side
+    rows: list[Row]
+
+
+# ---- what a run has to say, each as measure(run) -> Estimate, or None where the file does not hold it
+
+
+def power(name):
+    """Rate of a cumulative series, or of a sum of them."""
+
+    def measure(run: Measured):
+        names = [n.format(kind=kind) for n in (name,) for kind in KINDS] if "{" in name else [name]
+        names = list(dict.fromkeys(names))
+        if any(n not in run.series for n in names):
+            return None
+        parts = [run.rates(n) for n in names]
+        return errors.from_blocks(sum(p[0] for p in parts), sum(p[1] for p in parts))
+
+    return measure
+
+
+def mean(name):
+    def measure(run: Measured):
+        return errors.from_blocks(*run.means(name)) if name in run.series else None
+
+    return measure
+
+
+def final(name):
+    """At the end of the window; one moment has no error of its own."""
+
+    def measure(run: Measured):
+        return Estimate(run.value_at(name, run.span[1])) if name in run.series else None
+
+    return measure
+
+
+def fast(kind, column, strikes=False):
+    """Rate of impacts (or strikes) at or above a threshold."""
+
+    def measure(run: Measured):
+        count = (run.strikes if strikes else run.impacts)[kind].above(THRESHOLDS[column])
+        value = count / run.duration
+        name, remark = f"fast_collisions/{kind}", "error as of the impacts" if strikes else ""
+        if name in run.series:
+            rate, blocks = run.rates(name, column)
+        elif (
+            f"dissipation_normal/{kind}" in run.series
+        ):  # what fast impacts lose goes up and down with their number
+            rate, blocks = run.rates(f"dissipation_normal/{kind}")
+            remark = "error as of the normal dissipation"
+        else:
+            return Estimate(value)
+        if not rate > 0:
+            return Estimate(value)
+        estimate = errors.from_blocks(value, blocks * value / rate, remark)
+        counting = value / math.sqrt(count) if count else 0.0
+        # rates of few impacts scatter at least as their counts do
+        return dataclasses.replace(estimate, error=max(estimate.error, counting))
+
+    return measure
+
+
+def all_impacts(run: Measured):
+    value = run.impacts["all"].above(0.0) / run.duration
+    return errors.from_blocks(value, sum(run.rates(f"collisions/{kind}")[1] for kind in KINDS))
+
+
+def median(name):
+    """Median impact speed. Impacts come in bursts, so their number says nothing about its error (two seeds of the reference
+    mill differed by eight times what independent impacts would); only replicates do."""
+    return lambda run: Estimate(run.medians["all", name])
+
+
+def ball_speed(column):
+    """Of all balls, mean over the frames in the window: column 0 mean, 1 rms, 2... quantiles."""
+
+    def measure(run: Measured):
+        if not len(run.speeds):
+            return None
+        value, blocks = float(run.speeds[:, column].mean()), run.speed_blocks_of(column)
+        if column == 1:
+            blocks, value = blocks**0.5, value**0.5
+        if len(run.speeds) < 8:
+            return Estimate(value)
+        return errors.from_blocks(value, blocks)
+
+    return measure
+
+
+def quantities(steady: bool):
+    """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price."""
+    group = "power"
+    yield group, "rotor_power", "rotor power", "W", power("rotor_work"), True
+    yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}"), True
+    yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}"), True  # fmt: skip
+    for kind in KINDS:
+        key = f"normal_dissipation_{kind}"
+        yield group, key, f"  normal part, {KIND_LABEL[kind]}", "W", power(f"dissipation_normal/{kind}"), True  # fmt: skip
+    group = "energy"
+    for name in ("kinetic", "rotational", "elastic"):
+        yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy"), True
+        if not steady:
+            yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy"), True  # fmt: skip
+    group = "impacts"
+    for kind in KINDS:
+        for column, speed in enumerate(THRESHOLDS):
+            key, label = f"rate_{kind}_above_{speed:g}", f"{KIND_LABEL[kind]} above {speed:g} m/s"
+            yield group, key, label, "1/s", fast(kind, column), True
+    for column, speed in enumerate(THRESHOLDS):
+        key, label = (
+            f"strike_rate_ball_blade_above_{speed:g}",
+            f"ball-blade above {speed:g} m/s, merged",
+        )
+        yield group, key, label, "1/s", fast("ball_blade", column, strikes=True), True
+    yield group, "rate_all", "impacts, all", "1/s", all_impacts, False
+    yield group, "median", "median v_n, all impacts", "m/s", median("median"), False
+    yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s"), False  # fmt: skip
+    group = "balls"
+    yield group, "ball_speed_mean", "speed of balls, mean", "m/s", ball_speed(0), True
+    yield group, "ball_speed_rms", "speed of balls, rms", "m/s", ball_speed(1), True
+    for k, level in enumerate(LEVELS):
+        key, label = f"ball_speed_{100 * level:g}", f"speed of balls, {100 * level:g} % are slower"
+        yield group, key, label, "m/s", ball_speed(2 + k), True
+
+
+def compare(a: Side, b: Side) -> Table:
+    """The table of side b against side a."""
+    steady = a.steady and b.steady
+    identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
+    rows = []
+    for group, key, label, unit, measure, robust in quantities(steady):
+        sides = [[measure(run) for run in side.runs] for side in (a, b)]
+        held = [all(e is not None for e in side) for side in sides]
+        if not any(held) or all(e.value == 0 for s, h in zip(sides, held) if h for e in s):
+            continue
+        if not all(held):
+            there, missing = ("A", b.letter) if held[0] else (b.letter, "A")
+            value = errors.mean_of(sides[0 if held[0] else 1]).value
+            one, two = (Estimate(value if h else math.nan) for h in held)
+            verdict = f"only in {there}: the file of {missing} does not hold it"
+            rows.append(Row(group, key, label, unit, one, two, math.nan, math.nan, 0, verdict, "open", ""))  # fmt: skip
+            continue
+        one, two = errors.combine(*sides, steady)
+        unknown = (
+            "error unknown: needs replicates" if key.startswith("median") else "too little data"
+        )
+        if not steady:
+            unknown = "error unknown: not steady, no replicates"
+        found = errors.difference(one, two, unknown)
+        verdict, mood = found.verdict, found.mood
+        if identical and two.value == one.value:
+            verdict, mood = IDENTICAL, "agree"
+        elif not robust and (a.soft or b.soft):
+            verdict, mood = (STIFFNESS if a.soft and b.soft else HARD_SOFT), "open"
+        remark = one.remark or two.remark
+        rows.append(Row(group, key, label, unit, one, two, found.relative, found.error, found.dof, verdict, mood, remark))  # fmt: skip
+    rows += map_rows(a, b, steady, identical)
+    rows.append(price_row(a, b))
+    return Table(a, b, rows)
+
+
+def map_rows(a: Side, b: Side, steady: bool, identical: bool):
+    """Deviations of maps: in place of the difference their weighted rms, in place of its error what noise explains."""
+    for view, where in (("cross_section", "cross-section"), ("axial", "axial map")):
+        for name, what in (("solid_fraction", "solid fraction"), ("velocity", "velocity")):
+            found = maps.deviation(a, b, view, name, steady)
+            label, nothing = f"{what}, {where}, rms", Estimate(math.nan)
+            row = ("maps", f"map_{view}_{name}", label, "", nothing, nothing)
+            if found is None:
+                yield Row(*row, math.nan, math.nan, 0, "maps have different cells", "open", "")
+            else:
+                same = identical and found[0] == 0
+                words = (IDENTICAL, "agree") if same else maps.verdict(*found)
+                yield Row(*row, *found, 0, *words, "error: what noise explains")
+
+
+def price_row(a: Side, b: Side) -> Row:
+    one, two = (errors.mean_of([Estimate(r.cost) for r in side.runs]) for side in (a, b))
+    ratio = two.value / one.value
+    if not math.isfinite(ratio) or ratio <= 0:
+        verdict = "unknown"
+    elif ratio >= 1:
+        verdict = f"{b.letter} is {ratio:.3g} times as dear as A"
+    else:
+        verdict = f"A is {1 / ratio:.3g} times as dear as {b.letter}"
+    return Row("price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, math.nan, 0, verdict, "open", "")  # fmt: skip
+
+
+# ---- what a reader ought to know first
+
+
+def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
+    """(key, value on every side) of all keys that are not the same everywhere; "" where a deck does not have it."""
+    keys = {}
+    for side in sides[1:]:
+        keys.update(dict.fromkeys(different_keys(sides[0].first.deck, side.first.deck)))
+    return [(key, [side.first.deck.get(key, "") for side in sides]) for key in keys]
+
+
+def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
+    """Whether both sides mean the same by merged re-contacts. A soft contact merges what falls into its duration."""
+    window = float(a.first.deck.get("output.strike_window", "nan").split()[0])
+    lasts = b.first.contact_duration
+    if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
+        return [
+            f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: merged rates compare "
+            f"best with output.strike_window = {1e6 * lasts:.3g} us."
+        ]
+    if "output.strike_window" in keys:
+        return [f"A and {b.letter} merge re-contacts within different windows."]
+    return []
+
+
+def notes(sides: list[Side]) -> list[str]:
+    """Warnings and how the errors were made, one sentence each."""
+    said = []
+    a = sides[0]
+    for side in sides:
+        for run in side.runs:
+            who = f"{side.letter} ({run.path})"
+            if run.status != "complete":
+                said.append(
+                    f"{who} is not complete (status '{run.status}'): it ends at {run.time:.4g} s."
+                )
+            if not run.steady:
+                said.append(f"{who} is not steady over its window: {run.trend}.")
+    for side in sides[1:]:
+        if abs(side.first.duration - a.first.duration) > 1e-6 * a.first.duration or abs(side.first.window[0] - a.first.window[0]) > 1e-9:  # fmt: skip
+            said.append(f"The sampled windows of A and {side.letter} differ.")
+        keys = different_keys(a.first.deck, side.first.deck)
+        shape = [key for key in keys if GEOMETRY.fullmatch(key)]
+        if shape:
+            said.append(f"The geometry of A and {side.letter} differs: {', '.join(shape)}.")
+        said += strike_notes(a, side, keys)
+        if a.soft != side.soft:
+            said.append(
+                f"{(a if a.soft else side).letter} are soft spheres: what counts as one impact is another there, so rates of "
+                "all impacts and medians of all are not comparable; fast impacts, losses, energies and maps are."
+            )
+    if all(side.steady for side in sides):
+        cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
+        said.append(
+            f"Errors from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
+            f"{errors.FEWEST_FOR_CORRELATION} or more, neighbours that go together widen them; fewer count as independent."
+        )
+    else:
+        said.append(
+            "Blocks of a run that is not steady are no samples of one mean: errors come from the scatter between "
+            "replicates (a1.h5,a2.h5), and are unknown without."
+        )
+    if any("fast_collisions/ball_ball" not in r.series for s in sides for r in s.runs):
+        said.append(
+            "Without /observables/fast_collisions errors of impact rates are those of the normal dissipation."
+        )
+    said.append(
+        f"Agree: what chance allows {100 * errors.CONFIDENCE:g} times in 100 (Student's t). Too little data: even a difference of "
+        f"{100 * errors.COARSE:g} % could go unseen."
+    )
+    return said
