@@ -11,7 +11,8 @@ import pytest
 from milltools.deck import Deck
 from milltools.dem import singles
 from milltools.dem.model import Model, sticking_restitution, tangential_damping
-from milltools.runfile import KINDS, Run
+from milltools.kinds import KINDS
+from milltools.runfile import Run
 
 pytestmark = pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")
 

@@ -6,7 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from runs import LABELS, say
 
-from milltools.runfile import KINDS, Run
+from milltools.kinds import KINDS
+from milltools.runfile import Run
 
 SEED = 5
 STIFF = ("1e10", "steel")

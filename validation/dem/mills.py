@@ -9,7 +9,8 @@ import dataclasses
 
 import numpy as np
 
-from milltools.runfile import KINDS, Run
+from milltools.kinds import KINDS
+from milltools.runfile import Run
 
 DENSE = 0.02  # solid fraction from which on a cell of a map counts
 FAST = {0.5: 0, 1.0: 1, 2.0: 2}  # columns of fast_collisions

@@ -8,7 +8,8 @@ import numpy as np
 from mills import Quantity, claim, judge
 from runs import LABELS, ROOT, STIFFNESSES, contact_duration, say
 
-from milltools.runfile import KINDS, Run
+from milltools.kinds import KINDS
+from milltools.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
 SETTINGS = {"run__time": "0.1 s", "run__sample_from": "0 s", "contact__friction": 0}
