@@ -18,8 +18,8 @@ from mills import (
 )
 from runs import ROOT, STIFFNESSES, contact_duration, say
 
-from milltools.kinds import KIND_LABEL, KINDS
-from milltools.runfile import Run
+from milltools.kinds import KINDS
+from milltools.runfile import KIND_LABEL, Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
 SETTINGS = {"run__time": "0.5 s", "run__sample_from": "0.1 s"}
