@@ -22,7 +22,7 @@ def check(case):
 
 def inelastic(case):
     """Restitution 0.5 with friction 0.3 at 1e10 Pa: not claimed, told."""
-    soft, _ = case.dem("inelastic", DECK, "1e10", **INELASTIC)
+    soft = case.dem("inelastic", DECK, "1e10", **INELASTIC)
     own = own_friction(soft)
     pair = own["contact__ball_ball__friction"], own["contact__ball_ball__tangential_restitution"]
     effective = (

@@ -1,4 +1,4 @@
-"""The runs that the comparison stands on: LIGGGHTS by `mill dem`, millsim of the same deck, kept from one call to the next.
+"""The runs that the comparison stands on: millsim with many seeds, and LIGGGHTS by `mill dem`, kept from one call to the next.
 
 A run of LIGGGHTS takes minutes, so its file stays in build/dem, with a note of what made it. It is used again only by
 the same deck (as text, defaults filled in), the same millsim and the same options of `mill dem`; the terminal says so.
@@ -20,7 +20,6 @@ import ladder
 from milltools.deck import Deck
 from milltools.dem.model import STEEL, Model
 from milltools.engine import program, version
-from milltools.runfile import Run
 
 ROOT = ladder.ROOT
 KEPT = ROOT / "build" / "dem"
@@ -59,21 +58,23 @@ class DemCase(ladder.Case):
         self.figures.add(name)
 
     def dem(self, name, deck, modulus, warm_up=None, **settings):
-        """Runs a deck in LIGGGHTS and right after it, alone, in millsim: the paths of the two files.
+        """Runs a deck in LIGGGHTS, if no such run is kept, and returns its file.
 
         modulus, warm_up: keys of STIFFNESSES.
         """
         overrides = sets(settings)
         options = ["--modulus", modulus, *(["--warm-up", warm_up] if warm_up else [])]
+        checked = Deck.check(deck, overrides)
+        start = checked.value("balls.start")
         key = {
-            "deck": Deck.check(deck, overrides).text,
+            "deck": checked.text,
+            "start": start if start == "random" else digest(pathlib.Path(start).read_bytes()),
             "millsim": version(),
             "options": options,
         }
-        paths = KEPT / f"{name}.h5", KEPT / f"{name}-millsim.h5"
-        note = KEPT / f"{name}.json"
-        if self._good(note, paths, key):
-            return paths
+        path, note = KEPT / f"{name}.h5", KEPT / f"{name}.json"
+        if self._good(note, path, key):
+            return path
         KEPT.mkdir(parents=True, exist_ok=True)
         note.unlink(missing_ok=True)
         say(f"    {name}: LIGGGHTS at {LABELS[modulus]} ...")
@@ -81,19 +82,18 @@ class DemCase(ladder.Case):
         quiet = [] if sys.stderr.isatty() else ["--quiet"]
         begin = time.monotonic()
         call(
-            [ROOT / "mill", "dem", *quiet, "--force", "-o", paths[0], *options, *words, deck],
+            [ROOT / "mill", "dem", *quiet, "--force", "-o", path, *options, *words, deck],
             f"mill dem {name}",
         )
-        self.run(deck, output=paths[1], **settings)
         say(f"    {name}: {time.monotonic() - begin:.0f} s")
         note.write_text(json.dumps(key, indent=1))
-        return paths
+        return path
 
-    def _good(self, note, paths, key):
-        if not (note.exists() and all(path.exists() for path in paths)):
+    def _good(self, note, path, key):
+        if not (note.exists() and path.exists()):
             return False
         made = json.loads(note.read_text())
-        if any(made[name] != key[name] for name in ("deck", "options")):
+        if any(made.get(name) != key[name] for name in ("deck", "start", "options")):
             return False
         name = note.stem
         if made["millsim"] == key["millsim"]:
@@ -106,7 +106,7 @@ class DemCase(ladder.Case):
     def seeds(self, count, deck, **settings):
         """Files of `count` runs of millsim with seeds from 1, as many at a time as there are cores."""
         text = json.dumps([str(deck), sets(settings)])
-        group = hashlib.sha1(text.encode()).hexdigest()[:10]
+        group = digest(text.encode())
 
         def one(seed):
             name = f"{group}-{seed}.h5"
@@ -115,21 +115,10 @@ class DemCase(ladder.Case):
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             return list(pool.map(one, range(1, count + 1)))
 
-    def price(self, modulus, dem, millsim, least, aim=None, what=""):
-        """millsim is `least` times as cheap as LIGGGHTS, in processor seconds for one simulated second."""
-        with Run(dem) as run:
-            soft = float(run.read("run/price"))
-        with Run(millsim) as run:
-            hard = run.cost
-        wanted = f"at least {least} times cheaper" + (f", aim {aim}" if aim else "")
-        self.bound(
-            f"processor time of millsim over that of LIGGGHTS, {what}{LABELS[modulus]}: {soft / hard:.0f} times cheaper",
-            100 * hard / soft,
-            100 / least,
-            against=f"{wanted}; {soft:.4g} against {hard:.3g} CPU s for one simulated second",
-            unit="%",
-            headline=True,
-        )
+
+def digest(content):
+    """A short name for bytes."""
+    return hashlib.sha1(content).hexdigest()[:12]
 
 
 def say(text):

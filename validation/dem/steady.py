@@ -5,6 +5,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+import price
 from mills import (
     STEADY,
     Window,
@@ -26,27 +27,28 @@ SETTINGS = {"run__time": "0.5 s", "run__sample_from": "0.1 s"}
 HARD_SEEDS = 8  # of millsim, with each friction
 MAP_BAND = 10  # [%]
 OWN_POWER_BAND = 3  # [%] with LIGGGHTS' effective friction
-LEAST_PRICE = {"1e9": (18, None), "steel": (120, 200)}
 VIEWS = {"cross_section": "cross-section", "axial": "axial view"}
 
 
 def check(case):
     say("    steady mill with friction")
-    compare(case, "steady", "1000 rpm, 4000 balls", DECK, SETTINGS)
-    soft_balls(case)
+    stiff = compare(case, "steady", "1000 rpm, 4000 balls", DECK, SETTINGS)
+    soft = soft_balls(case)
+    price.check(case, DECK, "1e9", soft, "1000 rpm, 4000 balls", **SETTINGS)
+    price.check(case, DECK, "steel", stiff, "1000 rpm, 4000 balls", **SETTINGS)
 
 
 def soft_balls(case):
-    """The same at 1e9 Pa: why stiffness matters, and what it costs."""
-    paths = case.dem("steady-1e9", DECK, "1e9", **SETTINGS)
+    """The same at 1e9 Pa: why stiffness matters. Returns the run's file."""
+    path = case.dem("steady-1e9", DECK, "1e9", **SETTINGS)
     hard = [Window(path) for path in case.seeds(HARD_SEEDS, DECK, **SETTINGS)]
-    verdicts = [judge(quantity, [Window(paths[0])], hard) for quantity in STEADY]
+    verdicts = [judge(quantity, [Window(path)], hard) for quantity in STEADY]
     case.tell(
         "At 1e9 Pa millsim is off LIGGGHTS by "
         + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
         + ": compare rates at steel only."
     )
-    case.price("1e9", *paths, *LEAST_PRICE["1e9"], "steady mill, ")
+    return path
 
 
 def own_friction(path):
@@ -61,13 +63,14 @@ def own_friction(path):
     return settings
 
 
-def compare(case, name, what, deck, settings, price=True):
-    """Holds millsim against LIGGGHTS at steel stiffness: claims, sentences, figures called after `name`."""
+def compare(case, name, what, deck, settings):
+    """Holds millsim against LIGGGHTS at steel stiffness: claims, sentences, figures called after `name`.
+    Returns the file of LIGGGHTS' run."""
     overrides = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
     settings = settings | {
         "output__strike_window": f"{contact_duration((deck, overrides), STIFFNESSES['steel'])} s"
     }
-    soft_path, hard_path = case.dem(name, deck, "steel", "1e9", **settings)
+    soft_path = case.dem(name, deck, "steel", "1e9", **settings)
     own = own_friction(soft_path)
     paths = {
         "deck": case.seeds(HARD_SEEDS, deck, **settings),
@@ -78,26 +81,28 @@ def compare(case, name, what, deck, settings, price=True):
     verdicts = {
         law: [judge(quantity, [soft], runs) for quantity in STEADY] for law, runs in hard.items()
     }
+    told = name == "steady"  # README tells of one mill
     for verdict in verdicts["deck"]:
-        claim(case, verdict, f"LIGGGHTS, steel, {what}")
+        claim(
+            case, verdict, f"LIGGGHTS, steel, {what}", headline=told and verdict.quantity.headline
+        )
     suffix = ", with LIGGGHTS' effective friction"
     power, *others = verdicts["own"]  # the bands of the others are for the deck's friction
-    claim(case, power, f"LIGGGHTS, steel, {what}", OWN_POWER_BAND, suffix)
+    claim(case, power, f"LIGGGHTS, steel, {what}", OWN_POWER_BAND, suffix, headline=told)
     case.tell(
         "With LIGGGHTS' effective friction in its deck millsim is off by "
         + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in others)
         + "."
     )
-    claim_maps(case, soft_path, paths["deck"], what)
-    if price:
-        case.price("steel", soft_path, hard_path, *LEAST_PRICE["steel"], f"{what}, ")
-    tell(case, soft_path, soft, hard["deck"], verdicts["deck"])
+    claim_maps(case, soft_path, paths["deck"], what, told)
+    tell(case, soft_path, soft, hard["deck"], hard["own"], verdicts["deck"])
     draw_verdicts(case, name, what, verdicts)
     draw_spectra(case, name, what, soft_path, paths["deck"])
     draw_maps(case, name, what, soft_path, paths["deck"])
+    return soft_path
 
 
-def claim_maps(case, soft, hard, what):
+def claim_maps(case, soft, hard, what, told):
     for view, label in VIEWS.items():
         for measure, name in ((velocity_off, "velocity"), (solid_off, "solid fraction")):
             off, noise = map_verdict(soft, hard, view, measure)
@@ -108,24 +113,25 @@ def claim_maps(case, soft, hard, what):
                 error=100 * noise,
                 unit="%",
                 against=f"LIGGGHTS, steel, {what}, where the solid fraction exceeds 0.02",
-                headline=name == "velocity" and view == "cross_section",
+                headline=told and name == "velocity" and view == "cross_section",
             )
 
 
-def tell(case, soft_path, soft, hard, verdicts):
+def tell(case, soft_path, soft, hard, own, verdicts):
     """Where hard and soft spheres must differ, in figures."""
     mean = {key: np.mean([run.values[key] for run in hard]) for key in soft.values}
-    counts = []
-    for kind in ("ball_ball", "ball_drum", "ball_wall", "ball_blade"):
-        name = kind.removeprefix("ball_")
-        one, merged = (
-            100 * (mean[k] / soft.values[k] - 1) for k in (f"{name}_1", f"{name}_strikes")
+    for runs, law in ((hard, "the deck's friction"), (own, "LIGGGHTS' effective friction")):
+        counts = []
+        for kind in ("ball_ball", "ball_drum", "ball_wall", "ball_blade"):
+            names = (f"{kind.removeprefix('ball_')}_{what}" for what in ("1", "strikes"))
+            one, merged = (
+                100 * (np.mean([run.values[k] for run in runs]) / soft.values[k] - 1) for k in names
+            )
+            counts.append(f"{KIND_LABEL[kind]} {one:+.1f} %, {merged:+.1f} %")
+        case.tell(
+            f"What one impact is: rates above 1 m/s with {law}, millsim over LIGGGHTS, one by one, and with re-contacts of "
+            f"a pair within a contact's duration merged in both: {'; '.join(counts)}."
         )
-        counts.append(f"{KIND_LABEL[kind]} {one:+.1f} %, {merged:+.1f} %")
-    case.tell(
-        "What one impact is: rates above 1 m/s, millsim over LIGGGHTS, one by one, and with re-contacts of a pair within a "
-        f"contact's duration merged in both: {'; '.join(counts)}."
-    )
     case.tell(
         f"Slow tail: {mean['all']:.4g} impacts a second in all in millsim, {soft.values['all']:.4g} in LIGGGHTS; of these "
         f"{100 * mean['slow'] / mean['all']:.1f} and {100 * soft.values['slow'] / soft.values['all']:.1f} % are slower than "
