@@ -164,6 +164,31 @@ def figures(case: dict) -> list[str]:
     return sorted(path.name for path in (HERE / case["name"]).glob("*.png"))
 
 
+def claims_table(claims: list[Claim]) -> list[str]:
+    """The claims as lines of a Markdown table; none of none."""
+    if not claims:
+        return []
+    lines = [
+        "| claim | against | expected | measured | error | band | holds |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for claim in claims:
+        band = (
+            f"<= {show(claim.band, 3)}" if claim.expected is None else f"+- {show(claim.band, 2)}"
+        )
+        row = [
+            cell(claim.what),
+            cell(claim.against),
+            with_unit(show(claim.expected), claim.unit),
+            with_unit(show(claim.measured), claim.unit),
+            show(claim.error, 2),
+            band,
+            "yes" if claim.holds else "**NO**",
+        ]
+        lines.append("| " + " | ".join(row) + " |")
+    return lines
+
+
 def write_results(cases: list[dict], path: pathlib.Path) -> None:
     claims = [Claim(**claim) for case in cases for claim in case["claims"]]
     held = sum(claim.holds for claim in claims)
@@ -188,58 +213,50 @@ def write_results(cases: list[dict], path: pathlib.Path) -> None:
                 *("    " + line for line in case["failure"].rstrip().splitlines()),
                 "",
             ]
-        if case["claims"]:
-            lines += [
-                "| claim | against | expected | measured | error | band | holds |",
-                "| --- | --- | --- | --- | --- | --- | --- |",
-            ]
-        for claim in (Claim(**claim) for claim in case["claims"]):
-            band = (
-                f"<= {show(claim.band, 3)}"
-                if claim.expected is None
-                else f"+- {show(claim.band, 2)}"
-            )
-            row = [
-                cell(claim.what),
-                cell(claim.against),
-                with_unit(show(claim.expected), claim.unit),
-                with_unit(show(claim.measured), claim.unit),
-                show(claim.error, 2),
-                band,
-                "yes" if claim.holds else "**NO**",
-            ]
-            lines.append("| " + " | ".join(row) + " |")
+        lines += claims_table([Claim(**claim) for claim in case["claims"]])
         lines.append("")
         lines += [f"![{case['title']}]({case['name']}/{figure})\n" for figure in figures(case)]
     path.write_text("\n".join(lines).rstrip() + "\n")
+
+
+def headlines(claims: list[Claim], link: str) -> list[str]:
+    """The claims that are headlines, as rows of a Markdown table whose last column is `link`."""
+    rows = []
+    for claim in claims:
+        if not claim.headline:
+            continue
+        error = f" +- {show(claim.error, 2)}" if claim.error else ""
+        expected = (
+            f"at most {show(claim.band, 3)}"
+            if claim.expected is None
+            else f"{show(claim.expected)} +- {show(claim.band, 2)}"
+        )
+        verdict = "" if claim.holds else " **(outside)**"
+        rows.append(
+            f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)} "
+            f"| {with_unit(show(claim.measured) + error, claim.unit)}{verdict} | {link} |"
+        )
+    return rows
+
+
+def put_between(path: pathlib.Path, mark: str, writer: str, rows: list[str]) -> None:
+    """Puts a text between the two marks <!-- MARK: written by WRITER --> and <!-- /MARK -->; the rest is left alone."""
+    marks = re.compile(rf"(<!-- {mark}: written by {writer} -->\n).*?(<!-- /{mark} -->)", re.DOTALL)
+    text = path.read_text()
+    if not marks.search(text):
+        raise RuntimeError(f"{path.name}: has no marks <!-- {mark}: written by {writer} -->")
+    path.write_text(
+        marks.sub(lambda m: m.group(1) + "\n" + "\n".join(rows) + "\n\n" + m.group(2), text)
+    )
 
 
 def write_short_form(cases: list[dict], path: pathlib.Path) -> None:
     """Headlines between README's two marks; everything else in README is left alone."""
     rows = ["| claim | against | expected | measured | case |", "| --- | --- | --- | --- | --- |"]
     for case in cases:
-        for claim in (Claim(**claim) for claim in case["claims"]):
-            if not claim.headline:
-                continue
-            error = f" +- {show(claim.error, 2)}" if claim.error else ""
-            expected = (
-                f"at most {show(claim.band, 3)}"
-                if claim.expected is None
-                else f"{show(claim.expected)} +- {show(claim.band, 2)}"
-            )
-            verdict = "" if claim.holds else " **(outside)**"
-            rows.append(
-                f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)} "
-                f"| {with_unit(show(claim.measured) + error, claim.unit)}{verdict} "
-                f"| [{case['name']}](validation/{case['name']}/README.md) |"
-            )
-    text = path.read_text()
-    marks = re.compile(
-        r"(<!-- ladder: written by make validate -->\n).*?(<!-- /ladder -->)", re.DOTALL
-    )
-    path.write_text(
-        marks.sub(lambda m: m.group(1) + "\n" + "\n".join(rows) + "\n\n" + m.group(2), text)
-    )
+        claims = [Claim(**claim) for claim in case["claims"]]
+        rows += headlines(claims, f"[{case['name']}](validation/{case['name']}/README.md)")
+    put_between(path, "ladder", "make validate", rows)
 
 
 def main() -> int:

@@ -1,0 +1,57 @@
+"""What the two programs cost: processor seconds for one simulated second, measured in turn."""
+
+import numpy as np
+from runs import LABELS, STIFFNESSES, say
+
+from milltools.deck import Deck
+from milltools.dem.mill import PRICED, Mill
+from milltools.dem.model import Model, tangential_damping
+from milltools.runfile import Run
+
+ROUNDS = 5
+SPAN = {"1e9": 0.02, "steel": 0.004}  # [s] simulated by LIGGGHTS in one round, twice over
+LEAST = {"1e9": (18, ""), "steel": (120, ", aim 200")}
+
+
+def check(case, deck, modulus, path, what, **settings):
+    """millsim is so many times as cheap as LIGGGHTS at a modulus (key of STIFFNESSES), from the last frame of its run at `path` on.
+
+    LIGGGHTS as one would run it, without what serves `mill dem`; millsim as it is, from the start to the end, its file
+    written. In turn, and of each the cheapest round counts: what else the machine does can only add to it.
+    """
+    overrides = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
+    checked = Deck.check(deck, overrides)
+    with Run(path) as run:
+        state = [
+            run.frame(-1, name).astype(float)
+            for name in ("position", "velocity", "angular_velocity")
+        ]
+        time = run.frame_times()[-1]
+    mill = Mill(checked, state, tangential_damping(checked)[0], None)
+    mill.model, mill.time = Model(checked, STIFFNESSES[modulus]), time
+    steps = SPAN[modulus] / mill.model.time_step / PRICED
+    soft, hard = [], []
+    for k in range(ROUNDS):
+        say(f"    price at {LABELS[modulus]}, round {k + 1} of {ROUNDS}")
+        soft.append(mill.price(steps))
+        with Run(case.run(deck, output="price.h5", **settings)) as run:
+            hard.append(run.cost)
+    ratio, (least, aim) = min(soft) / min(hard), LEAST[modulus]
+    # how well the least of the rounds is known: what the second is above it
+    error = np.hypot(*(np.diff(np.sort(costs)[:2])[0] / min(costs) for costs in (soft, hard)))
+    case.bound(
+        f"processor time of millsim over that of LIGGGHTS, {what}, {LABELS[modulus]}: {ratio:.0f} times cheaper",
+        100 / ratio,
+        100 / least,
+        error=100 / ratio * error,
+        unit="%",
+        against=f"at least {least} times cheaper{aim}; {min(soft):.4g} and {min(hard):.3g} CPU s for one simulated second",
+        headline=True,
+    )
+    case.tell(
+        f"CPU seconds for one simulated second at {LABELS[modulus]}, round by round: LIGGGHTS "
+        + ", ".join(f"{cost:.4g}" for cost in soft)
+        + "; millsim "
+        + ", ".join(f"{cost:.3g}" for cost in hard)
+        + "."
+    )
