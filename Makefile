@@ -115,8 +115,9 @@ unit: $(UNIT)
 replay: $(FUZZERS)
 	@set -e; for t in $(FUZZ); do $(BUILD)/tests/fuzz/fuzz_$$t tests/fuzz/corpus/$$t; done
 
+# the Python tools are what they are in every mode: tested once, with the release build
 cli: $(BUILD)/millsim millsim
-	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q tests
+	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q $(if $(filter release,$(MODE)),tests,tests/cli)
 
 GOLDEN := release debug o2 asan
 golden:

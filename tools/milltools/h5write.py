@@ -87,6 +87,79 @@ def put_column(group, path, rows, dtype, unit, description, **attributes):
     return item
 
 
+class Disk:
+    """A file for HDF5 to write into, which never fails before its eyes: HDF5 does not survive a full disk, but crashes
+    when it closes what it could not write. `check()` raises the first OSError that there was."""
+
+    def __init__(self, path):
+        self.file, self.error = open(path, "w+b", buffering=0), None
+
+    def check(self):
+        """OSError if anything could not be written or read so far."""
+        if self.error:
+            raise self.error
+
+    def _try(self, what, *arguments):
+        try:
+            return what(*arguments)
+        except OSError as error:
+            self.error = self.error or error
+
+    def write(self, data):
+        """All of the bytes, or none: then the error is kept."""
+        view = memoryview(data).cast("B")
+        done = 0
+        while done < len(view):
+            count = self._try(self.file.write, view[done:])
+            if count is None:
+                break
+            done += count
+        return len(view)
+
+    def readinto(self, buffer):
+        """The bytes, zeros where there are none."""
+        view = memoryview(buffer).cast("B")
+        done = 0
+        while done < len(view):
+            count = self._try(self.file.readinto, view[done:])
+            if not count:
+                view[done:] = bytes(len(view) - done)
+                break
+            done += count
+        return len(view)
+
+    def read(self, size):
+        """As many bytes, zeros where there are none."""
+        whole = bytearray(size)
+        self.readinto(whole)
+        return bytes(whole)
+
+    def seek(self, place, whence=0):
+        """Place from the beginning."""
+        return self.file.seek(place, whence)
+
+    def tell(self):
+        """Place from the beginning."""
+        return self.file.tell()
+
+    def truncate(self, size=None):
+        """Makes the file that long."""
+        self._try(self.file.truncate, size)
+        return size
+
+    def flush(self):
+        """Nothing waits here."""
+
+    def sync(self):
+        """Brings all of it to the disk; OSError where that fails, or has failed before."""
+        self.check()
+        os.fsync(self.file.fileno())
+
+    def close(self):
+        """Closes the file."""
+        self._try(self.file.close)
+
+
 @contextlib.contextmanager
 def whole_file(path):
     """An h5py.File that becomes `path` in one step, brought to the disk, when the block ends without an exception.
@@ -95,18 +168,19 @@ def whole_file(path):
     target = os.path.realpath(path)
     part = target + ".part"
     try:
-        with h5py.File(part, "w", libver=VERSIONS) as file:
-            yield file
-        with open(part, "rb") as written:
-            os.fsync(written.fileno())
+        with contextlib.closing(Disk(part)) as disk:
+            with h5py.File(disk, "w", libver=VERSIONS) as file:
+                yield file
+            disk.sync()
         os.replace(part, target)
         folder = os.open(os.path.dirname(target), os.O_RDONLY)
         try:
             os.fsync(folder)
         finally:
             os.close(folder)
-    except (OSError, RuntimeError) as error:  # h5py has both for a full disk
-        raise OSError(f"{path}: cannot write: {' '.join(str(error).split())}") from error
+    except (OSError, RuntimeError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise OSError(f"{path}: cannot write: {' '.join(str(why).split())}") from error
     finally:
         with contextlib.suppress(OSError):
             os.unlink(part)

@@ -16,6 +16,7 @@ import numpy as np
 import milltools.tally_write as sheet
 from milltools.h5write import (
     VERSIONS,
+    Disk,
     append,
     make_column,
     put,
@@ -97,7 +98,8 @@ class Results:
         if not self.frames_wanted and not self.log_wanted:
             return
         with tempfile.TemporaryDirectory(prefix="mill-", dir=folder) as place:
-            self.scratch = h5py.File(os.path.join(place, "run.h5"), "w", libver=VERSIONS)
+            self.disk = Disk(os.path.join(place, "run.h5"))
+            self.scratch = h5py.File(self.disk, "w", libver=VERSIONS)
         if self.frames_wanted:  # the folder is gone: nothing is left behind, however the run ends
             n, group = len(self.mass), self.scratch.create_group("trajectory")
             first = group.create_group("position")
@@ -132,7 +134,8 @@ class Results:
         self.maps.sample(position, velocity, self.diameter / 2)
 
     def frame(self, time, position, velocity, angular_velocity):
-        """The next frame of the trajectory: the balls (N, 3) at `time`, a multiple of output.frames."""
+        """The next frame of the trajectory: the balls (N, 3) at `time`, about the next multiple of output.frames.
+        OSError if there is no room for it."""
         if not self.frames_wanted:
             raise ValueError("the deck wants no frames: output.frames is 0 s")
         states = zip(STATES, (position, velocity, angular_velocity))
@@ -141,6 +144,7 @@ class Results:
         append(self.states["time"], [time])
         for name, values in states.items():
             append(self.states[name], values[None].astype("<f4"))
+        self.disk.check()
 
     def row(self, time, values):
         """The next row of the time series: its values by path below /observables, without those that are counted.
@@ -243,6 +247,7 @@ class Results:
         if self.log_wanted:
             for name, values in part.items():
                 append(self.log[name], values)
+            self.disk.check()
         near = slice(*np.searchsorted(part["time"], (self.watch, self.end)))
         if near.start < near.stop:
             self._gather({name: values[near] for name, values in part.items()})
@@ -281,6 +286,7 @@ class Results:
         self._settle()
         if self.scratch:
             self.scratch.flush()
+            self.disk.check()
         with whole_file(path) as file:
             self._write_head(file, facts["program"][0], facts["version"][0])
             self._write_balls(file.create_group("particles/trajectory"))
@@ -413,3 +419,4 @@ class Results:
         if self.scratch is not None:
             with contextlib.suppress(Exception):
                 self.scratch.close()
+            self.disk.close()

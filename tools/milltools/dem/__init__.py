@@ -3,11 +3,12 @@
 import contextlib
 import datetime
 import math
+import os
 import pathlib
 import re
 import shlex
-import signal
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -21,6 +22,7 @@ from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
 from milltools.dem.mill import Mill, inputs
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
+from milltools.dem.signals import Stopped, watched
 from milltools.dem.summary import summarize
 from milltools.errors import UserError
 from milltools.kinds import KINDS
@@ -39,14 +41,6 @@ LARGEST_START_OVERLAP = 1e-3  # of a diameter
 RESTITUTION_OFF = (
     0.02  # single impacts farther than this from the deck's restitution: something is wrong
 )
-
-
-class Stopped(Exception):
-    """A signal asked for the end."""
-
-    def __init__(self, number):
-        super().__init__(number)
-        self.number = number
 
 
 def modulus(text):
@@ -168,30 +162,14 @@ class Watch:
             self.bar.update(self.task, completed=self.work(reached), description=text)
             return
         share = self.work(reached)
-        left = (now - self.begin) * (1 / share - 1) if share else math.nan
+        if share == 0:
+            return
+        left = (now - self.begin) * (1 / share - 1)
         print(
             f"mill dem: {reached * 1e3:.2f} of {self.end * 1e3:g} ms, {100 * share:.1f} %, {left:.0f} s left",
             file=sys.stderr,
             flush=True,
         )
-
-
-@contextlib.contextmanager
-def signals():
-    """INT, TERM and HUP become Stopped within."""
-
-    def stop(number, _frame):
-        raise Stopped(number)
-
-    before = {
-        number: signal.signal(number, stop)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    }
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class Job:
@@ -219,6 +197,19 @@ class Job:
             series = self.deck.number("output.series")
             until = self.deck.number("run.sample_from", 0.0) - SETTLE
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
+        frames = self.deck.number("output.frames", 0.0)
+        interval = self.model.sample_interval
+        if self.soft_until > 0:
+            interval = max(interval, Model(self.deck, self.soft).sample_interval)
+        elif self.soft is not None:
+            self.cautions.append(
+                f"--warm-up has no effect: run.sample_from is not after {SETTLE * 1e3:g} ms, which the stiff run wants"
+            )
+        if 0 < frames < interval:
+            raise UserError(
+                f"{self.deck.path}: [output] frames: {frames:g} s is less than the {interval:.3g} s at which LIGGGHTS is "
+                "looked at with this modulus: choose more, or 0 s"
+            )
         if arguments.ranks < 1:
             raise UserError(f"--ranks {arguments.ranks}: expected 1 or more")
         self.output = pathlib.Path(
@@ -231,19 +222,33 @@ class Job:
 
     def write_script(self, folder):
         """LIGGGHTS' files for the whole run, for those who go on by hand."""
-        folder = pathlib.Path(folder)
+        folder, step = pathlib.Path(folder), self.model.time_step
+        if self.soft is not None:
+            raise UserError("--script writes one run of one stiffness: leave --warm-up out")
+        if (folder / "in.mill").exists() and not self.arguments.force:
+            raise UserError(f"{folder}: there is an in.mill already; --force overwrites it")
+        state = self.deck.start()
+        self.check_start(state)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            steps = round(self.end / self.model.time_step)
-            text, _ = inputs(
-                folder, self.deck, self.model, self.damped, steps, 0, 0.0, self.deck.start()
+            # every sample would be gigabytes
+            frames = round(self.deck.number("output.frames", 0.0) / step)
+            text, triangles = inputs(
+                folder,
+                self.deck,
+                self.model,
+                self.damped,
+                round(self.end / step),
+                0,
+                0.0,
+                state,
+                states_every=frames,
             )
             (folder / "in.mill").write_text(text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
-        print(
-            f"{folder}: in.mill, balls.data, blades.stl; run there: liggghts -in in.mill -screen screen.txt -log none"
-        )
+        names = ", ".join(["in.mill", "balls.data"] + ["blades.stl"] * bool(triangles))
+        print(f"{folder}: {names}; run there: liggghts -in in.mill -screen screen.txt -log none")
 
     def facts(self, mill):
         """What goes into /run."""
@@ -312,12 +317,13 @@ class Job:
 
     def publish(self, mill, status):
         """Writes the file as of now."""
-        self.published = time.monotonic()
         mill.flush()
         try:
-            self.results.write(self.output, self.facts(mill), status, mill.time)
+            reached = self.end if status == "complete" else mill.time
+            self.results.write(self.output, self.facts(mill), status, reached)
         except OSError as fault:
             raise UserError(str(fault), 1) from None
+        self.published = time.monotonic()
 
     def check_singles(self):
         """Throws single balls, so that what LIGGGHTS makes of the deck's contacts is known before it runs for long."""
@@ -334,20 +340,43 @@ class Job:
     def run(self):
         """Runs the mill and returns the exit status."""
         command(self.arguments.ranks)
+        self.check_output()
+        for caution in self.cautions:
+            print(f"mill dem: note: {caution}", file=sys.stderr)
+        state = self.deck.start()
+        self.check_start(state)
+        with watched():
+            try:
+                with contextlib.closing(self.gather()):
+                    return self.follow(state)
+            except OSError as fault:  # a full disk, as a rule
+                raise UserError(
+                    f"{fault.filename or tempfile.gettempdir()}: {fault.strerror or fault}", 1
+                ) from None
+
+    def check_output(self):
+        """Refuses an output that cannot be written in the end."""
+        if self.output.is_dir():
+            raise UserError(f"{self.output}: a folder; --output wants a file")
         if self.output.exists() and not self.arguments.force:
             raise UserError(f"{self.output}: there is such a file already; --force overwrites it")
         if not self.output.parent.is_dir():
             raise UserError(f"{self.output}: there is no folder {self.output.parent}")
-        for caution in self.cautions:
-            print(f"mill dem: note: {caution}", file=sys.stderr)
-        deck = self.deck
-        state = deck.start()
-        species, of = deck.species, deck.species_of_ball
+        if self.output.exists() and self.output.samefile(self.deck.path):
+            raise UserError(f"{self.output}: that is the deck itself")
+        if not os.access(self.output.parent, os.W_OK):
+            raise UserError(f"{self.output}: cannot write into {self.output.parent}", 1)
+
+    def gather(self):
+        """The Results of this run, still empty."""
+        species, of = self.deck.species, self.deck.species_of_ball
         diameter = np.array([kind.diameter for kind in species])[of]
-        density = np.array([kind.density for kind in species])[of]
-        self.results = Results(
-            deck, diameter, density * np.pi / 6 * diameter**3, of, [kind.name for kind in species]
-        )
+        mass = np.array([kind.density for kind in species])[of] * np.pi / 6 * diameter**3
+        self.results = Results(self.deck, diameter, mass, of, [kind.name for kind in species])
+        return self.results
+
+    def follow(self, state):
+        """Runs LIGGGHTS from `state` and writes the results, whatever its end; returns the exit status."""
         watch = Watch(self.end, self.work, self.arguments.quiet)
 
         def tell(reached):
@@ -355,28 +384,41 @@ class Job:
             if time.monotonic() - self.published > PUBLISH:
                 self.publish(mill, "running")
 
-        mill = Mill(deck, state, self.damped, self.results, self.arguments.ranks, tell)
-        self.check_start(state)
-        status = 0
+        mill = Mill(self.deck, state, self.damped, self.results, self.arguments.ranks, tell)
+        end, status = "stopped", 0
         try:
-            with signals():
-                self.check_singles()
-                if self.soft_until > 0:
-                    mill.run(self.soft, self.soft_until)
-                mill.run(self.modulus, self.end)
-                self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
+            self.check_singles()
+            if self.soft_until > 0:
+                mill.run(self.soft, self.soft_until)
+            mill.run(self.modulus, self.end)
+            end = "complete"
+            self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
         except Stopped as stopped:
             status = 128 + stopped.number
+        except UserError as fault:
+            raise self.failed(mill, fault) from None
         finally:
             watch.stop()
-        self.publish(mill, "stopped" if status else "complete")
+        self.publish(mill, end)
         print(summarize(self.output, self.deck, self.measured), end="")
-        if status:
+        if end == "stopped":
             print(
                 f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}",
                 file=sys.stderr,
             )
         return status
+
+    def failed(self, mill, fault):
+        """Writes what there is; returns what to tell the user."""
+        if not mill.rows:
+            return fault
+        try:
+            self.publish(mill, "failed")
+        except UserError:
+            return fault
+        return UserError(
+            f"{fault}; results up to {mill.time * 1e3:.4g} ms are in {self.output}", fault.status
+        )
 
     def work(self, reached):
         """Share of the time steps up to `reached` [s]."""

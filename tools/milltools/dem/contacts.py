@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from milltools.kinds import KINDS
 
 INNER_SAMPLES = 8  # the inner ring is drawn anew after so many samples
-SPEEDUP = 1.5  # a ball may have become faster than all were at the last ring, by this factor
+SPEEDUP = 1.5  # the rings allow for balls faster than all are now, by this factor; faster ones draw them anew
 
 
 def solve_back(overlap, closing, decay, frequency):
@@ -38,7 +38,9 @@ class Boxes:
         self.cos_p, self.sin_p = (np.array([f(b.pitch) for b in blades]) for f in (np.cos, np.sin))
         half = [(b.width / 2, b.tip_radius / 2, b.thickness / 2) for b in blades]
         self.half = np.array(half).reshape(-1, 3)
-        self.reach = max((np.hypot(b.tip_radius, b.thickness / 2) for b in blades), default=0.0)
+        across = np.abs(self.sin_p) * self.half[:, 0] + np.abs(self.cos_p) * self.half[:, 2]
+        # [m] of the farthest corner from the axis
+        self.reach = np.hypot(2 * self.half[:, 1], across).max(initial=0.0)
 
     def look(self, place, blade, time):
         """Distance (M,) [m] of centres `place` (M, 3) from the boxes `blade` (M,), and the unit normal (M, 3) to them."""
@@ -115,6 +117,7 @@ class Contacts:
         self.isolated_loss = np.zeros(5)
         self.deepest = 0.0
         self.outer_until = self.inner_until = -np.inf
+        self.fastest = 0.0  # [m/s] what the rings allow for
         self.found = [None] * len(KINDS)
         self.before = None  # velocities and spins of the last sample
         self.last = None  # [s] its time
@@ -123,15 +126,20 @@ class Contacts:
 
     def _rings(self, time, place, velocity):
         """Draws the rings anew where they are due."""
-        if time < self.inner_until:
+        now = np.sqrt(np.einsum("ij,ij->i", velocity, velocity).max())
+        if time < self.inner_until and now <= self.fastest:
             return
-        fastest = SPEEDUP * max(np.sqrt(np.einsum("ij,ij->i", velocity, velocity).max()), 1e-3)
         tip = abs(self.rotor) * self.boxes.reach
         ahead = INNER_SAMPLES * self.interval
-        if time + ahead > self.outer_until:
-            self.outer_until = time + max(self.skin / (fastest + max(fastest, tip)), ahead)
+        if time + ahead > self.outer_until or now > self.fastest:
+            # a charge at rest is soon as fast as the blades that hit it
+            self.fastest = SPEEDUP * max(now, tip, 1e-3)
+            self.outer_until = time + max(
+                self.skin / (self.fastest + max(self.fastest, tip)), ahead
+            )
             reach = self.outer_until - time
-            self._outer(time, place, 2 * fastest * reach, (fastest + tip) * reach)
+            self._outer(time, place, 2 * self.fastest * reach, (self.fastest + tip) * reach)
+        fastest = self.fastest
         self.inner_until = time + (INNER_SAMPLES - 0.5) * self.interval
         i, j = self.pairs
         away = place[i] - place[j]

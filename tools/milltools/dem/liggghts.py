@@ -7,14 +7,17 @@ it is known to keep silent about into errors.
 import contextlib
 import fcntl
 import os
+import pathlib
 import re
 import select
 import shutil
+import signal
 import subprocess
 import time
 
 import numpy as np
 
+from milltools.dem.signals import waiting
 from milltools.errors import UserError
 
 HEADER = 100  # bytes before the numbers of a binary dump
@@ -32,6 +35,15 @@ def command(ranks):
         raise UserError("mpirun is not installed; on Debian: sudo apt-get install openmpi-bin", 1)
     root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return ["mpirun", *root, "--oversubscribe", "-np", str(ranks), "liggghts"]
+
+
+def _tied(words, how):
+    """`words` such that the process gets the signal `how` when this one dies, were it by SIGKILL."""
+    return ["setpriv", "--pdeathsig", how, "--", *words] if shutil.which("setpriv") else words
+
+
+def _garbled(what):
+    return UserError(f"what LIGGGHTS writes cannot be read: {what}", 1)
 
 
 class Pipe:
@@ -83,6 +95,9 @@ class Process:
 
     def __init__(self, folder, script, balls, triangles=0, ranks=1, dumps=("state.bin",)):
         self.folder, self.balls, self.triangles, self.ranks = folder, balls, triangles, ranks
+        self.cpu = 0.0  # [s] of processor time, once it has ended
+        self.killed = set()
+        self.begun, self.told, self.torques = False, None, []
         (folder / "in.txt").write_text(script)
         self.pipes = {name: Pipe(folder / name) for name in dumps}
         words = [
@@ -95,80 +110,143 @@ class Process:
             "none",
             "-nocite",
         ]
+        # What Open MPI keeps in files goes when the folder goes; one rank alone needs no daemon of its, which would be
+        # clearing up in the folder after us
+        mpi = {"TMPDIR": str(folder), "OMPI_MCA_btl_vader_backing_directory": str(folder)}
+        if ranks == 1:
+            mpi["OMPI_MCA_ess_singleton_isolated"] = "1"
         with open(folder / "stderr.txt", "wb") as errors:
             # a session of its own: Ctrl-C at the terminal reaches millsim's tool alone, which then ends this one
             self.process = subprocess.Popen(
-                words,
+                _tied(words, "KILL" if ranks == 1 else "TERM"),
                 cwd=folder,
                 stdin=subprocess.DEVNULL,
                 stdout=errors,
                 stderr=errors,
                 start_new_session=True,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
+                env={**os.environ, **mpi, "OMP_NUM_THREADS": "1"},
             )
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        if self.process.poll() is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self.process.pid, 9)  # a SIGTERM would make it write restart files first
-            self.process.wait()
+        if self._wait(os.WNOHANG) is None:
+            self._end()
         for pipe in self.pipes.values():
             pipe.close()
+        if self.told:
+            self.told.close()
+
+    def _end(self):
+        """Kills all processes of its session: mpirun puts its ranks into groups of their own, and they outlive it.
+        Not by SIGTERM: LIGGGHTS would write restart files first, or wait for us to read on."""
+        while left := self._session():
+            for pid, cpu in left.items():
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+                    if pid != self.process.pid and pid not in self.killed:
+                        self.killed.add(pid)
+                        self.cpu += cpu
+            self._wait()
+            time.sleep(0.01)
+        self._wait()
+
+    def _session(self):
+        """Processes that live in the session of this one, and the processor time [s] of each."""
+        found, tick = {}, os.sysconf("SC_CLK_TCK")
+        for entry in filter(str.isdigit, os.listdir("/proc")):
+            with contextlib.suppress(OSError):
+                if os.getsid(int(entry)) == self.process.pid:
+                    words = (
+                        pathlib.Path("/proc", entry, "stat").read_text().rpartition(")")[2].split()
+                    )
+                    if words[0] not in "ZX":
+                        found[int(entry)] = (int(words[11]) + int(words[12])) / tick
+        return found
+
+    def _wait(self, options=0):
+        """Its exit status; with os.WNOHANG None while it runs."""
+        if self.process.returncode is None:
+            pid, state, used = os.wait4(self.process.pid, options)
+            if pid:
+                self.process.returncode = os.waitstatus_to_exitcode(state)
+                self.cpu += used.ru_utime + used.ru_stime
+        return self.process.returncode
 
     def alive(self):
         """Whether the process still runs."""
-        return self.process.poll() is None
+        return self._wait(os.WNOHANG) is None
 
-    def _binary(self, name):
+    def _binary(self, name, columns):
+        """(step, rows (N, columns) in the order of the balls) of the next dump; None: it ended."""
+        with waiting():
+            return self._read(name, columns)
+
+    def _read(self, name, columns):
         head = self.pipes[name].read(HEADER, self.alive)
         if head is None:
             return None
-        step, rows = np.frombuffer(head, np.int64, 2)
-        columns, chunks = np.frombuffer(head, np.int32, 2, HEADER - 8)
+        step, rows = (int(n) for n in np.frombuffer(head, np.int64, 2))
+        width, chunks = (int(n) for n in np.frombuffer(head, np.int32, 2, HEADER - 8))
+        if width != columns or not 0 < chunks <= self.ranks or rows > self.balls:
+            raise _garbled(f"{name} begins a dump of {rows} x {width} numbers in {chunks} parts")
         parts = []
         for _ in range(chunks):
             size = self.pipes[name].read(4, self.alive)
-            data = size and self.pipes[name].read(
-                8 * int(np.frombuffer(size, np.int32)[0]), self.alive
-            )
+            count = int(np.frombuffer(size, np.int32)[0]) if size else 0
+            if count % columns or not 0 <= count <= self.balls * columns:
+                raise _garbled(f"{name} has a part of {count} numbers at step {step}")
+            data = size and self.pipes[name].read(8 * count, self.alive)
             if data is None:
                 return None
             parts.append(np.frombuffer(data, np.float64).reshape(-1, columns))
+        table = np.concatenate(parts)
         if rows != self.balls:
             raise UserError(
                 f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}: "
                 "a stiffer --modulus or a shorter time step keeps them inside",
                 1,
             )
-        return int(step), parts[0] if len(parts) == 1 else np.concatenate(parts)
+        ball = np.clip(table[:, 0], 1, self.balls).astype(np.int64) - 1
+        place = np.full(self.balls, -1)
+        place[ball] = np.arange(len(ball))
+        if len(ball) != self.balls or place.min() < 0:
+            raise _garbled(f"{name} does not name every ball once at step {step}")
+        return step, table[place, 1:]
 
     def state(self, into):
         """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: it ended."""
-        found = self._binary("state.bin")
+        found = self._binary("state.bin", 10)
         if found is None:
             return None
-        step, rows = found
-        into[rows[:, 0].astype(np.int64) - 1] = rows[:, 1:]
+        step, into[:] = found
+        if not np.isfinite(into).all():
+            raise UserError(
+                f"LIGGGHTS has lost itself: a ball's place or speed is no number at step {step}", 1
+            )
+        if not self.begun:
+            self.begun = True
+            self._assert_mesh(self.screen(), over=False)
         return step
 
-    def walls(self):
-        """Forces (N, 3 W) [N] of the W walls on each ball."""
-        found = self._binary("walls.bin")
-        if found is None:
-            return None
-        rows = found[1]
-        forces = np.empty((self.balls, rows.shape[1] - 1))
-        forces[rows[:, 0].astype(np.int64) - 1] = rows[:, 1:]
-        return forces
+    def walls(self, count):
+        """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: it ended."""
+        found = self._binary("walls.bin", 1 + 3 * count)
+        return found and found[1]
 
     def torque(self, row):
         """Mean torque [N m] of the balls on the blades about +x over the `row`-th interval of the series, from 1."""
-        path = self.folder / "torque.txt"
-        lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
-        return float(lines[row - 1].split()[1])
+        try:
+            if self.told is None:
+                self.told = open(self.folder / "torque.txt")
+            while len(self.torques) < row:
+                line = self.told.readline()
+                if not line.startswith("#"):
+                    self.torques.append(float(line.split()[1]))
+        except (OSError, ValueError, IndexError):
+            raise _garbled(f"torque.txt has no row {row}") from None
+        return self.torques[row - 1]
 
     def screen(self):
         """What LIGGGHTS has printed so far."""
@@ -185,22 +263,30 @@ class Process:
         in which it can have failed."""
         for pipe in self.pipes.values():
             pipe.close()
-        _, state, used = os.wait4(self.process.pid, 0)
-        self.process.returncode = status = os.waitstatus_to_exitcode(state)
+        with waiting():
+            status = self._wait()
         self._assert_success(status)
-        return used.ru_utime + used.ru_stime
+        return self.cpu
+
+    def _assert_mesh(self, text, over):
+        read = re.findall(r"containing (\d+) triangle\(s\)", text)
+        if self.triangles and (read or over) and str(self.triangles) not in read:
+            got = read[-1] if read else "none"
+            raise UserError(
+                f"LIGGGHTS read {got} of the {self.triangles} triangles of the blades", 1
+            )
 
     def _assert_success(self, status):
         text = self.screen()
-        errors = [line for line in text.splitlines() if "ERROR" in line]
-        said = (self.folder / "stderr.txt").read_text(errors="replace").strip().splitlines()
-        if errors or status != 0:
-            what = errors[0].strip() if errors else (said[-1] if said else "it said nothing")
-            raise UserError(f"LIGGGHTS failed with status {status}: {what}", 1)
-        if self.triangles and f"containing {self.triangles} triangle(s)" not in text:
-            raise UserError(
-                f"LIGGGHTS did not read all {self.triangles} triangles of the blades", 1
+        said = [line.strip() for line in text.splitlines() if "ERROR" in line]
+        errors = (self.folder / "stderr.txt").read_text(errors="replace").splitlines()
+        said += [line.strip() for line in errors if re.search(r"[A-Za-z]", line)]
+        if status != 0 or "ERROR" in text:
+            how = (
+                f"failed with status {status}" if status >= 0 else f"was ended by signal {-status}"
             )
+            raise UserError(f"LIGGGHTS {how}: {said[0] if said else 'it said nothing'}", 1)
+        self._assert_mesh(text, over=True)
         loop = re.search(r"Loop time of \S+ on \d+ procs for \d+ steps with (\d+) atoms", text)
         if not loop:
             raise UserError("LIGGGHTS ended before its run was over", 1)

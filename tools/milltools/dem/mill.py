@@ -1,5 +1,6 @@
 """A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
 
+import math
 import pathlib
 import shutil
 import tempfile
@@ -12,6 +13,7 @@ from milltools.dem.handover import part
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE, Model
 from milltools.dem.rubbing import at_walls, walls_of
+from milltools.errors import UserError
 from milltools.kinds import KINDS
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
@@ -20,8 +22,9 @@ PRICED = 0.01  # of the steps are run once more, and three times as many, withou
 LEAST_PRICED = 1000  # steps
 
 
-def inputs(folder, deck, model, damped, steps, forces_every, time, state, told=True):
-    """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles."""
+def inputs(folder, deck, model, damped, steps, forces_every, time, state, **options):
+    """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles; options as
+    script.mill has them."""
     place, velocity, spin = state
     triangles = script.blade_triangles(deck, deck.rotor_speed * time)
     balls = script.data_file(
@@ -30,7 +33,8 @@ def inputs(folder, deck, model, damped, steps, forces_every, time, state, told=T
     (folder / "balls.data").write_text(balls)
     if len(triangles):
         (folder / "blades.stl").write_text(script.stl(triangles))
-    return script.mill(deck, model, damped, steps, forces_every, triangles, told), len(triangles)
+    text = script.mill(deck, model, damped, steps, forces_every, triangles, **options)
+    return text, len(triangles)
 
 
 class Mill:
@@ -54,7 +58,7 @@ class Mill:
         self.rubs = any(deck.contact(kind).friction > 0 for kind in KINDS)
         self.normal_loss, self.rubbed = np.zeros(5), np.zeros(5)
         self.isolated_loss = np.zeros(5)
-        self.work, self.torque = 0.0, 0.0
+        self.work = self.torque = self.shaft_impulse = 0.0
         self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
         self.turnover = 0.0
         self.rows = self.frame_count = self.snapshot_count = 0
@@ -81,7 +85,8 @@ class Mill:
                 )
                 with Process(folder, text, len(self.mass), triangles, self.ranks, ()) as process:
                     taken.append(process.finish())
-        return (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
+        price = (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
+        return price if price > 0 else math.nan  # of a mill so small that the start costs more
 
     def run(self, modulus, until):
         """See the class. Returns the Model of the stretch."""
@@ -94,10 +99,10 @@ class Mill:
             contacts = Contacts(self.deck, model)
             self.removed += before - sum(self._energies(contacts).values())
         self.contacts = contacts
-        samples = round((until - self.time) / model.sample_interval)
+        samples = max(1, round((until - self.time) / model.sample_interval))
         forces_every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
         steps = samples * STEPS_PER_SAMPLE
-        folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
+        folder, process = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-")), None
         try:
             text, triangles = inputs(
                 folder,
@@ -112,10 +117,9 @@ class Mill:
             dumps = ["state.bin"] + ["walls.bin"] * self.rubs
             with Process(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
                 self._follow(process, model, contacts, samples, forces_every)
-                self.cpu += process.finish()
-                self.version = process.version()
             self.model = model
         finally:
+            self.cpu += process.cpu if process else 0.0
             shutil.rmtree(folder, ignore_errors=True)
             self.normal_loss += contacts.normal_loss
             self.isolated_loss += contacts.isolated_loss
@@ -124,10 +128,16 @@ class Mill:
 
     def _follow(self, process, model, contacts, samples, forces_every):
         begin, flat = self.time, np.empty((len(self.mass), 9))
-        steps = samples * STEPS_PER_SAMPLE
-        step = -1
-        while (step := process.state(flat)) is not None:
-            sample = step // STEPS_PER_SAMPLE
+        for sample in range(samples + 1):
+            step = process.state(flat)
+            if step is None:
+                break
+            if step != sample * STEPS_PER_SAMPLE:
+                raise UserError(
+                    f"LIGGGHTS told its step {step} when {sample * STEPS_PER_SAMPLE} was due", 1
+                )
+            if sample == 0:
+                self.version = process.version()
             self.time = begin + sample * model.sample_interval
             self.state = [np.ascontiguousarray(flat[:, k : k + 3]) for k in (0, 3, 6)]
             impacts = contacts.sample(self.time, *self.state)
@@ -136,9 +146,11 @@ class Mill:
             if impacts:
                 self.waiting.append(impacts)
             self._store(process, model, contacts, sample)
-            if step == steps:
-                break
             self.watch(self.time)
+        process.finish()
+        self.version = process.version()
+        if step is None:
+            raise UserError("LIGGGHTS ended before its run was over", 1)
 
     def flush(self):
         """Hands over the impacts that wait: many at a time are cheaper than few."""
@@ -149,12 +161,12 @@ class Mill:
             )
 
     def _rub(self, process, contacts, interval):
-        forces = process.walls()
+        forces = process.walls(len(self.walls))
         if forces is None:
             return
         power, torque = at_walls(contacts, self.walls, self.state, forces)
         self.rubbed += power * interval
-        self.work += torque * self.deck.rotor_speed * interval
+        self.shaft_impulse += torque * interval
 
     def _store(self, process, model, contacts, sample):
         near = HALF_AN_INTERVAL * model.sample_interval
@@ -166,7 +178,7 @@ class Mill:
             self.results.snapshot(self.state[0], self.state[1])
             self.snapshot_count += 1
         if self.frames > 0 and self.time > self.frame_count * self.frames - near:
-            self.results.frame(self.frame_count * self.frames, *self.state)
+            self.results.frame(self.time, *self.state)
             self.frame_count += 1
         if sample % model.samples_per_row == 0 and self.time > self.rows * self.series - near:
             self._row(process, contacts, sample // model.samples_per_row)
@@ -181,9 +193,11 @@ class Mill:
         }
 
     def _row(self, process, contacts, row):
-        if row > 0 and self.deck.blades:
-            self.torque = -process.torque(row)
+        if row > 0:
+            blades = -process.torque(row) if self.deck.blades else 0.0
+            self.torque = blades + self.shaft_impulse / self.series
             self.work += self.torque * self.deck.rotor_speed * self.series
+            self.shaft_impulse = 0.0
         normal = self.normal_loss + contacts.normal_loss
         energies = self._energies(contacts)
         total = sum(energies.values())

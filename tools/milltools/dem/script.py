@@ -19,7 +19,8 @@ FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 def _foot(blade, shaft_radius):
     """Radius [m] at which a blade's box begins: inside the shaft, its corners too."""
-    half = max(blade.width, blade.thickness) / 2
+    sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
+    half = (sine * blade.width + cosine * blade.thickness) / 2
     inside = math.sqrt(max(shaft_radius**2 - half**2, 0.0))
     return max(min(shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
 
@@ -146,11 +147,15 @@ def head(deck, model):
     return lines
 
 
-def mill(deck, model, damped, steps, forces_every, triangles, told=True):
+def mill(
+    deck, model, damped, steps, forces_every, triangles, told=True, states_every=STEPS_PER_SAMPLE
+):
     """The input script of one stretch of a mill.
 
-    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every: every how many steps the forces of the walls are told (0: never).
-    Ball states come out through `state.bin` every sample, the walls' forces through `walls.bin`, the mean torque of the blades through `torque.txt` once a row of the series.
+    steps: how many; told: False leaves out all output and what serves it, to know the price; forces_every, states_every:
+    every how many steps the forces of the walls and the states of the balls are told (0: never).
+    States come out through `state.bin`, the walls' forces through `walls.bin`, the mean torque of the blades through
+    `torque.txt` once a row of the series.
     """
     count = len(deck.species)
     models, settings = contact_style(deck, damped)
@@ -200,8 +205,8 @@ def mill(deck, model, damped, steps, forces_every, triangles, told=True):
         if told:
             lines.append(f"fix torque all ave/time 1 {row} {row} f_rotor[4] file torque.txt")
     state = "id x y z vx vy vz omegax omegay omegaz"
-    if told:
-        lines.append(f"dump state all custom {STEPS_PER_SAMPLE} state.bin {state}")
+    if told and states_every:
+        lines.append(f"dump state all custom {states_every} state.bin {state}")
     if stored:
         walls = (
             ["drum", "wall0", "wall1"] + ["shaft"] * (shaft > 0) + ["blades"] * bool(len(triangles))

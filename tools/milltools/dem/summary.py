@@ -44,10 +44,10 @@ def summarize(path, deck, measured):
             else "(no error: too short)"
         )
         lines.append(f"rotor power        {_number(read('statistics/rotor/power'))} W {error}")
-        energy = [run.series(name)[1][-1] for name in ("kinetic_energy", "rotational_energy")]
-        lines.append(
-            f"kinetic energy     {_number(energy[0])} J at the end, and {_number(energy[1])} J in spin"
-        )
+        energy = [run.series(name)[1] for name in ("kinetic_energy", "rotational_energy")]
+        if len(energy[0]):  # not stopped before it began
+            moving, turning = (_number(value[-1]) for value in energy)
+            lines.append(f"kinetic energy     {moving} J at the end, and {turning} J in spin")
         if run.has("run/energy_balance_error"):
             balance = read("run/energy_balance_error")
             lines.append(
