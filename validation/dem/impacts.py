@@ -180,14 +180,15 @@ def claim_law(case, deck, kind, modulus, soft, where):
 
 def sweep_restitution(case):
     """Effective friction and tangential restitution of pairs at steel, by restitution."""
-    found = []
+    found, misfit = [], {}
     for e in RESTITUTIONS:
         deck = Deck.check(DECK, [f"contact.restitution={e}"])
         soft = throws(deck, STEEL, "ball_ball")
-        claim_law(
-            case, deck, "ball_ball", STEEL, soft, f"LIGGGHTS at steel, pairs, restitution {e}"
-        )
+        where = f"LIGGGHTS at steel, pairs, restitution {e}"
+        claim_law(case, deck, "ball_ball", STEEL, soft, where)
         found.append((e, soft.restitution, soft.friction, soft.tangential_restitution))
+        own = walton(soft.ratio, *found[-1][1:])
+        misfit[e] = off(soft.after, own, soft.after)
     values = {e: mu for e, _, mu, _ in found}
     deck_mu = Deck.check(DECK).contact("ball_ball").friction
     case.claim(
@@ -201,6 +202,12 @@ def sweep_restitution(case):
     case.tell(
         "Effective friction of pairs at steel where the deck says "
         f"{deck_mu}: " + ", ".join(f"{mu:.3f} at e = {e}" for e, mu in values.items()) + "."
+    )
+    case.tell(
+        "How well two numbers describe LIGGGHTS' contact at all, slip after, rms off Walton's law with its own effective friction "
+        "and tangential restitution: "
+        + ", ".join(f"{v:.1f} % at e = {e}" for e, v in misfit.items())
+        + "."
     )
     return found
 
