@@ -66,7 +66,7 @@ def summarize(path, deck, measured):
             )
         lines.append("")
         lines.append(
-            f"cost               {read('run/cpu_time'):.4g} s CPU of LIGGGHTS ({read('run/price'):.4g} s per simulated second), "
+            f"cost               {read('run/cpu_time'):.4g} s CPU of LIGGGHTS ({_number(read('run/price'))} s per simulated second), "
             f"{read('run/wall_time'):.4g} s wall"
         )
         lines.append(
