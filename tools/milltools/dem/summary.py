@@ -1,6 +1,7 @@
 """What `mill dem` prints at its end."""
 
 import math
+import textwrap
 
 from milltools.kinds import KINDS
 from milltools.runfile import Run
@@ -71,7 +72,7 @@ def summarize(path, deck, measured):
             )
         lines.append("")
         lines.append(
-            f"cost               {read('run/cpu_time'):.4g} s CPU of LIGGGHTS, output and all; without output {_number(read('run/price'))} s per simulated second; "
+            f"cost               {read('run/cpu_time'):.4g} s CPU with output, without it {_number(read('run/price'))} s per simulated second; "
             f"{read('run/wall_time'):.4g} s wall"
         )
         lines.append(
@@ -80,4 +81,6 @@ def summarize(path, deck, measured):
             f"{read('run/contact_duration') * 1e6:.3g} us, time step {read('run/time_step') * 1e6:.3g} us"
         )
         lines.append(f"file               {path}")
+        for note in read("run/notes").splitlines():
+            lines += textwrap.wrap(f"note: {note}", 100, subsequent_indent="      ")
     return "\n".join([*lines, ""])
