@@ -504,6 +504,19 @@ def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
         assert run.time == pytest.approx(0.0024)
 
 
+def test_a_price_that_cannot_be_measured_does_not_fail_the_run(dem, monkeypatch):
+    def fail(*_):
+        raise UserError("LIGGGHTS failed with status 1", 1)
+
+    monkeypatch.setattr(Mill, "price", fail)
+    monkeypatch.setattr(milltools.dem.Job, "check_singles", lambda job: None)
+    done = dem(SMALL, *QUICK, *sets("contact.friction=0", "run.time=2 ms"), whole=True)
+    assert done.status == 0 and "(- s per simulated second)" in done.out
+    assert done.err == "mill dem: note: the price was not measured: LIGGGHTS failed with status 1\n"
+    with Run("deck-dem.h5") as run:
+        assert run.status == "complete" and math.isnan(run.read("run/price"))
+
+
 def test_start_positions_that_overlap_are_millsims_error(dem, tmp_path):
     (tmp_path / "start.txt").write_text(SMALL_START.replace("0.016 0.027", "0.012 0.027"))
     done = dem(SMALL.replace("count = 20", "count = 20\nstart = start.txt"), *QUICK)

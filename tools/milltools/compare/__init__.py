@@ -15,6 +15,8 @@ SUMMARY = (
     "(other seeds): their scatter gives the error, which runs that are not steady need."
 )
 
+PICTURES = (".png", ".svg", ".pdf")
+
 
 def add_arguments(parser):
     parser.add_argument(
@@ -49,6 +51,8 @@ def check_writable(path: str):
 def run(arguments) -> int:
     if len(arguments.runs) < 2:
         raise UserError("one run is nothing to compare with; give two or more")
+    if arguments.png and pathlib.Path(arguments.png).suffix not in PICTURES:
+        raise UserError(f"{arguments.png}: expected a name that ends in {', '.join(PICTURES)}")
     for path in filter(None, (arguments.csv, arguments.png, arguments.html)):
         check_writable(path)
     # imported here: a wrong command line needs neither scipy nor matplotlib

@@ -96,7 +96,7 @@ def draw_power(figure, sides):
         ax.set_ylabel(what)
         ax.set_xlim(left=0)
         ax.grid(alpha=0.3)
-    axes[0].set_title("power, means over hundredths of the run")
+    axes[0].set_title("power, means over short pieces of time")
     axes[1].set_title("translational kinetic energy")
     _legend(figure, axes, len(sides) + 1)
 

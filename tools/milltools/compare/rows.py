@@ -191,7 +191,8 @@ def compare(a: Side, b: Side) -> Table:
             "error unknown: needs replicates" if key.startswith("median") else "too little data"
         )
         if not steady:
-            unknown = "error unknown: not steady, no replicates"
+            several = any(len(side.runs) > 1 for side in (a, b))
+            unknown = f"error unknown: {'replicates do not tell' if several else 'not steady, no replicates'}"
         found = errors.difference(one, two, unknown)
         verdict, mood = found.verdict, found.mood
         if identical and two.value == one.value:
@@ -225,6 +226,8 @@ def price_row(a: Side, b: Side) -> Row:
     ratio = two.value / one.value
     if not math.isfinite(ratio) or ratio <= 0:
         verdict = "unknown"
+    elif 0.99 < ratio < 1.01:
+        verdict = "as dear"
     elif ratio >= 1:
         verdict = f"{b.letter} is {ratio:.3g} times as dear as A"
     else:
@@ -250,7 +253,7 @@ def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
     if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
             f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: merged rates compare "
-            f"best with output.strike_window = {1e6 * lasts:.3g} us."
+            f"best with output.strike_window = {1e6 * lasts:.3g} us in both decks."
         ]
     if "output.strike_window" in keys:
         return [f"A and {b.letter} merge re-contacts within different windows."]
@@ -268,6 +271,7 @@ def notes(sides: list[Side]) -> list[str]:
                 said.append(
                     f"{who} is not complete (status '{run.status}'): it ends at {run.time:.4g} s."
                 )
+            said += [f"{who}: {note}." for note in run.notes]
             if not run.steady:
                 said.append(f"{who} is not steady over its window: {run.trend}.")
     for side in sides[1:]:

@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shlex
+import signal
 import sys
 import tempfile
 import time
@@ -37,6 +38,8 @@ PLAIN = 10.0  # [s] between lines of progress where there is no terminal
 UNITS = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
 LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
 LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
+LEAST_FOR_POWER = 1e9  # [Pa] softer balls do not even draw the power
+LEAST_FOR_RATES = 1e11  # [Pa]
 LARGEST_START_OVERLAP = 1e-3  # of a diameter
 RESTITUTION_OFF = (
     0.02  # single impacts farther than this from the deck's restitution: something is wrong
@@ -186,6 +189,15 @@ class Job:
         self.soft = modulus(arguments.warm_up) if arguments.warm_up else None
         self.damped, missed = tangential_damping(self.deck)
         self.cautions = cautions(self.deck, self.damped, missed)
+        if self.modulus < LEAST_FOR_RATES:
+            what = (
+                "energies, power and rates of impacts"
+                if self.modulus < LEAST_FOR_POWER
+                else "rates of impacts"
+            )
+            self.cautions.append(
+                f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are off; compare them at --modulus steel"
+            )
         self.model = Model(self.deck, self.modulus)
         self.end = self.deck.number("run.time")
         self.soft_until = 0.0
@@ -244,7 +256,18 @@ class Job:
                 state,
                 states_every=frames,
             )
-            (folder / "in.mill").write_text(text)
+            names = [kind.name for kind in self.deck.species]
+            head = [
+                f"{pathlib.Path(self.deck.path).name} as LIGGGHTS reads it, SI units, by mill dem of millsim {engine.version()}",
+                "run here: liggghts -in in.mill -screen screen.txt -log none",
+                f"types: {', '.join(f'{k} {name}' for k, name in enumerate(names, start=1))}; then drum, end walls, shaft, blades",
+                f"a contact of two balls lasts {self.model.pair[0][0].duration:.4g} s; state.bin holds the balls at output.frames",
+            ]
+            head = "".join(
+                "# " + "".join(c if c.isprintable() and c not in "&$" else "?" for c in line) + "\n"
+                for line in head
+            )
+            (folder / "in.mill").write_text(head + text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
         names = ", ".join(["in.mill", "balls.data"] + ["blades.stl"] * bool(triangles))
@@ -253,6 +276,11 @@ class Job:
     def facts(self, mill):
         """What goes into /run."""
         facts = {
+            "notes": (
+                "\n".join(self.cautions),
+                "",
+                "what a reader ought to know before comparing, a line each",
+            ),
             "program": "LIGGGHTS",
             "version": mill.version,
             "command": shlex.join(["mill", "dem", *self.words()]),
@@ -392,7 +420,7 @@ class Job:
                 mill.run(self.soft, self.soft_until)
             mill.run(self.modulus, self.end)
             end = "complete"
-            self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
+            self.measure_price(mill)
         except Stopped as stopped:
             status = 128 + stopped.number
         except UserError as fault:
@@ -403,10 +431,18 @@ class Job:
         print(summarize(self.output, self.deck, self.measured), end="")
         if end == "stopped":
             print(
-                f"mill dem: stopped by signal {status - 128}; results up to then are in {self.output}",
+                f"mill dem: stopped by {signal.Signals(status - 128).name} at {mill.time * 1e3:.4g} ms; results up to then are "
+                f"in {self.output}",
                 file=sys.stderr,
             )
         return status
+
+    def measure_price(self, mill):
+        """What LIGGGHTS costs by itself; a run that is complete does not fail with it."""
+        try:
+            self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
+        except UserError as fault:
+            print(f"mill dem: note: the price was not measured: {fault}", file=sys.stderr)
 
     def failed(self, mill, fault):
         """Writes what there is; returns what to tell the user."""

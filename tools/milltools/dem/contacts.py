@@ -117,7 +117,7 @@ class Contacts:
         self.isolated_loss = np.zeros(5)
         self.deepest = 0.0
         self.outer_until = self.inner_until = -np.inf
-        self.fastest = 0.0  # [m/s] what the rings allow for
+        self.fastest = self.fast = 0.0  # [m/s] what the outer and the inner ring allow for
         self.found = [None] * len(KINDS)
         self.before = None  # velocities and spins of the last sample
         self.last = None  # [s] its time
@@ -127,19 +127,18 @@ class Contacts:
     def _rings(self, time, place, velocity):
         """Draws the rings anew where they are due."""
         now = np.sqrt(np.einsum("ij,ij->i", velocity, velocity).max())
-        if time < self.inner_until and now <= self.fastest:
+        if time < self.inner_until and now <= self.fast:
             return
         tip = abs(self.rotor) * self.boxes.reach
         ahead = INNER_SAMPLES * self.interval
         if time + ahead > self.outer_until or now > self.fastest:
-            # a charge at rest is soon as fast as the blades that hit it
-            self.fastest = SPEEDUP * max(now, tip, 1e-3)
+            self.fastest = SPEEDUP * max(now, 1e-3)
             self.outer_until = time + max(
                 self.skin / (self.fastest + max(self.fastest, tip)), ahead
             )
             reach = self.outer_until - time
             self._outer(time, place, 2 * self.fastest * reach, (self.fastest + tip) * reach)
-        fastest = self.fastest
+        self.fast = fastest = min(SPEEDUP * max(now, 1e-3), self.fastest)
         self.inner_until = time + (INNER_SAMPLES - 0.5) * self.interval
         i, j = self.pairs
         away = place[i] - place[j]

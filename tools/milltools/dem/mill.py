@@ -123,7 +123,7 @@ class Mill:
             shutil.rmtree(folder, ignore_errors=True)
             self.normal_loss += contacts.normal_loss
             self.isolated_loss += contacts.isolated_loss
-            self.deepest = max(self.deepest, contacts.deepest)
+            self.deepest = contacts.deepest  # of this stretch: a softer one before does not count
         return model
 
     def _follow(self, process, model, contacts, samples, forces_every):

@@ -17,13 +17,18 @@ def summarize(path, deck, measured):
     with Run(path) as run:
         read = run.read
         window = run.duration
-        lines = [
-            "",
-            f"sampled for {window * 1e3:.4g} ms, LIGGGHTS, E = {read('run/modulus'):.3g} Pa",
-            "",
-        ]
+        soft, until = read("run/warm_up_modulus"), read("run/warm_up_time")
+        warm = f", after {until * 1e3:.4g} ms at {soft:.3g} Pa" if until > 0 else ""
+        sampled = f"sampled for {window * 1e3:.4g} ms"
+        if not window > 0:
+            sampled = (
+                f"nothing sampled: it ended at {run.time * 1e3:.4g} ms, before run.sample_from"
+            )
+        lines = ["", f"{sampled}; LIGGGHTS, E = {read('run/modulus'):.3g} Pa{warm}", ""]
         lines.append(
-            "kind           contacts      rate [/s]   median v_n   > 50 mm/s  mean v_n [m/s]   power [W]"
+            "                                       median v_n  median v_n    mean v_n   dissipated\n"
+            "                                           of all   > 50 mm/s      of all        power\n"
+            "kind           contacts     rate [/s]       [m/s]       [m/s]       [m/s]          [W]"
         )
         for kind in (*KINDS, "all"):
             row = f"statistics/impacts/{kind}"
@@ -32,8 +37,8 @@ def summarize(path, deck, measured):
                 for name in ("median", "median_above_50mm_s", "mean")
             )
             lines.append(
-                f"{kind:<12}{read(f'{row}/count'):>11}{_number(read(f'{row}/rate')):>15}{_number(median):>13}"
-                f"{_number(above):>12}{_number(mean):>16}{_number(read(f'{row}/dissipated_power')):>12}"
+                f"{kind:<12}{read(f'{row}/count'):>11}{_number(read(f'{row}/rate')):>14}{_number(median):>12}"
+                f"{_number(above):>12}{_number(mean):>12}{_number(read(f'{row}/dissipated_power')):>13}"
             )
         lines.append("")
         error = read("statistics/rotor/power_error")
@@ -66,11 +71,12 @@ def summarize(path, deck, measured):
             )
         lines.append("")
         lines.append(
-            f"cost               {read('run/cpu_time'):.4g} s CPU of LIGGGHTS ({read('run/price'):.4g} s per simulated second), "
+            f"cost               {read('run/cpu_time'):.4g} s CPU of LIGGGHTS, output and all; without output {_number(read('run/price'))} s per simulated second; "
             f"{read('run/wall_time'):.4g} s wall"
         )
         lines.append(
-            f"largest overlap    {read('run/largest_overlap') * 1e6:.3g} um; contacts last "
+            f"largest overlap    {read('run/largest_overlap') * 1e6:.3g} um, "
+            f"{100 * read('run/largest_overlap') / run.balls('diameter').min():.2g} % of a diameter; contacts last "
             f"{read('run/contact_duration') * 1e6:.3g} us, time step {read('run/time_step') * 1e6:.3g} us"
         )
         lines.append(f"file               {path}")
