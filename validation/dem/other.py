@@ -2,7 +2,7 @@
 
 from mills import STEADY, Window, judge
 from runs import ROOT, say
-from steady import HARD_SEEDS, compare, own_friction
+from steady import compare, own_friction
 
 DECK = ROOT / "input" / "simoloyer.ini"
 SETTINGS = {
@@ -11,6 +11,7 @@ SETTINGS = {
     "run__time": "0.6 s",
     "run__sample_from": "0.2 s",
 }
+INELASTIC_SEEDS = 4
 INELASTIC = {"contact__restitution": 0.5, "run__time": "0.4 s", "run__sample_from": "0.1 s"}
 
 
@@ -29,7 +30,7 @@ def inelastic(case):
         f"LIGGGHTS' effective friction (pairs: {pair[0]:.3f}, tangential restitution {pair[1]:.3f})"
     )
     for settings, text in (({}, "the deck's friction"), (own, effective)):
-        hard = [Window(path) for path in case.seeds(HARD_SEEDS, DECK, **INELASTIC, **settings)]
+        hard = [Window(path) for path in case.seeds(INELASTIC_SEEDS, DECK, **INELASTIC, **settings)]
         verdicts = [judge(quantity, [Window(soft)], hard) for quantity in STEADY[:5]]
         off = ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
         case.tell(

@@ -1,7 +1,10 @@
-"""What the two programs cost: processor seconds for one simulated second, measured in turn."""
+"""What the two programs cost: processor seconds for one simulated second of the steady reference mill, measured in turn."""
+
+import os
 
 import numpy as np
-from runs import LABELS, STIFFNESSES, say
+from runs import LABELS, STIFFNESSES, say, sets
+from steady import DECK, SETTINGS, soft_run, stiff_run
 
 from milltools.deck import Deck
 from milltools.dem.mill import PRICED, Mill
@@ -13,14 +16,22 @@ SPAN = {"1e9": 0.02, "steel": 0.004}  # [s] simulated by LIGGGHTS in one round, 
 LEAST = {"1e9": (18, ""), "steel": (120, ", aim 200")}
 
 
-def check(case, deck, modulus, path, what, **settings):
+def check(case):
+    say("    price")
+    paths = {"1e9": soft_run(case), "steel": stiff_run(case)[0]}
+    load = os.getloadavg()[0]
+    for modulus, path in paths.items():
+        measure(case, modulus, path)
+    case.tell(f"Load of the machine when this began: {load:.1f}, on {os.cpu_count()} cores.")
+
+
+def measure(case, modulus, path):
     """millsim is so many times as cheap as LIGGGHTS at a modulus (key of STIFFNESSES), from the last frame of its run at `path` on.
 
     LIGGGHTS as one would run it, without what serves `mill dem`; millsim as it is, from the start to the end, its file
     written. In turn, and of each the cheapest round counts: what else the machine does can only add to it.
     """
-    overrides = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
-    checked = Deck.check(deck, overrides)
+    checked = Deck.check(DECK, sets(SETTINGS))
     with Run(path) as run:
         state = [
             run.frame(-1, name).astype(float)
@@ -34,13 +45,13 @@ def check(case, deck, modulus, path, what, **settings):
     for k in range(ROUNDS):
         say(f"    price at {LABELS[modulus]}, round {k + 1} of {ROUNDS}")
         soft.append(mill.price(steps))
-        with Run(case.run(deck, output="price.h5", **settings)) as run:
+        with Run(case.run(DECK, output="price.h5", **SETTINGS)) as run:
             hard.append(run.cost)
     ratio, (least, aim) = min(soft) / min(hard), LEAST[modulus]
     # how well the least of the rounds is known: what the second is above it
     error = np.hypot(*(np.diff(np.sort(costs)[:2])[0] / min(costs) for costs in (soft, hard)))
     case.bound(
-        f"processor time of millsim over that of LIGGGHTS, {what}, {LABELS[modulus]}: {ratio:.0f} times cheaper",
+        f"processor time of millsim over that of LIGGGHTS, {LABELS[modulus]}: {ratio:.0f} times cheaper",
         100 / ratio,
         100 / least,
         error=100 / ratio * error,

@@ -5,7 +5,6 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-import price
 from mills import (
     STEADY,
     Window,
@@ -17,7 +16,7 @@ from mills import (
     solid_off,
     velocity_off,
 )
-from runs import ROOT, STIFFNESSES, contact_duration, say
+from runs import ROOT, STIFFNESSES, contact_duration, say, sets
 
 from milltools.kinds import KINDS
 from milltools.runfile import KIND_LABEL, Run
@@ -32,23 +31,32 @@ VIEWS = {"cross_section": "cross-section", "axial": "axial view"}
 
 def check(case):
     say("    steady mill with friction")
-    stiff = compare(case, "steady", "1000 rpm, 4000 balls", DECK, SETTINGS)
-    soft = soft_balls(case)
-    price.check(case, DECK, "1e9", soft, "1000 rpm, 4000 balls", **SETTINGS)
-    price.check(case, DECK, "steel", stiff, "1000 rpm, 4000 balls", **SETTINGS)
+    compare(case, "steady", "1000 rpm, 4000 balls", DECK, SETTINGS)
+    soft_balls(case)
+
+
+def stiff_run(case, name="steady", deck=DECK, settings=SETTINGS):
+    """LIGGGHTS at steel stiffness: (its file, the settings of the deck with its contact duration as strike window)."""
+    duration = contact_duration((deck, sets(settings)), STIFFNESSES["steel"])
+    settings = settings | {"output__strike_window": f"{duration} s"}
+    return case.dem(name, deck, "steel", "1e9", **settings), settings
+
+
+def soft_run(case):
+    """The file of the same at 1e9 Pa."""
+    return case.dem("steady-1e9", DECK, "1e9", **SETTINGS)
 
 
 def soft_balls(case):
-    """The same at 1e9 Pa: why stiffness matters. Returns the run's file."""
-    path = case.dem("steady-1e9", DECK, "1e9", **SETTINGS)
+    """At 1e9 Pa: why stiffness matters."""
+    soft = [Window(soft_run(case))]
     hard = [Window(path) for path in case.seeds(HARD_SEEDS, DECK, **SETTINGS)]
-    verdicts = [judge(quantity, [Window(path)], hard) for quantity in STEADY]
+    verdicts = [judge(quantity, soft, hard) for quantity in STEADY]
     case.tell(
         "At 1e9 Pa millsim is off LIGGGHTS by "
         + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
         + ": compare rates at steel only."
     )
-    return path
 
 
 def own_friction(path):
@@ -64,13 +72,8 @@ def own_friction(path):
 
 
 def compare(case, name, what, deck, settings):
-    """Holds millsim against LIGGGHTS at steel stiffness: claims, sentences, figures called after `name`.
-    Returns the file of LIGGGHTS' run."""
-    overrides = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
-    settings = settings | {
-        "output__strike_window": f"{contact_duration((deck, overrides), STIFFNESSES['steel'])} s"
-    }
-    soft_path = case.dem(name, deck, "steel", "1e9", **settings)
+    """Holds millsim against LIGGGHTS at steel stiffness: claims, sentences, figures called after `name`."""
+    soft_path, settings = stiff_run(case, name, deck, settings)
     own = own_friction(soft_path)
     paths = {
         "deck": case.seeds(HARD_SEEDS, deck, **settings),
@@ -99,7 +102,6 @@ def compare(case, name, what, deck, settings):
     draw_verdicts(case, name, what, verdicts)
     draw_spectra(case, name, what, soft_path, paths["deck"])
     draw_maps(case, name, what, soft_path, paths["deck"])
-    return soft_path
 
 
 def claim_maps(case, soft, hard, what, told):

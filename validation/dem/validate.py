@@ -28,6 +28,7 @@ PARTS = {
     "transient": ("transient",),
     "steady": ("steady",),
     "other": ("other",),
+    "price": ("price",),
 }
 
 
