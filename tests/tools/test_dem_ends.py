@@ -14,6 +14,7 @@ import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
 import milltools.dem
+import milltools.dem.progress
 from milltools.__main__ import main
 from milltools.dem.mill import Mill
 from milltools.runfile import Run
@@ -194,7 +195,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch):
 
 
 def test_progress_is_plain_lines_where_there_is_no_terminal(dem, monkeypatch):
-    monkeypatch.setattr(milltools.dem, "PLAIN", 0.01)
+    monkeypatch.setattr(milltools.dem.progress, "PLAIN", 0.01)
     status, _, err = dem()
     lines = err.splitlines()
     assert status == 0 and len(lines) > 3
@@ -206,7 +207,7 @@ def test_progress_is_plain_lines_where_there_is_no_terminal(dem, monkeypatch):
 
 
 def test_quiet_says_nothing_on_the_way(dem, monkeypatch):
-    monkeypatch.setattr(milltools.dem, "PLAIN", 0.0)
+    monkeypatch.setattr(milltools.dem.progress, "PLAIN", 0.0)
     assert dem("--quiet")[2] == ""
 
 

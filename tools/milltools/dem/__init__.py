@@ -13,8 +13,6 @@ import tempfile
 import time
 
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from milltools import engine
 from milltools.deck import Deck
@@ -23,6 +21,7 @@ from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
 from milltools.dem.mill import Mill, inputs
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
+from milltools.dem.progress import Watch
 from milltools.dem.signals import Stopped, watched
 from milltools.dem.summary import summarize
 from milltools.errors import UserError
@@ -34,7 +33,6 @@ has millsim's own schema, so './mill compare' and every other reader work on it.
 
 SETTLE = 0.02  # [s] of the stiff run before the sampled window, after a softer warm-up
 PUBLISH = 60.0  # [s] on the wall's clock between results brought to the disk
-PLAIN = 10.0  # [s] between lines of progress where there is no terminal
 UNITS = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
 LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
 LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
@@ -126,53 +124,6 @@ def cautions(deck, damped, missed):
             "far from the deck's there; do not compare"
         )
     return found
-
-
-class Watch:
-    """Progress on standard error: a bar on a terminal, a line now and then elsewhere, nothing if quiet."""
-
-    def __init__(self, end, work, quiet):
-        """end [s] of simulated time; work(time): share of all time steps up to then, 0 to 1."""
-        self.end, self.work, self.quiet = end, work, quiet
-        self.bar = self.task = None
-        self.begin = self.said = time.monotonic()
-        console = Console(stderr=True)
-        if not quiet and console.is_terminal:
-            self.bar = Progress(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                TextColumn("{task.percentage:.1f} %"),
-                TimeRemainingColumn(elapsed_when_finished=True),
-                console=console,
-                transient=True,
-            )
-            self.task = self.bar.add_task("LIGGGHTS", total=1.0)
-            self.bar.start()
-
-    def stop(self):
-        """Takes the bar away."""
-        if self.bar:
-            self.bar.stop()
-
-    def __call__(self, reached):
-        """reached [s] of simulated time."""
-        now = time.monotonic()
-        if self.quiet or now - self.said < (0.2 if self.bar else PLAIN):
-            return
-        self.said = now
-        if self.bar:
-            text = f"LIGGGHTS {reached * 1e3:.2f} of {self.end * 1e3:g} ms"
-            self.bar.update(self.task, completed=self.work(reached), description=text)
-            return
-        share = self.work(reached)
-        if share == 0:
-            return
-        left = (now - self.begin) * (1 / share - 1)
-        print(
-            f"mill dem: {reached * 1e3:.2f} of {self.end * 1e3:g} ms, {100 * share:.1f} %, {left:.0f} s left",
-            file=sys.stderr,
-            flush=True,
-        )
 
 
 class Job:
