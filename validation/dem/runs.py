@@ -16,6 +16,7 @@ import tempfile
 import time
 
 import ladder
+from parts import Part, say
 
 from milltools.deck import Deck
 from milltools.dem.model import STEEL, Model
@@ -38,24 +39,13 @@ def contact_duration(deck, modulus):
     return Model(Deck.check(*deck), modulus).pair[0][0].duration
 
 
-class DemCase(ladder.Case):
+class DemCase(Part):
     """A part of the comparison: the ladder's case, with runs of LIGGGHTS and sentences for the results."""
 
     def __init__(self, folder, scratch, stale=False):
         super().__init__(folder, scratch)
         self.program = program()
         self.stale = stale  # kept runs are taken whatever version made them
-        self.told = []
-        self.figures = set()
-
-    def tell(self, sentence):
-        """A sentence with figures, below the table of claims."""
-        self.told.append(sentence)
-        say(f"      {sentence}")
-
-    def save(self, figure, name):
-        super().save(figure, name)
-        self.figures.add(name)
 
     def dem(self, name, deck, modulus, warm_up=None, **settings):
         """Runs a deck in LIGGGHTS, if no such run is kept, and returns its file.
@@ -119,11 +109,6 @@ class DemCase(ladder.Case):
 def digest(content):
     """A short name for bytes."""
     return hashlib.sha1(content).hexdigest()[:12]
-
-
-def say(text):
-    """A line of progress."""
-    print(text, flush=True)
 
 
 def call(words, what):

@@ -1,0 +1,138 @@
+"""A comparison of several parts: runs them one after another, writes RESULTS.md and the README's short form.
+
+A part is a list of modules with a docstring (its first line is a title) and check(case), which states claims. The
+case also tells sentences with figures and remembers the figures it saved. Used by dem/ and study/; the ladder
+itself runs its cases in parallel.
+"""
+
+import argparse
+import importlib
+import pathlib
+import re
+import tempfile
+import time
+import traceback
+
+import ladder
+
+
+def say(text):
+    """A line of progress."""
+    print(text, flush=True)
+
+
+class Part(ladder.Case):
+    """The ladder's case, with sentences for the results and the names of the figures saved."""
+
+    def __init__(self, folder, scratch):
+        super().__init__(folder, scratch)
+        self.told = []
+        self.figures = set()
+
+    def tell(self, sentence):
+        """A sentence with figures, below the table of claims."""
+        self.told.append(sentence)
+        say(f"      {sentence}")
+
+    def save(self, figure, name):
+        super().save(figure, name)
+        self.figures.add(name)
+
+
+def run_part(mark, name, modules, make_case):
+    """Runs one part; what went wrong is a result like any other."""
+    result = {"name": name, "claims": [], "told": [], "titles": [], "failure": None}
+    begin = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix=f"millsim-{name}-") as scratch:
+        case = make_case(pathlib.Path(scratch))
+        try:
+            for module in modules:
+                module = importlib.import_module(module)
+                result["titles"].append(module.__doc__.strip().splitlines()[0].rstrip("."))
+                module.check(case)
+        except Exception:
+            result["failure"] = traceback.format_exc()
+        result["claims"], result["told"] = case.claims, case.told
+        result["figures"] = sorted(case.figures)
+    held = sum(claim.holds for claim in case.claims)
+    seconds = time.monotonic() - begin
+    say(f"{mark}: {name}: {held} of {len(case.claims)} claims hold, {seconds:.0f} s")
+    for claim in case.claims:
+        expected = "" if claim.expected is None else f" expected {claim.expected:.5g}"
+        error = "" if claim.error is None else f" +- {claim.error:.2g}"
+        say(
+            f"    {'yes' if claim.holds else 'NO '} {claim.what}: {claim.measured:.5g}{error}{expected} "
+            f"band {claim.band:.3g} [{claim.unit}] ({claim.against})"
+        )
+    if result["failure"]:
+        say(result["failure"])
+    return result
+
+
+def write_results(title, writer, introduction, results, path):
+    claims = [claim for result in results for claim in result["claims"]]
+    held = sum(claim.holds for claim in claims)
+    lines = [
+        f"# {title}",
+        "",
+        f"Written by `{writer}`: {held} of {len(claims)} claims hold. {introduction}",
+        "",
+    ]
+    for result in results:
+        lines += [f"## {result['name'].capitalize()}", ""]
+        lines += [f"{title}.\n" for title in result["titles"]]
+        if result["failure"]:
+            lines += ["**It failed:**", ""]
+            lines += ["    " + line for line in result["failure"].rstrip().splitlines()] + [""]
+        lines += [*ladder.claims_table(result["claims"]), ""]
+        lines += [f"- {sentence}" for sentence in result["told"]] + [""]
+        lines += [f"![{figure}]({figure})\n" for figure in result["figures"]]
+    text = re.sub("\n{3,}", "\n\n", "\n".join(lines))
+    path.write_text(text.rstrip() + "\n")
+
+
+def write_short_form(mark, writer, results, path):
+    rows = ["| claim | against | expected | measured | part |", "| --- | --- | --- | --- | --- |"]
+    for result in results:
+        link = f"[{result['name']}](validation/{mark}/RESULTS.md#{result['name']})"
+        rows += ladder.headlines(result["claims"], link)
+    ladder.put_between(path, mark, writer, rows)
+
+
+def parser(description, parts):
+    found = argparse.ArgumentParser(description=description)
+    found.add_argument(
+        "part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md"
+    )
+    return found
+
+
+def main(mark, title, introduction, parts, names, make_case):
+    """Runs the parts called `names` (none: all, and only then results are written); the exit status.
+
+    mark: name of the folder, of its marks in README.md and of its target `make validate-MARK`; parts: name -> modules;
+    make_case(scratch) gives what check() works with.
+    """
+    for name in names:
+        if name not in parts:
+            say(f"{mark}: no part '{name}'; there are {', '.join(parts)}")
+            return 2
+    begin = time.monotonic()
+    results = []
+    chosen = names or list(parts)
+    for k, name in enumerate(chosen, 1):
+        say(f"{mark}: part {k} of {len(chosen)}: {name}")
+        try:
+            results.append(run_part(mark, name, parts[name], make_case))
+        except KeyboardInterrupt:
+            say(f"{mark}: stopped")
+            return 130
+    if not names:
+        writer = f"make validate-{mark}"
+        write_results(title, writer, introduction, results, ladder.HERE / mark / "RESULTS.md")
+        write_short_form(mark, writer, results, ladder.ROOT / "README.md")
+        say(f"{mark}: {time.monotonic() - begin:.0f} s; validation/{mark}/RESULTS.md written")
+    good = all(
+        not r["failure"] and r["claims"] and all(c.holds for c in r["claims"]) for r in results
+    )
+    return 0 if good else 1
