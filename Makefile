@@ -58,6 +58,7 @@ help:
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make validate-dem  millsim against LIGGGHTS, some 40 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
+	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
@@ -173,6 +174,12 @@ validate-dem:
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/dem/validate.py $(if $(KEPT),--kept) $(CASES)
 
+# some minutes of studies on all cores; KEPT=1: kept tables of any version will do
+validate-study:
+	@tools/setup build test
+	@$(MAKE) $(PARALLEL) millsim mill
+	.venv/bin/python validation/study/validate.py $(if $(KEPT),--kept) $(CASES)
+
 # JSON=FILE: where to, instead of build/bench.json (build/bench-quick.json with QUICK=1); REPEATS=N
 bench:
 	@tools/setup build test
@@ -193,5 +200,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem lint format bench bench-parts \
+.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study lint format bench bench-parts \
         install clean always

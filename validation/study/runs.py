@@ -1,0 +1,126 @@
+"""What the parts share: studies by the mill command, kept in build/study from one call to the next, and single designs measured closely."""
+
+import concurrent.futures
+import json
+import os
+import pathlib
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pandas
+from milltools.study.deck import Study
+from parts import Part, say
+
+from milltools.engine import program, version
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+KEPT = ROOT / "build" / "study"
+FIGURE7 = ROOT / "input" / "figure7.study"
+MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+N, H = "drum.buckles", "drum.buckle_height"
+FRICTION = ("contact.friction=0.3", "contact.tangential_restitution=0.484")  # the reference mill's
+
+
+class StudyCase(Part):
+    """A part, with studies that are kept."""
+
+    def __init__(self, folder, scratch, keep=False):
+        super().__init__(folder, scratch)
+        self.program = program()
+        self.keep = keep  # kept tables are taken, whatever version made them
+        self.file = FIGURE7
+        KEPT.mkdir(parents=True, exist_ok=True)
+
+    def mill(self, *words):
+        """Runs the mill command; what it printed."""
+        done = subprocess.run(
+            [ROOT / "mill", *map(str, words)],
+            capture_output=True,
+            text=True,
+            cwd=self.scratch,
+            check=False,
+        )
+        if done.returncode != 0:
+            said = done.stderr.strip().splitlines()
+            raise RuntimeError(f"mill {words[0]}: {said[-1] if said else done.returncode}")
+        return done.stdout
+
+    def study(self, name, command, *options):
+        """Table of `mill COMMAND input/figure7.study OPTIONS`, and the wall time it took [s]."""
+        path = KEPT / f"{name}.parquet"
+        note = path.with_suffix(".json")
+        if not (self.keep and note.exists()):
+            note.unlink(missing_ok=True)
+            for old in KEPT.glob(f"{name}.parquet*"):
+                old.unlink()
+            say(f"    {name}: mill {command} ...")
+            begin = time.monotonic()
+            self.mill(command, FIGURE7, "-o", path, *options)
+            note.write_text(
+                json.dumps({"wall": time.monotonic() - begin, "millsim": version()}) + "\n"
+            )
+        made = json.loads(note.read_text())
+        if made["millsim"] != version():
+            say(f"    {name}: kept, of version {made['millsim']}, used in {version()}")
+        return pandas.read_parquet(path), made["wall"]
+
+    def picture(self, name, figure, *options):
+        """The picture that `mill study` draws of a kept table, in this folder as `figure`."""
+        self.mill("study", KEPT / f"{name}.parquet", "--png", HERE / figure, *options)
+        self.figures.add(figure)
+
+    def measure(self, designs, seeds, precision, *sets):
+        """Designs (n, h [m]) measured anew, with seeds that no study used: the medians, shape (designs, seeds)."""
+        study = Study.read(FIGURE7, [f"study.precision={precision}", *sets])
+        orders = [value.order for value in study.fixed]
+
+        def one(job):
+            design, seed = job
+            n, h = designs[design]
+            path = self.scratch / f"measured-{design}-{seed}.h5"
+            words = [
+                *orders,
+                f"{N}={n}",
+                f"{H}={h!r} m",
+                f"run.seed={seed}",
+                f"run.precision={precision}",
+                "output.frames=0 s",
+            ]
+            options = [word for order in words for word in ("-s", order)]
+            done = subprocess.run(
+                [self.program, "-q", "-f", "-o", path, *options, study.deck],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            if done.returncode != 0:
+                raise RuntimeError(done.stderr.strip())
+            with h5py.File(path) as file:
+                value = float(file["statistics"][MEDIAN][()])
+            path.unlink()
+            return value
+
+        jobs = [(design, seed) for design in range(len(designs)) for seed in seeds]
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            return np.array(list(pool.map(one, jobs))).reshape(len(designs), len(seeds))
+
+
+def grid(table):
+    """(n, h [m], medians (n, h)) of a full grid of one replicate; NaN where a run failed."""
+    wide = table.pivot(index=N, columns=H, values=MEDIAN)
+    return wide.index.to_numpy(), wide.columns.to_numpy(), wide.to_numpy()
+
+
+def best(table):
+    """(n, h [m]) of the design with the largest median among those that are done."""
+    done = table[table.status == "done"]
+    row = done.loc[done[MEDIAN].idxmax()]
+    return int(row[N]), float(row[H])
+
+
+def named(design):
+    """A design in words."""
+    return f"n = {design[0]}, h = {1e3 * design[1]:g} mm"
