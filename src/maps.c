@@ -93,6 +93,58 @@ void mill_maps_free(struct mill_maps *maps)
     free(maps);
 }
 
+static bool map_like(struct mill_map *map, const struct mill_map *as)
+{
+    const size_t cells = (size_t)as->n[0] * (size_t)as->n[1];
+    *map = *as;
+    map->room = NULL;
+    map->hits = make_cells(cells, sizeof *map->hits);
+    map->flow = make_cells(cells, sizeof *map->flow);
+    return map->hits && map->flow;
+}
+
+struct mill_maps *mill_maps_like(const struct mill_maps *maps)
+{
+    struct mill_maps *like = calloc(1, sizeof *like);
+    if (like && map_like(&like->cross, &maps->cross) && map_like(&like->axial, &maps->axial))
+        return like;
+    mill_maps_free(like);
+    return NULL;
+}
+
+static void map_add(struct mill_map *into, const struct mill_map *from)
+{
+    for (int i = 0; i < into->n[0] * into->n[1]; i++) {
+        into->hits[i].count += from->hits[i].count;
+        into->hits[i].speed += from->hits[i].speed;
+        into->hits[i].dissipation += from->hits[i].dissipation;
+        into->flow[i].volume += from->flow[i].volume;
+        for (int k = 0; k < 3; k++)
+            into->flow[i].flow[k] += from->flow[i].flow[k];
+    }
+}
+
+void mill_maps_add(struct mill_maps *into, const struct mill_maps *from)
+{
+    map_add(&into->cross, &from->cross);
+    map_add(&into->axial, &from->axial);
+    into->samples += from->samples;
+}
+
+static void map_clear(struct mill_map *map)
+{
+    const size_t cells = (size_t)map->n[0] * (size_t)map->n[1];
+    memset(map->hits, 0, cells * sizeof *map->hits);
+    memset(map->flow, 0, cells * sizeof *map->flow);
+}
+
+void mill_maps_clear(struct mill_maps *maps)
+{
+    map_clear(&maps->cross);
+    map_clear(&maps->axial);
+    maps->samples = 0;
+}
+
 static void hit(struct mill_map *map, double a, double b, double normal_speed, double dissipation)
 {
     const int cell = mill_maps_place(map, 0, a) * map->n[1] + mill_maps_place(map, 1, b);

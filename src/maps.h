@@ -41,6 +41,13 @@ enum mill_status mill_maps_create(const struct mill_world *world, struct mill_ma
                                   struct mill_error *error);
 void mill_maps_free(struct mill_maps *maps);
 
+/* Empty ones with the same cells, but without `room`. Owner: the caller. NULL: out of memory. */
+struct mill_maps *mill_maps_like(const struct mill_maps *maps);
+
+/* into += from; from = 0. Of the same cells. */
+void mill_maps_add(struct mill_maps *into, const struct mill_maps *from);
+void mill_maps_clear(struct mill_maps *maps);
+
 /* Counts an impact at `position` [m]. */
 void mill_maps_impact(struct mill_maps *maps, vec3 position, double normal_speed,
                       double dissipation);

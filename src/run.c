@@ -229,19 +229,30 @@ static enum mill_status advance(struct run *r, struct mill_error *error)
     const double aim = fmin(MILL_RUN_SHOW_EVERY, r->deck->checkpoint);
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
-    r->due = mill_run_clock() + r->deck->checkpoint;
+    double shown = mill_run_clock();
+    bool over;
+    r->due = shown + r->deck->checkpoint;
     while (status == MILL_OK) {
+        /* the tally may end the run at times of its own */
+        const double until = fmin(r->deck->time, mill_tally_next_end(r->tally, &over));
         const double before = mill_run_clock();
         const double reached = mill_sim_time(r->sim);
-        status = mill_sim_run(r->sim, r->deck->time, slice, r->options->stop, error);
-        const double took = mill_run_clock() - before;
-        show(r, false);
+        if (over)
+            break;
+        status = mill_sim_run(r->sim, until, slice, r->options->stop, error);
+        const double now = mill_run_clock(), took = now - before;
+        const bool whole = mill_sim_time(r->sim) < until; /* the slice: it was not cut off */
+        if (whole || now - shown >= aim || mill_sim_time(r->sim) >= r->deck->time) {
+            show(r, false);
+            shown = now;
+        }
         /* the end was reached before this slice too: nothing was left that is due at it */
         if (mill_sim_time(r->sim) >= r->deck->time && reached >= r->deck->time)
             break;
         if (status == MILL_OK && mill_run_clock() > r->due)
             status = save(r, error);
-        slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
+        if (whole)
+            slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
     }
     return status;
 }

@@ -94,8 +94,8 @@ static void print_contacts(FILE *out, const struct mill_tally *tally)
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
     const double duration = tally->at.duration;
     fprintf(out, "sampled for %s, from %s to %s\n\n", mill_summary_number(a, duration, "s"),
-            mill_summary_number(b, tally->begin, "s"),
-            mill_summary_number(c, tally->begin + duration, "s"));
+            mill_summary_number(b, tally->at.begin, "s"),
+            mill_summary_number(c, tally->at.begin + duration, "s"));
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",

@@ -227,7 +227,7 @@ void mill_summary_json(FILE *out, const struct mill_deck *deck, const struct mil
     next(&json, "stopped");
     fprintf(out, facts->stopped ? "true" : "false");
     number(&json, "time", facts->time_reached);
-    number(&json, "sample_from", deck->sample_from);
+    number(&json, "sample_from", tally->at.begin);
     run(&json, world, facts);
     statistics(&json, tally);
     next(&json, "notes");

@@ -35,10 +35,13 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     if (fresh && tally->at.open)
         count(speeds, impact, normal, tangential);
     if (fresh && strike) {
+        strike->stretch = tally->at.stretch;
         strike->normal = tally->at.open ? (int16_t)normal : -1;
         strike->tangential = (int16_t)tangential;
     }
     if (!fresh && strike->normal >= 0) {
+        if (strike->stretch != tally->at.stretch)
+            speeds = &mill_tally_window_strikes(tally, strike->stretch)[impact->kind];
         const int fast = strike->normal >= MILL_SPECTRUM_FAST;
         speeds->normal.slot[strike->normal].dissipation += impact->dissipation;
         speeds->tangential[fast].slot[strike->tangential].dissipation += impact->dissipation;
@@ -71,12 +74,15 @@ static double next_snapshot(const struct mill_tally *tally)
 /* The last block ends with the window when it is whole but for rounding. */
 static double next_block(const struct mill_tally *tally)
 {
-    const double into = mill_rotorstat_next(&tally->rotor);
+    const double into = tally->search ? (double)INFINITY : mill_rotorstat_next(&tally->rotor);
     return into < (double)INFINITY ? fmin(tally->begin + into, tally->end) : into;
 }
 
+/* A run that may end before its time has the last tenth of its window from the batches' books. */
 static double late(const struct mill_tally *tally)
 {
+    if (tally->tick > 0)
+        return tally->end;
     return tally->begin + 0.9 * (tally->end - tally->begin);
 }
 
@@ -86,10 +92,11 @@ static void plan(struct mill_tally *tally)
     if (at->closed)
         at->next = INFINITY;
     else if (!at->open)
-        at->next = tally->begin;
+        at->next = fmin(tally->begin, mill_tally_window_next(tally));
     else
-        at->next = fmin(fmin(next_snapshot(tally), next_block(tally)),
-                        at->late ? tally->end : late(tally));
+        at->next = fmin(fmin(fmin(next_snapshot(tally), next_block(tally)),
+                             at->late ? tally->end : late(tally)),
+                        mill_tally_window_next(tally));
     tally->observer.next = at->next;
 }
 
@@ -98,6 +105,8 @@ static void open_window(struct mill_tally *tally, const struct mill_account *acc
     tally->at.open = true;
     tally->at.at_begin = *account;
     mill_rotorstat_open(&tally->rotor, account);
+    if (tally->tick > 0)
+        mill_precision_open(&tally->batches, account);
 }
 
 static void close_window(struct mill_tally *tally, const struct mill_account *account, double time)
@@ -105,19 +114,19 @@ static void close_window(struct mill_tally *tally, const struct mill_account *ac
     if (!tally->at.open)
         tally->at.at_begin = *account;
     tally->at.at_close = *account;
-    tally->at.duration = tally->at.open ? fmax(0, time - tally->begin) : 0;
+    tally->at.begin = tally->begin;
+    if (tally->at.open && tally->tick > 0)
+        mill_tally_window_close(tally);
+    tally->at.duration = tally->at.open ? fmax(0, time - tally->at.begin) : 0;
     tally->at.closed = true;
 }
 
-static enum mill_status on_sample(struct mill_observer *observer, const struct mill_world *world,
-                                  double t, struct mill_error *error)
+/* Within the window: all that is due by `now`, which is local time t. */
+static void look(struct mill_tally *tally, const struct mill_world *world, double t, double now)
 {
-    struct mill_tally *tally = (struct mill_tally *)observer;
-    const double now = tally->at.next;
-    (void)error; /* nothing here can fail */
-    if (!tally->at.open)
-        open_window(tally, &world->account);
-    while (next_block(tally) <= now)
+    /* batches and blocks that end together may differ by rounding */
+    const double same = now + 1e-9 * tally->tick;
+    while (next_block(tally) <= same)
         mill_rotorstat_close(&tally->rotor, &world->account);
     while (next_snapshot(tally) <= now) {
         mill_maps_sample(tally->maps, world, t);
@@ -127,7 +136,22 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
         tally->at.late = true;
         tally->at.at_late = world->account;
     }
-    if (tally->end <= now)
+}
+
+static enum mill_status on_sample(struct mill_observer *observer, const struct mill_world *world,
+                                  double t, struct mill_error *error)
+{
+    struct mill_tally *tally = (struct mill_tally *)observer;
+    const double now = tally->at.next;
+    (void)error; /* nothing here can fail */
+    if (!tally->at.open && tally->begin <= now)
+        open_window(tally, &world->account);
+    if (tally->at.open)
+        look(tally, world, t, now);
+    mill_tally_window_sample(tally, &world->account, now);
+    if (tally->at.ended != MILL_TALLY_TIME)
+        close_window(tally, &world->account, now);
+    else if (tally->end <= now)
         close_window(tally, &world->account, tally->end);
     plan(tally);
     return MILL_OK;
@@ -144,14 +168,15 @@ enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mi
     const double duration = fmax(0, deck->time - deck->sample_from);
     tally->observer.impact = on_impact;
     tally->observer.sample = on_sample;
-    tally->begin = deck->sample_from;
+    tally->begin = deck->sample_from; /* 0 where it is to be found */
     tally->end = fmax(deck->time, deck->sample_from);
     tally->watch = deck->sample_from - 2 * deck->strike_window; /* twice: for the rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     enum mill_status status = mill_maps_create(world, &tally->maps, error);
     if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, deck->strike_window) ||
-                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration)))
+                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
+                              !mill_tally_window_init(tally, deck, world)))
         status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     if (status != MILL_OK) {
         mill_tally_free(tally);
@@ -171,6 +196,7 @@ void mill_tally_free(struct mill_tally *tally)
     mill_maps_free(tally->maps);
     mill_strikes_free(&tally->pairs);
     mill_rotorstat_free(&tally->rotor);
+    mill_tally_window_free(tally);
     free(tally);
 }
 

@@ -6,6 +6,7 @@
 #include "millsim/deck.h"
 #include "millsim/observer.h"
 #include "parts.h"
+#include "precision.h"
 #include "rotorstat.h"
 #include "spectrum.h"
 #include "strikes.h"
@@ -23,6 +24,19 @@ struct mill_speeds {
     struct mill_spectrum tangential[2]; /* of those with v_n < 0.05 m/s; of the others */
 };
 
+/* What ended the window */
+enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIONS };
+
+/* Where the begin of the window is yet to be found, what is gathered is kept apart by stretches of
+ * so many batches, and those after the start-up are added up at the end. */
+enum { MILL_TALLY_STRETCHES = 24 };
+
+struct mill_tally_stretch {
+    struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
+    int32_t last; /* number of the last of the stretches as gathered that it is made of */
+    struct mill_maps *maps;
+};
+
 /* How far the gathering has come; all of it is plain numbers, saved as they are. */
 struct mill_tally_progress {
     double next;        /* [s] as observer.next */
@@ -30,18 +44,26 @@ struct mill_tally_progress {
     bool closed;        /* and it is over: nothing is gathered any more */
     bool late;          /* its last tenth has begun */
     uint64_t snapshots; /* taken for the maps */
+    double begin;       /* [s] of the window, once closed */
     double duration;    /* [s] of the window, once closed */
+    uint64_t ticks;     /* so often it was asked whether the run is to end */
+    uint64_t length;    /* batches of a stretch */
+    uint64_t stretches; /* complete ones */
+    int32_t stretch;    /* number of the one being gathered */
+    enum mill_tally_end ended;
+    bool settled; /* the start-up is over, as far as known */
+    struct mill_precision_known known;
     struct mill_account at_begin, at_late, at_close; /* the world's books at these times */
 };
 
 /* In front of a saved state: lengths that must agree, and the one that sets the table's. */
 struct mill_tally_header {
-    uint64_t tally, cross, axial, planned, bits;
+    uint64_t tally, cross, axial, planned, bits, batches, stretches;
 };
 
 struct mill_tally {
     struct mill_observer observer; /* first: the loop sees only this */
-    double begin, end;             /* [s] the window as planned */
+    double begin, end;             /* [s] the window as planned; begin 0 where it is to be found */
     double watch;                  /* [s] pairs are remembered from here on */
     double interval;               /* [s] between the maps' snapshots; INFINITY: none */
     struct mill_tally_progress at;
@@ -50,6 +72,14 @@ struct mill_tally {
     struct mill_strikes pairs;
     struct mill_rotorstat rotor;
     struct mill_maps *maps;
+    /* ---- what may end the run before its time; all 0 where nothing may ---- */
+    double tick;       /* [s] it is asked so often whether the run is to end; 0: never */
+    double precision;  /* run.precision */
+    double collisions; /* run.max_collisions */
+    bool search;       /* the begin of the window is to be found */
+    struct mill_precision batches;
+    uint64_t before[MILL_PRECISION_SLOTS]; /* impacts by speed when the last batch ended */
+    struct mill_tally_stretch *stretch;    /* [MILL_TALLY_STRETCHES], or NULL */
     struct mill_tally_header header; /* as last listed by mill_tally_parts */
 };
 
@@ -59,6 +89,10 @@ enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mi
 void mill_tally_free(struct mill_tally *tally);
 
 struct mill_observer *mill_tally_observer(struct mill_tally *tally);
+
+/* [s] simulated time at which the run may end next, apart from its planned end; INFINITY: never.
+ * *over: it has ended, at its last sample. */
+double mill_tally_next_end(const struct mill_tally *tally, bool *over);
 
 /* Closes the window at local time t, unless its end was reached before, and works out the sums over
  * the kinds. Call it once, before reading or writing results; a run stopped before the window
@@ -88,15 +122,36 @@ double mill_tally_floor_share(const struct mill_tally *tally, int row);
 double mill_tally_power(const struct mill_tally *tally);
 double mill_tally_torque(const struct mill_tally *tally);
 
+/* run.precision was asked for, the start-up is over, and both quantities are known as well. */
+bool mill_tally_reached(const struct mill_tally *tally);
+
 /* Replaces the group /statistics of the file. What each dataset means: docs/file-format.md. */
 enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file,
                                   struct mill_error *error);
+
+/* ---- the end of the run and the begin of the window (tally_window.c), for tally.c ---- */
+
+/* After the window's begin, end and interval are set. false: out of memory. */
+bool mill_tally_window_init(struct mill_tally *tally, const struct mill_deck *deck,
+                            const struct mill_world *world);
+void mill_tally_window_free(struct mill_tally *tally);
+
+/* [s] simulated time of the next sample for it; INFINITY: none. And that sample, at `now`. */
+double mill_tally_window_next(const struct mill_tally *tally);
+void mill_tally_window_sample(struct mill_tally *tally, const struct mill_account *account,
+                              double now);
+
+/* Where the strikes of an earlier stretch are kept. */
+struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t stretch);
+
+/* The window is over: finds its begin, adds up what was gathered since, and tells what is known. */
+void mill_tally_window_close(struct mill_tally *tally);
 
 /* ---- the state, for a run that is interrupted and goes on ---- */
 
 /* The state as a list of places that make one run of bytes, good for the same program only; before
  * mill_tally_finish. That one changes nothing but the first *values of them. Returns how many. */
-enum { MILL_TALLY_PARTS = 20 }; /* room for so many */
+enum { MILL_TALLY_PARTS = 24 + 8 * MILL_TALLY_STRETCHES }; /* room for so many */
 size_t mill_tally_parts(struct mill_tally *tally, struct mill_part *part, size_t *values);
 
 /* Undoes mill_tally_finish; values: the bytes of those first parts as they were. */
