@@ -22,6 +22,9 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
     if (deck->sample_from >= deck->time)
         return mill_deck_fault(deck, error, "run", "sample_from",
                                "must be before the end of the run, %g s", deck->time);
+    if (deck->max_collisions != floor(deck->max_collisions))
+        return mill_deck_fault(deck, error, "run", "max_collisions",
+                               "must be a whole number, got %.15g", deck->max_collisions);
     if (deck->time / deck->series > most_samples)
         return mill_deck_fault(deck, error, "output", "series",
                                "too short: more than 1e8 samples until %g s", deck->time);

@@ -237,6 +237,9 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
     enum mill_status status = MILL_OK;
     for (size_t i = 0; i < sizeof plain / sizeof *plain && status == MILL_OK; i++)
         status = fill_part(&f, plain[i]);
+    deck->sample_found =
+        deck->precision > 0 &&
+        !mill_deck_text_entry(mill_deck_text_section(text, DECK_RUN, NULL), "sample_from");
     deck->rotor = mill_deck_text_section(text, DECK_ROTOR, NULL) != NULL;
     if (status == MILL_OK && deck->rotor)
         status = fill_part(&f, DECK_ROTOR);

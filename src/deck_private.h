@@ -50,7 +50,7 @@ struct mill_deck_key {
     enum mill_deck_part part;
     const char *name;
     enum mill_deck_type type;
-    const char *unit;   /* SI; NULL: dimensionless */
+    const char *unit;   /* SI; NULL: dimensionless; "1": the same, and % is understood */
     double lo, hi;      /* range in SI, ends included unless `above` */
     bool above;         /* lo itself is out */
     bool wavy;          /* known, but of a profile that this version lacks */

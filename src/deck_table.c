@@ -24,6 +24,7 @@
 #define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
 #define FROM_TO(lo, hi) lo, hi, false, false
 #define WAVY 0, INFINITY, true, true
+#define MOST_COLLISIONS 1e15 /* counts are exact */
 #define REQUIRED NULL, false
 #define DERIVED NULL, true
 #define PRESET(text) text, false
@@ -35,6 +36,10 @@ const struct mill_deck_key mill_deck_table[] = {
     {DECK_RUN, "time", DECK_NUMBER, "s", POSITIVE, REQUIRED, DECK(time), NULL, "end of the run"},
     {DECK_RUN, "sample_from", DECK_NUMBER, "s", NOT_NEGATIVE, PRESET("0 s"), DECK(sample_from),
      NULL, "statistics are gathered from here to the end"},
+    {DECK_RUN, "precision", DECK_NUMBER, "1", FROM_TO(0, 1), PRESET("0"), DECK(precision), NULL,
+     "the run ends when median and rotor power are known to this; 0: at its time"},
+    {DECK_RUN, "max_collisions", DECK_NUMBER, NULL, FROM_TO(0, MOST_COLLISIONS), PRESET("0"),
+     DECK(max_collisions), NULL, "the run ends after so many collisions; 0: at its time"},
     {DECK_RUN, "seed", DECK_SEED, NULL, FROM_TO(0, SEED_MAX), PRESET("1"), DECK(seed), NULL,
      "of every random choice"},
 
