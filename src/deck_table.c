@@ -25,13 +25,14 @@
 #define FROM_TO(lo, hi) lo, hi, false, false
 #define WAVY_FROM_TO(lo, hi) lo, hi, false, true
 #define MOST_COLLISIONS 1e15 /* counts are exact */
+#define FILL 0, 1, true, false
 #define REQUIRED NULL, false
 #define DERIVED NULL, true
 #define PRESET(text) text, false
 
 /* Buckles of any use hold a ball; a maps' or outline's few hundred points around could not show
  * more than these. */
-enum { MOST_BALLS = 50000000, MOST_BUCKLES = 500, MOST_BLADES = 10000, MOST_FRICTION = 10 };
+enum { MOST_BUCKLES = 500, MOST_BLADES = 10000, MOST_FRICTION = 10 };
 
 /* clang-format off: a table */
 const struct mill_deck_key mill_deck_table[] = {
@@ -48,8 +49,10 @@ const struct mill_deck_key mill_deck_table[] = {
     {DECK_GRAVITY, "acceleration", DECK_VECTOR, "m/s^2", ANY, PRESET("0 0 -9.81 m/s^2"),
      DECK(gravity), NULL, "of gravity, along x y z"},
 
-    {DECK_BALLS, "count", DECK_WHOLE, NULL, FROM_TO(1, MOST_BALLS), REQUIRED, BALLS(count), NULL,
-     "number of balls"},
+    {DECK_BALLS, "count", DECK_WHOLE, NULL, FROM_TO(1, MILL_DECK_MOST_BALLS), REQUIRED,
+     BALLS(count), NULL, "number of balls"},
+    {DECK_BALLS, "fill", DECK_NUMBER, "1", FILL, DERIVED, BALLS(fill), NULL,
+     "volume of the balls over that of the drum, instead of their number"},
     {DECK_BALLS, "diameter", DECK_NUMBER, "m", POSITIVE, REQUIRED, BALLS(diameter), NULL,
      "of a ball"},
     {DECK_BALLS, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,
@@ -59,8 +62,10 @@ const struct mill_deck_key mill_deck_table[] = {
     {DECK_BALLS, "speed", DECK_NUMBER, "m/s", NOT_NEGATIVE, PRESET("0 m/s"), DECK(speed), NULL,
      "of every ball at a random start, in a random direction"},
 
-    {DECK_BALLS_NAME, "count", DECK_WHOLE, NULL, FROM_TO(1, MOST_BALLS), REQUIRED, BALLS(count),
-     NULL, "number of balls of this kind"},
+    {DECK_BALLS_NAME, "count", DECK_WHOLE, NULL, FROM_TO(1, MILL_DECK_MOST_BALLS), REQUIRED,
+     BALLS(count), NULL, "number of balls of this kind"},
+    {DECK_BALLS_NAME, "fill", DECK_NUMBER, "1", FILL, DERIVED, BALLS(fill), NULL,
+     "volume of these balls over that of the drum, instead of their number"},
     {DECK_BALLS_NAME, "diameter", DECK_NUMBER, "m", POSITIVE, REQUIRED, BALLS(diameter), NULL,
      "of a ball of this kind"},
     {DECK_BALLS_NAME, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,
