@@ -1,12 +1,13 @@
 """Tables of studies that were never run: known surfaces with known noise, in the schema of a study's table."""
 
 import hashlib
-import json
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet
+
+from milltools.study import table
 
 SPEED = "impacts/all/normal_speed/median_above_50mm_s"
 POWER = "rotor/power"
@@ -33,21 +34,22 @@ def wavy(n, h):
 def vary(key, values=None, low=None, high=None, log=False, choices=None):
     """An entry of the metadata's "vary"."""
     known = KEYS.get(key, {"unit": "1", "meaning": key})
-    spread = [float(v) for v in values] if values is not None else [low, high]
+    spread = [low, high] if values is None else [v.item() for v in np.asarray(values)]
     return {
         "key": key,
         "unit": known["unit"],
         "meaning": known["meaning"],
+        "kind": "choice" if choices else "whole" if known.get("whole") else "number",
         "whole": known.get("whole", False),
         "log": log,
         "low": None if choices else min(spread),
         "high": None if choices else max(spread),
-        "values": None if values is None else [*map(float, values)],
-        "choices": choices,
+        "values": choices or (None if values is None else [v.item() for v in np.asarray(values)]),
+        "choices": choices or [],
     }
 
 
-def table(designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta):
+def made(designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta):
     """(rows, metadata): designs is a frame of the varied keys; objectives {path: (goal, truth)}, truth one value a design;
     errors {path: standard error of each run, NaN if not told}, scatter of the runs where noise."""
     random = np.random.default_rng(seed)
@@ -89,6 +91,9 @@ def table(designs, entries, objectives, errors=None, status=None, replicates=1, 
             for p, (goal, _) in objectives.items()
         ],
         "vary": entries,
+        "record": [],
+        "replicates": replicates,
+        "fingerprint": "0123456789abcdef",
         "planned": len(rows),
         "command": "mill sweep made.study",
         "version": "0.1.0",
@@ -115,7 +120,7 @@ def figure7(heights=21, noise=0.02, seed=1, gain=1.0, **options):
     status = np.where((a * b < 6e-3) & (b > 0) & (a < 6), "capped", "done").astype(object)
     status[(a == 20) & (b == h[-1])] = "failed"
     entries = [vary("drum.buckles", n), vary("drum.buckle_height", h)]
-    return table(
+    return made(
         designs, entries, {SPEED: ("maximise", truth)}, {SPEED: noise * truth},
         status=status, seed=seed, **options,
     )  # fmt: skip
@@ -123,7 +128,5 @@ def figure7(heights=21, noise=0.02, seed=1, gain=1.0, **options):
 
 def write(path, rows, meta):
     """The table as Parquet."""
-    made = pa.Table.from_pandas(rows, preserve_index=False)
-    made = made.replace_schema_metadata({b"millsim": json.dumps(meta).encode()})
-    pyarrow.parquet.write_table(made, path)
+    pyarrow.parquet.write_table(pa.Table.from_pandas(rows, table.schema(meta), preserve_index=False), path)
     return path

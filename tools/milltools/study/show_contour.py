@@ -9,7 +9,7 @@ import dataclasses
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
@@ -17,9 +17,13 @@ from matplotlib.patheffects import Normal, Stroke
 from milltools.study import show_draw, show_optimum, show_text
 from milltools.study.show_data import Axis
 
-LEVELS = 14
+LEVELS = 18
 FINE = 81  # points of a surface along a real key
-CONTOURED = 3000  # cells, above which they are drawn as cells: contours of that many would be nothing but noise
+FINEST = 120  # values of a grid's key that are drawn; of more, neighbours are averaged
+HATCHES = {
+    "capped": {"fc": "none", "ec": "0.75", "hatch": "xxxxx"},
+    "failed": {"fc": "0.9", "ec": "0.4", "hatch": "////"},
+}
 AVERAGED = 64  # of the other keys' values, for a mean over them
 
 
@@ -41,6 +45,7 @@ class Plane:
     grid: bool
     others: str = ""
     points: list = dataclasses.field(default_factory=list)  # scattered: (x, y, value, state) of each design
+    count: dict = dataclasses.field(default_factory=dict)  # grid: designs by state
 
 
 def main_keys(view, objective, x=None, y=None, sensitivities=()) -> tuple[Axis, Axis]:
@@ -87,9 +92,8 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
         for axis in view.axes:
             if axis.key not in (x.key, y.key):
                 take &= (frame[axis.key] == frame[axis.key][optimum.design]).to_numpy()
-    columns = np.searchsorted(x.values, frame[x.key][take].to_numpy(float))
-    rows = np.searchsorted(y.values, frame[y.key][take].to_numpy(float))
-    shape = len(y.values), len(x.values)
+    (columns, xs, more_x), (rows, ys, more_y) = (_cells(a, frame[a.key][take]) for a in (x, y))
+    shape = len(ys), len(xs)
     at, size = rows * shape[1] + columns, shape[0] * shape[1]
 
     def mean(values, keep):
@@ -97,8 +101,9 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
         with np.errstate(invalid="ignore", divide="ignore"):
             return (np.bincount(at[keep], values[keep], size) / count).reshape(shape)
 
-    which = np.flatnonzero(take)
+    which, done = np.flatnonzero(take), (frame["state"][take] == "done").to_numpy()
     value, error = found.mean[which] / scale.size, found.error[which] / scale.size
+    value[np.isin(at, at[done]) & ~done] = np.nan  # in a cell of several, those that ended are taken
     sound = np.isfinite(value)
     several = np.sqrt(np.bincount(at[sound], minlength=size)).reshape(shape)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -110,16 +115,26 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
     for mask in (optimum.open, optimum.alike) if optimum else (None, None):
         cells = np.zeros(size, bool)
         if mask is not None:
-            cells[at[mask[which]]] = True
+            cells = 2 * np.bincount(at[mask[which]], minlength=size) >= np.bincount(at, minlength=size)
+            cells &= np.bincount(at, minlength=size) > 0
         marks.append(cells.reshape(shape))
-    xs, ys = (show_draw.places(a, a.values) for a in (x, y))
     best = None
     if optimum is not None and not (average and len(view.axes) > 2):
         best = _place(view, optimum, x, y)
+    others = [_others(view, x, y, optimum, average)]
+    others += [f"means of {more} neighbours along {a.short}" for a, more in ((x, more_x), (y, more_y)) if more > 1]
     return Plane(
         x, y, xs, ys, mean(value, sound), errors, state.reshape(shape), *marks, best, True,
-        _others(view, x, y, optimum, average),
+        ", ".join(filter(None, others)), count=frame["state"][take].value_counts().to_dict(),
     )  # fmt: skip
+
+
+def _cells(axis, found):
+    """Of a grid's key: the cell of each value found, where the cells stand on the axis, how many values make a cell."""
+    more = -(-len(axis.values) // FINEST)
+    cell = np.searchsorted(axis.values, found.to_numpy(float)) // more
+    spots = show_draw.places(axis, axis.values)
+    return cell, np.array([spots[k : k + more].mean() for k in range(0, len(spots), more)]), more
 
 
 def _place(view, optimum, x, y):
@@ -188,8 +203,24 @@ def limits(planes) -> tuple[float, float]:
     return (low, high) if high > low else (low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(high) or 1))
 
 
+def _limits(spots, borders) -> tuple[float, float]:
+    """Whole cells where they are small, else up to the outermost points: none should seem to lie beyond the ranges."""
+    coarse = len(spots) > 1 and len(spots) < 12
+    return (spots[0], spots[-1]) if coarse else (borders[0], borders[-1])
+
+
+def _boxes(cells, xe, ye) -> list:
+    """Rectangles over the cells that are set, one a run of neighbours along y."""
+    boxes = []
+    for c in range(cells.shape[1]):
+        ends = np.flatnonzero(np.diff(np.pad(cells[:, c].astype(int), 1)))
+        for low, high in ends.reshape(-1, 2):
+            boxes.append(plt.Rectangle((xe[c], ye[low]), xe[c + 1] - xe[c], ye[high] - ye[low]))
+    return boxes
+
+
 def _lines(ax, mask, xs, ys, **look):
-    made = LineCollection(show_draw.outline(mask, xs, ys), capstyle="projecting", zorder=4, **look)
+    made = LineCollection(show_draw.outline(mask, xs, ys), zorder=4, **look)
     made.set_path_effects([Stroke(linewidth=look["linewidths"] + 1.6, foreground="white"), Normal()])
     ax.add_collection(made)
 
@@ -199,28 +230,27 @@ def paint(ax, plane: Plane, levels):
     xe, ye = (show_draw.edges(v, a.log) for v, a in ((plane.xs, plane.x), (plane.ys, plane.y)))
     colours = plt.get_cmap(show_draw.COLOURS)
     norm = plt.matplotlib.colors.BoundaryNorm(levels, colours.N)
-    value = np.ma.masked_invalid(plane.value)
     handles = []
-    if min(value.shape) > 1 and value.size <= CONTOURED and value.count():
-        image = ax.contourf(plane.xs, plane.ys, value, levels, cmap=colours, norm=norm, extend="both")
-        ax.contour(plane.xs, plane.ys, value, levels, colors="white", linewidths=0.3, alpha=0.5)
-    else:
-        image = ax.pcolormesh(xe, ye, value, cmap=colours, norm=norm, rasterized=True)
-    for what, hatch in (("capped", "xxxx"), ("failed", "////")):
+    # cells first, so that next to a hole they reach as far as they do; lines join the means of neighbours
+    image = ax.pcolormesh(xe, ye, np.ma.masked_invalid(plane.value), cmap=colours, norm=norm, rasterized=True)
+    if min(plane.value.shape) > 1 and np.isfinite(plane.value).any():
+        wide = np.ma.masked_invalid(np.pad(plane.value, 1, mode="edge"))
+        wx, wy = (np.concatenate([e[:1], v, e[-1:]]) for e, v in ((xe, plane.xs), (ye, plane.ys)))
+        image = ax.contourf(wx, wy, wide, levels, cmap=colours, norm=norm)
+        ax.contour(wx, wy, wide, levels, colors="white", linewidths=0.3, alpha=0.5)
+    for what, look in HATCHES.items():
         if (cells := plane.state == what).any():
-            ax.pcolor(
-                xe, ye, np.ma.masked_where(~cells, np.ones(cells.shape)),
-                facecolor="none", edgecolor="0.25", hatch=hatch, lw=0, zorder=2,
-                cmap=plt.matplotlib.colors.ListedColormap(["0.88"]), alpha=None if what == "failed" else 0,
-            )  # fmt: skip
-            face = "0.88" if what == "failed" else "none"
-            handles.append(Patch(fc=face, ec="0.25", hatch=hatch, lw=0, label=f"{what} ({cells.sum()})"))
+            ax.add_collection(PatchCollection(_boxes(cells, xe, ye), lw=0, zorder=2, **look))
+            handles.append(Patch(lw=0, label=f"{what} ({plane.count[what]})", **look))
     if plane.points:
         px, py, pv, state = (np.array(c) for c in zip(*plane.points))
-        done = state == "done"
-        ax.scatter(px[done], py[done], 22, pv[done].astype(float), cmap=colours, norm=norm,
-                   edgecolors="white", linewidths=0.8, zorder=3)  # fmt: skip
-        handles.append(Line2D([], [], ls="", marker="o", mfc="0.6", mec="white", label=f"runs ({done.sum()})"))
+        done, look = state == "done", {"zorder": 3, "linewidths": 0.8, "edgecolors": "white"}
+        if plane.others:  # they lie before and behind the plane: their colours would not be its
+            ax.scatter(px[done], py[done], 9, "0.3", **look | {"linewidths": 0.4})
+        else:
+            ax.scatter(px[done], py[done], 22, pv[done].astype(float), cmap=colours, norm=norm, **look)
+        label = f"designs ({done.sum()}{', off this plane' if plane.others else ''})"
+        handles.append(Line2D([], [], ls="", marker="o", mfc="0.5", mec="white", label=label))
         for what, mark in (("capped", "x"), ("failed", "+")):
             if (these := state == what).any():
                 ax.scatter(px[these], py[these], 26, show_draw.INK, marker=mark, linewidths=1.1, zorder=3)
@@ -232,9 +262,9 @@ def paint(ax, plane: Plane, levels):
         _lines(ax, plane.open, xe, ye, colors="#d5006d", linewidths=1.3, linestyles=(0, (2.2, 1.6)))
         handles.append(Line2D([], [], c="#d5006d", lw=1.3, ls=(0, (2.2, 1.6)), label="cannot be told from the best (95 %)"))
     if plane.best:
-        ax.plot(*plane.best, "*", ms=13, mfc="white", mec=show_draw.INK, mew=1, zorder=6)
-    ax.set_xlim(xe[0], xe[-1])
-    ax.set_ylim(ye[0], ye[-1])
+        ax.plot(*plane.best, "*", ms=13, mfc="white", mec=show_draw.INK, mew=1, zorder=6, clip_on=False)
+    ax.set_xlim(_limits(plane.xs, xe))
+    ax.set_ylim(_limits(plane.ys, ye))
     show_draw.dress(ax, plane.x, "x")
     show_draw.dress(ax, plane.y, "y", second=False)
     for side in ("top", "right"):
@@ -242,11 +272,11 @@ def paint(ax, plane: Plane, levels):
     return image, handles
 
 
-def best_words(view, objective) -> str:
+def best_words(view, objective) -> tuple[str, str]:
     optimum = show_optimum.find(view, objective)
     scale = show_draw.value_scale(objective)
     value = show_text.pair(optimum.value, optimum.half, scale)
-    return f"best: {view.tell(optimum.design)}\n{value} (95 %)"
+    return f"best: {view.tell(optimum.design)}", f"{value} (95 %)".replace("+-", "\N{PLUS-MINUS SIGN}")
 
 
 def levels_of(planes) -> np.ndarray:
@@ -255,8 +285,8 @@ def levels_of(planes) -> np.ndarray:
 
 
 def star(view, objective):
-    return Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=show_draw.INK,
-                  label=show_draw.literal(best_words(view, objective), 200).replace("?", "\n", 1))  # fmt: skip
+    label = "\n".join(show_draw.broken(line, 50) for line in best_words(view, objective))
+    return Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=show_draw.INK, label=label)
 
 
 def relative_errors(plane) -> np.ndarray:
@@ -269,12 +299,12 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
     """The figure of one study: the plane, and beside it its relative standard errors."""
     shown = plane(view, objective, *main_keys(view, objective, x, y, sensitivities), average)
     figure = show_draw.new(8.2, 4.6)
-    left, right = figure.subplots(1, 2, width_ratios=(2.1, 1))
+    left, right = figure.subplots(1, 2, width_ratios=(2.1, 1), sharey=True)
     image, handles = paint(left, shown, levels_of([shown]))
     figure.colorbar(image, ax=left, label=show_draw.value_label(objective), pad=0.015, aspect=28)
     if shown.best:
         handles.insert(0, star(view, objective))
-    left.set_title(show_draw.literal(title(view, shown), 110), loc="left")
+    figure.suptitle(show_draw.broken(title(view, shown), 110), fontsize=9.5, x=0.01, ha="left")
     draw_errors(right, shown)
     figure.legend(handles=handles, loc="outside lower left", ncols=3, frameon=False)
     return figure
@@ -290,14 +320,12 @@ def draw_errors(ax, shown):
     share = relative_errors(shown)
     xe, ye = (show_draw.edges(v, a.log) for v, a in ((shown.xs, shown.x), (shown.ys, shown.y)))
     show_draw.dress(ax, shown.x, "x")
-    show_draw.dress(ax, shown.y, "y", second=False)
-    ax.set_title("how sure" if shown.grid else "how sure the surface is", loc="left")
+    ax.set_xlim(_limits(shown.xs, xe))
+    ax.set_title("how sure" if shown.grid else "how sure the surface is", loc="left", fontsize=8.5)
     if not np.isfinite(share).any():
         ax.text(0.5, 0.5, "no errors known", ha="center", transform=ax.transAxes)
         return
     top = float(np.nanquantile(share, 0.99)) or 1.0
     image = ax.pcolormesh(xe, ye, share, cmap="cividis_r", vmin=0, vmax=top, rasterized=True)
-    ax.set_xlim(xe[0], xe[-1])
-    ax.set_ylim(ye[0], ye[-1])
     label = f"relative standard error [%], median {np.nanmedian(share):.2g}"
     ax.figure.colorbar(image, ax=ax, label=label, extend="max", pad=0.02, aspect=28)

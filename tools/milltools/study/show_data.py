@@ -142,23 +142,29 @@ class View:
         self._group()
         self._estimates = {}
 
+    @classmethod
+    def of(cls, table) -> "View":
+        """Of a table.Table."""
+        return cls(table.path.stem, table.meta, table.frame())
+
     def _axis(self, entry) -> Axis:
-        choices, values = entry.get("choices"), entry.get("values")
-        found = self.rows[entry["key"]]
-        if choices:
-            span = (0.0, 0.0)
-        else:
+        numeric = entry.get("kind", "number") in ("number", "whole")
+        values, found = entry.get("values"), self.rows[entry["key"]]
+        words, span = None, (0.0, 0.0)
+        if numeric:
             bounds = [b for b in (entry.get("low"), entry.get("high")) if b is not None]
-            bounds += [*map(float, values or ()), *pd.to_numeric(found).dropna()]
+            bounds += [*map(float, values or ()), *found.dropna().astype(float)]
             span = (min(bounds, default=0.0), max(bounds, default=0.0))
+        else:
+            words = tuple(dict.fromkeys([*map(str, values or ()), *map(str, found.unique())]))
         return Axis(
             entry["key"],
             entry.get("unit") or "",
             entry.get("meaning") or "",
-            bool(entry.get("whole")),
+            entry.get("kind") == "whole",
             bool(entry.get("log")),
-            tuple(choices) if choices else None,
-            tuple(values) if values else None,
+            words,
+            tuple(sorted(values) if numeric else values) if values else None,
             span,
         )
 

@@ -1,6 +1,7 @@
 """What all pictures of a study share: colours, names as matplotlib must show them, axes with units, figures into files."""
 
 import pathlib
+import textwrap
 
 import matplotlib
 
@@ -28,6 +29,7 @@ STYLE = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.edgecolor": "0.35",
+    "axes.axisbelow": True,
     "svg.hashsalt": "millsim",  # the same picture is the same file
     "svg.fonttype": "path",
     "pdf.fonttype": 42,
@@ -53,8 +55,15 @@ def value_scale(objective) -> Scale:
     return scale_of(objective.unit, (1.0,), turning=False)
 
 
-def value_label(objective) -> str:
-    return literal(objective.words + value_scale(objective).bracket, 80)
+def value_label(objective, width: int = 36) -> str:
+    """Its name and unit, broken into lines."""
+    return broken(objective.words + value_scale(objective).bracket, width)
+
+
+def broken(text, width: int) -> str:
+    """A literal text in lines of at most `width` characters, at most four of them."""
+    lines = textwrap.wrap(literal(text, 4 * width), width)
+    return "\n".join(lines[:4])
 
 
 def axis_scale(axis) -> Scale:
@@ -104,14 +113,30 @@ def edges(values, log: bool = False) -> np.ndarray:
 
 
 def outline(mask, x, y) -> list[np.ndarray]:
-    """Borders of the cells where mask[row, column] holds, as a list of segments ((x, y), (x, y)); x, y: edges."""
-    wide = np.pad(mask, 1)
-    upright = np.argwhere(wide[1:-1, 1:] != wide[1:-1, :-1])
-    level = np.argwhere(wide[1:, 1:-1] != wide[:-1, 1:-1])
-    return [
-        *(np.array([(x[c], y[r]), (x[c], y[r + 1])]) for r, c in upright),
-        *(np.array([(x[c], y[r]), (x[c + 1], y[r])]) for r, c in level),
-    ]
+    """Borders of the cells where mask[row, column] holds, as closed lines of shape (points, 2); x, y: edges of the cells."""
+    wide = np.pad(mask, 1).astype(int)
+    onward = {}  # from corner (row, column) to the next ones, the cells to the left
+    for r, c in np.argwhere(np.diff(wide[1:-1], axis=1)):
+        up = wide[r + 1, c] > wide[r + 1, c + 1]
+        onward.setdefault((r + (not up), c), []).append((r + up, c))
+    for r, c in np.argwhere(np.diff(wide[:, 1:-1], axis=0)):
+        left = wide[r, c + 1] > wide[r + 1, c + 1]
+        onward.setdefault((r, c + left), []).append((r, c + (not left)))
+    loops = []
+    while onward:
+        start = here = next(iter(onward))
+        loop = [here]
+        while True:
+            ends = onward[here]
+            here_next = ends.pop()
+            if not ends:
+                del onward[here]
+            here = here_next
+            loop.append(here)
+            if here == start:
+                break
+        loops.append(np.array([(x[c], y[r]) for r, c in loop]))
+    return loops
 
 
 def check_name(path: str):
