@@ -63,13 +63,13 @@ class Plan:
 def choose(space: Space, runs: list[Run], plan: Plan) -> tuple | None:
     """The design of the next run (number len(runs)); None when the optimum is known well enough to stop."""
     number = len(runs)
-    again = _unfinished(runs, plan.replicates)
+    again = unfinished(runs, plan.replicates)
     if again is not None:
         return again
     good = [r for r in runs if math.isfinite(r.value)]
     asked = len({r.design for r in runs})
     if asked < plan.start(space) or len({r.design for r in good}) < 2:
-        return _spread(space, runs, plan)
+        return spread(space, runs, plan)
     generator = np.random.default_rng([plan.seed, number])
     surface = fit(space, good, plan)
     pending = [r.design for r in runs if r.status == "running"]
@@ -148,7 +148,7 @@ def soundness(surface: Surface, runs: list[Run], designs) -> np.ndarray:
     return 1 - np.clip(expected, 0, 1)
 
 
-def _unfinished(runs, replicates) -> tuple | None:
+def unfinished(runs, replicates) -> tuple | None:
     """The first design that has not yet had all its runs; one that failed has had them."""
     counts, failed = {}, {r.design for r in runs if r.status == "failed"}
     for r in runs:
@@ -156,7 +156,7 @@ def _unfinished(runs, replicates) -> tuple | None:
     return next((d for d, n in counts.items() if n < replicates and d not in failed), None)
 
 
-def _spread(space, runs, plan) -> tuple:
+def spread(space, runs, plan) -> tuple:
     """The next point of the Sobol sequence that is not among the runs."""
     known = {r.design for r in runs}
     sequence = qmc.Sobol(len(space), seed=plan.seed)

@@ -6,7 +6,7 @@ is the one place where they are made from values of keys and back. A `Variable` 
 
     numbers with a list of values (a list in the deck, or a range with steps)   one column, spaced as the values are
     whole numbers, real numbers between low and high                            one column; logarithmic if the key is
-    choices (words)                                                             one column each: 1/sqrt(2) for the chosen
+    words (choices, file names)                                                 one column each: 1/sqrt(2) for the chosen
 
 so that two different choices are as far apart as the two ends of a number. Whole and stepped keys are always at one of their
 values *before* they are encoded: the model never sees the stairs between them (Garrido-Merchan & Hernandez-Lobato,
@@ -73,9 +73,9 @@ class Variable:
 
 
 def variable(entry: dict) -> Variable:
-    """From an entry of "vary": {key, unit, whole, log, low, high, values (list or null), choices (list or null)}."""
-    if entry.get("choices"):
-        words = tuple(entry.get("values") or entry["choices"])
+    """From an entry of "vary": {key, unit, whole, log, low, high, values (list or null)}, SI."""
+    if entry.get("values") and isinstance(entry["values"][0], str):
+        words = tuple(entry["values"])
         return Variable(entry["key"], entry.get("unit") or "", words, None, None, words=True)
     log, values = bool(entry.get("log")), entry.get("values")
     if values is None and entry.get("whole"):
