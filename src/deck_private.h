@@ -140,7 +140,8 @@ const char *mill_deck_text_tail(const char *text, size_t longest);
 
 /* ---- file and overrides into entries (deck_parse.c) ---- */
 
-/* Reads the file, then the overrides; section titles and keys are checked against the table. */
+/* Reads the file (NULL: none), then the overrides; section titles and keys are checked against the
+ * table. */
 enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
                                  struct mill_deck_text **text, struct mill_error *error);
 

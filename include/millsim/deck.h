@@ -84,6 +84,14 @@ void mill_deck_each(const struct mill_deck *deck,
                                   const char *value, const char *meaning),
                     void *self);
 
+/* Tells of each of `count` values "SECTION.KEY=VALUE" what it is, as a line of six columns with
+ * tabs between them: key, kind (number, whole, choice, vector or file), value in SI that reads back
+ * to the same bits, its SI unit ("1": a plain number), what the key means, and the words of a
+ * choice ("circle|wavy"). Values are checked one by one, not against each other. The first wrong
+ * one ends it with MILL_BAD_DECK. */
+enum mill_status mill_deck_tell(int count, const char *const *orders, FILE *out,
+                                struct mill_error *error);
+
 /* Prints the full deck, itself a deck. */
 void mill_deck_print(const struct mill_deck *deck, FILE *out);
 
