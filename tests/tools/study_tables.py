@@ -49,7 +49,9 @@ def vary(key, values=None, low=None, high=None, log=False, choices=None):
     }
 
 
-def made(designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta):
+def made(
+    designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta
+):
     """(rows, metadata): designs is a frame of the varied keys; objectives {path: (goal, truth)}, truth one value a design;
     errors {path: standard error of each run, NaN if not told}, scatter of the runs where noise."""
     random = np.random.default_rng(seed)
@@ -77,7 +79,9 @@ def made(designs, entries, objectives, errors=None, status=None, replicates=1, n
         rows["collisions"] = 1_000_000
         rows["cpu"], rows["wall"] = 1.5, 1.6
         rows["version"], rows["worker"] = "0.1.0", "here:1"
-        rows["finished"] = [f"2025-03-04T05:{k // 60 % 60:02}:{k % 60:02}+00:00" for k in range(len(rows))]
+        rows["finished"] = [
+            f"2025-03-04T05:{k // 60 % 60:02}:{k % 60:02}+00:00" for k in range(len(rows))
+        ]
         frames.append(rows)
     rows = pd.concat(frames, ignore_index=True)
     keys = [e["key"] for e in entries]
@@ -128,5 +132,7 @@ def figure7(heights=21, noise=0.02, seed=1, gain=1.0, **options):
 
 def write(path, rows, meta):
     """The table as Parquet."""
-    pyarrow.parquet.write_table(pa.Table.from_pandas(rows, table.schema(meta), preserve_index=False), path)
+    pyarrow.parquet.write_table(
+        pa.Table.from_pandas(rows, table.schema(meta), preserve_index=False), path
+    )
     return path

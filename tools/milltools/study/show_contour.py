@@ -44,7 +44,9 @@ class Plane:
     best: tuple | None
     grid: bool
     others: str = ""
-    points: list = dataclasses.field(default_factory=list)  # scattered: (x, y, value, state) of each design
+    points: list = dataclasses.field(
+        default_factory=list
+    )  # scattered: (x, y, value, state) of each design
     count: dict = dataclasses.field(default_factory=dict)  # grid: designs by state
 
 
@@ -103,7 +105,9 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
 
     which, done = np.flatnonzero(take), (frame["state"][take] == "done").to_numpy()
     value, error = found.mean[which] / scale.size, found.error[which] / scale.size
-    value[np.isin(at, at[done]) & ~done] = np.nan  # in a cell of several, those that ended are taken
+    value[np.isin(at, at[done]) & ~done] = (
+        np.nan
+    )  # in a cell of several, those that ended are taken
     sound = np.isfinite(value)
     several = np.sqrt(np.bincount(at[sound], minlength=size)).reshape(shape)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -115,14 +119,20 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
     for mask in (optimum.open, optimum.alike) if optimum else (None, None):
         cells = np.zeros(size, bool)
         if mask is not None:
-            cells = 2 * np.bincount(at[mask[which]], minlength=size) >= np.bincount(at, minlength=size)
+            cells = 2 * np.bincount(at[mask[which]], minlength=size) >= np.bincount(
+                at, minlength=size
+            )
             cells &= np.bincount(at, minlength=size) > 0
         marks.append(cells.reshape(shape))
     best = None
     if optimum is not None and not (average and len(view.axes) > 2):
         best = _place(view, optimum, x, y)
     others = [_others(view, x, y, optimum, average)]
-    others += [f"means of {more} neighbours along {a.short}" for a, more in ((x, more_x), (y, more_y)) if more > 1]
+    others += [
+        f"means of {more} neighbours along {a.short}"
+        for a, more in ((x, more_x), (y, more_y))
+        if more > 1
+    ]
     return Plane(
         x, y, xs, ys, mean(value, sound), errors, state.reshape(shape), *marks, best, True,
         ", ".join(filter(None, others)), count=frame["state"][take].value_counts().to_dict(),
@@ -200,7 +210,9 @@ def limits(planes) -> tuple[float, float]:
     if not len(found):
         return 0.0, 1.0
     low, high = float(found.min()), float(found.max())
-    return (low, high) if high > low else (low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(high) or 1))
+    return (
+        (low, high) if high > low else (low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(high) or 1))
+    )
 
 
 def _limits(spots, borders) -> tuple[float, float]:
@@ -221,7 +233,9 @@ def _boxes(cells, xe, ye) -> list:
 
 def _lines(ax, mask, xs, ys, **look):
     made = LineCollection(show_draw.outline(mask, xs, ys), zorder=4, **look)
-    made.set_path_effects([Stroke(linewidth=look["linewidths"] + 1.6, foreground="white"), Normal()])
+    made.set_path_effects(
+        [Stroke(linewidth=look["linewidths"] + 1.6, foreground="white"), Normal()]
+    )
     ax.add_collection(made)
 
 
@@ -232,7 +246,9 @@ def paint(ax, plane: Plane, levels):
     norm = plt.matplotlib.colors.BoundaryNorm(levels, colours.N)
     handles = []
     # cells first, so that next to a hole they reach as far as they do; lines join the means of neighbours
-    image = ax.pcolormesh(xe, ye, np.ma.masked_invalid(plane.value), cmap=colours, norm=norm, rasterized=True)
+    image = ax.pcolormesh(
+        xe, ye, np.ma.masked_invalid(plane.value), cmap=colours, norm=norm, rasterized=True
+    )
     if min(plane.value.shape) > 1 and np.isfinite(plane.value).any():
         wide = np.ma.masked_invalid(np.pad(plane.value, 1, mode="edge"))
         wx, wy = (np.concatenate([e[:1], v, e[-1:]]) for e, v in ((xe, plane.xs), (ye, plane.ys)))
@@ -248,21 +264,40 @@ def paint(ax, plane: Plane, levels):
         if plane.others:  # they lie before and behind the plane: their colours would not be its
             ax.scatter(px[done], py[done], 9, "0.3", **look | {"linewidths": 0.4})
         else:
-            ax.scatter(px[done], py[done], 22, pv[done].astype(float), cmap=colours, norm=norm, **look)
+            ax.scatter(
+                px[done], py[done], 22, pv[done].astype(float), cmap=colours, norm=norm, **look
+            )
         label = f"designs ({done.sum()}{', off this plane' if plane.others else ''})"
         handles.append(Line2D([], [], ls="", marker="o", mfc="0.5", mec="white", label=label))
         for what, mark in (("capped", "x"), ("failed", "+")):
             if (these := state == what).any():
-                ax.scatter(px[these], py[these], 26, show_draw.INK, marker=mark, linewidths=1.1, zorder=3)
-                handles.append(Line2D([], [], ls="", marker=mark, c=show_draw.INK, label=f"{what} ({these.sum()})"))
+                ax.scatter(
+                    px[these], py[these], 26, show_draw.INK, marker=mark, linewidths=1.1, zorder=3
+                )
+                handles.append(
+                    Line2D(
+                        [], [], ls="", marker=mark, c=show_draw.INK, label=f"{what} ({these.sum()})"
+                    )
+                )
     if plane.alike.any():
         _lines(ax, plane.alike, xe, ye, colors=show_draw.INK, linewidths=1.3)
         handles.append(Line2D([], [], c=show_draw.INK, lw=1.3, label="within 2 % of the best"))
     if plane.open.any():
         _lines(ax, plane.open, xe, ye, colors="#d5006d", linewidths=1.3, linestyles=(0, (2.2, 1.6)))
-        handles.append(Line2D([], [], c="#d5006d", lw=1.3, ls=(0, (2.2, 1.6)), label="cannot be told from the best (95 %)"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                c="#d5006d",
+                lw=1.3,
+                ls=(0, (2.2, 1.6)),
+                label="cannot be told from the best (95 %)",
+            )
+        )
     if plane.best:
-        ax.plot(*plane.best, "*", ms=13, mfc="white", mec=show_draw.INK, mew=1, zorder=6, clip_on=False)
+        ax.plot(
+            *plane.best, "*", ms=13, mfc="white", mec=show_draw.INK, mew=1, zorder=6, clip_on=False
+        )
     ax.set_xlim(_limits(plane.xs, xe))
     ax.set_ylim(_limits(plane.ys, ye))
     show_draw.dress(ax, plane.x, "x")
@@ -276,12 +311,16 @@ def best_words(view, objective) -> tuple[str, str]:
     optimum = show_optimum.find(view, objective)
     scale = show_draw.value_scale(objective)
     value = show_text.pair(optimum.value, optimum.half, scale)
-    return f"best: {view.tell(optimum.design)}", f"{value} (95 %)".replace("+-", "\N{PLUS-MINUS SIGN}")
+    return f"best: {view.tell(optimum.design)}", f"{value} (95 %)".replace(
+        "+-", "\N{PLUS-MINUS SIGN}"
+    )
 
 
 def levels_of(planes) -> np.ndarray:
     low, high = limits(planes)
-    return plt.matplotlib.ticker.MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+    return plt.matplotlib.ticker.MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(
+        low, high
+    )
 
 
 def star(view, objective):
@@ -311,7 +350,11 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
 
 
 def title(view, shown) -> str:
-    parts = [view.name, shown.others, "" if shown.grid else "surface through all runs (Gaussian process)"]
+    parts = [
+        view.name,
+        shown.others,
+        "" if shown.grid else "surface through all runs (Gaussian process)",
+    ]
     return ", ".join(filter(None, parts))
 
 

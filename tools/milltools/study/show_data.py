@@ -172,7 +172,9 @@ class View:
         keys = [axis.key for axis in self.axes]
         group = self.rows.groupby(keys, sort=False, dropna=False)
         self.design_of = group.ngroup().to_numpy()
-        self.designs = self.rows.loc[~pd.Series(self.design_of).duplicated(), keys].reset_index(drop=True)
+        self.designs = self.rows.loc[~pd.Series(self.design_of).duplicated(), keys].reset_index(
+            drop=True
+        )
         count = len(self.designs)
         status = self.rows["status"].to_numpy()
         has = {

@@ -97,7 +97,9 @@ def dress(ax, axis, which: str, second: bool = True):
     if second and friendly.unit != axis_scale(axis).unit:
         ratio = friendly.size / axis_scale(axis).size
         make = ax.secondary_xaxis if which == "x" else ax.secondary_yaxis
-        other = make("top" if which == "x" else "right", functions=(lambda v: v / ratio, lambda v: v * ratio))
+        other = make(
+            "top" if which == "x" else "right", functions=(lambda v: v / ratio, lambda v: v * ratio)
+        )
         (other.set_xlabel if which == "x" else other.set_ylabel)(f"[{friendly.unit}]")
 
 
@@ -152,3 +154,17 @@ def beside(path: str, kind: str) -> str:
 
 def write(figure, path: str):
     save(figure, path, dpi=200)
+
+
+def write_pages(makers, path: str):
+    """Figures, one a page of a PDF."""
+    from matplotlib.backends.backend_pdf import PdfPages
+
+    try:
+        with PdfPages(path) as pages:
+            for make in makers:
+                figure = make()
+                pages.savefig(figure)
+                plt.close(figure)
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None

@@ -61,7 +61,9 @@ def thinned(view, which, mean, error):
         rank = frame[longest].rank(method="dense") - 1
         cells = max(2, int(rank.max() + 1) * MOST // len(frame))
         others = [key for key in keys if key != longest]
-        group = frame.groupby([*others, (rank * cells // (rank.max() + 1)).rename("cell")], sort=True)
+        group = frame.groupby(
+            [*others, (rank * cells // (rank.max() + 1)).rename("cell")], sort=True
+        )
         count = group.size().to_numpy()
         means = group.mean().reset_index()
         means["square"] /= count

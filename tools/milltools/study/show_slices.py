@@ -29,7 +29,13 @@ def draw(view, objective):
     for ax in axes[:count]:
         for handle, label in zip(*ax.get_legend_handles_labels()):
             handles.setdefault(label, handle)
-    figure.legend(handles.values(), handles.keys(), loc="outside lower left", ncols=3 if count > 1 else 2, frameon=False)
+    figure.legend(
+        handles.values(),
+        handles.keys(),
+        loc="outside lower left",
+        ncols=3 if count > 1 else 2,
+        frameon=False,
+    )
     return figure
 
 
@@ -61,7 +67,11 @@ def _slice(ax, view, objective, axis):
     for number, value in enumerate(several.values if several else [None]):
         which = take if several is None else take & (frame[several.key] == value).to_numpy()
         colour = show_draw.LINES[number % len(show_draw.LINES)]
-        name = f"{several.short} = {several.tell(value)}, 95 %" if several else "means of the runs, 95 %"
+        name = (
+            f"{several.short} = {several.tell(value)}, 95 %"
+            if several
+            else "means of the runs, 95 %"
+        )
         _points(ax, axis, frame, found, which, scale, colour, number, name, grid)
     at = show_draw.places(axis, [frame[axis.key][optimum.design]])[0]
     ax.plot(at, optimum.value / scale.size, "*", ms=12, mfc="white", mec=show_draw.INK, zorder=6,
@@ -104,10 +114,14 @@ def _surface(ax, view, objective, axis, optimum, scale):
     mean, spread = (part / scale.size for part in optimum.surface.predict(designs))
     x, reach = show_draw.places(axis, values), show_optimum.REACH * spread
     if axis.numeric:
-        ax.fill_between(x, mean - reach, mean + reach, color="0.86", lw=0, zorder=1, label="surface, 95 %")
+        ax.fill_between(
+            x, mean - reach, mean + reach, color="0.86", lw=0, zorder=1, label="surface, 95 %"
+        )
         ax.plot(x, mean, color=SURFACE, lw=0.9, zorder=2)
     else:
-        ax.errorbar(x + 0.12, mean, reach, color=SURFACE, ls="", marker="_", label="surface, 95 %", **BARS)
+        ax.errorbar(
+            x + 0.12, mean, reach, color=SURFACE, ls="", marker="_", label="surface, 95 %", **BARS
+        )
 
 
 def draw_front(view):
@@ -127,7 +141,14 @@ def draw_front(view):
         )  # fmt: skip
         a, b = ea.mean[which] / sa.size, eb.mean[which] / sb.size
         if len(others) == 1:  # with more the front is no line
-            ax.step(a, b, where="pre" if first.sign > 0 else "post", color=show_draw.LINES[0], lw=0.8, alpha=0.6)
+            ax.step(
+                a,
+                b,
+                where="pre" if first.sign > 0 else "post",
+                color=show_draw.LINES[0],
+                lw=0.8,
+                alpha=0.6,
+            )
         ax.errorbar(
             a, b, np.nan_to_num(eb.half[which] / sb.size), np.nan_to_num(ea.half[which] / sa.size), ls="", marker="o",
             ms=4.5, color=show_draw.LINES[0], label=f"Pareto front ({len(which)}), 95 %", zorder=3, **BARS,
@@ -140,7 +161,9 @@ def draw_front(view):
         ax.grid(alpha=0.25, lw=0.6)
         ax.margins(0.06)
     figure.suptitle(show_draw.literal(view.name), fontsize=9.5, x=0.01, ha="left")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False)
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False
+    )
     return figure
 
 
@@ -168,5 +191,3 @@ def draw_sensitivity(view, entries):
     ax.set_title(show_draw.literal(f"{view.name}: which key matters ({methods})", 90), loc="left")
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower left", ncols=2, frameon=False)
     return figure
-
-

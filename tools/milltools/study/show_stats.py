@@ -106,9 +106,7 @@ def within(found: Estimate, sign: int, usable, share: float = 0.02) -> np.ndarra
     if best is None:
         return np.zeros(len(found.mean), bool)
     with np.errstate(invalid="ignore"):
-        return usable & (
-            sign * (found.mean[best] - found.mean) <= share * abs(found.mean[best])
-        )
+        return usable & (sign * (found.mean[best] - found.mean) <= share * abs(found.mean[best]))
 
 
 def pareto(scores: np.ndarray) -> np.ndarray:

@@ -101,7 +101,9 @@ def progress(view, now: float | None = None) -> dict:
 def progress_lines(view, now=None) -> list[str]:
     p = progress(view, now)
     of = f" of {p['planned']}" if p["planned"] is not None else ""
-    parts = [f"{p[what]} {what}" for what in ("done", "capped", "failed") if p[what] or what == "done"]
+    parts = [
+        f"{p[what]} {what}" for what in ("done", "capped", "failed") if p[what] or what == "done"
+    ]
     line = f"progress   {p['runs']}{of} runs: {', '.join(parts)}"
     if p["complete"]:
         line += "; complete"
@@ -170,6 +172,10 @@ def optimum_lines(view, objective) -> list[str]:
             f"           {show_optimum.spans(view, best.alike)} is within 2 % of the best "
             f"({best.alike.sum()} designs)"
         )
+    if best.surface is not None and not view.is_grid():
+        lines.append(
+            f"           by the surface, designs that were not run as well: {anywhere(view, best)} cannot be told from the best"
+        )
     at = _at_edge(view, best.design)
     if at:
         lines.append(f"           on the edge of what was varied: {', '.join(at)}")
@@ -178,6 +184,17 @@ def optimum_lines(view, objective) -> list[str]:
             f"           replicates scatter {found.factor:.2f} times as much as the runs' errors say: errors enlarged by that"
         )
     return lines
+
+
+def anywhere(view, best) -> str:
+    """Intervals of the keys, over all that the study allows, of what cannot be told from the best design that was run."""
+    parts = []
+    for axis, part in zip(view.axes, best.surface.optimum().place):
+        if part.words:
+            parts.append(f"{axis.short} {' or '.join(map(str, part.words))}")
+        else:
+            parts.append(f"{axis.short} {axis.tell(part.low, False)}..{axis.tell(part.high)}")
+    return ", ".join(parts)
 
 
 def _at_edge(view, design) -> list[str]:
@@ -222,7 +239,9 @@ def front(view) -> np.ndarray:
     """Indices of the designs on the Pareto front of all objectives, best of the first one first."""
     ok = show_optimum.usable(view)
     means = [view.estimate(o.path).mean for o in view.objectives]
-    scores = np.column_stack([np.where(ok, o.sign * m, np.nan) for o, m in zip(view.objectives, means)])
+    scores = np.column_stack(
+        [np.where(ok, o.sign * m, np.nan) for o, m in zip(view.objectives, means)]
+    )
     which = np.flatnonzero(show_stats.pareto(scores))
     return which[np.argsort(-scores[which, 0], kind="stable")]
 
@@ -247,6 +266,7 @@ def sensitivity_lines(entries) -> list[str]:
     """Of what sensitivity.indices gave."""
     if not entries:
         return []
+
     def share(value, half):
         value, half = told(value, half)
         return f"{value} +- {half}" if half else value
@@ -257,7 +277,9 @@ def sensitivity_lines(entries) -> list[str]:
     ]
     methods = ", ".join(dict.fromkeys(str(entry[5]) for entry in entries))
     return [
-        plain(f"which key matters: share of the variance, alone and with all its interactions (Sobol indices; {methods})"),
+        plain(
+            f"which key matters: share of the variance, alone and with all its interactions (Sobol indices; {methods})"
+        ),
         *aligned(["key", "alone", "in all"], lines, left=(0,)),
     ]
 
@@ -271,13 +293,20 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
     table = best_table(view, shown[0])
     if table:
         many = len(view.designs) > len(table[1])
-        of = f"the best {len(table[1])} of {len(view.designs)} designs" if many else "the designs, best first"
+        of = (
+            f"the best {len(table[1])} of {len(view.designs)} designs"
+            if many
+            else "the designs, best first"
+        )
         by = f" by {shown[0].words}"
         out += ["", plain(f"{of},{by}"), *aligned(*table, left=(len(table[0]) - 1,))]
     if len(view.objectives) > 1:
         heads, rows, count = front_table(view)
         more = f", the first {len(rows)} shown" if count > len(rows) else ""
-        out += ["", f"Pareto front: {count} designs that no other beats in every objective, by their means{more}"]
+        out += [
+            "",
+            f"Pareto front: {count} designs that no other beats in every objective, by their means{more}",
+        ]
         out += aligned(heads, rows)
     told_of = sensitivity_lines(sensitivities)
     return out + (["", *told_of] if told_of else [])
