@@ -1,0 +1,212 @@
+"""Two studies of the same keys side by side, on one scale, and a plain sentence on how much of the gain of one is left in the other.
+
+The gain of a study is its best design over a reference: the designs named by --reference, else the circular drum (buckle height
+0) where that was varied, else the median of all designs.
+"""
+
+import configparser
+import dataclasses
+import math
+
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.study import show_contour, show_draw, show_optimum, show_text
+
+CIRCLE = "drum.buckle_height"
+
+
+@dataclasses.dataclass(frozen=True)
+class Gain:
+    """Best over reference less 1, with its standard error (NaN if unknown), SI; `words` names the reference."""
+
+    best: str
+    value: float
+    error: float
+    reference: float
+    words: str
+
+
+def reference_of(view, objective, wanted=None) -> tuple[float, float, str]:
+    """(value, standard error, its name): mean over all designs that match `wanted` {key: SI value}."""
+    found, usable = view.estimate(objective.path), show_optimum.usable(view)
+    usable = usable & np.isfinite(found.mean)
+    keys = [axis.key for axis in view.axes]
+    if (
+        wanted is None
+        and CIRCLE in keys
+        and (usable & (view.designs[CIRCLE] == 0).to_numpy()).any()
+    ):
+        wanted, words = {CIRCLE: 0.0}, "the circular drum (h = 0)"
+    elif wanted is None:
+        value = float(np.median(found.mean[usable]))
+        error = 1.2533 * math.sqrt(float(np.mean(found.error[usable] ** 2)) / usable.sum())
+        return value, error, "the median design"
+    else:
+        words = ", ".join(
+            f"{view.axis(k).short} = {view.axis(k).tell(v)}" for k, v in wanted.items()
+        )
+    match = usable.copy()
+    for key, value in wanted.items():
+        column = view.designs[key]
+        close = (
+            np.isclose(column.astype(float), value, rtol=1e-9)
+            if view.axis(key).numeric
+            else column == value
+        )
+        match &= np.asarray(close, bool)
+    if not match.any():
+        raise UserError(f"--reference: no design of {view.name} that ran has {words}")
+    # with shared seeds the circular drum is the same run at every n: equal to the last digit, so one and not many
+    runs = len(np.unique(found.mean[match]))
+    error = math.sqrt(float(np.mean(found.error[match] ** 2)) / runs)
+    return float(found.mean[match].mean()), error, words
+
+
+def gain_of(view, objective, wanted=None) -> Gain | None:
+    optimum = show_optimum.find(view, objective)
+    if optimum is None:
+        return None
+    reference, error, words = reference_of(view, objective, wanted)
+    ratio = optimum.value / reference
+    relative = math.hypot(optimum.half / show_optimum.REACH / optimum.value, error / reference)
+    return Gain(
+        view.tell(optimum.design),
+        objective.sign * (ratio - 1),
+        abs(ratio) * relative,
+        reference,
+        words,
+    )
+
+
+def share(value: float, error: float) -> str:
+    """ "41 +- 3 %" of a share and its standard error, the interval at 95 %."""
+    value, half = show_text.told(100 * value, 100 * show_optimum.REACH * error)
+    return f"{value}{' +- ' + half if half else ''} %"
+
+
+def left(first: Gain, second: Gain) -> tuple[float, float]:
+    """How much of the first gain the second is, with its standard error."""
+    ratio = second.value / first.value
+    error = math.hypot(second.error / first.value, ratio * first.error / first.value)
+    return ratio, error
+
+
+def differences(views) -> list[str]:
+    """What [set] of the study decks and their base decks say differently: "contact.friction 0 | 0.3"."""
+    decks = [{**_keys(v.meta.get("deck", "")), **_settings(v.meta.get("study", ""))} for v in views]
+    keys = sorted(set(decks[0]) | set(decks[1]))
+    return [
+        f"{key} {decks[0].get(key, 'not given')} | {decks[1].get(key, 'not given')}"
+        for key in keys
+        if decks[0].get(key) != decks[1].get(key)
+    ]
+
+
+def _parser(text):
+    parser = configparser.ConfigParser(
+        interpolation=None,
+        strict=False,
+        allow_no_value=True,
+        inline_comment_prefixes=("#", ";"),
+        delimiters=("=",),
+    )
+    try:
+        parser.read_string(text)
+    except configparser.Error:
+        return None
+    return parser
+
+
+def _keys(text) -> dict:
+    parser = _parser(text)
+    return (
+        {f"{s}.{k}": v for s in parser.sections() for k, v in parser[s].items()} if parser else {}
+    )
+
+
+def _settings(text) -> dict:
+    parser = _parser(text)
+    return dict(parser["set"]) if parser and parser.has_section("set") else {}
+
+
+def sentences(views, objective, wanted=None) -> list[str]:
+    """In plain words: the gain of each, how much of it is left, what the best of the first is worth in the second."""
+    gains = [gain_of(view, objective, wanted) for view in views]
+    if None in gains:
+        return [f"{objective.words}: one of the studies has no value of it"]
+    what = "higher" if objective.sign > 0 else "lower"
+    lines = [
+        f"{view.name}: the best design ({gain.best}) has a {objective.words} {share(gain.value, gain.error)} {what} than "
+        f"{gain.words}"
+        for view, gain in zip(views, gains)
+    ]
+    if gains[0].value <= 0:
+        lines.append(f"{views[0].name} gains nothing of which something could be left")
+    else:
+        lines.append(
+            f"Of the gain of {views[0].name}, {share(*left(*gains))} is left in {views[1].name} (95 % confidence)."
+        )
+    same = _same_design(views, show_optimum.find(views[0], objective).design)
+    if same is not None:
+        second = show_optimum.find(views[1], objective)
+        value = objective.sign * (second.mean[same] / gains[1].reference - 1)
+        if math.isfinite(value):
+            lines.append(
+                f"The best design of {views[0].name} is {100 * value:.3g} % {what} than {gains[1].words} in {views[1].name}, where "
+                f"it {'cannot' if second.open[same] else 'can'} be told from the best one."
+            )
+    return lines
+
+
+def _same_design(views, design) -> int | None:
+    """The index in the second study of a design of the first, None if it was not run there."""
+    match = np.ones(len(views[1].designs), bool)
+    for axis in views[0].axes:
+        match &= (views[1].designs[axis.key] == views[0].designs[axis.key][design]).to_numpy()
+    return int(np.flatnonzero(match)[0]) if match.any() else None
+
+
+def check(views, objective):
+    """Two studies that cannot stand side by side are a UserError."""
+    keys = [[axis.key for axis in view.axes] for view in views]
+    if sorted(keys[0]) != sorted(keys[1]):
+        raise UserError(
+            f"--beside: {views[1].name} varies {', '.join(keys[1])}, not {', '.join(keys[0])}"
+        )
+    if objective.path not in [o.path for o in views[1].objectives]:
+        raise UserError(f"--beside: {views[1].name} has no {objective.path}")
+
+
+def draw(views, objective, x=None, y=None, average=False, sensitivities=(), wanted=None):
+    """Both planes on one colour scale, and below them the sentence."""
+    x, y = show_contour.main_keys(views[0], objective, x, y, sensitivities)
+    planes = [
+        show_contour.plane(view, objective, view.axis(x.key), view.axis(y.key), average)
+        for view in views
+    ]
+    levels = show_contour.levels_of(planes)
+    figure = show_draw.new(9.2, 5.2)
+    axes = figure.subplots(1, 2, sharey=True)
+    kept = {}
+    for ax, plane, view in zip(axes, planes, views):
+        image, handles = show_contour.paint(ax, plane, levels)
+        ax.set_title(show_draw.broken(show_contour.title(view, plane), 60), loc="left")
+        if plane.best:
+            ax.set_xlabel(
+                ax.get_xlabel() + "\n" + "; ".join(show_contour.best_words(view, objective))
+            )
+        for handle in handles:
+            kept.setdefault(handle.get_label().split(" (")[0], handle)
+    axes[1].set_ylabel("")
+    figure.colorbar(image, ax=axes, label=show_draw.value_label(objective), pad=0.015, aspect=28)
+    told = sentences(views, objective, wanted)
+    line = next((t for t in told if t.startswith("Of the gain")), told[-1])
+    figure.suptitle(
+        show_draw.broken(line.replace("+-", "\N{PLUS-MINUS SIGN}"), 110),
+        fontsize=9.5,
+        x=0.01,
+        ha="left",
+    )
+    figure.legend(handles=list(kept.values()), loc="outside lower left", ncols=4, frameon=False)
+    return figure

@@ -1,0 +1,77 @@
+"""A study as one page: text, tables and pictures in one file that opens from disk; everything from the study escaped."""
+
+import base64
+import importlib.resources
+import io
+
+import jinja2
+import matplotlib.pyplot as plt
+
+from milltools.study import show, show_beside, show_text
+
+
+def embedded(figure) -> str:
+    """A figure as the data address of an SVG (of a PNG where that is the smaller one); it is closed."""
+    stores = {}
+    for kind, mime in (("svg", "svg+xml"), ("png", "png")):
+        store = io.BytesIO()
+        figure.savefig(
+            store, format=kind, dpi=150, metadata={"Date": None} if kind == "svg" else None
+        )
+        stores[mime] = store.getvalue()
+    plt.close(figure)
+    mime = "svg+xml" if len(stores["svg+xml"]) < 600_000 else "png"
+    return f"data:image/{mime};base64," + base64.b64encode(stores[mime]).decode()
+
+
+def sections(view, objective) -> list[tuple]:
+    """(title, heads, lines) of the tables."""
+    found = []
+    table = show_text.best_table(view, objective)
+    if table:
+        found.append((f"The best designs, by {objective.words}", *table))
+    if len(view.objectives) > 1:
+        heads, lines, count = show_text.front_table(view, 100)
+        found.append((f"Pareto front: {count} designs", heads, lines))
+    return found
+
+
+def render(view, objective, sensitivities=(), beside=None, wanted=None, **options) -> str:
+    """The page as text."""
+    pictures = [
+        (title, words, embedded(make()))
+        for _, title, words, make in show.figures(view, objective, sensitivities, **options)
+    ]
+    told = []
+    if beside is not None:
+        both = [view, beside]
+        told = show_beside.sentences(both, objective, wanted)
+        told += [f"They differ in {line}" for line in show_beside.differences(both)]
+        figure = show_beside.draw(
+            both, objective, sensitivities=sensitivities, wanted=wanted, **options
+        )
+        pictures.insert(0, (f"Beside {beside.name}", " ".join(told), embedded(figure)))
+    aims = [objective] + [o for o in view.objectives if o is not objective]
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    source = importlib.resources.files(__package__).joinpath("show_page.html").read_text("utf-8")
+    return environment.from_string(source).render(
+        name=show_text.plain(view.name),
+        head=[
+            show_text.plain(line)
+            for line in show_text.head_lines(view) + show_text.progress_lines(view)
+        ],
+        optima=[
+            [show_text.plain(line.strip()) for line in show_text.optimum_lines(view, aim)]
+            for aim in aims
+        ],
+        beside=[show_text.plain(line) for line in told],
+        tables=[
+            (title, heads, [[show_text.plain(cell) for cell in line] for line in lines])
+            for title, heads, lines in sections(view, objective)
+        ],
+        pictures=pictures,
+        study=view.meta.get("study", ""),
+        deck=view.meta.get("deck", ""),
+        command=show_text.plain(view.meta.get("command", "")),
+        version=show_text.plain(view.meta.get("version", "")),
+    )
