@@ -182,7 +182,7 @@ uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
     const uint64_t of_power = mill_precision_mser(p->power, n);
     const uint64_t of_median = mill_precision_mser(p->below, n);
     const uint64_t cut = of_power > of_median ? of_power : of_median;
-    *settled = n >= 2 * MILL_PRECISION_FEWEST && 2 * cut <= n;
+    *settled = n >= MILL_PRECISION_FEWEST && 2 * cut <= n;
     return cut < n / 2 ? cut : n / 2;
 }
 

@@ -14,7 +14,7 @@
 enum {
     MILL_PRECISION_BATCHES = 1152, /* there is room for; then they are joined */
     MILL_PRECISION_SLOTS = MILL_SPECTRUM_SLOTS - MILL_SPECTRUM_FAST, /* from 0.05 m/s up */
-    MILL_PRECISION_FEWEST = 12 /* batches that a standard error is taken from */
+    MILL_PRECISION_FEWEST = 24 /* batches that tell anything: of two revolutions */
 };
 
 /* What changes as it goes; plain numbers, saved as they are. */
