@@ -17,8 +17,7 @@ static const double shortest = 1e-3, longest = 25e-3, usual = 5e-3;
 
 enum { FEWEST_IN_RUN = 64, PARTS = 12 };
 
-void mill_precision_plan(double rotor_speed, double time,
-                         struct mill_precision_progress *progress)
+void mill_precision_plan(double rotor_speed, double time, struct mill_precision_progress *progress)
 {
     const double turn = rotor_speed != 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
     *progress = (struct mill_precision_progress){usual, 0, 0};

@@ -34,10 +34,10 @@ struct mill_deck_blade {
 struct mill_deck_text; /* the entries as read: section, key, value, line */
 
 struct mill_deck {
-    double time;        /* [s] */
-    double sample_from; /* [s] */
-    bool sample_found;  /* sample_from is to be found: run.precision is given and it is not */
-    double precision;   /* relative standard error that ends the run; 0: none does */
+    double time;           /* [s] */
+    double sample_from;    /* [s] */
+    bool sample_found;     /* sample_from is to be found: run.precision is given and it is not */
+    double precision;      /* relative standard error that ends the run; 0: none does */
     double max_collisions; /* that end the run; 0: no number does */
     unsigned long seed;
     vec3 gravity; /* [m/s^2] */
