@@ -17,8 +17,7 @@ static const double shortest = 1e-3, longest = 25e-3, usual = 5e-3;
 
 enum { FEWEST_IN_RUN = 64, PARTS = 12 };
 
-void mill_precision_plan(double rotor_speed, double time,
-                         struct mill_precision_progress *progress)
+void mill_precision_plan(double rotor_speed, double time, struct mill_precision_progress *progress)
 {
     const double turn = rotor_speed != 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
     *progress = (struct mill_precision_progress){usual, 0, 0};
@@ -182,7 +181,7 @@ uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
     const uint64_t of_power = mill_precision_mser(p->power, n);
     const uint64_t of_median = mill_precision_mser(p->below, n);
     const uint64_t cut = of_power > of_median ? of_power : of_median;
-    *settled = n >= 2 * MILL_PRECISION_FEWEST && 2 * cut <= n;
+    *settled = n >= MILL_PRECISION_FEWEST && 2 * cut <= n;
     return cut < n / 2 ? cut : n / 2;
 }
 

@@ -14,7 +14,7 @@
 enum {
     MILL_PRECISION_BATCHES = 1152, /* there is room for; then they are joined */
     MILL_PRECISION_SLOTS = MILL_SPECTRUM_SLOTS - MILL_SPECTRUM_FAST, /* from 0.05 m/s up */
-    MILL_PRECISION_FEWEST = 12 /* batches that a standard error is taken from */
+    MILL_PRECISION_FEWEST = 24 /* batches that tell anything: of two revolutions */
 };
 
 /* What changes as it goes; plain numbers, saved as they are. */
@@ -48,8 +48,7 @@ struct mill_precision_known {
 
 /* Batches for a run of `time` [s] with a rotor of `rotor_speed` [rad/s] (0: none): of a
  * revolution, as short as allows to see the start-up end, and 64 of them in the run at least. */
-void mill_precision_plan(double rotor_speed, double time,
-                         struct mill_precision_progress *progress);
+void mill_precision_plan(double rotor_speed, double time, struct mill_precision_progress *progress);
 
 /* From `origin` [s] on; the grid must outlive it. false: out of memory; then, too, free it. */
 bool mill_precision_init(struct mill_precision *precision, double origin, double rotor_speed,

@@ -2,7 +2,7 @@
  * 69 (1997) 323; White, Cobb & Spratt, Proc. Winter Simulation Conf. 2000, 755) cuts where the
  * standard error of the mean of the rest, as if it were independent, is least; the five last
  * batches make a poor rest and are no candidates (Hoad, Robinson & Davies, J. Oper. Res. Soc. 61
- * (2010) 1632). How sure is its mean? Batches grow with the series so that some 12 to 24 remain,
+ * (2010) 1632). How sure is its mean? Batches grow with the series so that some 16 to 32 remain,
  * and what memory they still have enters as that of an autoregressive process of first order, the
  * factor (1 + phi)/(1 - phi) of the variance (Lada, Steiger & Wilson, Eur. J. Oper. Res. 184 (2008)
  * 707; Tafazzoli & Wilson, IIE Trans. 43 (2011) 110), with phi freed of its bias in short series
@@ -11,7 +11,7 @@
 
 #include <math.h>
 
-enum { LAST = 5 };
+enum { LAST = 5, FEWEST = 16 };
 
 /* phi beyond these is not believed: few batches tell it to some 0.2 only */
 static const double least_memory = -0.5, most_memory = 0.9;
@@ -32,15 +32,15 @@ size_t mill_precision_mser(const double *x, size_t n)
     return best;
 }
 
-/* How many go into one, so that FEWEST or more are left: divisors of a revolution, then doubling */
+/* How many go into one so that FEWEST or more are left: parts of a revolution, then whole ones */
 static size_t size_of_batch(size_t n)
 {
     static const size_t size[] = {1, 2, 3, 4, 6, 12};
     size_t best = 1;
     for (size_t i = 0; i < sizeof size / sizeof *size; i++)
-        if (n / size[i] >= MILL_PRECISION_FEWEST)
+        if (n / size[i] >= FEWEST)
             best = size[i];
-    while (best >= 12 && n / (2 * best) >= MILL_PRECISION_FEWEST)
+    while (best >= 12 && n / (2 * best) >= FEWEST)
         best *= 2;
     return best;
 }
@@ -85,7 +85,7 @@ double mill_precision_error(const double *x, size_t n, size_t period, double *ro
         return 0;
     const double left = (double)batches;
     double memory = products / squares;
-    memory += (1 + 4 * memory) / left;
+    memory += repeats ? memory / (left - 1) : (1 + 4 * memory) / left;
     memory = fmin(fmax(memory, least_memory), most_memory);
     /* the means of the phases took their share of the scatter along */
     const double share = repeats ? turns / (turns - 1) : 1;

@@ -48,9 +48,9 @@ static void format_left(double seconds, char *out, size_t size)
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE])
 {
-    enum { FIELDS = 5, FIELD = 32 };
+    enum { FIELDS = 6, FIELD = 64 };
     /* the order in which fields are given up when the line is too long */
-    static const int given_up[FIELDS - 1] = {3, 2, 0, 4};
+    static const int given_up[FIELDS - 1] = {3, 2, 0, 4, 5};
     char field[FIELDS][FIELD] = {""};
     const double wall = now->stage ? 0.0 : now->wall - then->wall;
     const double speed = wall > 0.0 ? (now->time - then->time) / wall : 0.0;
@@ -67,6 +67,8 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[3], FIELD, "%.3g s/s", speed);
         format_left(speed > 0.0 ? (now->end - now->time) / speed : HUGE_VAL, field[4], FIELD);
     }
+    if (now->known)
+        snprintf(field[5], FIELD, "%s", now->known);
     for (int dropped = 0; dropped < FIELDS; dropped++) {
         line[0] = '\0';
         for (int i = 0; i < FIELDS; i++) {

@@ -141,6 +141,11 @@ enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_worl
             status = mill_h5_write_double(file, table[i].path, table[i].value, table[i].unit,
                                           table[i].meaning, error);
     }
+    if (status == MILL_OK && end->ended_by)
+        status = mill_h5_write_text(file, "/run/ended_by", end->ended_by,
+                                    "what ended the run: time (run.time), precision "
+                                    "(run.precision), max_collisions, or none as yet",
+                                    error);
     if (status == MILL_OK)
         status = mill_h5_write_count(file, "/run/checkpoints", end->cost.checkpoints,
                                      "checkpoints taken", error);

@@ -18,6 +18,9 @@ struct mill_record_end {
     double local_time;  /* [s] the same in the world's local time */
     struct mill_record_cost cost;
     double peak_memory; /* [byte] */
+    /* why it ended, where that is not always its time: "time", "precision", "max_collisions", or
+     * "none" as long as it has not; else NULL */
+    const char *ended_by;
 };
 
 /* Writes /deck: every entry of the deck with all defaults as a text /deck/SECTION/KEY, and the

@@ -134,8 +134,15 @@ static enum mill_status add_observers(struct run *r, struct mill_error *error)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim),         r->deck->time, 0,
-                              mill_run_clock() - r->started, begins,        NULL};
+    char known[MILL_SUMMARY_KNOWN];
+    struct mill_progress p = {mill_sim_time(r->sim),
+                              r->deck->time,
+                              0,
+                              mill_run_clock() - r->started,
+                              begins,
+                              NULL,
+                              known};
+    mill_summary_known(known, r->tally);
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     if (r->options->progress)
@@ -177,8 +184,14 @@ static enum mill_status write_all(struct run *r, const char *ended,
     mill_tally_finish(r->tally, r->world, local);
     if (status == MILL_OK)
         status = mill_tally_write(r->tally, r->file, error);
+    const char *by = mill_tally_ended_by(r->tally);
     const struct mill_record_end end = {
-        ended, mill_sim_time(r->sim), local, cost_so_far(r), mill_record_peak_memory(),
+        ended,
+        mill_sim_time(r->sim),
+        local,
+        cost_so_far(r),
+        mill_record_peak_memory(),
+        by && strcmp(ended, "complete") != 0 ? "none" : by,
     };
     if (status == MILL_OK)
         status = mill_record_finish(r->file, r->world, &end, error);

@@ -18,6 +18,7 @@ struct mill_progress {
     bool begins; /* the run stands here: rates count from now on */
     /* NULL, or the start is not ready: what is done for it, to `time` of `end` balls */
     const char *stage;
+    const char *known; /* how well the results are known by now; NULL or "": nothing to be said */
 };
 
 struct mill_run_options {

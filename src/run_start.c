@@ -27,7 +27,7 @@ static void show(void *self, const char *what, int32_t done, int32_t all)
 {
     struct watch *w = self;
     const double wall = mill_run_clock() - w->began;
-    const struct mill_progress p = {done, all, 0, wall, false, what};
+    const struct mill_progress p = {done, all, 0, wall, false, what, NULL};
     if (!w->options->progress || wall < w->shown + MILL_RUN_SHOW_EVERY)
         return;
     w->shown = wall;

@@ -89,13 +89,16 @@ static void print_row(FILE *out, const struct mill_tally *tally, int row)
             mill_summary_number(e, power, "W"));
 }
 
-static void print_contacts(FILE *out, const struct mill_tally *tally)
+static void print_contacts(FILE *out, const struct mill_tally *tally,
+                           const struct mill_summary_facts *facts)
 {
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
     const double duration = tally->at.duration;
-    fprintf(out, "sampled for %s, from %s to %s\n\n", mill_summary_number(a, duration, "s"),
+    fprintf(out, "sampled for %s, from %s to %s\n", mill_summary_number(a, duration, "s"),
             mill_summary_number(b, tally->at.begin, "s"),
             mill_summary_number(c, tally->at.begin + duration, "s"));
+    mill_summary_end(out, tally, facts);
+    fputc('\n', out);
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",
@@ -223,7 +226,7 @@ void mill_summary_print(FILE *out, const struct mill_deck *deck, const struct mi
     char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
     const int notes = mill_summary_notes(deck, world, tally, facts, note);
-    print_contacts(out, tally);
+    print_contacts(out, tally, facts);
     print_state(out, world, tally, &totals);
     print_cost(out, facts, totals.contacts);
     for (int i = 0; i < notes; i++)

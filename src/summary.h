@@ -49,6 +49,16 @@ int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *wo
                        const struct mill_tally *tally, const struct mill_summary_facts *facts,
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE]);
 
+/* "median +- 1.3 %, power +- 0.9 %", "warming up", or "" where run.precision is not asked for. */
+enum { MILL_SUMMARY_KNOWN = 64 };
+const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], const struct mill_tally *tally);
+
+/* A line that says what was cut off and why the run ended; nothing where only its time could end
+ * it.
+ */
+void mill_summary_end(FILE *out, const struct mill_tally *tally,
+                      const struct mill_summary_facts *facts);
+
 /* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. Returns `text`. */
 const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit);
 

@@ -152,6 +152,31 @@ static void rows(struct json *json, const char *name, const struct mill_tally *t
     close_group(json);
 }
 
+static void mean(struct json *json, const char *name, double value, double error)
+{
+    open_group(json, name);
+    number(json, "value", value);
+    number(json, "standard_error", error);
+    close_group(json);
+}
+
+static void precision(struct json *json, const struct mill_tally *tally)
+{
+    const struct mill_precision_known *known = &tally->at.known;
+    const struct mill_spectrum *all = &tally->impacts[MILL_TALLY_ALL].normal;
+    open_group(json, "precision");
+    mean(json, "median_above_50mm_s",
+         mill_spectrum_quantile(&tally->grid, all, MILL_SPECTRUM_FAST, 0.5), known->median.error);
+    mean(json, "rotor_power", mill_tally_power(tally), known->power.error);
+    number(json, "asked", tally->precision);
+    number(json, "warm_up", tally->at.begin);
+    number(json, "batch", tally->batches.at.batch);
+    whole(json, "batches", known->batches);
+    whole(json, "settled", tally->at.settled);
+    whole(json, "reached", mill_tally_reached(tally));
+    close_group(json);
+}
+
 static void statistics(struct json *json, const struct mill_tally *tally)
 {
     const struct mill_rotorstat *stat = &tally->rotor;
@@ -173,6 +198,8 @@ static void statistics(struct json *json, const struct mill_tally *tally)
     number(json, "block_revolutions", stat->revolutions);
     number(json, "block_duration", stat->block);
     close_group(json);
+    if (tally->precision > 0)
+        precision(json, tally);
     close_group(json);
 }
 
@@ -184,12 +211,15 @@ static void by_kind(struct json *json, const char *name, const uint64_t count[MI
     close_group(json);
 }
 
-static void run(struct json *json, const struct mill_world *world,
+static void run(struct json *json, const struct mill_world *world, const struct mill_tally *tally,
                 const struct mill_summary_facts *facts)
 {
+    const char *by = mill_tally_ended_by(tally);
     const struct mill_summary_totals totals = mill_summary_add(world, facts);
     const double contacts = (double)totals.contacts;
     open_group(json, "run");
+    if (by)
+        text(json, "ended_by", facts->stopped ? "none" : by);
     by_kind(json, "collisions", world->account.collisions);
     by_kind(json, "floored", world->account.floored);
     number(json, "kinetic_energy", totals.energy.kinetic);
@@ -228,7 +258,7 @@ void mill_summary_json(FILE *out, const struct mill_deck *deck, const struct mil
     fprintf(out, facts->stopped ? "true" : "false");
     number(&json, "time", facts->time_reached);
     number(&json, "sample_from", tally->at.begin);
-    run(&json, world, facts);
+    run(&json, world, tally, facts);
     statistics(&json, tally);
     next(&json, "notes");
     fputc('[', out);

@@ -80,7 +80,7 @@ struct mill_tally {
     struct mill_precision batches;
     uint64_t before[MILL_PRECISION_SLOTS]; /* impacts by speed when the last batch ended */
     struct mill_tally_stretch *stretch;    /* [MILL_TALLY_STRETCHES], or NULL */
-    struct mill_tally_header header; /* as last listed by mill_tally_parts */
+    struct mill_tally_header header;       /* as last listed by mill_tally_parts */
 };
 
 /* For a world at t = 0. Neither deck nor world is kept. Owner: the caller. */
@@ -124,6 +124,9 @@ double mill_tally_torque(const struct mill_tally *tally);
 
 /* run.precision was asked for, the start-up is over, and both quantities are known as well. */
 bool mill_tally_reached(const struct mill_tally *tally);
+
+/* "time", "precision", "max_collisions"; NULL where only its time may end the run. */
+const char *mill_tally_ended_by(const struct mill_tally *tally);
 
 /* Replaces the group /statistics of the file. What each dataset means: docs/file-format.md. */
 enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file,

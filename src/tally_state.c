@@ -23,10 +23,8 @@ static size_t add_maps(struct mill_part *part, struct mill_maps *maps)
     const size_t crosses = (size_t)(cross->n[0] * cross->n[1]);
     const size_t axials = (size_t)(axial->n[0] * axial->n[1]);
     const struct mill_part list[] = {
-        {&maps->samples, sizeof maps->samples},
-        {cross->hits, crosses * sizeof *cross->hits},
-        {cross->flow, crosses * sizeof *cross->flow},
-        {axial->hits, axials * sizeof *axial->hits},
+        {&maps->samples, sizeof maps->samples},       {cross->hits, crosses * sizeof *cross->hits},
+        {cross->flow, crosses * sizeof *cross->flow}, {axial->hits, axials * sizeof *axial->hits},
         {axial->flow, axials * sizeof *axial->flow},
     };
     memcpy(part, list, sizeof list);
@@ -107,8 +105,8 @@ static bool sane(const struct mill_tally *tally)
             return false;
     }
     const struct mill_tally_progress *at = &tally->at;
-    if (tally->tick > 0 && (tally->batches.at.batches != tally->header.batches ||
-                            at->length == 0 || at->stretches >= MILL_TALLY_STRETCHES ||
+    if (tally->tick > 0 && (tally->batches.at.batches != tally->header.batches || at->length == 0 ||
+                            at->stretches >= MILL_TALLY_STRETCHES ||
                             (tally->search && at->stretches != tally->header.stretches)))
         return false;
     return tally->rotor.blocks <= tally->rotor.planned;

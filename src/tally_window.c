@@ -171,13 +171,14 @@ void mill_tally_window_sample(struct mill_tally *t, const struct mill_account *a
     uint64_t collisions = 0;
     if (t->tick == 0)
         return;
-    while ((double)(t->at.ticks + 1) * t->tick <= now)
+    const bool ticks = t->collisions > 0 && (double)(t->at.ticks + 1) * t->tick <= now;
+    if (ticks)
         t->at.ticks++;
     for (int kind = 0; kind < MILL_KINDS; kind++)
         collisions += account->collisions[kind];
     if (t->at.open && mill_precision_next(&t->batches) <= now)
         end_batch(t, account);
-    if (t->at.ended == MILL_TALLY_TIME && t->collisions > 0 && (double)collisions >= t->collisions)
+    if (ticks && t->at.ended == MILL_TALLY_TIME && (double)collisions >= t->collisions)
         t->at.ended = MILL_TALLY_COLLISIONS;
 }
 
@@ -185,6 +186,12 @@ double mill_tally_next_end(const struct mill_tally *t, bool *over)
 {
     *over = t->at.closed && t->at.ended != MILL_TALLY_TIME;
     return t->at.closed ? (double)INFINITY : mill_tally_window_next(t);
+}
+
+const char *mill_tally_ended_by(const struct mill_tally *t)
+{
+    static const char *const name[] = {"time", "precision", "max_collisions"};
+    return t->tick > 0 ? name[t->at.ended] : NULL;
 }
 
 /* Power and torque by whole revolutions, from the books. */

@@ -269,6 +269,45 @@ static enum mill_status write_rotor(const struct writer *w)
                      "mean torque of each block");
 }
 
+/* ---- precision ---- */
+
+static void write_mean(const struct writer *w, const char *name, double value, double error,
+                       const char *unit, const char *description)
+{
+    char group[PATH];
+    join(group, "/statistics/precision", name);
+    put(w, group, "value", value, unit, description);
+    put(w, group, "standard_error", error, unit,
+        "its standard error, from batches and their memory; NaN where it is not known");
+}
+
+static enum mill_status write_precision(const struct writer *w)
+{
+    static const char group[] = "/statistics/precision";
+    const struct mill_tally *tally = w->tally;
+    const struct mill_spectrum *all = &tally->impacts[MILL_TALLY_ALL].normal;
+    write_mean(w, "median_above_50mm_s",
+               mill_spectrum_quantile(&tally->grid, all, MILL_SPECTRUM_FAST, 0.5),
+               tally->at.known.median.error, "m s-1",
+               "median normal speed of all impacts at 0.05 m/s or more");
+    write_mean(w, "rotor_power", mill_tally_power(tally), tally->at.known.power.error, "W",
+               "mean power of the rotor on the balls");
+    put(w, group, "asked", tally->precision, "1", "run.precision");
+    put(w, group, "warm_up", tally->at.begin, "s",
+        "time before the window, cut off: by MSER-5, or given as run.sample_from");
+    put(w, group, "batch", tally->batches.at.batch, "s", "length of a batch");
+    mill_h5_write_count(w->file, "/statistics/precision/batches", tally->at.known.batches,
+                        "whole batches within the window", w->error);
+    mill_h5_write_count(w->file, "/statistics/precision/settled", tally->at.settled,
+                        "1: the start-up is over; 0: the best cut might lie in the second half of "
+                        "the run, or the run is too short to tell",
+                        w->error);
+    return mill_h5_write_count(w->file, "/statistics/precision/reached", mill_tally_reached(tally),
+                               "1: settled, and both standard errors are at most `asked` times "
+                               "their values (the power's only if the rotor does any work)",
+                               w->error);
+}
+
 enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file,
                                   struct mill_error *error)
 {
@@ -276,7 +315,10 @@ enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5
     mill_h5_remove(file, "/statistics", error);
     enum mill_status status =
         put(&w, "/statistics", "duration", tally->at.duration, "s",
-            "length of the window that the statistics cover: from run.sample_from to the end");
+            tally->search ? "length of the window that the statistics cover: from the end of the "
+                            "warm-up to the end"
+                          : "length of the window that the statistics cover: from run.sample_from "
+                            "to the end");
     for (int row = 0; row < MILL_TALLY_ROWS && status == MILL_OK; row++) {
         put(&w, "/statistics/floor_share", mill_tally_name(row), mill_tally_floor_share(tally, row),
             "1", "share of the impacts at which the rebound floor acted; NaN without impacts");
@@ -285,5 +327,7 @@ enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5
     }
     if (status == MILL_OK)
         status = write_maps(&w);
-    return status == MILL_OK ? write_rotor(&w) : status;
+    if (status == MILL_OK)
+        status = write_rotor(&w);
+    return status == MILL_OK && tally->precision > 0 ? write_precision(&w) : status;
 }

@@ -269,9 +269,10 @@ class Run:
     @property
     def window(self) -> tuple[float, float]:
         """Sampled window (from, to) [s]."""
-        return self.quantity("run/sample_from", 0.0), self.quantity(
-            "run/sample_from", 0.0
-        ) + self.duration
+        begin = self.quantity("run/sample_from", 0.0)
+        if self.has("statistics/precision/warm_up"):  # found by the run, or the same
+            begin = float(self.read("statistics/precision/warm_up"))
+        return begin, begin + self.duration
 
     def statistic(self, path: str):
         """A scalar or array under /statistics, as in "impacts/ball_ball/rate" or "rotor/power"."""
