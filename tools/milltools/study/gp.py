@@ -34,6 +34,26 @@ def reach() -> float:
     return float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 
+def candidates(designs, values, statuses) -> list[tuple]:
+    """The designs that may be called the best, each once: those with a value from a run that was not capped, or all with a
+    value where there is none."""
+    known = [(tuple(d), s) for d, v, s in zip(designs, values, statuses) if math.isfinite(v)]
+    done = [design for design, status in known if status == "done"]
+    return list(dict.fromkeys(done or [design for design, _ in known]))
+
+
+def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
+    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). ValueError where
+    no run has a value."""
+    frame, meta = table.frame(), table.meta
+    about, space = meta["objectives"][objective], Space(meta["vary"])
+    designs = list(zip(*(frame[key].tolist() for key in space.keys)))
+    values, errors = frame[about["path"]].to_numpy(), frame[f"{about['path']}:error"].to_numpy()
+    values = np.where(frame["status"] == "failed", np.nan, values)
+    surface = Surface(space, designs, values, errors, about["goal"] == "maximise", seed)
+    return surface, surface.optimum(candidates(designs, values, frame["status"]))
+
+
 @dataclasses.dataclass(frozen=True)
 class Interval:
     """What designs that cannot be told from the best have of one key: low..high, or a list of words."""
