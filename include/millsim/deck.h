@@ -17,6 +17,7 @@
 struct mill_deck_balls {
     char name[MILL_NAME_LENGTH]; /* NAME of [balls.NAME]; "balls" for the plain section */
     long count;
+    double fill;     /* of the drum's volume, as given instead of the count; 0: it was not */
     double diameter; /* [m] */
     double density;  /* [kg/m^3] */
 };
@@ -34,8 +35,11 @@ struct mill_deck_blade {
 struct mill_deck_text; /* the entries as read: section, key, value, line */
 
 struct mill_deck {
-    double time;        /* [s] */
-    double sample_from; /* [s] */
+    double time;           /* [s] */
+    double sample_from;    /* [s] */
+    bool sample_found;     /* sample_from is to be found: run.precision is given and it is not */
+    double precision;      /* relative standard error that ends the run; 0: none does */
+    double max_collisions; /* that end the run; 0: no number does */
     unsigned long seed;
     vec3 gravity; /* [m/s^2] */
     int kinds;    /* of balls */
