@@ -80,6 +80,8 @@ def surface_of(view, objective):
         from milltools.study import gp, space
     except ImportError:
         return None
+    if any(not e.get("choices") for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
+        return None  # files, vectors: no distance between them
     found = view.estimate(objective.path)
     which = usable(view) & np.isfinite(found.mean)
     values = found.mean[which]
