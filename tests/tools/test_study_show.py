@@ -15,8 +15,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import study_tables as made
-from conftest import PROGRAM, ROOT
+from conftest import ROOT
 
+from milltools.__main__ import dispatch
+from milltools.errors import UserError
 from milltools.study import (
     show,
     show_beside,
@@ -373,37 +375,55 @@ def small(path, planned=None):
     return made.write(path, rows, meta)
 
 
-def test_a_table_its_journal_and_its_study_deck_mean_the_same(mill, tmp_path):
+@pytest.fixture
+def study(tmp_path, monkeypatch, capsys):
+    """study(*arguments) is `mill study` in tmp_path, in this process; returns what it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        assert dispatch(["study", *arguments]) == 0
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_a_table_its_journal_and_its_study_deck_mean_the_same(study, tmp_path):
     small(tmp_path / "made.parquet")
     (tmp_path / "made.study").write_text("[study]\n")
-    said = [mill("study", name) for name in ("made.parquet", "made.parquet.journal", "made.study")]
-    assert all(s.returncode == 0 for s in said), said[0].stderr
-    assert said[0].stdout == said[1].stdout == said[2].stdout
-    assert "rotor speed = 859.44 rpm: " in said[0].stdout
+    said = {study(name) for name in ("made.parquet", "made.parquet.journal", "made.study")}
+    assert len(said) == 1
+    assert "rotor speed = 859.44 rpm: " in said.pop()
+
+
+def test_wrong_usage_is_one_line_and_status_2(mill):
+    said = mill("study", "none.parquet")
+    assert said.returncode == 2 and said.stdout == ""
+    assert said.stderr == "mill study: none.parquet: no such file\n"
 
 
 @pytest.mark.parametrize(
     "words, says",
     [
-        (["none.parquet"], "none.parquet: no such file"),
         (["other.study"], "other.study: no table of it yet"),
         (["made.parquet", "--x", "drum.radius"], "--x drum.radius: expected one of rotor.speed"),
         (["made.parquet", "--objective", "rate"], f"--objective rate: expected one of {SPEED}"),
         (["made.parquet", "--png", "a.gif"], "a.gif: expected a name that ends in .png"),
+        (["made.parquet", "--png", "no/a.png"], "no/a.png: No such file or directory"),
         (["made.parquet", "--reference", "rotor.speed=1"], "--reference: only with --beside"),
     ],
 )
-def test_wrong_usage_is_one_line(mill, tmp_path, words, says):
+def test_what_is_wrong_is_said(study, tmp_path, words, says):
     small(tmp_path / "made.parquet")
     (tmp_path / "other.study").write_text("[study]\n")
-    said = mill("study", *words)
-    assert said.returncode == 2 and said.stdout == ""
-    assert says in said.stderr and said.stderr.count("\n") == 1
+    with pytest.raises(UserError) as fault:
+        study(*words)
+    assert says in str(fault.value)
 
 
-def test_pictures_page_and_csv_are_written(mill, tmp_path):
+def test_pictures_page_and_csv_are_written(study, tmp_path):
     small(tmp_path / "made.parquet")
-    wanted = [
+    study(
+        "made.parquet",
         "--png",
         "p.png",
         "--svg",
@@ -414,32 +434,22 @@ def test_pictures_page_and_csv_are_written(mill, tmp_path):
         "p.html",
         "--csv",
         "p.csv",
-    ]
-    said = mill("study", "made.parquet", *wanted)
-    assert said.returncode == 0, said.stderr
+    )
     starts = {
-        "p-slices.png": b"\x89PNG",
-        "p-slices.svg": b"<?xml",
-        "p.pdf": b"%PDF",
-        "p.html": b"<!doctype",
-        "p.csv": b"design,",
-    }
+        "p-slices.png": b"\x89PNG", "p-slices.svg": b"<?xml", "p.pdf": b"%PDF", "p.html": b"<!doctype", "p.csv": b"design,",
+    }  # fmt: skip
     for name, start in starts.items():
         assert (tmp_path / name).read_bytes().startswith(start)
 
 
-def test_the_reference_of_a_gain_has_units(mill, tmp_path):
-    small(tmp_path / "a.parquet")
-    small(tmp_path / "b.parquet")
-    if not PROGRAM.exists():
-        pytest.skip("no millsim")
-    said = mill(
-        "study", "a.parquet", "--beside", "b.parquet", "--reference", "rotor.speed=60 rad/s"
-    )
-    assert said.returncode == 0, said.stderr
-    assert "over rotor speed = 572.96 rpm: " in said.stdout and "of the gain is left" in said.stdout
-    bad = mill("study", "a.parquet", "--beside", "b.parquet", "--reference", "rotor.speed=60 mm")
-    assert bad.returncode == 2 and "rotor" in bad.stderr and bad.stderr.count("\n") == 1
+def test_the_reference_of_a_gain_has_units(study, tmp_path):
+    for name in ("a.parquet", "b.parquet"):
+        small(tmp_path / name)
+    both = ("a.parquet", "--beside", "b.parquet", "--reference")
+    said = study(*both, "rotor.speed=60 rad/s")
+    assert "over rotor speed = 572.96 rpm: " in said and "of the gain is left" in said
+    with pytest.raises(UserError, match="--reference rotor.speed=60 mm: .*rotor"):
+        study(*both, "rotor.speed=60 mm")
 
 
 @pytest.fixture

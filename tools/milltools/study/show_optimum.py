@@ -14,7 +14,7 @@ from milltools.study import show_stats
 
 LEAST = 8  # designs with a value, below which no surface is fitted
 MOST = 700  # values given to the surface: neighbours of larger grids are averaged first
-FITTED = 120  # of them, drawn at random, tell its lengths and the scatter: the fit takes a time with their number cubed
+FITTED = 100  # of them, drawn at random, tell its lengths and the scatter: the fit takes a time with their number cubed
 ALIKE = 0.02  # "as good": within this share of the best value
 REACH = float(stats.norm.ppf((1 + show_stats.LEVEL) / 2))
 
