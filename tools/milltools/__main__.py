@@ -36,6 +36,8 @@ COMMANDS = (
             "./mill compare reference.h5 soft.h5 --html compared.html"),
     Command("sweep", "many runs: deck keys varied over ranges, on all cores or a cluster, in one table",
             "./mill sweep input/process.study"),
+    Command("optimize", "the best design of a study in few runs, with confidence intervals",
+            "./mill optimize input/figure7.study"),
     Command("study", "what a study found: best designs with confidence, contours, slices, Pareto front, CSV",
             "./mill study figure7.parquet --html figure7.html"),
 )  # fmt: skip

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm, qmc
 
-from milltools.study.gp import ALIKE, Surface, reach
+from milltools.study.gp import ALIKE, Surface, candidates, reach
 from milltools.study.space import Space
 
 CONFIRM = 0.2  # of the runs, at the end
@@ -67,9 +67,9 @@ def choose(space: Space, runs: list[Run], plan: Plan) -> tuple | None:
     if again is not None:
         return again
     good = [r for r in runs if math.isfinite(r.value)]
-    asked = len({r.design for r in runs})
-    if asked < plan.start(space) or len({r.design for r in good}) < 2:
-        return spread(space, runs, plan)
+    asked = list(dict.fromkeys(r.design for r in runs))
+    if len(asked) < plan.start(space) or len({r.design for r in good}) < 2:
+        return spread(space, asked, plan)
     generator = np.random.default_rng([plan.seed, number])
     surface = fit(space, good, plan)
     pending = [r.design for r in runs if r.status == "running"]
@@ -93,9 +93,8 @@ def fit(space: Space, runs: list[Run], plan: Plan) -> Surface:
 
 
 def eligible(runs: list[Run]) -> list[tuple]:
-    """The designs that may be called the best: with a value from a run that was not capped; all with a value if none is."""
-    done = [r.design for r in runs if r.status == "done" and math.isfinite(r.value)]
-    return list(dict.fromkeys(done or [r.design for r in runs if math.isfinite(r.value)]))
+    """The designs that may be called the best."""
+    return candidates([r.design for r in runs], [r.value for r in runs], [r.status for r in runs])
 
 
 def rival(surface: Surface, runs: list[Run], pending=()) -> tuple | None:
@@ -156,12 +155,13 @@ def unfinished(runs, replicates) -> tuple | None:
     return next((d for d, n in counts.items() if n < replicates and d not in failed), None)
 
 
-def spread(space, runs, plan) -> tuple:
-    """The next point of the Sobol sequence that is not among the runs."""
-    known = {r.design for r in runs}
-    sequence = qmc.Sobol(len(space), seed=plan.seed)
-    points = space.at(sequence.random_base2(max(6, math.ceil(math.log2(2 * len(runs) + 2)))))
-    return next((p for p in points if p not in known), points[len(runs) % len(points)])
+def spread(space: Space, known, plan: Plan, skip=0) -> tuple:
+    """The next point of the Sobol sequence that is not among the known designs, or one `skip` points later."""
+    known = set(known)
+    count = 2 ** max(6, math.ceil(math.log2(2 * len(known) + 2)))
+    points = space.at(qmc.Sobol(len(space), seed=plan.seed).random(count))
+    fresh = [point for point in dict.fromkeys(points) if point not in known]
+    return fresh[skip % len(fresh)] if fresh else points[len(known) % len(points)]
 
 
 def _search(space, surface, runs, generator) -> tuple:

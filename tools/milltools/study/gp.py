@@ -10,6 +10,7 @@ sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
 `optimum`: the best design with confidence intervals of its value and of its place.
 """
 
+import contextlib
 import copy
 import dataclasses
 import math
@@ -23,7 +24,8 @@ from milltools.study.space import Space
 CONFIDENCE = 0.95  # two-sided, of every interval
 ALIKE = 0.02  # designs this close to the best (share of its value) are as good for any purpose
 FLAT = 0.25  # of a key's range: where designs that are alike span more, the optimum is called flat
-MOST_RUNS = 800  # a fit takes a time that grows with the cube of their number
+MOST_RUNS = 1500  # of a surface: its time grows with the cube of their number
+MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in some hundred tries
 MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
 JITTER = 1e-10  # of the variance, so that equal designs can be solved for
 TRIES = 4  # starts of the search for kernel and scatter
@@ -32,6 +34,26 @@ TRIES = 4  # starts of the search for kernel and scatter
 def reach() -> float:
     """Standard errors on either side of a 95 % interval."""
     return float(norm.ppf(0.5 + CONFIDENCE / 2))
+
+
+def candidates(designs, values, statuses) -> list[tuple]:
+    """The designs that may be called the best, each once: those with a value from a run that was not capped, or all with a
+    value where there is none."""
+    known = [(tuple(d), s) for d, v, s in zip(designs, values, statuses) if math.isfinite(v)]
+    done = [design for design, status in known if status == "done"]
+    return list(dict.fromkeys(done or [design for design, _ in known]))
+
+
+def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
+    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). ValueError where
+    no run has a value."""
+    frame, meta = table.frame(), table.meta
+    about, space = meta["objectives"][objective], Space(meta["vary"])
+    designs = list(zip(*(frame[key].tolist() for key in space.keys)))
+    values, errors = frame[about["path"]].to_numpy(), frame[f"{about['path']}:error"].to_numpy()
+    values = np.where(frame["status"] == "failed", np.nan, values)
+    surface = Surface(space, designs, values, errors, about["goal"] == "maximise", seed)
+    return surface, surface.optimum(candidates(designs, values, frame["status"]))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,9 +115,13 @@ class Surface:
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-        known = np.where(np.isfinite(self.errors), self.errors, 0.0) / self.scale
-        all_known = bool(np.all(np.isfinite(self.errors)))
-        lengths = np.full(self.codes.shape[1], 0.5)
+        some = np.arange(len(self.values))
+        if len(some) > MOST_FITTED:
+            some = self.generator.choice(some, MOST_FITTED, replace=False)
+        codes, values, errors = self.codes[some], self.values[some], self.errors[some]
+        known = np.where(np.isfinite(errors), errors, 0.0) / self.scale
+        all_known = bool(np.all(np.isfinite(errors)))
+        lengths = np.full(codes.shape[1], 0.5)
         kernel = ConstantKernel(1.0, (1e-2, 1e2)) * Matern(lengths, (0.05, 20.0), nu=2.5)
         kernel += WhiteKernel(1e-3 if all_known else 1e-2, (1e-6, 1.0))
         # log-normal priors of (variance, lengths, scatter^2): their centres and widths, in theta = log of them
@@ -127,7 +153,7 @@ class Surface:
         process = GaussianProcessRegressor(kernel, alpha=known**2 + JITTER, optimizer=search)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a parameter at its bound is the prior's business
-            process.fit(self.codes, (self.values - self.middle) / self.scale)
+            process.fit(codes, (values - self.middle) / self.scale)
         # what is asked for is the objective, not another run of it: the scatter belongs to the runs
         return process.kernel_.k1, math.sqrt(process.kernel_.k2.noise_level) * self.scale
 
@@ -161,6 +187,17 @@ class Surface:
         """Mean and covariance of the objective at (at most MOST_ASKED) designs."""
         mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
         return self.middle + self.scale * mean, self.scale**2 * cov
+
+    def realisations(self, designs, count, seed=0) -> np.ndarray:
+        """Functions that the runs do not rule out, as the posterior weighs them, at designs: shape (count, len(designs))."""
+        mean, cov = self.covariance(designs)
+        draws = np.random.default_rng(seed).standard_normal((count, len(mean)))
+        # rounding leaves eigenvalues a little below zero; what lifts them is far below any error
+        lift, whole = 1e-10 * self.scale**2, np.eye(len(mean))
+        while True:
+            with contextlib.suppress(np.linalg.LinAlgError):
+                return mean + draws @ np.linalg.cholesky(cov + lift * whole).T
+            lift *= 10
 
     def gaps(self, designs, best) -> tuple[np.ndarray, np.ndarray]:
         """By how much `best` is better than each of designs (> 0: better), and the standard deviation of that."""

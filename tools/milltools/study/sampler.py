@@ -122,7 +122,8 @@ class Sampler(optuna.samplers.BaseSampler):
             return {}
         found = self._nsga(trial).sample_relative(study, trial, search_space)
         if not found:
-            found = parameters(self.space, spread(self.space, runs_of(self.space, study, self.paths), self.plan))  # fmt: skip
+            known = [run.design for run in runs_of(self.space, study, self.paths)]
+            found = parameters(self.space, spread(self.space, known, self.plan))
         return found
 
     def sample_independent(self, study, trial, param_name, param_distribution):

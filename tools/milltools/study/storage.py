@@ -15,18 +15,18 @@ import pathlib
 import warnings
 
 import optuna
-from optuna.storages.journal import BaseJournalFileLock, JournalFileBackend, JournalStorage
+from optuna.storages.journal import JournalFileBackend, JournalStorage
 
 from milltools.errors import UserError
 
 SCHEMES = ("sqlite", "postgresql")
 
 
-class KernelLock(BaseJournalFileLock):
-    """flock on a file beside the journal: it goes with the process that holds it."""
+class KernelLock:
+    """flock on the journal itself: it goes with the process that holds it (what Optuna calls a BaseJournalFileLock)."""
 
     def __init__(self, path):
-        self._file = os.open(f"{path}.lock", os.O_RDWR | os.O_CREAT, 0o666)
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
 
     def acquire(self) -> bool:
         with contextlib.suppress(OSError):  # a file system without locks

@@ -1,0 +1,91 @@
+"""What a study says of its best design, as text: its value and its place with confidence intervals; the front of several
+objectives."""
+
+import numpy as np
+
+from milltools.study import gp, summary
+from milltools.study.space import Space
+
+
+def lines(table) -> list[str]:
+    """For the end of a search."""
+    if len(table.meta["objectives"]) > 1:
+        return _front(table)
+    try:
+        surface, best = gp.of_table(table)
+    except ValueError:
+        return ["no run has a value"]
+    about, space = table.meta["objectives"][0], surface.space
+    unit = "" if about["unit"] in ("", "1") else f" {about['unit']}"
+    word = "largest" if about["goal"] == "maximise" else "smallest"
+    found = [
+        f"the {word} {about['path']}: {summary.with_error(best.value, best.error)}{unit}, "
+        f"95 %: {best.low:.5g} .. {best.high:.5g}{unit}",
+        "",
+    ]
+    width = max(len(v.key) for v in space.variables)
+    for v, value, place in zip(space.variables, best.design, best.place):
+        found.append(
+            f"    {v.key:<{width}}  {_say(v, value):<16} at 95 % it may be {_range(v, place)}"
+        )
+    runs = "one run" if best.runs == 1 else f"{best.runs} runs"
+    found += [
+        "",
+        f"from {len(surface.values)} runs of {len(surface.tested())} designs together, {runs} of this one; "
+        f"{_share(best.place_share)} of all designs cannot be told from it",
+    ]
+    for key in best.flat:
+        v, alike = next((v, part) for v, part in zip(space.variables, best.alike) if v.key == key)
+        found.append(
+            f"flat along {key}: designs within {gp.ALIKE:.0%} of it reach over {_range(v, alike)}"
+        )
+    return [*found, ""]
+
+
+def _say(variable, value) -> str:
+    unit = "" if variable.words or variable.unit in ("", "1") else f" {variable.unit}"
+    return f"{summary.number(value)}{unit}"
+
+
+def _range(variable, part) -> str:
+    if variable.words:
+        return " or ".join(part.words)
+    if part.low == part.high:
+        return _say(variable, part.low)
+    return f"{summary.number(part.low)} .. {_say(variable, part.high)}"
+
+
+def _share(share) -> str:
+    return f"{share:.1%}" if share >= 0.001 else "less than 0.1 %"
+
+
+def front(values, signs) -> np.ndarray:
+    """Which rows of values (designs, objectives) no other row beats in one objective without losing in another."""
+    gains = np.asarray(values, float) * np.asarray(signs)
+    beaten = [
+        bool(np.any(np.all(gains >= row, axis=1) & np.any(gains > row, axis=1))) for row in gains
+    ]
+    return ~np.array(beaten, bool)
+
+
+def _front(table) -> list[str]:
+    meta, found = table.meta, summary.designs(table)
+    if not len(found):
+        return ["no run has a value"]
+    goals, space = meta["objectives"], Space(meta["vary"])
+    signs = [1 if o["goal"] == "maximise" else -1 for o in goals]
+    kept = found[front(found[[o["path"] for o in goals]].to_numpy(), signs)]
+    heads = [f"{v.key}{summary.unit(v.unit)}" for v in space.variables]
+    heads += [f"{o['path'].removeprefix('impacts/')}{summary.unit(o['unit'])}" for o in goals]
+    rows = [heads]
+    for _, row in kept.iterrows():
+        cells = [summary.number(row[key]) for key in space.keys]
+        rows.append([*cells, *(summary.with_error(row[o["path"]], row[f"{o['path']}:error"]) for o in goals)])  # fmt: skip
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    text = ["  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths)).rstrip() for row in rows]
+    return [
+        f"{len(kept)} of {len(found)} designs are not beaten by another in every objective (the Pareto front):",
+        "",
+        *text,
+        "",
+    ]
