@@ -6,14 +6,15 @@ import math
 import pathlib
 
 import pytest
-from conftest import SMALL, SMALL_START
-from studies import MEDIAN, STUDY, the_program, write_study  # noqa: F401
+from conftest import SMALL, SMALL_START, STUDY
+from studies import MEDIAN
 
 from milltools.errors import UserError
 from milltools.study.deck import Study
 from milltools.study.ranges import Range, parse
 
 RPM = math.tau / 60
+pytestmark = pytest.mark.usefixtures("the_program")
 
 
 # ---- ranges
@@ -126,7 +127,7 @@ def test_a_study_deck_is_read(write_study, tmp_path):
     assert (study.record, study.replicates, study.seeds) == (["rotor/power"], 1, "shared")
     assert [r.key for r in study.vary] == ["rotor.speed", "balls.count"]
     assert study.deck == str(tmp_path / "deck.ini")
-    assert [value.order for value in study.fixed] == ["run.time=0.01 s"]
+    assert [value.order for value in study.fixed] == ["run.time=0.06 s"]
 
 
 def test_several_objectives_of_both_kinds(write_study):
@@ -173,14 +174,14 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("record = ", "precision = 2 mm\n#", "a.study:4: [study] precision: expected a share such as '1 %', got '2 mm'"),
         ("record = ", "cpu_limit = 5\n#", "a.study:4: [study] cpu_limit: expected a time with its unit"),
         ("record = ", f"minimise = {MEDIAN}\n#", "a.study:4: [study] minimise: '" + MEDIAN + "' is to be maximised already"),
-        ("run.time = 10 ms", "run.time = 10", "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
-        ("run.time = 10 ms", "run.tim = 10", "a.study:6: [set] run.tim: unknown key; did you mean 'time'?"),
-        ("run.time = 10 ms", "run.seed = 1", "run.seed: seeds are those of [study]"),
+        ("run.time = 60 ms", "run.time = 10", "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
+        ("run.time = 60 ms", "run.tim = 10", "a.study:6: [set] run.tim: unknown key; did you mean 'time'?"),
+        ("run.time = 60 ms", "run.seed = 1", "run.seed: seeds are those of [study]"),
         ("rotor.speed = 300, ", "rotor.speed = 300 mm, ", "a.study:8: [vary] rotor.speed: expected an angular speed"),
         ("rotor.speed = ", "rotor.sped = ", "a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?"),
         ("rotor.speed = 300, 600, 900 rpm", "run.time = 1, 2 s", "a.study:8: [vary] run.time: stands in [set] already (a.study:6)"),
         ("rotor.speed = 300, 600, 900 rpm", "run.seed = 1, 2", "a.study:8: [vary] run.seed: seeds are not varied"),
-        ("balls.count = 10..20 step 10", "rotor.speed = 1 rpm", "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
+        ("balls.count = 40..60 step 20", "rotor.speed = 1 rpm", "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
         ("[vary]", "[set]", "a.study:7: [set]: there twice (first in line 5)"),
         ("[set]", "set", "a.study:5: expected '[section]' or 'key = value', got 'set'"),
         ("[study]\n", "", "a.study:1: deck: stands before the first [section]"),
@@ -229,7 +230,7 @@ DESIGN = {"rotor.speed": 60.0, "balls.count": 10}
 
 def test_a_run_is_known_by_what_decides_it_not_by_how_it_is_written(write_study, write_deck):
     first = Study.read(write_study()).job(0, DESIGN)["id"]
-    again = Study.read(write_study("# a remark\n" + STUDY.replace("10 ms", "0.01 s")))
+    again = Study.read(write_study("# a remark\n" + STUDY.replace("60 ms", "0.06 s")))
     write_deck("; remark\n" + SMALL.replace("radius = 30 mm", "radius = 3 cm").replace("frames = 5 ms", "frames = 1 ms"))  # fmt: skip
     assert again.job(0, DESIGN)["id"] == first
     assert Study.read(again.file).job(3, DESIGN)["id"] == first
@@ -238,8 +239,8 @@ def test_a_run_is_known_by_what_decides_it_not_by_how_it_is_written(write_study,
 @pytest.mark.parametrize(
     "old, new",
     [
-        ("run.time = 10 ms", "run.time = 11 ms"),
-        ("run.time = 10 ms", "run.time = 10 ms\ncontact.friction = 0.2"),
+        ("run.time = 60 ms", "run.time = 11 ms"),
+        ("run.time = 60 ms", "run.time = 60 ms\ncontact.friction = 0.2"),
         ("record = rotor/power", "record = rotor/torque"),
         ("record = ", "seed = 5\nrecord = "),
         ("record = ", "precision = 1 %\nrecord = "),
@@ -251,7 +252,7 @@ def test_another_run_has_another_identity(write_study, old, new):
 
 
 def test_what_a_start_file_holds_decides_the_run(write_study, write_deck):
-    text = STUDY.replace("balls.count = 10..20 step 10", "").replace("[set]", "[set]\nballs.start = s.txt")  # fmt: skip
+    text = STUDY.replace("balls.count = 40..60 step 20", "").replace("[set]", "[set]\nballs.start = s.txt")  # fmt: skip
     path = write_study(text)
     ids = []
     for start in (SMALL_START, SMALL_START.replace("-0.016", "-0.0161")):
