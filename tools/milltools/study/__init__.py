@@ -160,8 +160,8 @@ def run(arguments) -> int:
         print()
         for line in show_beside.sentences([view, beside], objective, wanted):
             print(show_text.plain(line))
-        for line in show_beside.differences([view, beside]):
-            print(show_text.plain(f"they differ in {line}"))
+        for line in show_beside.difference_lines([view, beside]):
+            print(show_text.plain(line))
     write(arguments, view, objective, sensitivities, beside, wanted)
     return 0
 
@@ -186,10 +186,13 @@ def write(arguments, view, objective, sensitivities, beside, wanted):
     kinds = list(show.figures(view, objective, sensitivities, **options))
     if beside is not None:
         both = [view, beside]
-        make = lambda: show_beside.draw(
-            both, objective, sensitivities=sensitivities, wanted=wanted, **options
-        )  # noqa: E731
-        kinds.append(("beside", "", "", make))
+
+        def together():
+            return show_beside.draw(
+                both, objective, sensitivities=sensitivities, wanted=wanted, **options
+            )
+
+        kinds.append(("beside", "", "", together))
     for path in pictures:
         if path.endswith(".pdf"):
             show_draw.write_pages([make for *_, make in kinds], path)

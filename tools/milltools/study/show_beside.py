@@ -4,14 +4,13 @@ The gain of a study is its best design over a reference: the designs named by --
 0) where that was varied, else the median of all designs.
 """
 
-import configparser
 import dataclasses
 import math
 
 import numpy as np
 
 from milltools.errors import UserError
-from milltools.study import show_contour, show_draw, show_optimum, show_text
+from milltools.study import lines, show_contour, show_draw, show_optimum, show_text
 
 CIRCLE = "drum.buckle_height"
 
@@ -92,42 +91,36 @@ def left(first: Gain, second: Gain) -> tuple[float, float]:
     return ratio, error
 
 
-def differences(views) -> list[str]:
-    """What [set] of the study decks and their base decks say differently: "contact.friction 0 | 0.3"."""
-    decks = [{**_keys(v.meta.get("deck", "")), **_settings(v.meta.get("study", ""))} for v in views]
-    keys = sorted(set(decks[0]) | set(decks[1]))
+def differences(views) -> list[tuple[str, str, str]]:
+    """What [set] of the study decks and their base decks say differently: ("contact.friction", "0", "0.3")."""
+    decks = [_keys(v.meta.get("deck", "")) | _settings(v.meta.get("study", "")) for v in views]
     return [
-        f"{key} {decks[0].get(key, 'not given')} | {decks[1].get(key, 'not given')}"
-        for key in keys
+        (key, *((deck.get(key) or "not given") for deck in decks))
+        for key in sorted(set(decks[0]) | set(decks[1]))
         if decks[0].get(key) != decks[1].get(key)
     ]
 
 
-def _parser(text):
-    parser = configparser.ConfigParser(
-        interpolation=None,
-        strict=False,
-        allow_no_value=True,
-        inline_comment_prefixes=("#", ";"),
-        delimiters=("=",),
-    )
+def difference_lines(views) -> list[str]:
+    return [
+        f"they differ in {key}: {a} in {views[0].name}, {b} in {views[1].name}"
+        for key, a, b in differences(views)
+    ]
+
+
+def _entries(text) -> list:
     try:
-        parser.read_string(text)
-    except configparser.Error:
-        return None
-    return parser
+        return lines.entries(text, "")
+    except UserError:
+        return []
 
 
 def _keys(text) -> dict:
-    parser = _parser(text)
-    return (
-        {f"{s}.{k}": v for s in parser.sections() for k, v in parser[s].items()} if parser else {}
-    )
+    return {f"{e.section}.{e.key}": e.value for e in _entries(text)}
 
 
 def _settings(text) -> dict:
-    parser = _parser(text)
-    return dict(parser["set"]) if parser and parser.has_section("set") else {}
+    return {e.key: e.value for e in _entries(text) if e.section == "set"}
 
 
 def sentences(views, objective, wanted=None) -> list[str]:
@@ -136,27 +129,22 @@ def sentences(views, objective, wanted=None) -> list[str]:
     if None in gains:
         return [f"{objective.words}: one of the studies has no value of it"]
     what = "higher" if objective.sign > 0 else "lower"
-    lines = [
-        f"{view.name}: the best design ({gain.best}) has a {objective.words} {share(gain.value, gain.error)} {what} than "
-        f"{gain.words}"
-        for view, gain in zip(views, gains)
-    ]
-    if gains[0].value <= 0:
-        lines.append(f"{views[0].name} gains nothing of which something could be left")
-    else:
-        lines.append(
-            f"Of the gain of {views[0].name}, {share(*left(*gains))} is left in {views[1].name} (95 % confidence)."
-        )
+    names = [view.name for view in views]
+    shares = [share(gain.value, gain.error) for gain in gains]
+    line = f"{objective.words} of the best design over {gains[0].words}: {shares[0]} {what} in {names[0]}, {shares[1]} in {names[1]}"
+    if gains[0].value > 0:
+        line += f"; {share(*left(*gains))} of the gain is left"
+    told = [line + " (95 % confidence)"]
     same = _same_design(views, show_optimum.find(views[0], objective).design)
     if same is not None:
         second = show_optimum.find(views[1], objective)
         value = objective.sign * (second.mean[same] / gains[1].reference - 1)
         if math.isfinite(value):
-            lines.append(
-                f"The best design of {views[0].name} is {100 * value:.3g} % {what} than {gains[1].words} in {views[1].name}, where "
-                f"it {'cannot' if second.open[same] else 'can'} be told from the best one."
+            told.append(
+                f"the best design of {names[0]}, {gains[0].best}, is {100 * value:.3g} % {what} than {gains[1].words} in {names[1]}, "
+                f"where it {'cannot' if second.open[same] else 'can'} be told from the best one, {gains[1].best}"
             )
-    return lines
+    return told
 
 
 def _same_design(views, design) -> int | None:
@@ -189,9 +177,14 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
     figure = show_draw.new(9.2, 5.2)
     axes = figure.subplots(1, 2, sharey=True)
     kept = {}
-    for ax, plane, view in zip(axes, planes, views):
+    differ = differences(views)
+    for number, (ax, plane, view) in enumerate(zip(axes, planes, views), 1):
         image, handles = show_contour.paint(ax, plane, levels)
-        ax.set_title(show_draw.broken(show_contour.title(view, plane), 60), loc="left")
+        settings = [f"{entry[0]} = {entry[number]}" for entry in differ[:3]]
+        ax.set_title(
+            show_draw.broken(", ".join([show_contour.title(view, plane), *settings]), 60),
+            loc="left",
+        )
         if plane.best:
             ax.set_xlabel(
                 ax.get_xlabel() + "\n" + "; ".join(show_contour.best_words(view, objective))
@@ -199,9 +192,10 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
         for handle in handles:
             kept.setdefault(handle.get_label().split(" (")[0], handle)
     axes[1].set_ylabel("")
-    figure.colorbar(image, ax=axes, label=show_draw.value_label(objective), pad=0.015, aspect=28)
-    told = sentences(views, objective, wanted)
-    line = next((t for t in told if t.startswith("Of the gain")), told[-1])
+    figure.colorbar(
+        image, ax=axes, label=show_draw.value_label(objective, 60), pad=0.015, aspect=28
+    )
+    line = sentences(views, objective, wanted)[0]
     figure.suptitle(
         show_draw.broken(line.replace("+-", "\N{PLUS-MINUS SIGN}"), 110),
         fontsize=9.5,

@@ -340,7 +340,9 @@ def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
     figure = show_draw.new(8.2, 4.6)
     left, right = figure.subplots(1, 2, width_ratios=(2.1, 1), sharey=True)
     image, handles = paint(left, shown, levels_of([shown]))
-    figure.colorbar(image, ax=left, label=show_draw.value_label(objective), pad=0.015, aspect=28)
+    figure.colorbar(
+        image, ax=left, label=show_draw.value_label(objective, 60), pad=0.015, aspect=28
+    )
     if shown.best:
         handles.insert(0, star(view, objective))
     figure.suptitle(show_draw.broken(title(view, shown), 110), fontsize=9.5, x=0.01, ha="left")

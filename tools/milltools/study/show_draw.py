@@ -1,6 +1,7 @@
 """What all pictures of a study share: colours, names as matplotlib must show them, axes with units, figures into files."""
 
 import pathlib
+import re
 import textwrap
 
 import matplotlib
@@ -55,14 +56,16 @@ def value_scale(objective) -> Scale:
     return scale_of(objective.unit, (1.0,), turning=False)
 
 
-def value_label(objective, width: int = 36) -> str:
+def value_label(objective, width: int = 30) -> str:
     """Its name and unit, broken into lines."""
     return broken(objective.words + value_scale(objective).bracket, width)
 
 
 def broken(text, width: int) -> str:
     """A literal text in lines of at most `width` characters, at most four of them."""
-    lines = textwrap.wrap(literal(text, 4 * width), width)
+    # a number stays with its unit, a name with its bracket
+    bound = re.sub(r"(?<=\d) (?=[^\W\d])| (?=\[)", "\N{NO-BREAK SPACE}", literal(text, 4 * width))
+    lines = textwrap.wrap(bound, width)
     return "\n".join(lines[:4])
 
 

@@ -14,7 +14,7 @@ from milltools.study import show_stats
 
 LEAST = 8  # designs with a value, below which no surface is fitted
 MOST = 700  # values given to the surface: neighbours of larger grids are averaged first
-FITTED = 120  # of them, drawn at random, tell its lengths and the scatter: the fit takes a time with their number cubed
+FITTED = 100  # of them, drawn at random, tell its lengths and the scatter: the fit takes a time with their number cubed
 ALIKE = 0.02  # "as good": within this share of the best value
 REACH = float(stats.norm.ppf((1 + show_stats.LEVEL) / 2))
 
@@ -80,6 +80,8 @@ def surface_of(view, objective):
         from milltools.study import gp, space
     except ImportError:
         return None
+    if any(not e.get("choices") for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
+        return None  # files, vectors: no distance between them
     found = view.estimate(objective.path)
     which = usable(view) & np.isfinite(found.mean)
     values = found.mean[which]

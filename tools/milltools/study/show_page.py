@@ -24,6 +24,11 @@ def embedded(figure) -> str:
     return f"data:image/{mime};base64," + base64.b64encode(stores[mime]).decode()
 
 
+def proper(text) -> str:
+    """What a file said without steering characters, with a real plus-minus sign."""
+    return show_text.plain(text).replace("+-", "\N{PLUS-MINUS SIGN}")
+
+
 def sections(view, objective) -> list[tuple]:
     """(title, heads, lines) of the tables."""
     found = []
@@ -46,7 +51,7 @@ def render(view, objective, sensitivities=(), beside=None, wanted=None, **option
     if beside is not None:
         both = [view, beside]
         told = show_beside.sentences(both, objective, wanted)
-        told += [f"They differ in {line}" for line in show_beside.differences(both)]
+        told += show_beside.difference_lines(both)
         figure = show_beside.draw(
             both, objective, sensitivities=sensitivities, wanted=wanted, **options
         )
@@ -56,17 +61,13 @@ def render(view, objective, sensitivities=(), beside=None, wanted=None, **option
     source = importlib.resources.files(__package__).joinpath("show_page.html").read_text("utf-8")
     return environment.from_string(source).render(
         name=show_text.plain(view.name),
-        head=[
-            show_text.plain(line)
-            for line in show_text.head_lines(view) + show_text.progress_lines(view)
-        ],
+        head=[proper(line) for line in show_text.head_lines(view) + show_text.progress_lines(view)],
         optima=[
-            [show_text.plain(line.strip()) for line in show_text.optimum_lines(view, aim)]
-            for aim in aims
+            [proper(line.strip()) for line in show_text.optimum_lines(view, aim)] for aim in aims
         ],
-        beside=[show_text.plain(line) for line in told],
+        beside=[proper(line) for line in told],
         tables=[
-            (title, heads, [[show_text.plain(cell) for cell in line] for line in lines])
+            (title, heads, [[proper(cell) for cell in line] for line in lines])
             for title, heads, lines in sections(view, objective)
         ],
         pictures=pictures,

@@ -157,7 +157,7 @@ def draw_front(view):
             for place, (x, y) in enumerate(zip(a, b), 1):
                 ax.annotate(str(place), (x, y), (3, 4), textcoords="offset points", fontsize=7)
         for objective, label in ((first, ax.set_xlabel), (other, ax.set_ylabel)):
-            label(f"{show_draw.value_label(objective)}, {objective.goal}d")
+            label(f"{show_draw.value_label(objective, 50)}, {objective.goal}d")
         ax.grid(alpha=0.25, lw=0.6)
         ax.margins(0.06)
     figure.suptitle(show_draw.literal(view.name), fontsize=9.5, x=0.01, ha="left")

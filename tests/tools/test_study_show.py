@@ -1,0 +1,495 @@
+"""mill study: intervals are those of a hand computation, the optimum and its regions hold what they must, pictures show the values
+in the map's order, nothing from a study steers terminal or page."""
+
+import csv
+import html.parser
+import io
+import math
+import os
+import re
+import subprocess
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+import study_tables as made
+from conftest import ROOT
+
+from milltools.__main__ import dispatch
+from milltools.errors import UserError
+from milltools.study import (
+    show,
+    show_beside,
+    show_contour,
+    show_draw,
+    show_optimum,
+    show_page,
+    show_slices,
+    show_stats,
+    show_text,
+)
+from milltools.study.show_data import View
+
+SPEED, POWER = made.SPEED, made.POWER
+VIRIDIS = plt.get_cmap("viridis")(np.linspace(0, 1, 256))[:, :3]
+
+
+def view(rows, meta, name="made"):
+    return View(name, meta, rows)
+
+
+def line_of(values, errors=None, replicates=1, **options):
+    """A study of one key, rotor.speed, with these values."""
+    x = np.linspace(60, 120, len(values))
+    errors = None if errors is None else {SPEED: np.asarray(errors, float)}
+    return made.made(
+        pd.DataFrame({"rotor.speed": x}), [made.vary("rotor.speed", x)],
+        {SPEED: ("maximise", np.asarray(values, float))}, errors, replicates=replicates, **options,
+    )  # fmt: skip
+
+
+def with_replicates(values, errors=math.nan):
+    """One design whose replicates have these values and standard errors."""
+    rows, meta = line_of([0.0], [math.nan], replicates=len(values), noise=False)
+    rows[SPEED], rows[f"{SPEED}:error"] = values, errors
+    return view(rows, meta)
+
+
+@pytest.fixture(scope="module")
+def figure7():
+    """Figure 7's grid with 1 % noise, its corner capped, one design failed."""
+    return view(*made.figure7(noise=0.01), "figure7")
+
+
+# ---- how sure
+
+
+def test_replicates_without_errors_have_students_interval():
+    found = with_replicates([1.0, 1.1, 1.3]).estimate(SPEED)
+    scatter = math.sqrt((0.1333333**2 + 0.0333333**2 + 0.1666667**2) / 2)
+    assert found.mean[0] == pytest.approx(1.1333333)
+    assert found.half[0] == pytest.approx(4.302653 * scatter / math.sqrt(3), rel=1e-5)
+
+
+def test_the_table_shows_that_interval():
+    shown = with_replicates([1.0, 1.1, 1.3])
+    _, (line,) = show_text.best_table(shown, shown.objectives[0])
+    assert line[2:5] == ["1.13", "+- 0.38", "3"]  # 4.3027 * 0.15275 / sqrt(3) = 0.379
+
+
+def test_runs_with_errors_have_the_interval_of_their_errors():
+    found = with_replicates([1.00, 1.01], [0.03, 0.04]).estimate(SPEED)
+    assert found.half[0] == pytest.approx(1.959964 * 0.05 / 2, rel=1e-5)
+
+
+def test_errors_are_enlarged_where_replicates_scatter_more():
+    found = with_replicates([1.0, 1.2], [0.02, 0.02]).estimate(SPEED)
+    assert found.factor == pytest.approx(math.sqrt(2 * (0.1 / 0.02) ** 2))
+    error = 0.02 / math.sqrt(2) * found.factor
+    assert found.half[0] == pytest.approx(
+        12.7062 * error, rel=1e-4
+    )  # Student's t, 1 degree of freedom
+
+
+def test_a_single_run_without_error_has_no_interval():
+    shown = with_replicates([1.0])
+    assert math.isnan(shown.estimate(SPEED).half[0])
+    _, (line,) = show_text.best_table(shown, shown.objectives[0])
+    assert line[3] == "?"
+
+
+def test_the_subset_holds_the_best_of_equal_designs_in_95_percent():
+    random, designs, error = np.random.default_rng(3), 20, 0.02
+    held = 0
+    for _ in range(2000):
+        mean = 1 + error * random.standard_normal(designs)
+        found = show_stats.Estimate(
+            mean, np.full(designs, error), np.full(designs, np.inf), np.ones(designs, int)
+        )
+        held += show_stats.not_told_apart(found, 1, np.ones(designs, bool))[0]
+    assert 0.94 < held / 2000 < 0.975  # any one of them may be called the best
+
+
+def test_the_subset_of_two_is_a_one_sided_test():
+    assert show_stats.subset_quantile(2) == pytest.approx(1.644854, abs=1e-4)
+
+
+def test_the_pareto_front_is_that_of_brute_force():
+    scores = np.random.default_rng(5).integers(0, 12, (150, 3)).astype(float)
+    scores[7] = np.nan
+    front = show_stats.pareto(scores)
+    for k, line in enumerate(scores):
+        beaten = ((scores >= line).all(axis=1) & (scores > line).any(axis=1)).any()
+        assert front[k] == (not beaten and k != 7)
+
+
+# ---- the optimum
+
+
+def test_the_regions_hold_what_the_truth_says(figure7):
+    optimum = show_optimum.find(figure7, figure7.objectives[0])
+    n, h = (figure7.designs[key].to_numpy() for key in ("drum.buckles", "drum.buckle_height"))
+    truth = made.wavy(n, h)
+    alike = truth > 0.98 * truth.max()
+    assert truth[optimum.design] > 0.98 * truth.max()
+    assert abs(optimum.value - truth[optimum.design]) < 1.5 * optimum.half
+    assert optimum.open[np.argmax(truth)]
+    both, either = (alike & optimum.alike).sum(), (alike | optimum.alike).sum()
+    assert both > 0.6 * either
+    assert not optimum.open[truth < 0.9 * truth.max()].any()
+
+
+def test_words_of_the_region_cover_it(figure7):
+    optimum = show_optimum.find(figure7, figure7.objectives[0])
+    inside = figure7.designs[optimum.open]
+    low, high = inside["drum.buckles"].min(), inside["drum.buckles"].max()
+    floor, roof = 1e3 * inside["drum.buckle_height"].min(), 1e3 * inside["drum.buckle_height"].max()
+    text = "\n".join(show_text.lines(figure7))
+    assert f"n {low}..{high}, h {floor:g}..{roof:g} mm cannot be told from the best" in text
+
+
+def test_capped_and_failed_designs_are_never_the_best():
+    rows, meta = line_of(
+        [1.0, 2.0, 3.0], [0.01] * 3, status=np.array(["done", "done", "capped"], object)
+    )
+    shown = view(rows, meta)
+    optimum = show_optimum.find(shown, shown.objectives[0])
+    assert optimum.design == 1 and not optimum.open[2] and not optimum.alike[2]
+
+
+def test_minimised_objectives_are_best_at_the_least():
+    rows, meta = line_of([3.0, 1.0, 2.0], [0.01] * 3)
+    meta["objectives"][0]["goal"] = "minimise"
+    shown = view(rows, meta)
+    assert show_optimum.find(shown, shown.objectives[0]).design == 1
+
+
+# ---- progress
+
+
+def test_the_time_left_is_the_pace_of_the_last_runs():
+    rows, meta = line_of([1.0] * 11, [0.01] * 11)  # one ends every second
+    meta["planned"] = 51
+    shown = view(rows, meta)
+    now = show_text.finished_times(shown).max() + 1
+    progress = show_text.progress(shown, now)
+    assert progress["left"] == pytest.approx(40) and not progress["complete"]
+    assert "11 of 51 runs: 11 done; 40 s left" in show_text.progress_lines(shown, now)[0]
+    assert "nothing new for 2 h" in show_text.progress_lines(shown, now + 7200)[0]
+
+
+def test_messages_are_counted_and_cannot_steer_a_terminal():
+    status = np.array(["done", "failed", "failed"], object)
+    rows, meta = line_of([1.0] * 3, [0.01] * 3, status=status)
+    rows["message"] = ["", "bad \x1b[31m deck", "bad \x1b[31m deck"]
+    text = "\n".join(show_text.lines(view(rows, meta)))
+    assert "2 x bad ?[31m deck" in text and "\x1b" not in text
+
+
+# ---- pictures
+
+
+def pixels(figure):
+    figure.canvas.draw()
+    return np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255
+
+
+def place_in_map(image, ax, x, y):
+    """Where the colour at a point of an axes stands in the map, 0..1, and how far it is off the map."""
+    column, row = ax.transData.transform((x, y))
+    off = np.linalg.norm(VIRIDIS - image[image.shape[0] - 1 - round(row), round(column)], axis=1)
+    return off.argmin() / 255, off.min()
+
+
+def test_colours_are_in_the_order_of_the_values(figure7):
+    figure = show_contour.draw(figure7, figure7.objectives[0])
+    image, ax = pixels(figure), figure.axes[0]
+    spots = [(18.2, 0.3), (18.2, 4.2), (13.2, 4.2), (7.3, 5.2)]  # values rise
+    found = [place_in_map(image, ax, *spot) for spot in spots]
+    plt.close(figure)
+    assert all(off < 0.15 for _, off in found)
+    assert np.all(np.diff([place for place, _ in found]) > 0.05)
+
+
+def test_the_contour_names_keys_units_marks_and_best(figure7):
+    figure = show_contour.draw(figure7, figure7.objectives[0])
+    ax, labels = figure.axes[0], [t.get_text() for t in figure.legends[0].get_texts()]
+    said = [a.get_ylabel() for a in figure.axes]
+    plt.close(figure)
+    assert (
+        ax.get_xlabel() == "number of buckles n [1]" and ax.get_ylabel() == "buckle height h [mm]"
+    )
+    assert any("impact speed" in s and "[m/s]" in s for s in said)
+    assert any("relative standard error [%], median 1" in s for s in said)
+    capped = int((figure7.designs["state"] == "capped").sum())
+    for wanted in (
+        f"capped ({capped})",
+        "failed (1)",
+        "within 2 % of the best",
+        "cannot be told from the best (95 %)",
+    ):
+        assert wanted in labels
+    assert any(label.startswith("best: n = ") for label in labels)
+
+
+def test_outlines_enclose_just_the_cells():
+    mask = np.random.default_rng(1).random((9, 7)) < 0.4
+    area = 0.0
+    for loop in show_draw.outline(mask, np.arange(8.0), np.arange(10.0)):
+        assert (loop[0] == loop[-1]).all()
+        x, y = loop.T
+        area += 0.5 * np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])
+    assert abs(area) == mask.sum()
+
+
+def test_a_fine_grid_is_averaged_and_says_so():
+    rows, meta = made.figure7(noise=0.02, heights=241)
+    shown = view(rows, meta)
+    shown._optima = {SPEED: None}  # no surface needed
+    plane = show_contour.plane(shown, shown.objectives[0], *shown.axes)
+    assert plane.value.shape == (81, 19) and plane.others == "means of 3 neighbours along h"
+    assert np.nanmedian(show_contour.relative_errors(plane)) == pytest.approx(
+        2 / math.sqrt(3), rel=0.02
+    )
+
+
+def test_angular_speeds_are_si_with_rpm_beside():
+    shown = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3))
+    figure = show_slices.draw(shown, shown.objectives[0])
+    ax = figure.axes[0]
+    second = ax.child_axes[0].get_xlabel()
+    plt.close(figure)
+    assert ax.get_xlabel() == "rotor speed [rad/s]" and second == "[rpm]"
+    assert shown.tell(0) == "rotor speed = 572.96 rpm"
+
+
+def test_slices_have_an_error_bar_on_every_point():
+    shown = view(*line_of([1.0, 2.0, 1.5], [0.1, 0.2, 0.3]))
+    figure = show_slices.draw(shown, shown.objectives[0])
+    (bars,) = figure.axes[0].containers[0][2]
+    halves = [np.ptp(segment[:, 1]) / 2 for segment in bars.get_segments()]
+    plt.close(figure)
+    assert halves == pytest.approx([0.196, 0.392, 0.588], rel=1e-3)
+
+
+def test_scattered_studies_of_words_and_two_objectives_are_drawn():
+    random = np.random.default_rng(2)
+    designs = pd.DataFrame(
+        {"drum.buckle_height": 0.01 * random.random(40), "rotor.speed": 60 + 60 * random.random(40),
+         "drum.profile": random.choice(["circle", "wavy"], 40)}
+    )  # fmt: skip
+    speed = designs["rotor.speed"].to_numpy() / 100 + (designs["drum.profile"] == "wavy").to_numpy()
+    entries = [
+        made.vary("drum.buckle_height", low=0, high=0.01),
+        made.vary("rotor.speed", low=60, high=120, log=True),
+        made.vary("drum.profile", choices=["circle", "wavy"]),
+    ]
+    objectives = {SPEED: ("maximise", speed), POWER: ("minimise", 100 * speed**2)}
+    errors = {SPEED: 0.01 * speed, POWER: 2 * speed**2}
+    shown = view(*made.made(designs, entries, objectives, errors))
+    sensitivities = [(key, 0.3, 0.1, 0.4, 0.1, "made") for key in designs]
+    kinds = {}
+    for kind, _, _, make in show.figures(shown, shown.objectives[0], sensitivities):
+        figure = make()
+        kinds[kind] = len(np.unique(pixels(figure).reshape(-1, 3), axis=0))
+        plt.close(figure)
+    assert set(kinds) == {"contour", "slices", "pareto", "sensitivity"}
+    assert all(colours > 8 for colours in kinds.values())
+    text = "\n".join(show_text.lines(shown, sensitivities))
+    assert (
+        "drum profile = wavy" in text and "Pareto front: " in text and "which key matters" in text
+    )
+
+
+# ---- beside
+
+
+def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
+    rows, meta = made.figure7(noise=0.01, gain=0.35, seed=4)
+    meta["study"] += "[set]\ncontact.friction = 0.3\n"
+    both = [figure7, view(rows, meta, "friction")]
+    gains = [show_beside.gain_of(v, v.objectives[0]) for v in both]
+    share, error = show_beside.left(*gains)
+    assert share == pytest.approx(0.35, abs=3 * error) and error < 0.03
+    line = show_beside.sentences(both, figure7.objectives[0])[0]
+    assert re.search(
+        r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain is left", line
+    )
+    assert show_beside.differences(both) == [("contact.friction", "not given", "0.3")]
+
+
+def test_one_colour_scale_for_both(figure7):
+    low = view(*made.figure7(noise=0.01, gain=0.35, seed=4), "friction")
+    figure = show_beside.draw([figure7, low], figure7.objectives[0])
+    image = pixels(figure)
+    first, second = (place_in_map(image, ax, 7.3, 5.2)[0] for ax in figure.axes[:2])
+    plt.close(figure)
+    assert first > 0.9 and 0.2 < second < 0.5  # 1.1 m/s and 0.68 m/s of 0.4 .. 1.1
+
+
+# ---- page and CSV
+
+
+class Reader(html.parser.HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags, self.links = [], []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.links += [value for name, value in attributes if name in ("src", "href")]
+
+
+def test_the_page_escapes_everything_and_needs_no_network():
+    rows, meta = line_of(
+        [1.0, 2.0, 1.5], [0.1] * 3, status=np.array(["done", "done", "failed"], object)
+    )
+    bad = "<script>alert(1)</script><img src=http://x.example/>"
+    rows["message"] = bad
+    meta |= {"study": bad, "deck": bad, "command": bad, "version": bad}
+    page = show_page.render(view(rows, meta, bad), view(rows, meta).objectives[0])
+    reader = Reader()
+    reader.feed(page)
+    assert "script" not in reader.tags and bad not in page and "&lt;script&gt;" in page
+    assert reader.links and all(link.startswith("data:image/") for link in reader.links)
+
+
+def test_csv_reads_back_with_units(figure7):
+    rows = list(csv.DictReader(io.StringIO(show.csv(figure7))))
+    assert len(rows) == len(figure7.rows)
+    for k in (0, 50, 200):
+        assert float(rows[k]["drum.buckle_height [m]"]) == figure7.rows["drum.buckle_height"][k]
+        assert float(rows[k][f"{SPEED} [m/s]"]) == figure7.rows[SPEED][k]
+        assert float(rows[k][f"{SPEED}:error [m/s]"]) == figure7.rows[f"{SPEED}:error"][k]
+    assert rows[0]["drum.buckles"] == "2" and rows[0]["cpu [s]"] == "1.5"
+
+
+# ---- the command
+
+
+def small(path, planned=None):
+    rows, meta = line_of([1.0, 2.0, 1.5], [0.1] * 3)
+    meta["planned"] = planned or len(rows)
+    return made.write(path, rows, meta)
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch, capsys):
+    """study(*arguments) is `mill study` in tmp_path, in this process; returns what it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        assert dispatch(["study", *arguments]) == 0
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_a_table_its_journal_and_its_study_deck_mean_the_same(study, tmp_path):
+    small(tmp_path / "made.parquet")
+    (tmp_path / "made.study").write_text("[study]\n")
+    said = {study(name) for name in ("made.parquet", "made.parquet.journal", "made.study")}
+    assert len(said) == 1
+    assert "rotor speed = 859.44 rpm: " in said.pop()
+
+
+def test_wrong_usage_is_one_line_and_status_2(mill):
+    said = mill("study", "none.parquet")
+    assert said.returncode == 2 and said.stdout == ""
+    assert said.stderr == "mill study: none.parquet: no such file\n"
+
+
+@pytest.mark.parametrize(
+    "words, says",
+    [
+        (["other.study"], "other.study: no table of it yet"),
+        (["made.parquet", "--x", "drum.radius"], "--x drum.radius: expected one of rotor.speed"),
+        (["made.parquet", "--objective", "rate"], f"--objective rate: expected one of {SPEED}"),
+        (["made.parquet", "--png", "a.gif"], "a.gif: expected a name that ends in .png"),
+        (["made.parquet", "--png", "no/a.png"], "no/a.png: No such file or directory"),
+        (["made.parquet", "--reference", "rotor.speed=1"], "--reference: only with --beside"),
+    ],
+)
+def test_what_is_wrong_is_said(study, tmp_path, words, says):
+    small(tmp_path / "made.parquet")
+    (tmp_path / "other.study").write_text("[study]\n")
+    with pytest.raises(UserError) as fault:
+        study(*words)
+    assert says in str(fault.value)
+
+
+def test_pictures_page_and_csv_are_written(study, tmp_path):
+    small(tmp_path / "made.parquet")
+    study(
+        "made.parquet",
+        "--png",
+        "p.png",
+        "--svg",
+        "p.svg",
+        "--pdf",
+        "p.pdf",
+        "--html",
+        "p.html",
+        "--csv",
+        "p.csv",
+    )
+    starts = {
+        "p-slices.png": b"\x89PNG", "p-slices.svg": b"<?xml", "p.pdf": b"%PDF", "p.html": b"<!doctype", "p.csv": b"design,",
+    }  # fmt: skip
+    for name, start in starts.items():
+        assert (tmp_path / name).read_bytes().startswith(start)
+
+
+def test_the_reference_of_a_gain_has_units(study, tmp_path):
+    for name in ("a.parquet", "b.parquet"):
+        small(tmp_path / name)
+    both = ("a.parquet", "--beside", "b.parquet", "--reference")
+    said = study(*both, "rotor.speed=60 rad/s")
+    assert "over rotor speed = 572.96 rpm: " in said and "of the gain is left" in said
+    with pytest.raises(UserError, match="--reference rotor.speed=60 mm: .*rotor"):
+        study(*both, "rotor.speed=60 mm")
+
+
+@pytest.fixture
+def mill_started(tmp_path):
+    """mill_started(*arguments) starts the mill command in tmp_path; what still runs is ended after the test."""
+    started = []
+
+    def start(*arguments):
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+        command = [sys.executable, "-m", "milltools", *arguments]
+        process = subprocess.Popen(
+            command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, env=environment
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
+    small(tmp_path / "made.parquet", planned=9)
+    process = mill_started("study", "made.parquet", "--follow")
+    seen = ""
+    while "3 of 9 runs" not in seen:
+        line = process.stdout.readline()
+        assert line, "ended too early"
+        seen += line
+    assert process.poll() is None
+    small(tmp_path / "made.parquet.new").rename(tmp_path / "made.parquet")
+    rest, _ = process.communicate(timeout=60)
+    assert process.returncode == 0 and "3 of 3 runs: 3 done; complete" in rest
+
+
+def test_sweep_gets_text_and_picture(tmp_path):
+    from milltools.study.table import Table
+
+    table = Table.open(small(tmp_path / "made.parquet"))
+    show.draw(table, tmp_path / "made.png")
+    assert (tmp_path / "made.png").read_bytes().startswith(b"\x89PNG")
+    assert "optimum    rotor speed" in show.text(table)
