@@ -34,6 +34,8 @@ COMMANDS = (
             "./mill dem input/simoloyer.ini -o soft.h5"),
     Command("compare", "two or more runs side by side: differences, standard errors, verdicts, pictures",
             "./mill compare reference.h5 soft.h5 --html compared.html"),
+    Command("export", "the mill for other programs: its bodies as STL",
+            "./mill export reference.h5 mill.stl"),
 )  # fmt: skip
 
 
