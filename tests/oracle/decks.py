@@ -221,10 +221,10 @@ def random_gravity(rng, seed):
 
 
 def random_buckles(rng, seed, drum, largest):
-    """Keys of a wavy drum whose innermost points are `drum` mm from the axis and whose arcs hold every ball: shallow,
-    deep, overhanging in turn."""
+    """Keys of a wavy drum whose innermost points are `drum` mm from the axis: shallow, deep, overhanging in turn. Every
+    other of these last has arcs that are too narrow for the largest balls."""
     while True:
-        n = int(rng.integers(2, 15))
+        n = int(rng.integers(2, 21))
         overhang = np.sin(np.pi / (2 * n))
         deep = (rng.uniform(0.02, 0.3), rng.uniform(0.3, 0.95), rng.uniform(1.02, 1.5))[seed % 3]
         height = np.round(drum * deep * overhang / (1 - deep * overhang), 2)
@@ -243,7 +243,8 @@ def random_buckles(rng, seed, drum, largest):
         centre, rho, _, half = wavy_arcs(mill)
         # neighbouring bulges, and what stands between them, must not run into each other where arcs pass a half circle
         apart = min(length(centre[2] - centre[0]), length(centre[3] - centre[1])) if n > 2 else 1.0
-        if rho > 1.1e-3 * largest / 2 and apart > 2 * rho + 1e-4:
+        fits = 2 * rho > 1e-3 * largest
+        if fits == (seed % 6 != 5) and apart > 2 * rho + 1e-4:
             return keys
 
 

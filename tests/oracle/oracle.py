@@ -120,21 +120,20 @@ def wavy_arcs(mill):
     return c, u + h, middle, np.where(outer, half[0], half[1])
 
 
-def arc_directions(arcs, p):
-    """Direction from each centre to the point of its arc nearest to the points p (..., 2): angles (..., 2n)."""
-    centre, _, middle, half = arcs
-    off = p[..., None, :] - centre
-    angle = np.arctan2(off[..., 1], off[..., 0]) - middle
-    angle = (angle + np.pi) % (2 * np.pi) - np.pi
-    return middle + np.clip(angle, -half, half)
-
-
 def nearest_arc(arcs, p):
-    """Number of the arc nearest to the points p (..., 2), ends of arcs included."""
-    centre, rho, _, _ = arcs
-    angle = arc_directions(arcs, p)
-    wall = centre + rho * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return length(p[..., None, :] - wall).argmin(axis=-1)
+    """Number of the arc nearest to the points p (..., 2), ends of arcs included. The profile is its own mirror image at
+    the rays through the centres, so none is nearer than the outer arc around here and the inner ones beside it."""
+    centre, rho, middle, half = arcs
+    pitch = 4 * np.pi / len(centre)
+    outer = 2 * np.round((np.arctan2(p[..., 1], p[..., 0]) - middle[0]) / pitch).astype(int)
+    near = (outer[..., None] + np.array([-1, 0, 1])) % len(centre)
+    off = p[..., None, :] - centre[near]
+    angle = np.arctan2(off[..., 1], off[..., 0]) - middle[near]
+    angle = (angle + np.pi) % (2 * np.pi) - np.pi
+    angle = middle[near] + np.clip(angle, -half[near], half[near])
+    wall = rho * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    best = length(off - wall).argmin(axis=-1)
+    return np.take_along_axis(near, best[..., None], -1)[..., 0]
 
 
 def wavy_nearest(arcs, p):
