@@ -195,8 +195,8 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_BLADE, next_contact, gap,
-                                          contact,         reachable,    release};
+static const struct mill_shape_ops ops = {MILL_BALL_BLADE, next_contact, gap,  contact,
+                                          reachable,       release,      NULL, NULL};
 
 struct mill_shape *mill_blade_create(const struct mill_deck_blade *spec, int number, double speed,
                                      double mill_radius)

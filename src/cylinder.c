@@ -89,10 +89,10 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap,
-                                               contact,        reachable,    release};
-static const struct mill_shape_ops shaft_ops = {MILL_BALL_SHAFT, next_contact, gap,
-                                                contact,         reachable,    release};
+static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap,  contact,
+                                               reachable,      release,      NULL, NULL};
+static const struct mill_shape_ops shaft_ops = {MILL_BALL_SHAFT, next_contact, gap,  contact,
+                                                reachable,       release,      NULL, NULL};
 
 static struct mill_shape *create(const struct mill_shape_ops *ops, double radius, double speed,
                                  double inward)
@@ -103,6 +103,7 @@ static struct mill_shape *create(const struct mill_shape_ops *ops, double radius
     c->base.ops = ops;
     c->base.number = -1;
     c->base.turns = inward < 0.0;
+    c->base.hollow = inward > 0.0 ? radius : 0.0;
     c->radius = radius;
     c->speed = speed;
     c->inward = inward;

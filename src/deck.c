@@ -77,7 +77,7 @@ static void print_section(const struct printing *p, enum mill_deck_part part,
     const bool mixture = mill_deck_text_section(p->deck->text, DECK_BALLS_NAME, NULL) != NULL;
     for (int i = 0; i < mill_deck_table_length; i++) {
         const struct mill_deck_key *key = &mill_deck_table[i];
-        if (key->part != part || key->wavy)
+        if (key->part != part || (key->wavy && !p->deck->wavy))
             continue;
         if (mixture && part == DECK_BALLS && key->home == DECK_IN_BALLS)
             continue;
@@ -134,6 +134,16 @@ void mill_deck_print(const struct mill_deck *deck, FILE *out)
     struct page page = {out, ""};
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
+}
+
+double mill_deck_drum_reach(const struct mill_deck *deck)
+{
+    return deck->drum_radius + (deck->wavy ? deck->buckle_height : 0.0);
+}
+
+double mill_deck_drum_bore(const struct mill_deck *deck)
+{
+    return deck->drum_radius - (deck->wavy ? deck->buckle_height : 0.0);
 }
 
 const char *mill_deck_file(const struct mill_deck *deck)

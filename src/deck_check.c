@@ -3,6 +3,7 @@
  * it is (w |cos p| + t |sin p|) long along the axis and (w |sin p| + t |cos p|) wide around it, and
  * its corners reach further out than tip_radius. */
 #include "deck_private.h"
+#include "profile.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -31,6 +32,35 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
     return MILL_OK;
 }
 
+static struct mill_profile profile_of(const struct mill_deck *deck)
+{
+    return mill_profile_make((int)deck->buckles, deck->drum_radius, deck->buckle_height, 0.0);
+}
+
+/* Of the drum, across its axis [m^2] */
+static double section_area(const struct mill_deck *deck)
+{
+    if (!deck->wavy)
+        return MILL_PI * deck->drum_radius * deck->drum_radius;
+    const struct mill_profile profile = profile_of(deck);
+    return mill_profile_area(&profile);
+}
+
+/* Buckles must leave each other room. Height and number are bounded by each other, so the message
+ * names the height: the number is more often what matters. */
+static enum mill_status check_profile(const struct mill_deck *deck, struct mill_error *error)
+{
+    const struct mill_profile profile = profile_of(deck);
+    if (mill_profile_is_sound(&profile))
+        return MILL_OK;
+    return mill_deck_fault(deck, error, "drum", "buckle_height",
+                           "%ld buckles on a radius of %g m must be lower than %.4g m, or "
+                           "neighbouring ones run into each other; got %g m",
+                           deck->buckles, deck->drum_radius,
+                           mill_profile_highest((int)deck->buckles, deck->drum_radius),
+                           deck->buckle_height);
+}
+
 /* "balls" or "balls.NAME" */
 static void name_kind(const struct mill_deck *deck, int kind, char title[80])
 {
@@ -41,6 +71,8 @@ static void name_kind(const struct mill_deck *deck, int kind, char title[80])
 
 static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
 {
+    const double bore = mill_deck_drum_bore(deck);
+    const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
     char title[80];
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
@@ -49,19 +81,19 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
             return mill_deck_fault(deck, error, title, "diameter",
                                    "must be at least %g m, got %g m", least_diameter, d);
         /* one that just fits has no way to go: it would hit both sides for ever */
-        if (d >= 2.0 * deck->drum_radius)
+        if (d >= 2.0 * bore)
             return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m does not fit into a drum of radius %g m", d,
-                                   deck->drum_radius);
+                                   "a ball of %g m does not fit into a drum of radius %g m%s", d,
+                                   bore, between);
         if (d >= deck->drum_length)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum %g m long", d,
                                    deck->drum_length);
-        if (deck->rotor && d >= deck->drum_radius - deck->shaft_radius)
+        if (deck->rotor && d >= bore - deck->shaft_radius)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit between the shaft and the drum, "
-                                   "%g m apart",
-                                   d, deck->drum_radius - deck->shaft_radius);
+                                   "%g m apart%s",
+                                   d, bore - deck->shaft_radius, between);
     }
     return MILL_OK;
 }
@@ -69,8 +101,7 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
 static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
 {
     const double shaft = deck->rotor ? deck->shaft_radius : 0.0;
-    const double room =
-        MILL_PI * (deck->drum_radius * deck->drum_radius - shaft * shaft) * deck->drum_length;
+    const double room = (section_area(deck) - MILL_PI * shaft * shaft) * deck->drum_length;
     double volume = 0.0;
     long total = 0;
     char title[80];
@@ -108,25 +139,30 @@ static double blade_along(const struct mill_deck_blade *blade)
            (blade->width * fabs(cos(blade->pitch)) + blade->thickness * fabs(sin(blade->pitch)));
 }
 
+static const char *less_buckles(const struct mill_deck *deck)
+{
+    return deck->wavy ? " less the height of its buckles" : "";
+}
+
 static enum mill_status check_blade(const struct mill_deck *deck, const char *title, int number,
                                     struct mill_error *error)
 {
     const struct mill_deck_blade *blade = &deck->blade[number];
-    const double reach = blade_reach(blade);
+    const double reach = blade_reach(blade), bore = mill_deck_drum_bore(deck);
     const double along = blade_along(blade);
     const bool turned = sin(blade->pitch) != 0.0;
     if (blade->tip_radius <= deck->shaft_radius)
         return mill_deck_fault(deck, error, title, "tip_radius",
                                "must be greater than the shaft's radius, %g m, got %g m",
                                deck->shaft_radius, blade->tip_radius);
-    if (blade->tip_radius >= deck->drum_radius)
+    if (blade->tip_radius >= bore)
         return mill_deck_fault(deck, error, title, "tip_radius",
-                               "must be less than the drum's radius, %g m, got %g m",
-                               deck->drum_radius, blade->tip_radius);
-    if (reach >= deck->drum_radius)
+                               "must be less than the drum's radius%s, %g m, got %g m",
+                               less_buckles(deck), bore, blade->tip_radius);
+    if (reach >= bore)
         return mill_deck_fault(deck, error, title, "tip_radius",
-                               "the blade's corners reach %g m and stand out of the drum, %g m",
-                               reach, deck->drum_radius);
+                               "the blade's corners reach %g m and stand out of the drum%s, %g m",
+                               reach, deck->wavy ? ", whose buckles come as near as" : "", bore);
     if (fabs(blade->position) + along > (0.5 + rounding) * deck->drum_length)
         return mill_deck_fault(
             deck, error, title, strcmp(title, "blades") == 0 ? "width" : "position",
@@ -153,9 +189,10 @@ static enum mill_status check_rotor(const struct mill_deck *deck, struct mill_er
         return mill_deck_fault(deck, error, title, NULL,
                                "blades need a section [rotor] that carries them");
     }
-    if (deck->rotor && deck->shaft_radius >= deck->drum_radius)
+    if (deck->rotor && deck->shaft_radius >= mill_deck_drum_bore(deck))
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
-                               "must be less than the drum's radius, %g m", deck->drum_radius);
+                               "must be less than the drum's radius%s, %g m", less_buckles(deck),
+                               mill_deck_drum_bore(deck));
     for (int k = 0; k < deck->blades; k++) {
         name_blade(deck, k, title);
         const enum mill_status status = check_blade(deck, title, k, error);
@@ -189,7 +226,7 @@ static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *
         diameter = fmax(diameter, deck->balls[k].diameter);
     for (int k = 0; k < deck->blades; k++) {
         const struct mill_deck_blade *blade = &deck->blade[k];
-        const double tip = deck->drum_radius - blade_reach(blade);
+        const double tip = mill_deck_drum_bore(deck) - blade_reach(blade);
         const double side = 0.5 * deck->drum_length - fabs(blade->position) - blade_along(blade);
         const bool equal = k < deck->text->blades.count;
         if (tip < diameter * (1.0 - 1e-9) && (k == 0 || !equal))
@@ -206,6 +243,8 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(cons
                                  struct mill_error *error)
 {
     enum mill_status status = check_times(deck, error);
+    if (status == MILL_OK && deck->wavy)
+        status = check_profile(deck, error);
     if (status == MILL_OK)
         status = check_rotor(deck, error);
     if (status == MILL_OK)

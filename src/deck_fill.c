@@ -68,9 +68,11 @@ static enum mill_status fill_key(const struct filling *f, const struct mill_deck
     struct mill_error why;
     if (!entry && key->derived)
         return MILL_OK;
-    if (entry && key->wavy)
+    if (key->wavy && !f->deck->wavy && !entry)
+        return MILL_OK;
+    if (key->wavy && !f->deck->wavy)
         return refuse(f, section, entry, key,
-                      "belongs to the wavy profile; this version supports only 'profile = circle'");
+                      "belongs to the wavy profile: say 'profile = wavy' too, or leave it out");
     if (!entry && !key->preset) {
         char wanted[120], text[300];
         mill_deck_value_wanted(key, wanted, sizeof wanted);
@@ -81,8 +83,6 @@ static enum mill_status fill_key(const struct filling *f, const struct mill_deck
         return refuse(f, section, entry, key, "only file names are put in double quotes");
     if (!mill_deck_value_read(f->units, key, entry ? entry->value : key->preset, home, &why))
         return refuse(f, section, entry, key, why.text);
-    if (entry && key->type == DECK_CHOICE && !home && strcmp(entry->value, key->preset) != 0)
-        return refuse(f, section, entry, key, "this version supports only 'circle'");
     return MILL_OK;
 }
 

@@ -53,7 +53,7 @@ struct mill_deck_key {
     const char *unit;   /* SI; NULL: dimensionless */
     double lo, hi;      /* range in SI, ends included unless `above` */
     bool above;         /* lo itself is out */
-    bool wavy;          /* known, but of a profile that this version lacks */
+    bool wavy;          /* of the wavy profile alone */
     const char *preset; /* default as text; NULL: required, or `derived` */
     bool derived;       /* its default follows from other keys */
     enum mill_deck_home home;

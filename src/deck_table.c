@@ -23,12 +23,14 @@
 #define SIZE_OF_MILL 0, 1e4, true, false
 #define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
 #define FROM_TO(lo, hi) lo, hi, false, false
-#define WAVY 0, INFINITY, true, true
+#define WAVY_FROM_TO(lo, hi) lo, hi, false, true
 #define REQUIRED NULL, false
 #define DERIVED NULL, true
 #define PRESET(text) text, false
 
-enum { MOST_BALLS = 50000000, MOST_BLADES = 10000, MOST_FRICTION = 10 };
+/* Buckles of any use hold a ball; a maps' or outline's few hundred points around could not show
+ * more than these. */
+enum { MOST_BALLS = 50000000, MOST_BUCKLES = 500, MOST_BLADES = 10000, MOST_FRICTION = 10 };
 
 /* clang-format off: a table */
 const struct mill_deck_key mill_deck_table[] = {
@@ -63,13 +65,15 @@ const struct mill_deck_key mill_deck_table[] = {
      "inner radius of the drum"},
     {DECK_DRUM, "length", DECK_NUMBER, "m", SIZE_OF_MILL, REQUIRED, DECK(drum_length), NULL,
      "inner length of the drum"},
-    {DECK_DRUM, "profile", DECK_CHOICE, NULL, ANY, PRESET("circle"), NOWHERE, "circle|wavy",
+    {DECK_DRUM, "profile", DECK_CHOICE, NULL, ANY, PRESET("circle"), DECK(wavy), "circle|wavy",
      "shape of the drum's wall"},
-    {DECK_DRUM, "buckles", DECK_WHOLE, NULL, WAVY, DERIVED, NOWHERE, NULL, "number of buckles"},
-    {DECK_DRUM, "buckle_height", DECK_NUMBER, "m", WAVY, DERIVED, NOWHERE, NULL,
-     "height of a buckle"},
-    {DECK_DRUM, "buckle_angle", DECK_NUMBER, "rad", WAVY, DERIVED, NOWHERE, NULL,
-     "angle of one outermost point"},
+    {DECK_DRUM, "buckles", DECK_WHOLE, NULL, WAVY_FROM_TO(2, MOST_BUCKLES), REQUIRED, DECK(buckles),
+     NULL, "number of buckles around the drum"},
+    {DECK_DRUM, "buckle_height", DECK_NUMBER, "m", WAVY_FROM_TO(0, 1e4), REQUIRED,
+     DECK(buckle_height), NULL, "of the buckles: the wall lies within the radius less and more it"},
+    {DECK_DRUM, "buckle_angle", DECK_NUMBER, "rad",
+     WAVY_FROM_TO(-MILL_DECK_LARGEST, MILL_DECK_LARGEST), PRESET("0 deg"), DECK(buckle_angle), NULL,
+     "of one outermost point, from +y towards +z"},
 
     {DECK_ROTOR, "speed", DECK_NUMBER, "rad/s", ANY, REQUIRED, DECK(rotor_speed), NULL,
      "constant speed of the rotor, positive about +x"},

@@ -59,8 +59,8 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap,
-                                          contact,        reachable,    release};
+static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap,  contact,
+                                          reachable,      release,      NULL, NULL};
 
 struct mill_shape *mill_plate_create(int number, double length)
 {

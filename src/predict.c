@@ -48,14 +48,21 @@ static bool list_surfaces(struct mill_predict *p, double widest)
         p->surface_start[cell] = (int32_t)n;
         if (n + (size_t)w->shapes > room) {
             room = 2 * room + (size_t)w->shapes + 1024;
-            int32_t *more = realloc(p->surface, sizeof *more * room);
+            struct mill_surface *more = realloc(p->surface, sizeof *more * room);
             if (!more)
                 return false;
             p->surface = more;
         }
         for (int32_t k = 0; k < w->shapes; k++) {
-            if (w->shape[k]->ops->reachable(w->shape[k], lo, hi, widest))
-                p->surface[n++] = k;
+            const struct mill_shape *shape = w->shape[k];
+            struct mill_surface *next = &p->surface[n];
+            next->shape = k;
+            next->parts.first = next->parts.count = 0;
+            if (!shape->ops->reachable(shape, lo, hi, widest))
+                continue;
+            if (shape->ops->parts)
+                next->parts = shape->ops->parts(shape, lo, hi, widest);
+            n++;
         }
     }
     p->surface_start[cells] = (int32_t)n;
@@ -229,13 +236,14 @@ static void complete(struct mill_predict *p, int32_t i, double now, int32_t touc
         const double radius = p->radius[ball->species];
         const double turn = w->turn + w->rotor_speed * now;
         const struct mill_heading heading = heading_at(p, turn);
-        const struct mill_flight flight = {ball->r, ball->v, w->g, heading};
+        struct mill_flight flight = {ball->r, ball->v, w->g, heading, {0, 0}};
         double window = least(least(plan->pair_t, plan->exit_t), p->horizon) - now;
         for (int32_t k = first; k < end; k++) {
-            const int32_t s = p->surface[k];
+            const int32_t s = p->surface[k].shape;
             const struct mill_shape *shape = w->shape[s];
             if (plan->let_go && shape->ops->kind == MILL_BALL_BLADE)
                 continue;
+            flight.parts = p->surface[k].parts;
             const double dt =
                 shape->ops->next_contact(shape, &flight, radius, turn, window, s == touched);
             if (fabs(dt) <= window) {

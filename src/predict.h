@@ -24,6 +24,12 @@ struct mill_plan {
     struct mill_event event; /* in the calendar */
 };
 
+/* A shape within reach of a cell, and what of it */
+struct mill_surface {
+    int32_t shape;
+    struct mill_span parts;
+};
+
 enum { MILL_PREDICT_FORESEEN = 8 };
 
 struct mill_predict {
@@ -36,7 +42,7 @@ struct mill_predict {
     double horizon;            /* [s] local time beyond which surfaces need not be searched */
     double *radius;            /* [m] of each species */
     int32_t *surface_start;    /* [cells + 1] into surface: the shapes within reach of each cell */
-    int32_t *surface;
+    struct mill_surface *surface;
     int32_t foreseen[MILL_PREDICT_FORESEEN]; /* balls whose events come up soon, or MILL_NOBODY */
     uint32_t turns;
     mill_pairs_fn *search;

@@ -9,7 +9,7 @@
 
 enum {
     ANGLES = 720, /* directions in which a profile is measured */
-    SUBS = 32     /* sub-points of a cell or ring along each direction */
+    SUBS = 32     /* sub-points of a cell or ring along each direction, a power of two */
 };
 
 /* The drum unless it is (within 1e-9 of its radius) the circle, or there is none to ask: then NULL.
@@ -74,18 +74,24 @@ static double inside_circle(double radius, double y0, double y1, double z0, doub
     return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0; /* a corner on the circle is no area */
 }
 
-/* The same for any profile, by sub-points; cells that the wall does not come near are settled at
- * once */
-static double inside_profile(const struct mill_shape *drum, double y0, double z0, double size)
+/* How many of subs x subs sub-points of a square, the middles of equal parts, lie inside any
+ * profile. subs is a power of two: squares that the wall does not come near are settled at once,
+ * others are quartered. */
+static int points_inside(const struct mill_shape *drum, double y0, double z0, double size, int subs)
 {
     const double gap = gap_at(drum, y0 + size / 2, z0 + size / 2);
-    if (fabs(gap) > size)
-        return gap > 0 ? size * size : 0;
+    if (subs == 1 || fabs(gap) > 0.71 * size)
+        return gap > 0 ? subs * subs : 0;
     int inside = 0;
-    for (int i = 0; i < SUBS; i++)
-        for (int k = 0; k < SUBS; k++)
-            inside += gap_at(drum, y0 + size * (i + 0.5) / SUBS, z0 + size * (k + 0.5) / SUBS) > 0;
-    return size * size * inside / (SUBS * SUBS);
+    for (int quarter = 0; quarter < 4; quarter++)
+        inside += points_inside(drum, y0 + (quarter / 2 ? size / 2 : 0),
+                                z0 + (quarter % 2 ? size / 2 : 0), size / 2, subs / 2);
+    return inside;
+}
+
+static double inside_profile(const struct mill_shape *drum, double y0, double z0, double size)
+{
+    return size * size * points_inside(drum, y0, z0, size, SUBS) / (SUBS * SUBS);
 }
 
 void mill_section_cells(const struct mill_world *world, double radius, int n, double *area)
@@ -109,14 +115,15 @@ void mill_section_cells(const struct mill_world *world, double radius, int n, do
 void mill_section_rings(const struct mill_world *world, double radius, int n, double *area)
 {
     const struct mill_shape *drum = odd_drum(world);
-    const double size = radius / n;
+    const double size = radius / n, bore = drum ? gap_at(drum, 0, 0) : 0;
     for (int i = 0; i < n; i++) {
         area[i] = 0;
         for (int j = 0; j < SUBS; j++) { /* of equal area */
             const double r0 = i * size, r1 = r0 + size;
             const double r = sqrt(r0 * r0 + (r1 * r1 - r0 * r0) * (j + 0.5) / SUBS);
-            int inside = drum ? 0 : ANGLES;
-            for (int k = 0; drum && k < ANGLES; k++)
+            const bool whole = !drum || r < bore; /* the wall is no nearer to the axis */
+            int inside = whole ? ANGLES : 0;
+            for (int k = 0; !whole && k < ANGLES; k++)
                 inside += gap_at(drum, r * cos(2 * MILL_PI * k / ANGLES),
                                  r * sin(2 * MILL_PI * k / ANGLES)) > 0;
             area[i] += MILL_PI * (r1 * r1 - r0 * r0) / SUBS * inside / ANGLES;

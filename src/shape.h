@@ -10,11 +10,18 @@
 #include "millsim/vec3.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 
 /* Cosine and sine of the rotor's angle, within 1e-12: to tell at once which blades are far away.
  * Both 0: not known. */
 struct mill_heading {
     double cos, sin;
+};
+
+/* Some of a shape's parts: `count` of them from number `first` on, the first coming after the last.
+ * Count 0: not known, so all. */
+struct mill_span {
+    int16_t first, count;
 };
 
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
@@ -23,12 +30,13 @@ struct mill_flight {
     vec3 v; /* [m/s] */
     vec3 g; /* [m/s^2] */
     struct mill_heading heading;
+    struct mill_span parts; /* which the ball can meet where it flies, of a shape that has parts */
 };
 
 /* Such a flight, the rotor at the angle `turn` [rad]; its heading is found anew. */
 static inline struct mill_flight mill_shape_flight(vec3 r, vec3 v, vec3 g, double turn)
 {
-    const struct mill_flight flight = {r, v, g, {cos(turn), sin(turn)}};
+    const struct mill_flight flight = {r, v, g, {cos(turn), sin(turn)}, {0, 0}};
     return flight;
 }
 
@@ -60,15 +68,37 @@ struct mill_shape_ops {
      * whatever the rotor's angle. May be true too often, never false wrongly. */
     bool (*reachable)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
     void (*free)(struct mill_shape *);
+    /* The parts that such a ball can touch, none if it cannot reach the shape; for a shape of many
+     * parts, else NULL. Handed back with every flight that stays in the box. */
+    struct mill_span (*parts)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
+    /* true: the ball touches the shape in a second place as well, told in *contact. NULL for a
+     * shape on which no ball ever does. */
+    bool (*beside)(const struct mill_shape *, vec3 centre, double radius,
+                   struct mill_contact *contact);
 };
 
 /* Every shape starts with this. */
 struct mill_shape {
     const struct mill_shape_ops *ops;
-    int number; /* which of its kind: end wall 0 (x < 0) or 1, blade 0.. ; -1 where there is only
-                   one */
-    bool turns; /* moves with the rotor */
+    int number;    /* which of its kind: end wall 0 (x < 0) or 1, blade 0.. ; -1 where there is only
+                      one */
+    bool turns;    /* moves with the rotor */
+    double hollow; /* [m] least radius of what is curved around the ball; 0: nothing is */
     struct mill_poly_counts *counts; /* where its solver counts; may be NULL */
 };
+
+/* The contact of a ball that is due to meet the shape: of two places that it touches, the one that
+ * it is closing on. */
+static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape, vec3 r, vec3 v,
+                                                  double radius, double turn)
+{
+    const struct mill_contact k = shape->ops->contact(shape, r, radius, turn);
+    struct mill_contact other;
+    if (shape->ops->beside && vec3_dot(vec3_sub(v, k.velocity), k.normal) >= 0.0 &&
+        shape->ops->beside(shape, r, radius, &other) &&
+        vec3_dot(vec3_sub(v, other.velocity), other.normal) < 0.0)
+        return other;
+    return k;
+}
 
 #endif

@@ -252,7 +252,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const struct mill_ball *b = &w->ball[i];
     const struct mill_species *sb = &w->species[b->species];
     const double turn = w->turn + w->rotor_speed * sim->now;
-    const struct mill_contact c = shape->ops->contact(shape, b->r, sb->radius, turn);
+    const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, turn);
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
     const vec3 u = vec3_sub(b->v, c.velocity);
     const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));

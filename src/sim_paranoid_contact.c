@@ -115,7 +115,7 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
     const struct mill_shape *shape = w->shape[plan->shape];
     const char *kind = mill_kind_name[shape->ops->kind];
     const vec3 v = velocity(w, i, t);
-    const struct mill_contact c = shape->ops->contact(shape, place(w, i, t), radius, turn_at(w, t));
+    const struct mill_contact c = mill_shape_meet(shape, place(w, i, t), v, radius, turn_at(w, t));
     const double slack = surface_slack(q, i, w->ball[i].t, t);
     if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
         return mill_error_set(
@@ -125,8 +125,8 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
     /* the gap's second derivative, from the ball's and the surface's curvature, at most */
     const double swift = vec3_norm(v) + fabs(w->rotor_speed) * w->drum_radius;
-    const double bend =
-        vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / (w->drum_radius - radius));
+    const double around = (shape->hollow > radius ? shape->hollow : w->drum_radius) - radius;
+    const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
     if (opening > DEEP && !(opening * opening <= 2.0 * bend * slack))
         return mill_error_set(error, MILL_FAILED,
                               "paranoid: ball %ld shall meet a surface (%s) while they part at "

@@ -4,6 +4,7 @@
 #include "blade.h"
 #include "cylinder.h"
 #include "plate.h"
+#include "wavy.h"
 
 #include <stdlib.h>
 
@@ -16,6 +17,16 @@ void mill_walls_free(struct mill_shape **shapes, int count)
     free(shapes);
 }
 
+/* Buckles of no height are the circle. */
+static struct mill_shape *make_drum(const struct mill_deck *deck)
+{
+    if (!deck->wavy || deck->buckle_height == 0.0)
+        return mill_cylinder_drum(deck->drum_radius);
+    const struct mill_profile profile = mill_profile_make((int)deck->buckles, deck->drum_radius,
+                                                          deck->buckle_height, deck->buckle_angle);
+    return mill_wavy_create(&profile);
+}
+
 enum mill_status mill_walls_create(const struct mill_deck *deck, struct mill_poly_counts *counts,
                                    struct mill_shape ***shapes, int *count,
                                    struct mill_error *error)
@@ -25,14 +36,14 @@ enum mill_status mill_walls_create(const struct mill_deck *deck, struct mill_pol
     *shapes = calloc((size_t)deck->blades + 4, sizeof **shapes);
     if (!*shapes)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
-    (*shapes)[n++] = mill_cylinder_drum(deck->drum_radius);
+    (*shapes)[n++] = make_drum(deck);
     (*shapes)[n++] = mill_plate_create(0, deck->drum_length);
     (*shapes)[n++] = mill_plate_create(1, deck->drum_length);
     if (deck->rotor && deck->shaft_radius > 0.0)
         (*shapes)[n++] = mill_cylinder_shaft(deck->shaft_radius, deck->rotor_speed);
     for (int k = 0; k < deck->blades; k++)
         (*shapes)[n++] =
-            mill_blade_create(&deck->blade[k], k, deck->rotor_speed, deck->drum_radius);
+            mill_blade_create(&deck->blade[k], k, deck->rotor_speed, mill_deck_drum_reach(deck));
     for (int k = 0; k < n; k++) {
         if (!(*shapes)[k]) {
             mill_walls_free(*shapes, n);

@@ -51,7 +51,7 @@ enum mill_status mill_world_create_watched(const struct mill_deck *deck,
     if (!w)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     w->g = deck->gravity;
-    w->drum_radius = deck->drum_radius;
+    w->drum_radius = mill_deck_drum_reach(deck);
     w->drum_length = deck->drum_length;
     w->rotor_speed = deck->rotor ? deck->rotor_speed : 0.0;
     w->turn = deck->rotor ? fmod(deck->rotor_angle, 2.0 * MILL_PI) : 0.0;

@@ -43,6 +43,10 @@ struct mill_deck {
     char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
     double speed; /* [m/s] of every ball, random start only */
     double drum_radius, drum_length; /* [m] */
+    bool wavy;                       /* the drum; else it is a circle, without buckles */
+    long buckles;
+    double buckle_height; /* [m] the wall lies between drum_radius less and more that */
+    double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
     bool rotor;
     double rotor_speed;  /* [rad/s], positive turns about +x */
     double shaft_radius; /* [m] 0 = no shaft */
@@ -67,6 +71,10 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
                                 void (*warn)(const char *line), struct mill_deck **deck,
                                 struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
+
+/* How far the drum's wall gets from the axis, and how near it comes [m]. */
+double mill_deck_drum_reach(const struct mill_deck *deck);
+double mill_deck_drum_bore(const struct mill_deck *deck);
 
 /* The deck's file as its user named it. */
 const char *mill_deck_file(const struct mill_deck *deck);

@@ -75,7 +75,7 @@ struct mill_world {
     vec3 *spin; /* [rad/s] */
     int species_count;
     struct mill_species *species;
-    double drum_radius, drum_length; /* [m] */
+    double drum_radius, drum_length; /* [m] a wavy drum's outermost radius */
     double rotor_speed;              /* [rad/s] 0: no rotor or standing */
     double turn;                     /* [rad] rotor's angle at local time 0, modulo 2 pi */
     int shapes;
