@@ -7,25 +7,33 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
 
 from decks import random_case  # noqa: E402
 from few_balls import census, compare, predict  # noqa: E402
-from oracle import KINDS  # noqa: E402
+from oracle import KINDS, wavy_arcs  # noqa: E402
 
 SEEDS = range(1, 41)
+WAVY_SEEDS = range(1, 31)
 
 
 @cache
-def prediction(seed):
-    return predict(random_case(seed))
+def prediction(seed, wavy=False):
+    return predict(random_case(seed, wavy))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
     story = compare(random_case(seed), prediction(seed), tmp_path)
+    assert story is None, story
+
+
+@pytest.mark.parametrize("seed", WAVY_SEEDS)
+def test_the_program_finds_every_impact_of_the_oracle_in_a_wavy_drum(seed, tmp_path):
+    story = compare(random_case(seed, wavy=True), prediction(seed, True), tmp_path)
     assert story is None, story
 
 
@@ -65,3 +73,24 @@ def test_the_mills_use_the_whole_deck():
         lambda c: c.mill.rebound_floor != 5e-3,
     ):
         assert sum(map(holds, cases)) >= 2
+
+
+def test_the_wavy_mills_meet_both_kinds_of_arcs_often():
+    count = census(prediction(seed, True) for seed in WAVY_SEEDS)
+    assert min(count["outer"], count["inner"]) >= 100, count
+    assert sum(count[kind] for kind in KINDS) >= 1000
+
+
+def test_the_wavy_mills_are_shallow_deep_and_overhanging_with_wide_and_narrow_bulges():
+    mills = [random_case(seed, wavy=True).mill for seed in WAVY_SEEDS]
+    arcs = [wavy_arcs(mill) for mill in mills]
+    overhang = [mill.buckle_height / mill.drum_radius / np.sin(np.pi / (2 * mill.buckles)) for mill in mills]
+    assert sum(x < 0.3 for x in overhang) >= 5
+    assert sum(0.3 < x < 1 for x in overhang) >= 5
+    assert sum(x > 1 for x in overhang) >= 5
+    # beyond a right angle the mouth of a bulge is narrower than its inside
+    assert sum(half[0] > np.pi / 2 for *_, half in arcs) >= 5
+    assert sum(rho < mill.radius.max() for (_, rho, _, _), mill in zip(arcs, mills)) >= 5
+    assert sum(rho > 5 * mill.radius.max() for (_, rho, _, _), mill in zip(arcs, mills)) >= 5
+    assert {mill.buckles for mill in mills} > {2, 3, 12}
+    assert sum(mill.buckle_angle != 0 for mill in mills) >= 10

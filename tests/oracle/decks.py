@@ -8,7 +8,7 @@ a blade and the drum or an end wall, since a pinch has no outcome to agree upon.
 from dataclasses import dataclass
 
 import numpy as np
-from oracle import KINDS, Blade, Law, Mill, Simulation
+from oracle import KINDS, Blade, Law, Mill, Simulation, length, wavy_arcs
 
 ROOM = 1.3  # ball diameters left free between a blade and the drum or an end wall
 APART = 2e-4  # m, least gap at the start
@@ -115,6 +115,9 @@ def mill_of(sections):
         rotor_speed=si(rotor.get("speed", "0 rpm")),
         rotor_angle=si(rotor.get("angle", "0 deg")),
         blades=blades_of(sections, length),
+        buckles=int(sections["drum"].get("buckles", 0)),
+        buckle_height=si(sections["drum"].get("buckle_height", "0 mm")),
+        buckle_angle=si(sections["drum"].get("buckle_angle", "0 deg")),
     )
 
 
@@ -217,13 +220,43 @@ def random_gravity(rng, seed):
     return {}
 
 
-def random_sections(rng, seed):
+def random_buckles(rng, seed, drum, largest):
+    """Keys of a wavy drum whose innermost points are `drum` mm from the axis: shallow, deep, overhanging in turn. Every
+    other of these last has arcs that are too narrow for the largest balls."""
+    while True:
+        n = int(rng.integers(2, 21))
+        overhang = np.sin(np.pi / (2 * n))
+        deep = (rng.uniform(0.02, 0.3), rng.uniform(0.3, 0.95), rng.uniform(1.02, 1.5))[seed % 3]
+        height = np.round(drum * deep * overhang / (1 - deep * overhang), 2)
+        if not 0.1 <= height <= 0.4 * drum:
+            continue
+        keys = {
+            "radius": f"{drum + height:.2f} mm",
+            "profile": "wavy",
+            "buckles": f"{n}",
+            "buckle_height": f"{height:.2f} mm",
+        }
+        if rng.random() < 0.7:
+            keys["buckle_angle"] = f"{number(rng, -180, 360, 1)} deg"
+        mill = Mill(si(keys["radius"]), 1.0, np.zeros(1), np.ones(1), {},
+                    buckles=n, buckle_height=si(keys["buckle_height"]))  # fmt: skip
+        centre, rho, _, half = wavy_arcs(mill)
+        # neighbouring bulges, and what stands between them, must not run into each other where arcs pass a half circle
+        apart = min(length(centre[2] - centre[0]), length(centre[3] - centre[1])) if n > 2 else 1.0
+        fits = 2 * rho > 1e-3 * largest
+        if fits == (seed % 6 != 5) and apart > 2 * rho + 1e-4:
+            return keys
+
+
+def random_sections(rng, seed, wavy):
     drum, length = np.round(rng.uniform(30, 60), 1), np.round(rng.uniform(40, 80), 1)
     largest = np.round(min(rng.uniform(0.15, 0.3) * drum, (length - 12) / (2 * ROOM)), 2)
     sections = random_gravity(rng, seed)
     sections.update(random_balls(rng, BALLS[seed % len(BALLS)], largest))
     sections["balls"]["start"] = "start.txt"
     sections["drum"] = {"radius": f"{drum} mm", "length": f"{length} mm"}
+    if wavy:
+        sections["drum"].update(random_buckles(rng, seed, drum, largest))
     shaft = np.round(rng.uniform(0.1, 0.2) * drum, 1)
     speed = np.exp(rng.uniform(np.log(60), np.log(1500))) * (-1) ** (seed // 2)
     if seed % 20 != 13:  # a few mills have no rotor, a few a bare shaft
@@ -239,21 +272,22 @@ def random_sections(rng, seed):
 
 def random_positions(rng, mill):
     """Ball centres anywhere free, each drawn until it keeps APART from all that is there."""
-    box = np.array([mill.drum_length / 2, mill.drum_radius, mill.drum_radius])
+    reach = mill.drum_radius + mill.buckle_height
+    box = np.array([mill.drum_length / 2, reach, reach])
     placed = np.zeros((0, 3))
     while len(placed) < len(mill.radius):
         trial = np.vstack([placed, rng.uniform(-box, box)])
         held = len(trial)
         part = Mill(**{**vars(mill), "radius": mill.radius[:held], "density": mill.density[:held]})
         gaps, _ = Simulation(part, trial, 0 * trial, 0 * trial).gaps(np.zeros(1))
-        if np.hypot(*trial[-1, 1:]) < mill.drum_radius and gaps.min() > APART:
+        if np.hypot(*trial[-1, 1:]) < reach and gaps.min() > APART:
             placed = trial
     return placed
 
 
-def random_case(seed):
-    rng = np.random.default_rng([20240817, seed])
-    sections = random_sections(rng, seed)
+def random_case(seed, wavy=False):
+    rng = np.random.default_rng([20240817, seed, 6] if wavy else [20240817, seed])
+    sections = random_sections(rng, seed, wavy)
     mill = mill_of(sections)
     position = random_positions(rng, mill)
     columns = {0: 6, 1: 3}.get(seed % 12, 9)

@@ -6,7 +6,7 @@ measured, not guessed: the oracle runs again from starts displaced by PERTURBATI
 the rounding errors that either side makes, and only the impacts that these twins agree upon to a
 tenth of the tolerances are compared.
 
-    python few_balls.py SEED...     compares these mills and prints where they part
+    python few_balls.py [--wavy] SEED...     compares these mills and prints where they part
 """
 
 import os
@@ -158,8 +158,10 @@ def compare(case, impacts, folder):
     same, wrong = agreement(expected, found, case.mill)
     if not wrong:
         return None
-    feature = impacts[same].feature
-    where = f" on the {feature} of a blade" if feature else ""
+    feature, kind = impacts[same].feature, impacts[same].kind
+    where = (
+        f" on the {feature}{' of a blade' if kind == 'ball_blade' else ' arc'}" if feature else ""
+    )
     lines = [
         f"mill {case.seed}: impact {same} of {len(expected)}{where} differs in {', '.join(wrong)}",
         "  oracle",
@@ -172,7 +174,7 @@ def compare(case, impacts, folder):
 
 
 def census(runs):
-    """How many impacts of each kind, on each part of a blade, and of each way to end."""
+    """How many impacts of each kind, on each part of a blade or wavy drum, and of each way to end."""
     names = (
         name
         for impacts in runs
@@ -182,9 +184,9 @@ def census(runs):
     return Counter(names)
 
 
-def main(seeds):
+def main(seeds, wavy):
     for seed in seeds:
-        case = random_case(seed)
+        case = random_case(seed, wavy)
         impacts = predict(case)
         folder = tempfile.mkdtemp(prefix=f"mill{seed}-")
         story = compare(case, impacts, folder)
@@ -192,4 +194,5 @@ def main(seeds):
 
 
 if __name__ == "__main__":
-    main([int(word) for word in sys.argv[1:]])
+    words = sys.argv[1:]
+    main([int(word) for word in words if word != "--wavy"], "--wavy" in words)

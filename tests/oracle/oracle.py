@@ -53,6 +53,9 @@ class Mill:
     rotor_speed: float = 0.0
     rotor_angle: float = 0.0
     blades: tuple = ()
+    buckles: int = 0  # of a wavy drum; 0: a circle
+    buckle_height: float = 0.0
+    buckle_angle: float = 0.0
 
     def mass(self):
         return self.density * 4.0 / 3.0 * np.pi * self.radius**3
@@ -68,7 +71,7 @@ class Impact(NamedTuple):
     normal_speed: float
     tangential_speed: float
     dissipation: float
-    feature: str  # of a blade: face, edge or corner; else ""
+    feature: str  # of a blade: face, edge or corner; of a wavy drum: outer or inner arc; else ""
     grip: str  # smooth, sticking or sliding
     floored: bool
 
@@ -81,6 +84,71 @@ class Pair(NamedTuple):
 
 def length(a):
     return np.sqrt((a * a).sum(axis=-1))
+
+
+def wavy_arcs(mill):
+    """Arcs of the wavy profile: centres (2n, 2), their one radius, the direction of each middle as seen from its centre,
+    and half of each arc's angle, outer and inner arcs in turn.
+
+    The distance u of the centres from the circle is cut down to from what it must give: neighbours that touch."""
+    n, big, h = mill.buckles, mill.drum_radius, mill.buckle_height
+    at = mill.buckle_angle + np.pi / n * np.arange(2 * n)
+    outer = np.arange(2 * n) % 2 == 0
+
+    def centres(u):
+        away = np.where(outer, big - u, big + u)
+        return np.stack([away * np.cos(at), away * np.sin(at)], axis=-1)
+
+    low, high = (
+        -h,
+        big,
+    )  # of one radius u + h each, neighbours are apart at one end and overlap at the other
+    while True:
+        u = (low + high) / 2
+        if u in (low, high):
+            break
+        c = centres(u)
+        if length(c[1] - c[0]) > 2 * (u + h):
+            low = u
+        else:
+            high = u
+    c = centres(u)
+    middle = np.where(outer, at, at + np.pi)
+    towards = c[1:] - c[:-1]  # the joint with the next arc is on the way to its centre
+    joint = np.arctan2(towards[:2, 1], towards[:2, 0])
+    half = np.abs((joint - middle[:2] + np.pi) % (2 * np.pi) - np.pi)
+    return c, u + h, middle, np.where(outer, half[0], half[1])
+
+
+def nearest_arc(arcs, p):
+    """Number of the arc nearest to the points p (..., 2), ends of arcs included. The profile is its own mirror image at
+    the rays through the centres, so none is nearer than the outer arc around here and the inner ones beside it."""
+    centre, rho, middle, half = arcs
+    pitch = 4 * np.pi / len(centre)
+    outer = 2 * np.round((np.arctan2(p[..., 1], p[..., 0]) - middle[0]) / pitch).astype(int)
+    near = (outer[..., None] + np.array([-1, 0, 1])) % len(centre)
+    off = p[..., None, :] - centre[near]
+    angle = np.arctan2(off[..., 1], off[..., 0]) - middle[near]
+    angle = (angle + np.pi) % (2 * np.pi) - np.pi
+    angle = middle[near] + np.clip(angle, -half[near], half[near])
+    wall = rho * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    best = length(off - wall).argmin(axis=-1)
+    return np.take_along_axis(near, best[..., None], -1)[..., 0]
+
+
+def wavy_nearest(arcs, p):
+    """For points (..., 2): their distance within the profile, the unit normal towards them (..., 2), and the nearest
+    points of the wall. Nearest on a curve without corners is where its normal points, never an end of an arc; so the sign
+    of the distance is that of the nearest arc alone."""
+    centre, rho, _, _ = arcs
+    best = nearest_arc(arcs, p)
+    off = p - centre[best]
+    from_centre = length(off)
+    out = off / np.maximum(from_centre, 1e-300)[..., None]
+    outer = best % 2 == 0
+    # towards its centre an outer arc is free, an inner one away from it
+    distance = np.where(outer, rho - from_centre, from_centre - rho)
+    return distance, np.where(outer, -1.0, 1.0)[..., None] * out, centre[best] + rho * out
 
 
 def box_axes(phi, pitch):
@@ -109,6 +177,7 @@ class Simulation:
         n = len(self.r)
         self.first, self.second = np.triu_indices(n, 1)
         self.pairs = [Pair("ball_ball", i, j) for i, j in zip(self.first, self.second)]
+        self.arcs = wavy_arcs(mill) if mill.buckles else None
         surfaces = [("ball_drum", -1), ("ball_wall", 0), ("ball_wall", 1)]
         if mill.shaft_radius > 0:
             surfaces.append(("ball_shaft", -1))
@@ -139,6 +208,11 @@ class Simulation:
             normal = np.zeros_like(r)
             normal[..., 0] = -side
             return mill.drum_length / 2 - side * r[..., 0], normal, nearest
+        if kind == "ball_drum" and self.arcs:
+            distance, across, wall = wavy_nearest(self.arcs, r[..., 1:])
+            along = np.zeros_like(r[..., :1])
+            normal = np.concatenate([along, across], axis=-1)
+            return distance, normal, np.concatenate([r[..., :1], wall], axis=-1)
         if kind in ("ball_drum", "ball_shaft"):
             inward = kind == "ball_drum"
             rho = mill.drum_radius if inward else mill.shaft_radius
@@ -165,8 +239,13 @@ class Simulation:
         return distance, away / np.maximum(distance, 1e-300)[..., None], nearest
 
     def feature(self, pair, t):
-        """Which part of the blade is nearest: one box coordinate outside is a face, two an edge."""
+        """Which part of the surface is nearest. Of a blade: one box coordinate outside is a face, two an edge. Of a
+        wavy drum: an outer or an inner arc."""
         r, _ = self.fly([t], [pair.ball])
+        if pair.kind == "ball_drum" and self.arcs:
+            return ("outer", "inner")[int(nearest_arc(self.arcs, r[0, 0, 1:])) % 2]
+        if pair.kind != "ball_blade":
+            return ""
         blade = self.mill.blades[pair.partner]
         axes = box_axes(self.rotor(np.array([t])) + blade.angle, blade.pitch)
         along = [float((r[0, 0] - [blade.position, 0, 0]) @ axis[0]) for axis in axes]
@@ -298,7 +377,7 @@ class Simulation:
         """Resolves the contact of `pair`, touching now, and returns its record."""
         mill, i, j = self.mill, pair.ball, pair.partner
         law = mill.laws[pair.kind]
-        feature = self.feature(pair, 0.0) if pair.kind == "ball_blade" else ""
+        feature = self.feature(pair, 0.0)
         energy = self.energy()
         if pair.kind == "ball_ball":
             away = self.r[i] - self.r[j]

@@ -14,6 +14,7 @@ from milltools.dem.contacts import Boxes, solve_back
 from milltools.dem.model import Model, spring, sticking_restitution, tangential_damping
 from milltools.errors import UserError
 from milltools.kinds import KINDS
+from milltools.solids import blade_triangles
 
 
 @pytest.fixture
@@ -139,7 +140,7 @@ def test_blades_are_boxes_at_their_place_angle_and_pitch(deck):
 
 def test_no_corner_of_a_blade_is_farther_out_than_the_reach(deck):
     deck = deck(SMALL + BLADES.replace("18 mm", "25 mm"))
-    corners = script.blade_triangles(deck, 0.0).reshape(-1, 3)
+    corners = blade_triangles(deck, 0.0).reshape(-1, 3)
     assert Boxes(deck).reach == pytest.approx(
         np.hypot(corners[:, 1], corners[:, 2]).max(), rel=1e-12
     )
@@ -148,7 +149,7 @@ def test_no_corner_of_a_blade_is_farther_out_than_the_reach(deck):
 def test_triangles_are_the_boxes_wherever_a_ball_can_touch_them(deck):
     deck = deck(SMALL + BLADES, "blades.pitch=30 deg", "rotor.angle=20 deg")
     time, radius = 0.0123, 0.0025
-    triangles = script.blade_triangles(deck, deck.rotor_speed * time).reshape(-1, 12, 3, 3)
+    triangles = blade_triangles(deck, deck.rotor_speed * time).reshape(-1, 12, 3, 3)
     points = points_in_drum(1500)
     points = points[np.hypot(points[:, 1], points[:, 2]) > deck.shaft_radius + radius]
     touched = 0
@@ -165,7 +166,7 @@ def test_triangles_are_the_boxes_wherever_a_ball_can_touch_them(deck):
 @pytest.mark.parametrize("width, thickness", [(6, 4), (7, 7), (12, 2), (2, 12)])
 def test_a_blade_is_closed_outward_and_its_foot_hidden_in_the_shaft(deck, pitch, width, thickness):
     deck = deck(SMALL, f"blades.pitch={pitch} deg", f"blades.width={width} mm", f"blades.thickness={thickness} mm")  # fmt: skip
-    triangles = script.blade_triangles(deck, 0.7).reshape(-1, 12, 3, 3)
+    triangles = blade_triangles(deck, 0.7).reshape(-1, 12, 3, 3)
     across = (abs(math.sin(math.radians(pitch))) * width + abs(math.cos(math.radians(pitch))) * thickness) / 2e3  # fmt: skip
     for own in triangles:
         names = {tuple(np.round(corner, 12)) for corner in own.reshape(-1, 3)}
@@ -184,7 +185,7 @@ def test_a_blade_is_closed_outward_and_its_foot_hidden_in_the_shaft(deck, pitch,
 
 
 def test_the_stl_is_the_triangles(deck):
-    triangles = script.blade_triangles(deck(SMALL + BLADES), 0.3)
+    triangles = blade_triangles(deck(SMALL + BLADES), 0.3)
     text = script.stl(triangles)
     corners = [line.split()[1:] for line in text.splitlines() if line.strip().startswith("vertex")]
     assert np.array(corners, float).reshape(-1, 3, 3) == pytest.approx(triangles, abs=1e-13)
@@ -268,7 +269,7 @@ def test_a_mill_without_rotor_has_none(deck):
     text = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
     deck = deck(text)
     assert (deck.rotor_speed, deck.shaft_radius, deck.blades) == (0, 0, [])
-    assert script.blade_triangles(deck, 0.0).size == 0
+    assert blade_triangles(deck, 0.0).size == 0
 
 
 def test_the_line_of_a_wrong_deck_is_millsims(deck):

@@ -5,6 +5,7 @@ import pytest
 from foreign import cost
 
 from milltools import tally
+from milltools.profile import Profile
 
 
 def test_blocks_between_two_rows_are_interpolated():
@@ -42,6 +43,6 @@ def test_quantiles_of_one_bin_lie_in_it(slot):
 
 
 def test_a_snapshot_of_4000_balls_costs_less_than_five_milliseconds():
-    maps = tally.Maps(0.075, 0.12)
+    maps = tally.Maps(Profile(0.075), 0.12)
     r, v = np.random.default_rng(1).uniform(-0.05, 0.05, (2, 4000, 3))
     assert cost(lambda: maps.sample(r, v, np.full(4000, 0.0025))) < 5e-3

@@ -15,6 +15,7 @@ from matplotlib.transforms import Affine2D
 
 from milltools.errors import UserError
 from milltools.kinds import KINDS
+from milltools.profile import Profile
 from milltools.runfile import KIND_LABEL, Run
 
 SUMMARY = (
@@ -46,6 +47,11 @@ def save(figure, path, dpi=90):
         raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
     finally:
         plt.close(figure)
+
+
+def drum_rim(profile, **look):
+    """A patch along the drum's wall [m], seen along its axis; `profile` is a milltools.profile.Profile."""
+    return plt.Polygon(profile.outline(), closed=True, fill=False, color="k", **look)
 
 
 def draw_rotor(ax, run, time):
@@ -148,8 +154,9 @@ def draw_spectra(ax, run):
 def draw(run):
     """The figure of a run, open in `run`."""
     figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), layout="constrained")
-    radius = run.quantity("drum/radius")
-    rims = [plt.Circle((0, 0), radius, fill=False, color="k") for _ in range(2)]
+    profile = Profile.of(run.deck().get)
+    radius = profile.outermost
+    rims = [drum_rim(profile) for _ in range(2)]
     for ax, rim in zip(axes, rims):
         ax.add_patch(rim)
         ax.set_aspect("equal")

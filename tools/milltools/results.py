@@ -25,6 +25,7 @@ from milltools.h5write import (
     whole_file,
 )
 from milltools.kinds import KINDS
+from milltools.profile import Profile
 from milltools.schema import (
     LOG,
     OPTIONAL,
@@ -61,8 +62,6 @@ class Results:
         self.deck = deck
         self.entries = list(deck_entries(deck.text))
         settings = {f"{section}.{key}": value for section, key, value, _ in self.entries}
-        if settings.get("drum.profile", "circle") != "circle":
-            raise ValueError("drum.profile: maps are made for a circular drum only")
         self.diameter, self.mass = np.array(diameter, float), np.array(mass, float)
         self.species = np.array(species_index, dtype="<i4")
         self.names = list(species_names)
@@ -73,7 +72,7 @@ class Results:
         self.log_wanted = settings.get("output.impacts") == "all"
         self.rotor_speed = float(deck.number("rotor.speed", 0.0))
         self._plan_snapshots()
-        self.maps = Maps(float(deck.number("drum.radius")), float(deck.number("drum.length")))
+        self.maps = Maps(Profile.of(settings.get), float(deck.number("drum.length")))
         window = float(deck.number("output.strike_window", 0.0))
         self.strikes, self.watch = Strikes(window), self.begin - 2 * window
         self.speeds = {"impacts": Speeds(), "strikes": Speeds()}

@@ -5,6 +5,7 @@ rules, and sums taken in the same order, so that the impacts of one run give the
 to the bit and whatever the batches. SI throughout.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -18,6 +19,10 @@ FAST = 1 + (-DECADE - LOWEST)  # the slot that begins at 0.05 m/s
 LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999)
 
 RINGS = 30  # of the axial map; half the cells across the drum of the other
+SUBS, ANGLES = (
+    32,
+    720,
+)  # points in a cell or ring along each direction, and directions, where no formula gives its area
 MOST_BLOCKS = 100_000
 
 
@@ -242,10 +247,34 @@ def circle_cells(radius, n):
     return np.concatenate([half[:, ::-1], half], axis=1).ravel()
 
 
-class Maps:
-    """The cross-section (y, z) and the axial map (x, r) of a circular drum."""
+@functools.lru_cache(maxsize=4)
+def _sub_points(profile):
+    """(areas of the cells as `circle_cells` has them, areas of the RINGS rings of r) of any profile, by points within, as
+    millsim measures them."""
+    n, size = 2 * RINGS, profile.outermost / RINGS
+    corner = np.arange(n) * size - profile.outermost
+    y, z = np.meshgrid(corner, corner, indexing="ij")
+    gap = profile.gap(y + size / 2, z + size / 2)
+    share = (gap > 0).astype(float)
+    at = size * (np.arange(SUBS) + 0.5) / SUBS
+    cut = np.abs(gap) <= size  # the wall comes near
+    inside = profile.gap(y[cut][:, None, None] + at[:, None], z[cut][:, None, None] + at) > 0
+    share[cut] = inside.mean(axis=(1, 2))
+    inner = np.arange(RINGS) * size
+    outer = inner + size
+    part = (np.arange(SUBS) + 0.5) / SUBS  # of equal area
+    r = np.sqrt(inner[:, None] ** 2 + (outer**2 - inner**2)[:, None] * part)
+    angle = 2 * math.pi * np.arange(ANGLES) / ANGLES
+    inside = profile.gap(r[..., None] * np.cos(angle), r[..., None] * np.sin(angle)) > 0
+    rings = math.pi * (outer**2 - inner**2) * inside.mean(axis=(1, 2))
+    return size * size * share.ravel(), rings
 
-    def __init__(self, radius, length):
+
+class Maps:
+    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.profile.Profile, `length` [m] long."""
+
+    def __init__(self, profile, length):
+        radius = profile.outermost
         slices = int(min(max(math.floor(length / (radius / RINGS) + 0.5), 4), 400))
         half = length / 2
         self.samples = 0
@@ -253,12 +282,14 @@ class Maps:
             (2 * RINGS, 2 * RINGS),
             (-radius, -radius),
             (radius, radius),
-            circle_cells(radius, 2 * RINGS) * length,
+            (circle_cells(radius, 2 * RINGS) if profile.circle else _sub_points(profile)[0])
+            * length,
         )
         self.axial = Map((slices, RINGS), (-half, 0.0), (half, radius), None)
         edge = np.arange(RINGS + 1) * (radius / RINGS)
-        ring = math.pi * (edge[1:] ** 2 - edge[:-1] ** 2) * self.axial.size[0]
-        self.axial.room = np.tile(ring, slices)
+        ring = math.pi * (edge[1:] ** 2 - edge[:-1] ** 2)
+        ring = ring if profile.circle else _sub_points(profile)[1]
+        self.axial.room = np.tile(ring * self.axial.size[0], slices)
 
     def impacts(self, point, normal_speed, dissipation):
         """Counts impacts at point (n, 3) [m]."""

@@ -9,6 +9,7 @@ import numpy as np
 from milltools.compare import maps
 from milltools.errors import UserError
 from milltools.kinds import KINDS
+from milltools.profile import Profile
 from milltools.runfile import Run
 
 THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast impacts
@@ -39,7 +40,7 @@ class Measured:
                 for name in ("modulus", "contact_duration")
             )
             self.deck, self.time, self.cost = run.deck(), run.time, run.cost
-            self.rotor_speed, self.radius = run.rotor_speed, run.quantity("drum/radius")
+            self.rotor_speed, self.profile = run.rotor_speed, Profile.of(self.deck.get)
             self.duration, self.window = run.duration, run.window
             self._load_series(run)
             self._load_impacts(run)

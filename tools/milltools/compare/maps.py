@@ -15,6 +15,7 @@ cross-section: noise is known roughly. With ten seeds of the reference mill (45 
 
 import numpy as np
 
+from milltools.profile import Profile
 from milltools.tally import Maps
 
 VIEWS = {"cross_section": ("x", "y", "z"), "axial": ("x", "r", "phi")}
@@ -49,27 +50,19 @@ class Scatter:
     """Maps of single blocks of time, from frames."""
 
     def __init__(self, run, blocks: int):
-        self.known = run.text("drum/profile", "circle") == "circle"
         self.frames = np.zeros(blocks)
-        if self.known:
-            size = run.quantity("drum/radius"), run.quantity("drum/length")
-            self.radius = run.balls("diameter").astype(float) / 2
-            self.parts = [Maps(*size) for _ in range(blocks)]
+        self.radius = run.balls("diameter").astype(float) / 2
+        profile, length = Profile.of(run.deck().get), run.quantity("drum/length")
+        self.parts = [Maps(profile, length) for _ in range(blocks)]
 
     def add(self, block: int, position, velocity):
         self.frames[block] += 1
-        if self.known:
-            self.parts[block].sample(position, velocity, self.radius)
+        self.parts[block].sample(position, velocity, self.radius)
 
     def noise(self, stored: Stored) -> dict:
         """(view, name) -> (variance of the frames' map, its squared distance from the stored one) by cell, velocity summed
         over its components; empty where frames are too few to tell."""
-        if (
-            not self.known
-            or len(self.frames) < 4
-            or self.frames.min() < 1
-            or self.frames.sum() < FEWEST_FRAMES
-        ):
+        if len(self.frames) < 4 or self.frames.min() < 1 or self.frames.sum() < FEWEST_FRAMES:
             return {}
         found = {}
         for view in VIEWS:

@@ -14,7 +14,7 @@ import numpy as np
 from milltools.compare.load import SPEED_EDGES
 from milltools.compare.maps import LEAST
 from milltools.kinds import KINDS
-from milltools.plot import save, spectrum
+from milltools.plot import drum_rim, save, spectrum
 from milltools.runfile import KIND_LABEL
 
 # told apart by all kinds of colour vision (Okabe and Ito), and by the line
@@ -174,7 +174,7 @@ def draw_maps(figure, sides):
         if image:
             what = label.replace(" [", ", difference [")
             figure.colorbar(image, ax=line[len(sides) :], label=what, extend="both", shrink=0.9)
-    radius = max(side.first.radius for side in sides)
+    radius = max(side.first.profile.outermost for side in sides)
     for ax in axes.ravel():
         ax.set_aspect("equal")
         ax.locator_params(nbins=4)
@@ -199,10 +199,8 @@ def _field(side, name):
 def _map(ax, side, field, colours, low, high):
     edges = side.first.maps.edges["cross_section"]
     image = ax.pcolormesh(*edges, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    rim = plt.Circle((0, 0), side.first.radius, fill=False, color="k", lw=0.8)
-    ax.add_patch(rim)
-    if side.first.deck.get("drum.profile", "circle") == "circle":
-        image.set_clip_path(rim)
+    rim = ax.add_patch(drum_rim(side.first.profile, lw=0.8))
+    image.set_clip_path(rim)
     return image
 
 

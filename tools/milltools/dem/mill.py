@@ -15,6 +15,7 @@ from milltools.dem.model import STEPS_PER_SAMPLE, Model
 from milltools.dem.rubbing import at_walls, walls_of
 from milltools.errors import UserError
 from milltools.kinds import KINDS
+from milltools.solids import blade_triangles
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
@@ -26,7 +27,7 @@ def inputs(folder, deck, model, damped, steps, forces_every, time, state, **opti
     """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles; options as
     script.mill has them."""
     place, velocity, spin = state
-    triangles = script.blade_triangles(deck, deck.rotor_speed * time)
+    triangles = blade_triangles(deck, deck.rotor_speed * time)
     balls = script.data_file(
         deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck)
     )

@@ -11,43 +11,6 @@ import numpy as np
 from milltools.dem.model import POISSON, STEPS_PER_SAMPLE
 from milltools.kinds import KINDS
 
-SUNK = 0.005  # [m] a blade's foot is this deep in the shaft, or a third of its radius
-CORNERS = np.array([(a, b, c) for a in (-1, 1) for b in (0, 1) for c in (-1, 1)], float)
-# the six faces of a box by its CORNERS, counter-clockwise seen from outside (axes: width, radial, thickness)
-FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-
-
-def _foot(blade, shaft_radius):
-    """Radius [m] at which a blade's box begins: inside the shaft, its corners too."""
-    sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
-    half = (sine * blade.width + cosine * blade.thickness) / 2
-    inside = math.sqrt(max(shaft_radius**2 - half**2, 0.0))
-    return max(min(shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
-
-
-def blade_corners(blade, shaft_radius):
-    """The eight corners (8, 3) [m] of a blade at its angle, in the order of CORNERS."""
-    foot = _foot(blade, shaft_radius)
-    w = CORNERS[:, 0] * blade.width / 2
-    radial = foot + CORNERS[:, 1] * (blade.tip_radius - foot)
-    h = CORNERS[:, 2] * blade.thickness / 2
-    x = math.cos(blade.pitch) * w - math.sin(blade.pitch) * h
-    across = math.sin(blade.pitch) * w + math.cos(blade.pitch) * h
-    c, s = math.cos(blade.angle), math.sin(blade.angle)
-    return np.stack([x + blade.position, c * radial - s * across, s * radial + c * across], axis=1)
-
-
-def blade_triangles(deck, turn):
-    """Closed surfaces of all blades, the rotor turned on by `turn` [rad]: (T, 3, 3) corners [m], outward."""
-    c, s = math.cos(turn), math.sin(turn)
-    turned = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
-    triangles = []
-    for blade in deck.blades:
-        corner = blade_corners(blade, deck.shaft_radius) @ turned
-        for a, b, c_, d in FACES:
-            triangles += [corner[[a, b, c_]], corner[[a, c_, d]]]
-    return np.array(triangles)
-
 
 def stl(triangles):
     """ASCII STL of (T, 3, 3) corners; LIGGGHTS reads no other."""

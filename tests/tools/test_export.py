@@ -1,0 +1,183 @@
+"""mill export writes the mill's bodies as closed surfaces."""
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from conftest import SMALL
+
+from milltools.profile import Profile
+
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
+WAVY = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\n", 1)
+SHAPES = {
+    "circle": (SMALL, Profile(0.03)),
+    "wavy": (
+        WAVY.replace("wavy\n", "wavy\nbuckles = 5\nbuckle_height = 3 mm\nbuckle_angle = 20 deg\n"),
+        Profile(0.03, 5, 0.003, math.radians(20)),
+    ),
+    "overhanging": (
+        WAVY.replace("wavy\n", "wavy\nbuckles = 12\nbuckle_height = 5 mm\n"),
+        Profile(0.03, 12, 0.005),
+    ),
+    "hardly wavy": (
+        WAVY.replace("wavy\n", "wavy\nbuckles = 7\nbuckle_height = 1 nm\n"),
+        Profile(0.03, 7, 1e-9),
+    ),
+}
+
+
+def read(path):
+    """(head, normals (T, 3), corners (T, 3, 3)) of a binary STL, by its layout."""
+    content = path.read_bytes()
+    count = int.from_bytes(content[80:84], "little")
+    assert len(content) == 84 + 50 * count
+    rows = np.frombuffer(content, TRIANGLE, offset=84)
+    return content[:80], rows["normal"].astype(float), rows["corners"]
+
+
+def bodies(corners):
+    """Triangles joined over the corners they share, body by body."""
+    names = {}
+    corner = [[names.setdefault(tuple(p), len(names)) for p in t] for t in corners.tolist()]
+    root = list(range(len(names)))
+
+    def find(k):
+        while root[k] != k:
+            root[k] = root[root[k]]
+            k = root[k]
+        return k
+
+    for a, b, c in corner:
+        root[find(a)] = root[find(b)] = find(c)
+    groups = {}
+    for number, triangle in enumerate(corner):
+        groups.setdefault(find(triangle[0]), []).append(number)
+    return [(corners[rows].astype(float), [corner[k] for k in rows]) for rows in groups.values()]
+
+
+def volume(corners):
+    """Enclosed by triangles that are seen counter-clockwise from outside."""
+    return np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shape):
+    text, profile = SHAPES[shape]
+    write_deck(text)
+    sizes = {}
+    for part in ("drum", "walls", "shaft", "blades"):
+        done = mill("export", "deck.ini", "mill.stl", "--part", part, "--tolerance", "5 um")
+        assert (done.returncode, done.stderr) == (0, "")
+        _, normals, corners = read(tmp_path / "mill.stl")
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        assert (np.einsum("ij,ij->i", normals, across) > 0).all()
+        for own, triangles in bodies(corners):
+            edges = Counter((t[k], t[k - 2]) for t in triangles for k in range(3))
+            assert all(edges[b, a] == count == 1 for (a, b), count in edges.items())
+            sizes.setdefault(part, []).append(volume(own))
+    rim = math.pi * (profile.outermost + 0.0015) ** 2  # a twentieth of the radius thick
+    assert sizes["drum"] == pytest.approx([(rim - profile.area) * 0.04], rel=3e-3)
+    assert sizes["walls"] == pytest.approx([rim * 0.0015] * 2, rel=1e-3)
+    assert sizes["shaft"] == pytest.approx([math.pi * 0.005**2 * 0.04], rel=2e-3)
+    blade = 0.006 * 0.004 * 0.022  # but for the foot, which is hidden in the shaft
+    assert (
+        len(sizes["blades"]) == 2
+        and blade * 0.77 < min(sizes["blades"]) <= max(sizes["blades"]) < blade
+    )
+
+
+def test_the_inner_surface_of_a_wavy_drum_is_its_profile(mill, write_deck, tmp_path):
+    text, profile = SHAPES["overhanging"]
+    write_deck(text)
+    assert mill("export", "deck.ini", "mill.stl", "--part", "drum").returncode == 0
+    _, _, corners = read(tmp_path / "mill.stl")
+    points = np.unique(corners.reshape(-1, 3), axis=0).astype(float)
+    assert set(np.abs(points[:, 0])) == {np.float64(np.float32(0.02))}
+    gap = profile.gap(points[:, 1], points[:, 2])
+    assert (np.abs(gap) < 1e-8).sum() > 200  # the wall; all others are on the outer circle
+    rest = points[np.abs(gap) >= 1e-8]
+    assert np.hypot(*rest.T[1:]) == pytest.approx(profile.outermost + 0.0015, abs=1e-8)
+
+
+def test_without_part_all_bodies_are_there(mill, small_deck, tmp_path):
+    assert mill("export", "deck.ini", "all.STL").returncode == 0
+    head, _, corners = read(tmp_path / "all.STL")
+    assert len(bodies(corners)) == 1 + 2 + 1 + 2
+    assert head.startswith(b"millsim ") and b"drum, walls, shaft, blades; metres" in head
+
+
+def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_path):
+    order = "rotor.angle=30 deg"
+    assert millsim("deck.ini", "-q", "-s", "run.time=1 ms", "-s", order).returncode == 0
+    assert mill("export", "deck.h5", "run.stl").returncode == 0
+    assert mill("export", "deck.ini", "deck.stl", "-s", order).returncode == 0
+    assert mill("export", "deck.ini", "other.stl").returncode == 0
+    run, deck, other = ((tmp_path / f"{n}.stl").read_bytes() for n in ("run", "deck", "other"))
+    assert run == deck != other
+
+
+def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(
+    mill, small_deck, tmp_path
+):
+    counts = []
+    for tolerance in ("0.5 mm", "5e-5"):
+        done = mill("export", "deck.ini", "mill.stl", "--part", "drum", "--tolerance", tolerance)
+        assert done.returncode == 0, done.stderr
+        counts.append(len(read(tmp_path / "mill.stl")[2]))
+    assert counts[1] > 2 * counts[0]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.ini", "mill.stl"]
+
+
+BARE = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
+
+
+def test_a_mill_without_a_rotor_has_drum_and_walls(mill, write_deck, tmp_path):
+    write_deck(BARE)
+    assert mill("export", "deck.ini", "mill.stl").returncode == 0
+    assert len(bodies(read(tmp_path / "mill.stl")[2])) == 3
+
+
+@pytest.mark.parametrize(
+    "words, line",
+    [
+        (["deck.ini", "mill.xyz"], "mill.xyz: expected a name ending in .stl"),
+        (["deck.ini", "mill"], "mill: expected a name ending in .stl"),
+        (["deck.ini", "a.stl", "--part", "shaft"], "deck.ini: --part shaft: this mill has none"),
+        (["deck.ini", "a.stl", "--part", "lid"], "argument --part: invalid choice: 'lid'"),
+        (["deck.ini", "a.stl", "--tolerance", "1 s"], "--tolerance: expected a length such as '0.1 mm', got '1 s'"),
+        (["deck.ini", "a.stl", "--tolerance", "-1 mm"], "--tolerance: expected a length such as '0.1 mm', got '-1 mm'"),
+        (["deck.ini", "a.stl", "--tolerance", "1 mm"], "--tolerance: expected 3e-08 to 0.00075 m for this drum and wall, got 0.001 m"),
+        (["deck.ini", "a.stl", "--thickness", "1 um"], "--thickness: expected 3e-05 to 0.3 m for this drum, got 1e-06 m"),
+        (["deck.ini", "a.stl", "-s", "drum.radius=1 s"], "--set drum.radius"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_one_line(mill, write_deck, tmp_path, words, line):
+    write_deck(BARE)
+    done = mill("export", *words)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"mill export: {line}"), done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["deck.ini"]
+
+
+def test_a_run_cannot_be_overridden(millsim, mill, small_deck):
+    assert millsim("deck.ini", "-q", "-s", "run.time=1 ms").returncode == 0
+    done = mill("export", "deck.h5", "a.stl", "-s", "drum.radius=40 mm")
+    line = "deck.h5: --set: what has been run cannot be changed; give its deck"
+    assert (done.returncode, done.stderr) == (2, f"mill export: {line}\n")
+
+
+def test_a_source_that_is_missing_is_one_line(mill, tmp_path):
+    done = mill("export", "none.ini", "a.stl")
+    line = "none.ini: cannot be read: No such file or directory"
+    assert (done.returncode, done.stderr) == (1, f"mill export: {line}\n")
+
+
+def test_a_folder_that_is_missing_is_one_line(mill, small_deck):
+    done = mill("export", "deck.ini", "nowhere/a.stl")
+    assert (done.returncode, done.stderr) == (
+        1,
+        "mill export: nowhere/a.stl: No such file or directory\n",
+    )
