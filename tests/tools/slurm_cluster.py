@@ -153,6 +153,8 @@ class SlurmCluster:
                 folder=self.folder, control=control, daemon=daemon, cpus=self.cpus, array=self.array
             )
         )
+        # slurmd wants a way to control groups though it has none to make; this one does not mind where there are none
+        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n")
         try:
             folder = self.folder
             self._start(
