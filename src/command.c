@@ -11,7 +11,7 @@
 #define MILL_VERSION "unknown"
 #endif
 
-enum { PARANOID = 256, EXPORT_START }; /* options without a letter */
+enum { PARANOID = 256, EXPORT_START, VALUE }; /* options without a letter */
 
 static const char help[] =
     "Usage: millsim [options] DECK\n"
@@ -30,6 +30,9 @@ static const char help[] =
     "      --export-start FILE\n"
     "                       write the balls as they start to FILE, which balls.start reads back\n"
     "                       to the same bits; do not run\n"
+    "      --value SECTION.KEY=VALUE\n"
+    "                       print what this value is: key, kind, SI value, SI unit, meaning, with\n"
+    "                       tabs between; without a deck; may be repeated\n"
     "      --paranoid       check every step against brute force (slow)\n"
     "  -h, --help           print this and end\n"
     "  -V, --version        print the version and end\n"
@@ -81,6 +84,9 @@ static void take_option(struct mill_command *a, int option)
     case EXPORT_START:
         a->export_start = optarg;
         break;
+    case VALUE:
+        a->value[a->values++] = optarg;
+        break;
     case PARANOID:
         a->paranoid = true;
         break;
@@ -113,6 +119,28 @@ static enum mill_status check_export(const struct mill_command *a, struct mill_e
     return MILL_OK;
 }
 
+/* Nothing else is asked for: no deck is read. */
+static enum mill_status check_values(const struct mill_command *a, const char *deck,
+                                     struct mill_error *error)
+{
+    const char *other = deck              ? deck
+                        : a->sets         ? "--set"
+                        : a->resume       ? "--resume"
+                        : a->force        ? "--force"
+                        : a->check        ? "--check"
+                        : a->output       ? "--output"
+                        : a->json         ? "--json"
+                        : a->paranoid     ? "--paranoid"
+                        : a->export_start ? "--export-start"
+                                          : NULL;
+    if (other)
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "option '--value' and '%.200s' exclude each other: values are told "
+                              "without a deck and nothing is run",
+                              other);
+    return MILL_OK;
+}
+
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a,
                                    struct mill_error *error)
 {
@@ -126,6 +154,7 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
                                             {"help", no_argument, NULL, 'h'},
                                             {"version", no_argument, NULL, 'V'},
                                             {"paranoid", no_argument, NULL, PARANOID},
+                                            {"value", required_argument, NULL, VALUE},
                                             {"export-start", required_argument, NULL, EXPORT_START},
                                             {NULL, 0, NULL, 0}};
     int option;
@@ -144,6 +173,8 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
             error, MILL_BAD_DECK,
             "options '--resume' and '--force' exclude each other: go on, or start "
             "again");
+    if (a->values)
+        return check_values(a, argv[optind], error);
     if (a->export_start && check_export(a, error) != MILL_OK)
         return MILL_BAD_DECK;
     if (optind == argc)

@@ -12,11 +12,13 @@ struct mill_command {
     const char *export_start; /* file for the start instead of a run, or NULL */
     const char **set;
     int sets;
+    const char **value; /* of keys to be told about, instead of a run */
+    int values;
     bool check, resume, force, json, quiet, paranoid;
     const char *text; /* to be printed instead of a run, or NULL */
 };
 
-/* Reads the arguments into *command, whose `set` has room for argc of them; MILL_BAD_DECK with a
+/* Reads the arguments into *command, whose `set` and `value` have room for argc of them; MILL_BAD_DECK with a
  * line that says what is wrong. */
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);

@@ -71,13 +71,26 @@ struct printing {
     size_t size;
 };
 
+/* A key that is off and says nothing of the run, or whose value is yet to be found. */
+static bool says_nothing(const struct mill_deck *deck, const struct mill_deck_key *key)
+{
+    if (key->home != DECK_IN_DECK)
+        return false;
+    return (key->offset == offsetof(struct mill_deck, precision) && deck->precision == 0) ||
+           (key->offset == offsetof(struct mill_deck, max_collisions) &&
+            deck->max_collisions == 0) ||
+           (key->offset == offsetof(struct mill_deck, sample_from) && deck->sample_found);
+}
+
 static void print_section(const struct printing *p, enum mill_deck_part part,
                           const struct mill_deck_section *section, int index)
 {
     const bool mixture = mill_deck_text_section(p->deck->text, DECK_BALLS_NAME, NULL) != NULL;
     for (int i = 0; i < mill_deck_table_length; i++) {
         const struct mill_deck_key *key = &mill_deck_table[i];
-        if (key->part != part || key->wavy)
+        if (key->part != part || key->wavy || says_nothing(p->deck, key))
+            continue;
+        if (mill_deck_fill_is_share(key))
             continue;
         if (mixture && part == DECK_BALLS && key->home == DECK_IN_BALLS)
             continue;

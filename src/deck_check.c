@@ -8,8 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_BALLS = 50000000 };
-
 static const double most_samples = 1e8;
 static const double rounding =
     1e-12; /* of the drum's length: blades may just touch the end walls */
@@ -22,6 +20,9 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
     if (deck->sample_from >= deck->time)
         return mill_deck_fault(deck, error, "run", "sample_from",
                                "must be before the end of the run, %g s", deck->time);
+    if (deck->max_collisions != floor(deck->max_collisions))
+        return mill_deck_fault(deck, error, "run", "max_collisions",
+                               "must be a whole number, got %.15g", deck->max_collisions);
     if (deck->time / deck->series > most_samples)
         return mill_deck_fault(deck, error, "output", "series",
                                "too short: more than 1e8 samples until %g s", deck->time);
@@ -78,12 +79,12 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
         const double d = deck->balls[k].diameter;
         name_kind(deck, k, title);
         total += deck->balls[k].count;
-        if (total > MOST_BALLS)
+        if (total > MILL_DECK_MOST_BALLS)
             return mill_deck_fault(deck, error, title, "count", "more than %d balls in all",
-                                   MOST_BALLS);
+                                   MILL_DECK_MOST_BALLS);
         volume += (double)deck->balls[k].count * MILL_PI / 6.0 * d * d * d;
         if (volume > (deck->kinds == 1 ? densest : 1.0) * room)
-            return mill_deck_fault(deck, error, title, "count",
+            return mill_deck_fault(deck, error, title, deck->balls[k].fill > 0 ? "fill" : "count",
                                    "%ld balls do not fit: they fill %.3g litres of the drum's %.3g",
                                    total, 1e3 * volume, 1e3 * room);
     }

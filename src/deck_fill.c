@@ -60,13 +60,44 @@ void *mill_deck_fill_home(const struct mill_deck *deck, const struct mill_deck_k
     return NULL;
 }
 
+bool mill_deck_fill_is_share(const struct mill_deck_key *key)
+{
+    return key->home == DECK_IN_BALLS && key->offset == offsetof(struct mill_deck_balls, fill);
+}
+
+/* Count and fill say the same. An override of one drops the other; otherwise two are one too many.
+ */
+static enum mill_status settle_amount(const struct filling *f,
+                                      const struct mill_deck_section *section,
+                                      const struct mill_deck_key *key,
+                                      const struct mill_deck_entry **entry, bool *needed)
+{
+    const bool share = mill_deck_fill_is_share(key);
+    if (!share &&
+        !(key->home == DECK_IN_BALLS && key->offset == offsetof(struct mill_deck_balls, count)))
+        return MILL_OK;
+    const struct mill_deck_entry *other = mill_deck_text_entry(section, share ? "count" : "fill");
+    *needed = *needed && !other;
+    if (!*entry || !other)
+        return MILL_OK;
+    if (!(*entry)->order == !other->order)
+        return refuse(f, section, *entry, key, "'count' and 'fill' say the same; give one of them");
+    if (other->order)
+        *entry = NULL;
+    return MILL_OK;
+}
+
 static enum mill_status fill_key(const struct filling *f, const struct mill_deck_key *key,
                                  const struct mill_deck_section *section, int index)
 {
     const struct mill_deck_entry *entry = mill_deck_text_entry(section, key->name);
     void *home = mill_deck_fill_home(f->deck, key, section, index);
     struct mill_error why;
-    if (!entry && key->derived)
+    bool needed = !key->preset;
+    const enum mill_status status = settle_amount(f, section, key, &entry, &needed);
+    if (status != MILL_OK)
+        return status;
+    if (!entry && (key->derived || (!key->preset && !needed)))
         return MILL_OK;
     if (entry && key->wavy)
         return refuse(f, section, entry, key,
@@ -127,6 +158,30 @@ static enum mill_status fill_part(const struct filling *f, enum mill_deck_part p
     return MILL_OK;
 }
 
+/* Numbers of balls from shares of the drum's volume, pi R^2 L, whatever stands in it. */
+static enum mill_status count_balls(const struct filling *f)
+{
+    struct mill_deck *deck = f->deck;
+    const double volume = 0.5 * turn * deck->drum_radius * deck->drum_radius * deck->drum_length;
+    for (int k = 0; k < deck->kinds; k++) {
+        struct mill_deck_balls *balls = &deck->balls[k];
+        const double d = balls->diameter;
+        if (balls->fill == 0.0)
+            continue;
+        const double given = balls->fill * volume / (turn / 12.0 * d * d * d);
+        const double count = round(given);
+        char title[MILL_NAME_LENGTH + 8] = "balls";
+        if (mill_deck_text_section(deck->text, DECK_BALLS_NAME, NULL))
+            snprintf(title, sizeof title, "balls.%s", balls->name);
+        if (!(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
+            return mill_deck_fault(deck, f->error, title, "fill",
+                                   "gives %.3g balls of %g m; expected 1 to %d", given, d,
+                                   MILL_DECK_MOST_BALLS);
+        balls->count = (long)count;
+    }
+    return MILL_OK;
+}
+
 static int count_sections(const struct mill_deck_text *text, enum mill_deck_part part)
 {
     int count = 0;
@@ -148,8 +203,10 @@ static enum mill_status fill_balls(const struct filling *f)
     for (int i = 0, kind = 0; i < deck->text->sections; i++)
         if (deck->text->section[i].part == DECK_BALLS_NAME)
             snprintf(deck->balls[kind++].name, MILL_NAME_LENGTH, "%s", deck->text->section[i].name);
-    const enum mill_status status = fill_part(f, DECK_BALLS);
-    return status == MILL_OK ? fill_part(f, DECK_BALLS_NAME) : status;
+    enum mill_status status = fill_part(f, DECK_BALLS);
+    if (status == MILL_OK)
+        status = fill_part(f, DECK_BALLS_NAME);
+    return status == MILL_OK ? count_balls(f) : status;
 }
 
 /* Blade k = 0.. of [blades] is centred at x = -L/2 + (k + 1/2) L/count and points at k angle_step.
@@ -237,6 +294,9 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
     enum mill_status status = MILL_OK;
     for (size_t i = 0; i < sizeof plain / sizeof *plain && status == MILL_OK; i++)
         status = fill_part(&f, plain[i]);
+    deck->sample_found =
+        deck->precision > 0 &&
+        !mill_deck_text_entry(mill_deck_text_section(text, DECK_RUN, NULL), "sample_from");
     deck->rotor = mill_deck_text_section(text, DECK_ROTOR, NULL) != NULL;
     if (status == MILL_OK && deck->rotor)
         status = fill_part(&f, DECK_ROTOR);

@@ -311,11 +311,11 @@ enum mill_status mill_deck_parse(const char *path, int count, const char *const 
     }
     reading->text = made;
     reading->error = error;
-    made->file = copy(path);
+    made->file = copy(path ? path : "");
     made->order = calloc((size_t)count + 1, sizeof *made->order);
     if (!made->file || !made->order)
         no_memory(reading);
-    else
+    else if (path)
         read_file(reading, path);
     for (int i = 0; i < count && reading->status == MILL_OK; i++) {
         made->order[made->orders++] = copy(overrides[i]);

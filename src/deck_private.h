@@ -12,6 +12,8 @@
 /* Bound of all values that have no closer one: products of several stay far from overflow. */
 #define MILL_DECK_LARGEST 1e9
 
+enum { MILL_DECK_MOST_BALLS = 50000000 };
+
 enum mill_deck_part {
     DECK_RUN,
     DECK_GRAVITY,
@@ -50,7 +52,7 @@ struct mill_deck_key {
     enum mill_deck_part part;
     const char *name;
     enum mill_deck_type type;
-    const char *unit;   /* SI; NULL: dimensionless */
+    const char *unit;   /* SI; NULL: dimensionless; "1": the same, and % is understood */
     double lo, hi;      /* range in SI, ends included unless `above` */
     bool above;         /* lo itself is out */
     bool wavy;          /* known, but of a profile that this version lacks */
@@ -140,7 +142,8 @@ const char *mill_deck_text_tail(const char *text, size_t longest);
 
 /* ---- file and overrides into entries (deck_parse.c) ---- */
 
-/* Reads the file, then the overrides; section titles and keys are checked against the table. */
+/* Reads the file (NULL: none), then the overrides; section titles and keys are checked against the
+ * table. */
 enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
                                  struct mill_deck_text **text, struct mill_error *error);
 
@@ -194,6 +197,9 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
                                 struct mill_error *error);
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error);
+
+/* Is the key balls.fill, which says the count in another way and is never printed? */
+bool mill_deck_fill_is_share(const struct mill_deck_key *key);
 
 /* The struct that a key of this section lives in; `index` counts the sections of one part from 0.
  */

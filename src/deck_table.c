@@ -24,25 +24,33 @@
 #define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
 #define FROM_TO(lo, hi) lo, hi, false, false
 #define WAVY 0, INFINITY, true, true
+#define MOST_COLLISIONS 1e15 /* counts are exact */
+#define FILL 0, 1, true, false
 #define REQUIRED NULL, false
 #define DERIVED NULL, true
 #define PRESET(text) text, false
 
-enum { MOST_BALLS = 50000000, MOST_BLADES = 10000, MOST_FRICTION = 10 };
+enum { MOST_BLADES = 10000, MOST_FRICTION = 10 };
 
 /* clang-format off: a table */
 const struct mill_deck_key mill_deck_table[] = {
     {DECK_RUN, "time", DECK_NUMBER, "s", POSITIVE, REQUIRED, DECK(time), NULL, "end of the run"},
     {DECK_RUN, "sample_from", DECK_NUMBER, "s", NOT_NEGATIVE, PRESET("0 s"), DECK(sample_from),
      NULL, "statistics are gathered from here to the end"},
+    {DECK_RUN, "precision", DECK_NUMBER, "1", FROM_TO(0, 1), PRESET("0"), DECK(precision), NULL,
+     "the run ends when median and rotor power are known to this; 0: at its time"},
+    {DECK_RUN, "max_collisions", DECK_NUMBER, NULL, FROM_TO(0, MOST_COLLISIONS), PRESET("0"),
+     DECK(max_collisions), NULL, "the run ends after so many collisions; 0: at its time"},
     {DECK_RUN, "seed", DECK_SEED, NULL, FROM_TO(0, SEED_MAX), PRESET("1"), DECK(seed), NULL,
      "of every random choice"},
 
     {DECK_GRAVITY, "acceleration", DECK_VECTOR, "m/s^2", ANY, PRESET("0 0 -9.81 m/s^2"),
      DECK(gravity), NULL, "of gravity, along x y z"},
 
-    {DECK_BALLS, "count", DECK_WHOLE, NULL, FROM_TO(1, MOST_BALLS), REQUIRED, BALLS(count), NULL,
-     "number of balls"},
+    {DECK_BALLS, "count", DECK_WHOLE, NULL, FROM_TO(1, MILL_DECK_MOST_BALLS), REQUIRED,
+     BALLS(count), NULL, "number of balls"},
+    {DECK_BALLS, "fill", DECK_NUMBER, "1", FILL, DERIVED, BALLS(fill), NULL,
+     "volume of the balls over that of the drum, instead of their number"},
     {DECK_BALLS, "diameter", DECK_NUMBER, "m", POSITIVE, REQUIRED, BALLS(diameter), NULL,
      "of a ball"},
     {DECK_BALLS, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,
@@ -52,8 +60,10 @@ const struct mill_deck_key mill_deck_table[] = {
     {DECK_BALLS, "speed", DECK_NUMBER, "m/s", NOT_NEGATIVE, PRESET("0 m/s"), DECK(speed), NULL,
      "of every ball at a random start, in a random direction"},
 
-    {DECK_BALLS_NAME, "count", DECK_WHOLE, NULL, FROM_TO(1, MOST_BALLS), REQUIRED, BALLS(count),
-     NULL, "number of balls of this kind"},
+    {DECK_BALLS_NAME, "count", DECK_WHOLE, NULL, FROM_TO(1, MILL_DECK_MOST_BALLS), REQUIRED,
+     BALLS(count), NULL, "number of balls of this kind"},
+    {DECK_BALLS_NAME, "fill", DECK_NUMBER, "1", FILL, DERIVED, BALLS(fill), NULL,
+     "volume of these balls over that of the drum, instead of their number"},
     {DECK_BALLS_NAME, "diameter", DECK_NUMBER, "m", POSITIVE, REQUIRED, BALLS(diameter), NULL,
      "of a ball of this kind"},
     {DECK_BALLS_NAME, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,

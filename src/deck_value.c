@@ -21,6 +21,7 @@ static const struct quantity {
     {"rad/s", "an angular speed", "1000 rpm"},
     {"kg/m^3", "a density", "7800 kg/m^3"},
     {"m/s^2", "three numbers and a unit of acceleration", "0 0 -9.81 m/s^2"},
+    {"1", "a share", "1 %"},
     {NULL, "a plain number", "0.8"},
 };
 
@@ -32,6 +33,18 @@ static const struct quantity *quantity_of(const struct mill_deck_key *key)
     return q;
 }
 
+/* A share stands for itself or has a unit such as %. */
+static bool is_share(const struct mill_deck_key *key)
+{
+    return key->unit && strcmp(key->unit, "1") == 0;
+}
+
+/* As it stands behind a number: " mm", or nothing. */
+static const char *unit_of(const struct mill_deck_key *key)
+{
+    return key->unit && !is_share(key) ? key->unit : "";
+}
+
 static void describe(const struct mill_deck_key *key, bool with_unit, char *out, size_t size)
 {
     const struct quantity *q = quantity_of(key);
@@ -39,7 +52,7 @@ static void describe(const struct mill_deck_key *key, bool with_unit, char *out,
     case DECK_NUMBER:
     case DECK_VECTOR:
         snprintf(out, size, "%s%s such as '%s'", q->name,
-                 with_unit && key->type == DECK_NUMBER && key->unit ? " with its unit" : "",
+                 with_unit && key->type == DECK_NUMBER && *unit_of(key) ? " with its unit" : "",
                  q->example);
         break;
     case DECK_WHOLE:
@@ -103,7 +116,7 @@ static bool refuse_range(const struct mill_deck_key *key, double value, const ch
     char lo[32], hi[32], limit[120];
     if (key->type == DECK_SEED)
         return refuse(key, false, text, "", why);
-    const char *unit = key->unit ? key->unit : "", *space = key->unit ? " " : "";
+    const char *unit = unit_of(key), *space = *unit ? " " : "";
     mill_deck_value_shortest(key->lo, lo);
     if (key->type == DECK_WHOLE)
         snprintf(hi, sizeof hi, "%.0f", key->hi);
@@ -129,7 +142,7 @@ static bool read_unit(const struct mill_units *units, const struct mill_deck_key
     if (!key->unit)
         return !*unit || refuse(key, false, text, "", why);
     if (!*unit)
-        return refuse(key, true, text, "", why);
+        return is_share(key) || refuse(key, true, text, "", why);
     char remark[120];
     switch (mill_units_scale(units, unit, key->unit, scale)) {
     case MILL_UNITS_GOOD:
@@ -277,7 +290,7 @@ void mill_deck_value_print(const struct mill_deck_key *key, const void *home, ch
                            size_t size)
 {
     const void *where = home ? (const char *)home + key->offset : NULL;
-    const char *unit = key->unit ? key->unit : "", *space = key->unit ? " " : "";
+    const char *unit = unit_of(key), *space = *unit ? " " : "";
     char a[32], b[32], c[32];
     switch (key->type) {
     case DECK_NUMBER:

@@ -219,6 +219,22 @@ static int run(const struct mill_deck *deck, struct mill_run_options options, bo
     return status == MILL_OK ? result : (complain(&error, status), result);
 }
 
+/* All of them or none */
+static int tell_values(const struct mill_command *a)
+{
+    struct mill_error error = {""};
+    char *text = NULL;
+    size_t size = 0;
+    FILE *page = open_memstream(&text, &size);
+    if (!page)
+        return complain(&(struct mill_error){"out of memory"}, MILL_FAILED);
+    const enum mill_status status = mill_deck_tell(a->values, a->value, page, &error);
+    fclose(page);
+    const int result = status == MILL_OK ? put(text, MILL_OK) : complain(&error, status);
+    free(text);
+    return result;
+}
+
 static int run_deck(const struct mill_command *a, const char *command)
 {
     struct mill_deck *deck = NULL;
@@ -264,7 +280,8 @@ int main(int argc, char **argv)
     char *command = mill_command_quote(argc, argv);
     int result;
     enum mill_status status = MILL_OK;
-    if (!a.set || !command)
+    a.value = calloc((size_t)argc + 1, sizeof *a.value);
+    if (!a.set || !a.value || !command)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     if (status == MILL_OK)
         status = mill_command_read(argc, argv, &a, &error);
@@ -272,9 +289,12 @@ int main(int argc, char **argv)
         result = complain(&error, status);
     else if (a.text)
         result = put(a.text, MILL_OK);
+    else if (a.values)
+        result = tell_values(&a);
     else
         result = run_deck(&a, command);
     free(command);
     free(a.set);
+    free(a.value);
     return result;
 }

@@ -174,8 +174,10 @@ static bool take_apart(const struct mill_units *units, const char *text, struct 
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale)
 {
-    struct parts got, want;
-    if (!take_apart(units, unit, &got) || !take_apart(units, si, &want))
+    struct parts got, want = {1.0, {0}, true};
+    if (!take_apart(units, unit, &got))
+        return MILL_UNITS_UNKNOWN;
+    if (strcmp(si, "1") != 0 && !take_apart(units, si, &want))
         return MILL_UNITS_UNKNOWN;
     if (!got.pure || !(got.factor > 0.0) || !isfinite(got.factor))
         return MILL_UNITS_MISMATCH;

@@ -18,7 +18,7 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
 void mill_units_free(struct mill_units *units);
 
 /* The factor that takes a number in `unit` to SI unit `si` (both as UDUNITS writes them, `si` a
- * product of m, kg, s, rad). *scale is set only for MILL_UNITS_GOOD. Angles are a dimension of
+ * product of m, kg, s, rad, or "1"). *scale is set only for MILL_UNITS_GOOD. Angles are a dimension of
  * their own here: Hz and rad/s differ. */
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale);

@@ -17,6 +17,7 @@
 struct mill_deck_balls {
     char name[MILL_NAME_LENGTH]; /* NAME of [balls.NAME]; "balls" for the plain section */
     long count;
+    double fill;     /* of the drum's volume, as given instead of the count; 0: it was not */
     double diameter; /* [m] */
     double density;  /* [kg/m^3] */
 };
@@ -34,8 +35,11 @@ struct mill_deck_blade {
 struct mill_deck_text; /* the entries as read: section, key, value, line */
 
 struct mill_deck {
-    double time;        /* [s] */
-    double sample_from; /* [s] */
+    double time;           /* [s] */
+    double sample_from;    /* [s] */
+    bool sample_found;     /* sample_from is to be found: run.precision is given and it is not */
+    double precision;      /* relative standard error that ends the run; 0: none does */
+    double max_collisions; /* that end the run; 0: no number does */
     unsigned long seed;
     vec3 gravity; /* [m/s^2] */
     int kinds;    /* of balls */
@@ -83,6 +87,14 @@ void mill_deck_each(const struct mill_deck *deck,
                     void (*entry)(void *self, const char *section, const char *key,
                                   const char *value, const char *meaning),
                     void *self);
+
+/* Tells of each of `count` values "SECTION.KEY=VALUE" what it is, as a line of six columns with
+ * tabs between them: key, kind (number, whole, choice, vector or file), value in SI that reads back
+ * to the same bits, its SI unit ("1": a plain number), what the key means, and the words of a
+ * choice ("circle|wavy"). Values are checked one by one, not against each other. The first wrong
+ * one ends it with MILL_BAD_DECK. */
+enum mill_status mill_deck_tell(int count, const char *const *orders, FILE *out,
+                                struct mill_error *error);
 
 /* Prints the full deck, itself a deck. */
 void mill_deck_print(const struct mill_deck *deck, FILE *out);

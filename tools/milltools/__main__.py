@@ -34,6 +34,8 @@ COMMANDS = (
             "./mill dem input/simoloyer.ini -o soft.h5"),
     Command("compare", "two or more runs side by side: differences, standard errors, verdicts, pictures",
             "./mill compare reference.h5 soft.h5 --html compared.html"),
+    Command("sweep", "many runs: deck keys varied over ranges, on all cores or a cluster, in one table",
+            "./mill sweep input/process.study"),
 )  # fmt: skip
 
 
