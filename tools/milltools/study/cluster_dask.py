@@ -122,6 +122,18 @@ class DaskExecutor(concurrent.futures.Executor):
         except (OSError, ValueError, TypeError) as fault:
             raise UserError(f"--dask: no scheduler at {self.address} ({one_line(fault)}): start one with 'dask scheduler'", 1) from None  # fmt: skip
 
+    @property
+    def width(self):
+        """How many jobs it wants at once."""
+        return WAVE
+
+    @property
+    def workers(self):
+        """How many runs go on at once, with the workers there are now."""
+        with contextlib.suppress(Exception):
+            return max(1, sum(self.client.nthreads().values()))
+        return 1
+
     def submit(self, call, job):
         future = concurrent.futures.Future()
         with self.lock:

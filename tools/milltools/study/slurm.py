@@ -37,6 +37,7 @@ SBATCH = 3.0  # [s] that an sbatch may outlive its driver
 TRIES = 3  # tasks in a row that end before a job's turn comes: something is wrong with tasks, not with jobs
 AWAY = 5.0  # [s] until a controller that did not answer is asked again
 FULL = 30.0  # [s] until another task is submitted where the account has as many as it may
+WAVE = 10_000  # jobs under way at once
 ARRAY = 1000  # tasks in one array at most, whatever the site allows
 
 
@@ -77,10 +78,11 @@ class SlurmExecutor(concurrent.futures.Executor):
     """Jobs (dicts with an "id") of module-level functions, through sbatch.
 
     folder: shared with the nodes; options: for sbatch, as typed; bundle: jobs a task, None: bundle_size(); tasks: so many of
-    ours in the queue at once at most; detach: an interrupted driver leaves its tasks in the queue.
+    ours in the queue at once at most; detach: an interrupted driver leaves its tasks in the queue; anew: what an earlier
+    driver has left is cancelled and forgotten.
     """
 
-    def __init__(self, folder, options="", bundle=None, tasks=None, detach=False):
+    def __init__(self, folder, options="", bundle=None, tasks=None, detach=False, anew=False):
         queue.check()
         try:
             shlex.split(options)
@@ -101,11 +103,24 @@ class SlurmExecutor(concurrent.futures.Executor):
         self.told_away = False
         self.closing = threading.Event()
         self.fault = None
-        self._adopt()
+        if anew:
+            self._forget()
+        else:
+            self._adopt()
         self.watcher = threading.Thread(target=self._watch, name="slurm", daemon=True)
         self.watcher.start()
 
     # what users of an Executor call
+
+    @property
+    def width(self):
+        """How many jobs it wants at once: all, up to a wave."""
+        return WAVE
+
+    @property
+    def workers(self):
+        """How many runs may go on at once, as far as it is known."""
+        return self.tasks or max(1, len(self.running))
 
     def submit(self, call, job):
         future = concurrent.futures.Future()
@@ -116,7 +131,9 @@ class SlurmExecutor(concurrent.futures.Executor):
             if self.fault:
                 future.set_exception(self.fault)
             elif name in self.rows:
-                future.set_result(self.rows.pop(name))
+                # the numbers of designs are the study's, which may have grown since
+                numbers = {key: job[key] for key in ("design", "replicate") if key in job}
+                future.set_result({**self.rows.pop(name), **numbers})
             elif name in self.known and self.known[name].future is None:
                 self.known[name].future = future
                 future.set_running_or_notify_cancel()
@@ -171,6 +188,14 @@ class SlurmExecutor(concurrent.futures.Executor):
                 for entry in task.left.values():
                     self.known[entry.name] = entry
         self.changed = time.monotonic()
+
+    def _forget(self):
+        """Cancels and removes what an earlier driver has left."""
+        arrays = self.spool.arrays()
+        self._await_sbatch(arrays)
+        names = [array.name for array in arrays]
+        queue.cancel(sorted({name for name, _ in self._listed(names)}))
+        self.spool.remove()
 
     @staticmethod
     def _await_sbatch(arrays):
