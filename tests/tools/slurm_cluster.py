@@ -50,6 +50,7 @@ KillWait=1
 MaxArraySize={array}
 SchedulerType=sched/builtin
 SchedulerParameters=batch_sched_delay=0,sched_interval=1,sched_min_interval=0,default_queue_depth=100
+SlurmdParameters=config_overrides
 NodeName=localhost NodeHostname=localhost NodeAddr=127.0.0.1 CPUs={cpus} RealMemory=1000 State=UNKNOWN
 PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
 """
@@ -107,6 +108,19 @@ class SlurmCluster:
         )
         done.check_returncode()
         return done.stdout
+
+    def listed(self, state=None):
+        """{ARRAY_TASK} of all that waits or runs, or of those in this state."""
+        words = ("squeue", "-h", "-r", "-o", "%F_%K", *(["-t", state] if state else []))
+        return set(self.command(*words).split())
+
+    def cancel_all(self):
+        """Ends what a test has left, and waits for it."""
+        end = time.monotonic() + 20
+        while self.listed() and time.monotonic() < end:
+            self.command("scancel", "--me", "--signal=KILL", "--full")
+            self.command("scancel", "--me")
+            time.sleep(0.2)
 
     def _start(self, name, *words):
         path = shutil.which(name, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin")
@@ -174,7 +188,7 @@ class SlurmCluster:
     def __exit__(self, *_):
         with contextlib.suppress(subprocess.SubprocessError, OSError):
             if self.processes:
-                self.command("scancel", "--me", "--full", "--signal=KILL")
+                self.cancel_all()
         for process in reversed(self.processes):
             process.terminate()
         for process in reversed(self.processes):
@@ -194,5 +208,7 @@ class SlurmCluster:
             with contextlib.suppress(OSError):
                 words = (folder / "cmdline").read_bytes()
                 mine = mark in (folder / "environ").read_bytes().split(b"\0")
-                if mine and (b"slurmstepd" in words or b"milltools" in words or b"slurm_script" in words):
+                if mine and (
+                    b"slurmstepd" in words or b"milltools" in words or b"slurm_script" in words
+                ):
                     os.kill(int(folder.name), signal.SIGKILL)

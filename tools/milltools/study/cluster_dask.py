@@ -11,6 +11,7 @@ import concurrent.futures
 import contextlib
 import functools
 import hashlib
+import importlib
 import logging
 import os
 import pathlib
@@ -29,13 +30,18 @@ from milltools.study.spool import one_line
 
 WAVE = 10_000  # jobs with the scheduler at once
 TOOLS = pathlib.Path(__file__).resolve().parents[2]
+# What is sent names our functions by words: the scheduler then needs no milltools, and a worker without it says so. (Of a
+# message that it cannot unpack a worker dies, and nobody is told.)
+ASK = f"__import__({__name__!r}, fromlist=['*']).{{}}(*it)"
 PATIENCE = 15  # [s] for a scheduler to answer
 
 
 # ---- what workers do
 
 
-_threads = collections.defaultdict(set)  # of this worker, at work: study -> threads (as the kernel numbers them)
+_threads = collections.defaultdict(
+    set
+)  # of this worker, at work: study -> threads (as the kernel numbers them)
 _ended = set()  # studies whose runs are not wanted any more
 
 
@@ -52,17 +58,22 @@ def versions(program):
 
 
 def perform(call, job, study, expected):
-    """One job on a worker: {"row": row}, or {"refused": why} if it would not be what the driver means."""
+    """One job on a worker: {"row": row}, {"lost": why}, or {"refused": why} if it would not be what the driver means."""
     here = versions(job["program"]) if "program" in job else {}
     for name, version in expected.items():
         if here.get(name) != version:
-            return {"refused": f"{name} is another one on {socket.gethostname()} ({here.get(name)}) than here ({version})"}
+            return {
+                "refused": f"{name} is another one on {socket.gethostname()} ({here.get(name)}) than here ({version})"
+            }
     thread = threading.get_native_id()
     if study in _ended:
-        raise Lost("the study was ended")
+        return {"lost": "the study was ended"}
     _threads[study].add(thread)
     try:
-        return {"row": call(job)}
+        module, name = call.split(":")
+        return {"row": getattr(importlib.import_module(module), name)(job)}
+    except Lost as fault:
+        return {"lost": one_line(fault)}
     finally:
         _threads[study].discard(thread)
 
@@ -81,6 +92,32 @@ def end_runs(study):
 # ---- the driver
 
 
+def name_of(call):
+    """A module-level function in words."""
+    return f"{call.__module__}:{call.__qualname__}"
+
+
+def settle(future, row=None, fault=None):
+    """Its result, unless it has one: an answer may come while the study is being ended."""
+    with contextlib.suppress(concurrent.futures.InvalidStateError):
+        if fault is None:
+            future.set_result(row)
+        else:
+            future.set_exception(fault)
+
+
+def refused(address):
+    """Does nobody listen at HOST:PORT? Dask itself would go on trying for its whole patience."""
+    host, _, port = address.removeprefix("tcp://").rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), PATIENCE).close()
+    except ConnectionRefusedError:
+        return True
+    except (OSError, ValueError, OverflowError):
+        return False  # for Dask to find out
+    return False
+
+
 class DaskExecutor(concurrent.futures.Executor):
     """Jobs of module-level functions, through the scheduler at `address` (host:port, a scheduler file, or "local": one of our own, with
     `workers` processes, all cores if None)."""
@@ -92,7 +129,10 @@ class DaskExecutor(concurrent.futures.Executor):
             raise UserError("--dask: the package 'distributed' is missing: run 'make'", 1) from None
         self.address, self.cluster = address, None
         self.lock = threading.RLock()
-        self.waiting, self.sent = collections.deque(), {}  # jobs not with the scheduler; {key: (job, future, Dask's future)}
+        self.waiting, self.sent = (
+            collections.deque(),
+            {},
+        )  # jobs not with the scheduler; {key: (job, future, Dask's future)}
         self.study, self.count, self.fault, self.closed = uuid.uuid4().hex, 0, None, False
         self.idle = threading.Condition(self.lock)
         # what goes wrong is told by us, once; it would write pages
@@ -118,6 +158,8 @@ class DaskExecutor(concurrent.futures.Executor):
         elif "://" not in self.address:
             where = {"address": f"tcp://{self.address}"}
         try:
+            if "address" in where and refused(where["address"]):
+                raise OSError("connection refused")
             return client(**where, timeout=PATIENCE)
         except (OSError, ValueError, TypeError) as fault:
             raise UserError(f"--dask: no scheduler at {self.address} ({one_line(fault)}): start one with 'dask scheduler'", 1) from None  # fmt: skip
@@ -160,7 +202,11 @@ class DaskExecutor(concurrent.futures.Executor):
                 expected = versions(job["program"]) if "program" in job else {}
                 try:
                     theirs = self.client.submit(
-                        perform, call, job, self.study, expected, key=key, pure=False
+                        eval,
+                        ASK.format("perform"),
+                        {"it": (name_of(call), job, self.study, expected)},
+                        key=key,
+                        pure=False,
                     )
                 except Exception as fault:
                     self.fault = self._gone(fault)
@@ -170,7 +216,7 @@ class DaskExecutor(concurrent.futures.Executor):
             theirs.add_done_callback(self._receive)
         for _, _, future in left:
             if future.running() or future.set_running_or_notify_cancel():
-                future.set_exception(self.fault)
+                settle(future, fault=self.fault)
 
     def _receive(self, theirs):
         """A job has come back: called by Dask in a thread of its own."""
@@ -182,7 +228,9 @@ class DaskExecutor(concurrent.futures.Executor):
         try:
             answer = theirs.result()
             if "refused" in answer:
-                fault = UserError(f"--dask {self.address}: {answer['refused']}", 1)
+                fault = self._refused(f"--dask {self.address}: {answer['refused']}")
+            elif "lost" in answer:
+                fault = Lost(answer["lost"])
             else:
                 row = answer["row"]
         except (Exception, concurrent.futures.CancelledError) as raised:
@@ -190,25 +238,22 @@ class DaskExecutor(concurrent.futures.Executor):
         with self.idle:
             self.sent.pop(theirs.key, None)
             self.idle.notify_all()
-        if fault is None:
-            future.set_result(row)
-        else:
-            future.set_exception(fault)
+        settle(future, row, fault)
         self._send()
 
     def _explain(self, raised):
         """What a user or the driver can do something about."""
         import distributed
 
-        if isinstance(raised, Lost | UserError):
+        if isinstance(raised, UserError):
             return raised
         if isinstance(raised, distributed.scheduler.KilledWorker):
             return Lost("several Dask workers died while it ran")
         said = f"{one_line(raised)} {one_line(raised.__cause__ or '')}"
         if missing := re.search(r"No module named '?([\w.]+)|cannot import name '(\w+)'", said):
-            return UserError(
-                f"--dask {self.address}: its scheduler or a worker has no {missing[1] or missing[2]} such as here: start them "
-                f"with PYTHONPATH={TOOLS} {os.path.dirname(sys.executable)}/dask", 1,
+            return self._refused(
+                f"--dask {self.address}: a worker has no {missing[1] or missing[2]} such as here: start them "
+                f"with PYTHONPATH={TOOLS} {os.path.dirname(sys.executable)}/dask",
             )  # fmt: skip
         if isinstance(raised, concurrent.futures.CancelledError | OSError | RuntimeError):
             with self.lock:
@@ -217,8 +262,22 @@ class DaskExecutor(concurrent.futures.Executor):
                 return self.fault or Lost("cancelled")
         return UserError(f"--dask {self.address}: {one_line(raised)}", 1)
 
+    def _refused(self, said):
+        """All else would be refused, too."""
+        with self.lock:
+            self.fault = self.fault or UserError(said, 1)
+        return self.fault
+
     def _gone(self, _):
         return UserError(f"the Dask scheduler at {self.address} is gone; the same command goes on once there is one again", 1)  # fmt: skip
+
+    def _end_runs(self, sent):
+        with contextlib.suppress(Exception):
+            self.client.cancel([theirs for _, _, theirs in sent], force=True)
+            if not self.fault:
+                self.client.run(
+                    eval, ASK.format("end_runs"), {"it": (self.study,)}, on_error="ignore"
+                )
 
     def __exit__(self, kind, fault, trace):
         self.shutdown(cancel_futures=kind is not None)
@@ -236,11 +295,12 @@ class DaskExecutor(concurrent.futures.Executor):
         for _, _, future in waiting:
             future.cancel()
         if cancel_futures:
-            with contextlib.suppress(Exception):
-                self.client.cancel([theirs for _, _, theirs in sent], force=True)
-                self.client.run(end_runs, self.study, on_error="ignore", nanny=False)
+            # a worker that cannot even read the question does not answer: not waited for
+            ending = threading.Thread(target=self._end_runs, args=(sent,), daemon=True)
+            ending.start()
+            ending.join(PATIENCE)
             for _, future, _ in sent:
-                future.set_exception(Lost("interrupted"))
+                settle(future, fault=Lost("interrupted"))
         with self.idle:
             while (self.sent or self.waiting) and not self.fault:
                 self.idle.wait(1)

@@ -47,7 +47,9 @@ def open_executor(arguments):
     if arguments.dask and arguments.slurm:
         raise UserError("--dask or --slurm, not both")
     if arguments.workers and (arguments.slurm or arguments.dask not in (None, "local")):
-        raise UserError("--workers is for runs on this machine: elsewhere Dask or --tasks says how many")
+        raise UserError(
+            "--workers is for runs on this machine: elsewhere Dask or --tasks says how many"
+        )
     if arguments.dask:
         from milltools.study.cluster_dask import DaskExecutor
 

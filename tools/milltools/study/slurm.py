@@ -13,7 +13,6 @@ wait or run in Slurm are waited for, not submitted twice.
 
 import collections
 import concurrent.futures
-import dataclasses
 import math
 import pathlib
 import shlex
@@ -24,54 +23,18 @@ import time
 import milltools
 from milltools.errors import UserError
 from milltools.study import slurm_queue as queue
+from milltools.study.bundles import ARRAY, SPREAD, Entry, Task, bundle_size
 from milltools.study.job import Lost
-from milltools.study.spool import Listener, Spool
+from milltools.study.spool import Spool
 
 QUIET = 0.3  # [s] without a new job: those gathered are submitted
 TARDY = 5.0  # [s] the longest that a job is kept waiting for others
 GRACE = 3.0  # [s] that a task may be gone from the queue before its last line is missed
-TASK = 300.0  # [s] what a task should take
-GUESS = 20  # jobs in a task while nothing is known of what they cost
-SPREAD = 16  # tasks at least, where there are as many jobs and no other number is asked for
 SBATCH = 3.0  # [s] that an sbatch may outlive its driver
 TRIES = 3  # tasks in a row that end before a job's turn comes: something is wrong with tasks, not with jobs
 AWAY = 5.0  # [s] until a controller that did not answer is asked again
 FULL = 30.0  # [s] until another task is submitted where the account has as many as it may
 WAVE = 10_000  # jobs under way at once
-ARRAY = 1000  # tasks in one array at most, whatever the site allows
-
-
-def bundle_size(count, cost, tasks=None, largest=ARRAY):
-    """How many of `count` jobs one task gets. cost: wall time of a job [s], None if not known. A task should take minutes,
-    but all of `tasks` (SPREAD if None) should have something to do, and an array has `largest` tasks at most."""
-    wanted = GUESS if cost is None else max(1, int(TASK / max(cost, 1e-3)))
-    return max(1, min(wanted, math.ceil(count / (tasks or SPREAD))), math.ceil(count / largest))
-
-
-@dataclasses.dataclass(eq=False)
-class Entry:
-    """A job on its way. `future` is None while nobody has asked for it: it was submitted by an earlier driver."""
-
-    name: str
-    call: str
-    job: dict
-    future: concurrent.futures.Future | None
-    idle: int = 0  # tasks that ended before it began
-
-    def written(self):
-        return {"call": self.call, "job": self.job}
-
-
-class Task:
-    """One array task as seen from here."""
-
-    def __init__(self, array, number, entries):
-        self.array, self.number = array, number
-        self.left = {entry.name: entry for entry in entries}  # in their order
-        self.begun = set()
-        self.ended = False
-        self.missed = None  # since when squeue does not list it [monotonic s]
-        self.listener = Listener(array.rows(number))
 
 
 class SlurmExecutor(concurrent.futures.Executor):
@@ -89,7 +52,9 @@ class SlurmExecutor(concurrent.futures.Executor):
         except ValueError as fault:
             raise UserError(f"--slurm-options: {fault}: {options}") from None
         self.options, self.bundle, self.tasks, self.detach = options, bundle, tasks, detach
-        self.largest = self.allowed = min(ARRAY, queue.largest_array())  # tasks an array, tasks an array now
+        self.largest = self.allowed = min(
+            ARRAY, queue.largest_array()
+        )  # tasks an array, tasks an array now
         self.spool = Spool(folder)
         self.lock = threading.RLock()
         self.gathered = collections.deque()  # entries that are in no task
@@ -98,7 +63,9 @@ class SlurmExecutor(concurrent.futures.Executor):
         self.rows = {}  # name: row of an earlier driver's job that nobody has asked for yet
         self.running = []  # tasks that have not ended
         self.cost, self.counted = 0.0, 0  # wall time of the results so far [s], their number
-        self.changed = self.asked = 0.0  # when a task last said something, when squeue was asked [monotonic s]
+        self.changed = self.asked = (
+            0.0  # when a task last said something, when squeue was asked [monotonic s]
+        )
         self.later = 0.0  # nothing is submitted before [monotonic s]
         self.told_away = False
         self.closing = threading.Event()
@@ -120,7 +87,7 @@ class SlurmExecutor(concurrent.futures.Executor):
     @property
     def workers(self):
         """How many runs may go on at once, as far as it is known."""
-        return self.tasks or max(1, len(self.running))
+        return self.tasks or max(SPREAD, len(self.running))
 
     def submit(self, call, job):
         future = concurrent.futures.Future()
@@ -201,7 +168,9 @@ class SlurmExecutor(concurrent.futures.Executor):
     def _await_sbatch(arrays):
         """A driver that was killed a moment ago may have left an sbatch at work."""
         end = time.time() + SBATCH
-        while any(a.job is None and time.time() - a.folder.stat().st_mtime < SBATCH for a in arrays):
+        while any(
+            a.job is None and time.time() - a.folder.stat().st_mtime < SBATCH for a in arrays
+        ):
             if time.time() > end:
                 return
             time.sleep(0.1)

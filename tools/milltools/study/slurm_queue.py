@@ -58,14 +58,18 @@ def _run(words, **options):
 
 def _silent(said):
     """Does this line of a Slurm command say that nobody answers?"""
-    return re.search(r"contact(ing)? (the )?slurm|timed out|Connection (refused|reset)|backup mode", said, re.I)
+    return re.search(
+        r"contact(ing)? (the )?slurm|timed out|Connection (refused|reset)|backup mode", said, re.I
+    )
 
 
 def check():
     """A UserError where Slurm's commands are missing."""
     missing = [name for name in ("sbatch", "squeue", "scancel") if not shutil.which(name)]
     if missing:
-        raise UserError(f"--slurm: no {missing[0]} here: start it on a host that submits to Slurm", 1)
+        raise UserError(
+            f"--slurm: no {missing[0]} here: start it on a host that submits to Slurm", 1
+        )
 
 
 def largest_array():
@@ -73,7 +77,9 @@ def largest_array():
     if not shutil.which("scontrol"):
         return 1001
     try:
-        said = _run(["scontrol", "show", "config"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+        said = _run(
+            ["scontrol", "show", "config"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE
+        )
     except Away:
         return 1001
     found = re.search(r"^MaxArraySize\s*=\s*(\d+)", said.stdout, re.M)
@@ -100,7 +106,11 @@ def submit(array, count, script, options="", at_once=None):
     said = one_line(done.stderr)
     if _silent(said):
         raise Away(said)
-    if re.search(r"submit (job )?limit|SubmitJobs?(Per|Limit)|SubmitJobLimit|job limit|temporarily", said, re.I):
+    if re.search(
+        r"submit (job )?limit|SubmitJobs?(Per|Limit)|SubmitJobLimit|job limit|temporarily",
+        said,
+        re.I,
+    ):
         raise Full(said)
     said = re.sub(r"^sbatch: (error: )?", "", said)
     raise UserError(f"sbatch: {said}", 2 if "option" in said else 1)
@@ -127,6 +137,8 @@ def listed(names):
 def cancel(names):
     """Ends what waits or runs of arrays of these names."""
     for name in names:
-        done = _run(["scancel", f"--name={name}"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        done = _run(
+            ["scancel", f"--name={name}"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+        )
         if done.returncode != 0 and _silent(done.stderr):
             raise Away(one_line(done.stderr))
