@@ -37,13 +37,15 @@ os.execv({program!r}, [{program!r}, *words])
 
 
 class Case:
-    """A folder with a study of 2 x (last - 9) designs. sweep() runs it, start() starts it; starts() says what was run."""
+    """A folder with a study NAME.study of 2 x (last - 9) designs. sweep() runs it, start() starts it; starts() says what
+    was run."""
 
-    def __init__(self, folder, last=15, environment=None):
-        self.folder, self.designs = pathlib.Path(folder), 2 * (last - 9)
+    def __init__(self, folder, last=15, environment=None, name="t"):
+        self.name, self.designs = name, 2 * (last - 9)
+        self.folder = pathlib.Path(folder)
         self.log, self.program = self.folder / "starts", self.folder / "counted"
         (self.folder / "deck.ini").write_text(SMALL)
-        (self.folder / "t.study").write_text(STUDY.format(last=last))
+        (self.folder / f"{name}.study").write_text(STUDY.format(last=last))
         (self.folder / "scratch").mkdir()
         self.pause(0)
         self.program.write_text(
@@ -68,9 +70,9 @@ class Case:
         (self.folder / "pause").write_text(str(seconds))
 
     def start(self, *words):
-        """`mill sweep t.study ...` as a process; stop() ends it if it still runs."""
+        """`mill sweep NAME.study ...` as a process; stop() ends it if it still runs."""
         process = subprocess.Popen(
-            [sys.executable, "-m", "milltools", "sweep", "t.study", "-q", *words],
+            [sys.executable, "-m", "milltools", "sweep", f"{self.name}.study", "-q", *words],
             cwd=self.folder,
             env=self.environment,
             stdin=subprocess.DEVNULL,
@@ -107,7 +109,7 @@ class Case:
         wait(lambda: len(self.starts()) >= count, f"{count} runs", timeout)
 
     def table(self):
-        return pandas.read_parquet(self.folder / "t.parquet").sort_values("design")
+        return pandas.read_parquet(self.folder / f"{self.name}.parquet").sort_values("design")
 
 
 def wait(ready, what, timeout=30):

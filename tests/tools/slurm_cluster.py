@@ -109,17 +109,18 @@ class SlurmCluster:
         done.check_returncode()
         return done.stdout
 
-    def listed(self, state=None):
-        """{ARRAY_TASK} of all that waits or runs, or of those in this state."""
-        words = ("squeue", "-h", "-r", "-o", "%F_%K", *(["-t", state] if state else []))
-        return set(self.command(*words).split())
+    def listed(self, name="", state=None):
+        """{ARRAY_TASK} of all that waits or runs in jobs with this in their name, or of those in this state."""
+        words = ("squeue", "-h", "-r", "-o", "%j|%F_%K", *(["-t", state] if state else []))
+        lines = (line.split("|") for line in self.command(*words).splitlines())
+        return {task for job, task in lines if name in job}
 
-    def cancel_all(self):
-        """Ends what a test has left, and waits for it."""
+    def cancel(self, name=""):
+        """Ends what has this in its name, and waits for it."""
         end = time.monotonic() + 20
-        while self.listed() and time.monotonic() < end:
-            self.command("scancel", "--me", "--signal=KILL", "--full")
-            self.command("scancel", "--me")
+        while (left := self.listed(name)) and time.monotonic() < end:
+            self.command("scancel", "--signal=KILL", "--full", *left)
+            self.command("scancel", *left)
             time.sleep(0.2)
 
     def _start(self, name, *words):
@@ -188,7 +189,7 @@ class SlurmCluster:
     def __exit__(self, *_):
         with contextlib.suppress(subprocess.SubprocessError, OSError):
             if self.processes:
-                self.cancel_all()
+                self.cancel()
         for process in reversed(self.processes):
             process.terminate()
         for process in reversed(self.processes):

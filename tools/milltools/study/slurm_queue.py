@@ -112,8 +112,8 @@ def submit(array, count, script, options="", at_once=None):
         re.I,
     ):
         raise Full(said)
-    said = re.sub(r"^sbatch: (error: )?", "", said)
-    raise UserError(f"sbatch: {said}", 2 if "option" in said else 1)
+    lines = [re.sub(r"^sbatch: (error: )?", "", line) for line in done.stderr.splitlines()]
+    raise UserError(f"sbatch: {'; '.join(lines)}", 2 if "option" in said else 1)
 
 
 def listed(names):
