@@ -50,14 +50,17 @@ def output_of(arguments) -> pathlib.Path:
 
 
 def run(arguments) -> int:
-    # imported here: `mill sweep --help` needs neither pandas nor scipy
-    from milltools.study import designs, drive, probe
+    # imported as they are needed: neither --help nor a wrong deck waits for pandas
+    from milltools.study import designs
     from milltools.study.deck import Study
-    from milltools.study.table import Writer
 
     study = Study.read(arguments.study, arguments.set)
     path = output_of(arguments)
     plan = designs.plan(study)
+
+    from milltools.study import drive, probe
+    from milltools.study.table import Writer
+
     probe.probe(study, plan)
     numbers = {job["id"]: job["design"] for job in designs.jobs(study, plan)}
     about = study.about(len(numbers), shlex.join(["mill", *sys.argv[1:]]))

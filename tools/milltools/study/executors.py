@@ -12,7 +12,6 @@ import contextlib
 import os
 
 from milltools.errors import UserError
-from milltools.study import job
 
 
 def add_arguments(parser):
@@ -80,6 +79,8 @@ class Local(concurrent.futures.ThreadPoolExecutor):
 @contextlib.contextmanager
 def local(workers):
     """`workers` runs at once on this machine."""
+    from milltools.study import job  # h5py: not for --help
+
     executor = Local(workers)
     try:
         yield executor
