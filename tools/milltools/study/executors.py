@@ -22,12 +22,49 @@ def add_arguments(parser):
         metavar="N",
         help="runs at once on this machine (default: one for each core)",
     )
+    parser.add_argument(
+        "--dask", metavar="ADDRESS",
+        help="runs go to the Dask scheduler at HOST:PORT or of this scheduler file; local: to one of our own, here",
+    )  # fmt: skip
+    parser.add_argument("--slurm", action="store_true", help="runs go to Slurm, in job arrays")
+    parser.add_argument("--slurm-options", metavar="OPTIONS", help="for sbatch: --slurm-options='--time=60 --partition=short'")  # fmt: skip
+    parser.add_argument("--bundle", type=int, metavar="K", help="runs in one Slurm task (default: minutes of them)")  # fmt: skip
+    parser.add_argument("--tasks", type=int, metavar="N", help="Slurm tasks at once, at most")
+    parser.add_argument("--detach", action="store_true", help="when interrupted, leave tasks to Slurm; the same command takes up their results")  # fmt: skip
 
 
 def open_executor(arguments):
     """A context manager that gives the executor asked for."""
-    if arguments.workers is not None and arguments.workers < 1:
-        raise UserError(f"--workers: expected 1 or more, got {arguments.workers}")
+    for name in ("workers", "bundle", "tasks"):
+        number = getattr(arguments, name)
+        if number is not None and number < 1:
+            raise UserError(f"--{name}: expected 1 or more, got {number}")
+    if not arguments.slurm:
+        for name in ("slurm_options", "bundle", "tasks", "detach"):
+            if getattr(arguments, name):
+                raise UserError(f"--{name.replace('_', '-')} goes with --slurm")
+    if arguments.dask and arguments.slurm:
+        raise UserError("--dask or --slurm, not both")
+    if arguments.workers and (arguments.slurm or arguments.dask not in (None, "local")):
+        raise UserError(
+            "--workers is for runs on this machine: elsewhere Dask or --tasks says how many"
+        )
+    if arguments.dask:
+        from milltools.study.cluster_dask import DaskExecutor
+
+        return DaskExecutor(arguments.dask, arguments.workers)
+    if arguments.slurm:
+        from milltools.study.slurm import SlurmExecutor
+        from milltools.sweep import output_of
+
+        return SlurmExecutor(
+            output_of(arguments).with_suffix(".slurm"),
+            arguments.slurm_options or "",
+            arguments.bundle,
+            arguments.tasks,
+            arguments.detach,
+            arguments.force,
+        )
     return local(arguments.workers or len(os.sched_getaffinity(0)))
 
 

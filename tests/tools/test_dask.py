@@ -1,0 +1,191 @@
+"""Studies through a real Dask scheduler and real workers, on loopback."""
+
+import collections
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+
+import pytest
+from cluster_studies import TOOLS, Case, alive, facts, wait
+
+DASK = [sys.executable, "-m", "dask"]
+
+
+class Scheduler:
+    """A scheduler, and workers of one thread each; all end with it."""
+
+    def __init__(self, folder):
+        self.folder, self.file, self.processes = folder, folder / "scheduler.json", []
+        self.workers = []
+
+    def _start(self, *words, tools=TOOLS):
+        with open(self.folder / "dask.log", "ab") as log:
+            process = subprocess.Popen(
+                [*DASK, *map(str, words)],
+                cwd=self.folder,
+                env={**os.environ, "PYTHONPATH": tools},
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+            )
+        self.processes.append(process)
+        return process
+
+    def start(self, workers=2, **options):
+        words = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        self.scheduler = self._start("scheduler", *words, "--scheduler-file", self.file)
+        wait(self.file.exists, "the scheduler's file")
+        for _ in range(workers):
+            self.add_worker(**options)
+        return self
+
+    def add_worker(self, **options):
+        words = ("--nthreads", "1", "--host", "127.0.0.1", "--no-dashboard", "--no-nanny")
+        worker = self._start("worker", "--scheduler-file", self.file, *words, **options)
+        self.workers.append(worker)
+        return worker
+
+    @property
+    def address(self):
+        return json.loads(self.file.read_text())["address"]
+
+    def stop(self):
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+        for process in self.processes:
+            process.wait()
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    folder = tmp_path / "dask"
+    folder.mkdir()
+    scheduler = Scheduler(folder)
+    yield scheduler
+    scheduler.stop()
+
+
+@pytest.fixture
+def case(tmp_path):
+    case = Case(tmp_path)
+    yield case
+    case.stop()
+
+
+def worker_of(case, pid):
+    """The process that started this run: a Dask worker."""
+    return int(pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+
+def test_dask_gives_the_rows_that_this_machine_gives(case, scheduler):
+    assert case.sweep().returncode == 0
+    here = case.table()
+    scheduler.start()
+    done = case.sweep("--force", "--dask", scheduler.address.removeprefix("tcp://"))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert facts(case.table()).equals(facts(here))
+    workers = collections.Counter(case.table()["worker"])
+    assert sorted(int(w.split(":")[1]) for w in workers) == sorted(w.pid for w in scheduler.workers)
+
+
+def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(
+    case, scheduler
+):
+    case.pause(0.3)
+    scheduler.start()
+    sweep = case.start("--dask", str(scheduler.file))
+    case.await_starts(5)
+    design, _, pid = case.starts()[-1]
+    victim = worker_of(case, pid)
+    assert victim in [worker.pid for worker in scheduler.workers]
+    os.kill(victim, signal.SIGKILL)
+    assert sweep.wait(60) == 0, sweep.stderr.read()
+    runs = case.runs()
+    assert len(runs) == case.designs
+    assert runs.pop(design) == 2
+    assert set(runs.values()) == {1}
+    assert list(case.table()["status"]) == ["done"] * case.designs
+    assert not alive(pid), "a run outlives its worker"
+
+
+def test_a_dead_scheduler_is_one_line_and_the_same_command_goes_on(case, scheduler):
+    case.pause(0.3)
+    scheduler.start()
+    sweep = case.start("--dask", str(scheduler.file))
+    case.await_starts(5)
+    scheduler.scheduler.kill()
+    _, said = sweep.communicate(timeout=60)
+    assert sweep.returncode == 1
+    assert said.startswith(f"mill sweep: the Dask scheduler at {scheduler.file} is gone")
+    assert len(said.splitlines()) == 1
+    before = case.runs()
+    done = case.sweep("--dask", "local")
+    assert done.returncode == 0, done.stderr
+    assert list(case.table()["status"]) == ["done"] * case.designs
+    again = [design for design in before if case.runs()[design] > 1]
+    assert len(again) <= 2, "only what the two workers had in hand is run again"
+
+
+def test_no_scheduler_is_one_line(case):
+    done = case.sweep("--dask", "127.0.0.1:1")
+    assert done.returncode == 1
+    assert done.stderr.startswith("mill sweep: --dask: no scheduler at 127.0.0.1:1")
+    assert len(done.stderr.splitlines()) == 1
+    assert not case.starts()
+
+
+def test_workers_without_milltools_are_one_line(case, scheduler):
+    scheduler.start(workers=1, tools=str(scheduler.folder))
+    done = case.sweep("--dask", str(scheduler.file))
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert "has no milltools" in done.stderr
+    assert "start them with PYTHONPATH=" in done.stderr
+
+
+def test_workers_with_another_milltools_are_one_line(case, scheduler):
+    other = scheduler.folder / "other"
+    subprocess.run(["cp", "-r", TOOLS, other], check=True)
+    with open(other / "milltools/study/job.py", "a") as file:
+        file.write("# another version\n")
+    scheduler.start(workers=1, tools=str(other))
+    done = case.sweep("--dask", str(scheduler.file))
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1
+    assert "milltools is another one on" in done.stderr
+    assert not case.starts()
+
+
+def test_ctrl_c_ends_the_runs_on_the_workers_and_leaves_the_workers(case, scheduler):
+    case.pause(30)
+    scheduler.start()
+    sweep = case.start("--dask", str(scheduler.file))
+    case.await_starts(2)
+    sweep.send_signal(signal.SIGINT)
+    assert sweep.wait(30) == 130
+    wait(lambda: not any(alive(pid) for _, _, pid in case.starts()), "the runs' end")
+    case.pause(0)
+    done = case.sweep("--dask", str(scheduler.file))
+    assert done.returncode == 0, done.stderr
+    assert list(case.table()["status"]) == ["done"] * case.designs
+
+
+def test_dask_local_is_a_cluster_of_ones_own_that_goes_with_the_driver(case):
+    case.pause(0.5)
+    sweep = case.start("--dask", "local", "--workers", "2")
+    case.await_starts(3)
+    pids = [int(pid) for _, _, pid in case.starts() if alive(pid)]
+    workers = {worker_of(case, pid) for pid in pids}
+    assert sweep.pid not in workers
+    sweep.kill()
+    sweep.wait()
+    wait(lambda: not any(alive(pid) for pid in [*pids, *workers]), "the end of all it started")
+    case.pause(0)
+    done = case.sweep("--dask", "local")
+    assert done.returncode == 0, done.stderr
+    assert list(case.table()["status"]) == ["done"] * case.designs
+    assert sum(case.runs().values()) <= case.designs + 2

@@ -1,0 +1,135 @@
+"""What one task of a Slurm array does: `python -m milltools.study.slurm_task FOLDER TASK`, FOLDER an array's (spool.py).
+
+It runs its jobs one after the other on each of its cores (--cpus-per-task, 1 by default) and says each result before it
+takes the next job. It needs no Slurm: the line above, typed by hand, does the same work. A task that Slurm puts back into
+the queue finds what it did before. SIGTERM, which comes shortly before a time limit or a scancel strikes, ends the runs in
+hand; what was finished is kept.
+"""
+
+import collections
+import contextlib
+import importlib
+import os
+import pathlib
+import signal
+import socket
+import sys
+import tempfile
+import threading
+
+from milltools.study.job import Lost
+from milltools.study.spool import Array, Listener, Sayer, one_line
+
+TRIES = 3  # times that a job is begun in one task before it is called lost
+
+
+def _function(call):
+    module, name = call.split(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def _children():
+    """The processes that this one has started and that still run."""
+    found = []
+    for path in pathlib.Path("/proc/self/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            found += [int(word) for word in path.read_text().split()]
+    return found
+
+
+class Task:
+    """The jobs of one task that are not done yet, and where their results go."""
+
+    def __init__(self, array, number):
+        self.begun, finished = collections.Counter(), set()
+        for said in Listener(array.rows(number)).listen():
+            if "start" in said:
+                self.begun[said["start"]] += 1
+            elif "row" in said:
+                finished.add(said["row"].get("id"))
+            elif "lost" in said or "error" in said:
+                finished.add(said.get("lost", said.get("error")))
+        entries = array.entries(number)
+        self.left = collections.deque(e for e in entries if e["job"]["id"] not in finished)
+        self.sayer = Sayer(array.rows(number))
+        self.lock = threading.Lock()
+        self.stopped = False
+
+    def say(self, line):
+        with self.lock:
+            self.sayer.say(line)
+
+    def next(self):
+        with self.lock:
+            return self.left.popleft() if self.left and not self.stopped else None
+
+    def work(self):
+        """Takes jobs until none is left: one of this runs on each core."""
+        while entry := self.next():
+            job = entry["job"]
+            name = job["id"]
+            if self.begun[name] >= TRIES:
+                self.say({"lost": name, "why": f"its task was ended {TRIES} times while it ran"})
+                continue
+            self.say({"start": name, "host": f"{socket.gethostname()}:{os.getpid()}"})
+            try:
+                said = {"row": _function(entry["call"])(job)}
+            except Lost as fault:
+                if self.stopped:  # by us: whoever resubmits it will see that it was begun
+                    return
+                said = {"lost": name, "why": one_line(fault)}
+            except Exception as fault:
+                said = {"error": name, "why": one_line(fault)}
+            self.say(said)
+
+    def stop(self):
+        """Ends the runs in hand and takes no other job."""
+        self.stopped = True
+        for process in _children():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+
+
+def _cores():
+    try:
+        return max(1, int(os.environ["SLURM_CPUS_PER_TASK"]))
+    except (KeyError, ValueError):
+        return 1
+
+
+def run(folder, number):
+    """All jobs of this task; returns the exit status."""
+    array = Array(folder, "")
+    task = Task(array, number)
+    ended = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: ended.set())
+    threads = [threading.Thread(target=task.work, daemon=True) for _ in range(_cores())]
+    for thread in threads:
+        thread.start()
+    # the main thread only waits, so that a signal finds it; runs that are killed end within moments
+    while any(thread.is_alive() for thread in threads):
+        if ended.wait(0.1):
+            task.stop()
+            for thread in threads:
+                thread.join(5)
+            return 128 + signal.SIGTERM
+    task.say({"end": True})
+    return 0
+
+
+def main():
+    if len(sys.argv) != 3 or not sys.argv[2].isdigit():
+        print("usage: python -m milltools.study.slurm_task FOLDER TASK", file=sys.stderr)
+        return 2
+    # runs keep what they need for a while in a folder of this task's, so that none of it stays where they were killed
+    with tempfile.TemporaryDirectory(prefix="mill-", ignore_cleanup_errors=True) as scratch:
+        tempfile.tempdir = os.environ["TMPDIR"] = scratch
+        try:
+            return run(pathlib.Path(sys.argv[1]), int(sys.argv[2]))
+        except OSError as fault:
+            print(f"mill: {fault}", file=sys.stderr)
+            return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
