@@ -136,9 +136,9 @@ def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
     from milltools.study.progress import Watch
 
     study = Study.read(write_study())
-    kept = [{"status": "done", MEDIAN: 0.25}, {"status": "failed", MEDIAN: float("nan")}]
+    kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
     with Watch("mill sweep", 6, kept, study.objectives[0]) as watch:
-        watch.row({"status": "capped", MEDIAN: 0.5})
+        watch.row({"status": "done", MEDIAN: 0.5})
         watch.said -= 60
         watch.tick()
         watch.tick()
