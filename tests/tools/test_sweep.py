@@ -32,7 +32,12 @@ def start(tmp_path):
         process = subprocess.Popen(
             [sys.executable, "-m", "milltools", *arguments],
             cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(program)},
+            env={
+                **os.environ,
+                "PYTHONPATH": str(ROOT / "tools"),
+                "MILLSIM": str(program),
+                "TMPDIR": str(tmp_path),
+            },
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
