@@ -64,7 +64,7 @@ def sweep(monkeypatch, capsys, tmp_path, the_program):
     def run(*words, program=PROGRAM):
         monkeypatch.setenv("MILLSIM", str(program))
         try:
-            status = dispatch(["sweep", *words])
+            status = dispatch(["sweep", "--no-picture", *words])
         except UserError as fault:
             status = fault.status
             print(f"mill sweep: {fault}", file=sys.stderr)
@@ -195,14 +195,14 @@ def test_kill_9_loses_nothing_leaves_nothing_running_and_costs_only_what_flew(
 ):
     write_study()
     program = stand_in(SLOW.format(tmp_path))
-    process = start("sweep", "a.study", "--workers", "2", program=program)
+    process = start("sweep", "--no-picture", "a.study", "--workers", "2", program=program)
     until(lambda: len(rows_so_far(tmp_path)) == 2 and len(runs(tmp_path)) == 4, "two rows")
     flying = [pid for pid, _, _ in runs(tmp_path)[2:]]
     process.send_signal(signal.SIGKILL)
     process.communicate()
     until(lambda: not any(alive(pid) for pid in flying), "end of its runs")
     (tmp_path / "go").touch()
-    done = mill("sweep", "a.study", env={"MILLSIM": program})
+    done = mill("sweep", "--no-picture", "a.study", env={"MILLSIM": program})
     assert done.returncode == 0
     assert done.stderr == "mill sweep: 2 of 6 runs are there already\n"
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 6
@@ -217,7 +217,7 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
 ):
     write_study()
     program = stand_in(SLOW.format(tmp_path))
-    process = start("sweep", "a.study", "--workers", "2", program=program)
+    process = start("sweep", "--no-picture", "a.study", "--workers", "2", program=program)
     until(lambda: len(rows_so_far(tmp_path)) == 2 and len(runs(tmp_path)) == 4, "two rows")
     os.killpg(process.pid, number)
     out, err = process.communicate(timeout=60)
@@ -230,9 +230,9 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
 def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, stand_in, tmp_path):
     write_study()
     program = stand_in(WAIT.format(tmp_path))
-    process = start("sweep", "a.study", "--workers", "1", program=program)
+    process = start("sweep", "--no-picture", "a.study", "--workers", "1", program=program)
     until(lambda: runs(tmp_path), "first run")
-    done = mill("sweep", "a.study")
+    done = mill("sweep", "--no-picture", "a.study")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "mill sweep: a.parquet: another mill is writing it at this moment\n"
     (tmp_path / "go").touch()
