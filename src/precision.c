@@ -192,7 +192,7 @@ struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64
     const struct mill_account *now = &p->books[p->at.batches];
     struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false, false};
     known.idle = now->rotor_work_gross <= rounding * now->incident;
-    known.enough = n >= MILL_PRECISION_FEWEST && (known.idle || n >= 2 * p->at.period);
+    known.enough = n >= MILL_PRECISION_FEWEST && (known.idle || n >= 3 * p->at.period);
     if (n == 0)
         return known;
     for (uint64_t k = 0; k < n; k++)

@@ -14,7 +14,7 @@
 enum {
     MILL_PRECISION_BATCHES = 1152, /* there is room for; then they are joined */
     MILL_PRECISION_SLOTS = MILL_SPECTRUM_SLOTS - MILL_SPECTRUM_FAST, /* from 0.05 m/s up */
-    MILL_PRECISION_FEWEST = 24 /* batches that tell anything: of two revolutions */
+    MILL_PRECISION_FEWEST = 36 /* batches that tell anything: three revolutions */
 };
 
 /* What changes as it goes; plain numbers, saved as they are. */
@@ -44,7 +44,7 @@ struct mill_precision_known {
     struct mill_precision_mean power;  /* [W] of the rotor */
     uint64_t batches;                  /* they are taken from */
     bool idle;   /* the rotor has never done any work: nothing to be known of its power */
-    bool enough; /* batches, and two revolutions of a rotor that works, to believe the errors */
+    bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
 };
 
 /* Batches for a rotor of `rotor_speed` [rad/s] (0: none). They do not depend on how long the run
