@@ -210,8 +210,10 @@ def test_the_start_up_is_cut_off(run):
 def test_a_given_sample_from_wins(run, begin):
     path, summary = run(f"run.sample_from={begin}")
     told = precision(path)
-    assert told["warm_up"] == summary["sample_from"] == float(begin.split()[0]) / (
-        1000 if "ms" in begin else 1
+    assert (
+        told["warm_up"]
+        == summary["sample_from"]
+        == float(begin.split()[0]) / (1000 if "ms" in begin else 1)
     )
     assert read(path, "run/ended_by") == "precision"
     assert told["median_above_50mm_s/standard_error"] <= 0.05 * read(path, f"statistics/{MEDIAN}")
