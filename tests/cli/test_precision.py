@@ -14,6 +14,8 @@ import pytest
 from conftest import PROGRAM
 from results import OWN, assert_same, status
 
+from milltools.runfile import Run
+
 # Two revolutions of start-up, then steady; half a second of processor time for 5 %
 MILL = """\
 [run]
@@ -195,6 +197,12 @@ def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known
         assert {key: a[kind].attrs[key] for key in a[kind].attrs} == {
             key: b[kind].attrs[key] for key in b[kind].attrs
         }
+
+
+def test_the_python_tools_find_the_window(known):
+    path, _ = known
+    window = Run(path).window
+    assert window == pytest.approx((precision(path)["warm_up"], read(path, "run/time")), rel=1e-12)
 
 
 def test_the_start_up_is_cut_off(run):
