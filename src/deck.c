@@ -88,11 +88,13 @@ static void print_section(const struct printing *p, enum mill_deck_part part,
     const bool mixture = mill_deck_text_section(p->deck->text, DECK_BALLS_NAME, NULL) != NULL;
     for (int i = 0; i < mill_deck_table_length; i++) {
         const struct mill_deck_key *key = &mill_deck_table[i];
-        if (key->part != part || (key->wavy && !p->deck->wavy) || says_nothing(p->deck, key))
+        if (key->part != part || (key->wavy && !p->deck->wavy))
             continue;
         if (mill_deck_fill_is_share(key))
             continue;
         if (mixture && part == DECK_BALLS && key->home == DECK_IN_BALLS)
+            continue;
+        if (says_nothing(p->deck, key))
             continue;
         mill_deck_value_print(key, mill_deck_fill_home(p->deck, key, section, index), p->value,
                               p->size);

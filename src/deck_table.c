@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define SEED_MAX 4294967295.0 /* what the generator tells apart */
+#define MOST_COLLISIONS 1e15  /* as a double a count is exact that far */
 #define DECK(member) DECK_IN_DECK, offsetof(struct mill_deck, member)
 #define BALLS(member) DECK_IN_BALLS, offsetof(struct mill_deck_balls, member)
 #define BLADES(member) DECK_IN_BLADES, offsetof(struct mill_deck_blades, member)
@@ -24,7 +25,6 @@
 #define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
 #define FROM_TO(lo, hi) lo, hi, false, false
 #define WAVY_FROM_TO(lo, hi) lo, hi, false, true
-#define MOST_COLLISIONS 1e15 /* counts are exact */
 #define FILL 0, 1, true, false
 #define REQUIRED NULL, false
 #define DERIVED NULL, true

@@ -11,36 +11,36 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [s] A charge in a mill of any size needs longer than the first to change; a rotor that creeps or
- * stands says nothing about times: then the second. */
-static const double shortest = 1e-3, longest = 25e-3, usual = 5e-3;
+/* [s] of a batch. A charge needs longer than the first to change; a rotor slower than the last
+ * stands. */
+static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
-enum { FEWEST_IN_RUN = 64, PARTS = 12 };
+/* Of the energy that the balls bring into contacts: less work is rounding */
+static const double rounding = 1e-9;
 
-void mill_precision_plan(double rotor_speed, double time, struct mill_precision_progress *progress)
+enum { PARTS = 12 };
+
+void mill_precision_plan(double rotor_speed, struct mill_precision_progress *progress)
 {
     const double turn = rotor_speed != 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
     *progress = (struct mill_precision_progress){usual, 0, 0};
-    if (turn < 1e6 * time) {
-        uint64_t period = PARTS;
-        while (period > 1 && turn < (double)period * shortest)
-            period -= period > 6 ? 6 : period > 4 ? 2 : 1; /* 12, 6, 4, 3, 2, 1 */
-        progress->period = period;
-        progress->batch = fmax(1, ceil(shortest / turn * (1 - 1e-12))) * turn / (double)period;
-    }
-    while (progress->batch > (progress->period ? longest : usual) ||
-           progress->batch * FEWEST_IN_RUN > time) {
-        progress->batch /= 2;
-        progress->period *= 2;
-    }
+    if (!(turn < standing))
+        return;
+    uint64_t period = PARTS;
+    while (period > 1 && turn < (double)period * shortest)
+        period -= period > 6 ? 6 : period > 4 ? 2 : 1; /* 12, 6, 4, 3, 2, 1 */
+    progress->batch = fmax(1, ceil(shortest / turn * (1 - 1e-12))) * turn / (double)period;
+    for (; progress->batch > longest; progress->batch /= 2)
+        period *= 2;
+    progress->period = period;
 }
 
-bool mill_precision_init(struct mill_precision *p, double origin, double rotor_speed, double time,
+bool mill_precision_init(struct mill_precision *p, double origin, double rotor_speed,
                          const struct mill_spectrum_grid *grid)
 {
     const size_t n = MILL_PRECISION_BATCHES;
     *p = (struct mill_precision){.origin = origin, .grid = grid};
-    mill_precision_plan(rotor_speed, time, &p->at);
+    mill_precision_plan(rotor_speed, &p->at);
     p->books = calloc(n + 1, sizeof *p->books);
     p->counts = calloc(n * MILL_PRECISION_SLOTS, sizeof *p->counts);
     p->power = calloc(3 * n, sizeof *p->power);
@@ -189,8 +189,10 @@ struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64
 {
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
-    struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false};
-    known.idle = !(p->books[p->at.batches].rotor_work_gross > 0);
+    const struct mill_account *now = &p->books[p->at.batches];
+    struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false, false};
+    known.idle = now->rotor_work_gross <= rounding * now->incident;
+    known.enough = n >= MILL_PRECISION_FEWEST && (known.idle || n >= 3 * p->at.period);
     if (n == 0)
         return known;
     for (uint64_t k = 0; k < n; k++)
@@ -220,7 +222,7 @@ struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64
 
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted)
 {
-    const bool power = known->idle || known->power.error <= wanted * fabs(known->power.value);
-    return power && known->median.error <= wanted * known->median.value &&
-           (known->idle || known->power.value != 0);
+    const bool power = known->idle || (known->power.value != 0 &&
+                                       known->power.error <= wanted * fabs(known->power.value));
+    return known->enough && power && known->median.error <= wanted * known->median.value;
 }

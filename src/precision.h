@@ -14,7 +14,7 @@
 enum {
     MILL_PRECISION_BATCHES = 1152, /* there is room for; then they are joined */
     MILL_PRECISION_SLOTS = MILL_SPECTRUM_SLOTS - MILL_SPECTRUM_FAST, /* from 0.05 m/s up */
-    MILL_PRECISION_FEWEST = 24 /* batches that tell anything: of two revolutions */
+    MILL_PRECISION_FEWEST = 36 /* batches that tell anything: three revolutions */
 };
 
 /* What changes as it goes; plain numbers, saved as they are. */
@@ -43,16 +43,17 @@ struct mill_precision_known {
     struct mill_precision_mean median; /* [m/s] normal speed of the impacts above 0.05 m/s */
     struct mill_precision_mean power;  /* [W] of the rotor */
     uint64_t batches;                  /* they are taken from */
-    bool idle; /* the rotor has never done any work: nothing to be known of its power */
+    bool idle;   /* the rotor has never done any work: nothing to be known of its power */
+    bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
 };
 
-/* Batches for a run of `time` [s] with a rotor of `rotor_speed` [rad/s] (0: none): of a
- * revolution, as short as allows to see the start-up end, and 64 of them in the run at least. */
-void mill_precision_plan(double rotor_speed, double time, struct mill_precision_progress *progress);
+/* Batches for a rotor of `rotor_speed` [rad/s] (0: none). They do not depend on how long the run
+ * may last: that must not change where it ends. */
+void mill_precision_plan(double rotor_speed, struct mill_precision_progress *progress);
 
 /* From `origin` [s] on; the grid must outlive it. false: out of memory; then, too, free it. */
 bool mill_precision_init(struct mill_precision *precision, double origin, double rotor_speed,
-                         double time, const struct mill_spectrum_grid *grid);
+                         const struct mill_spectrum_grid *grid);
 void mill_precision_free(struct mill_precision *precision);
 
 /* [s] simulated time at which the batch now open ends. */
@@ -76,7 +77,8 @@ uint64_t mill_precision_cut(struct mill_precision *precision, bool *settled);
 struct mill_precision_known mill_precision_tell(struct mill_precision *precision, uint64_t from,
                                                 bool whole);
 
-/* Both errors, where there is something to know, are at most `wanted` times their values. */
+/* There is enough to tell, and both errors, where there is something to know, are at most `wanted`
+ * times their values. */
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted);
 
 /* ---- series (precision_series.c) ---- */

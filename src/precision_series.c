@@ -14,7 +14,7 @@
 enum { LAST = 5, FEWEST = 16 };
 
 /* phi beyond these is not believed: few batches tell it to some 0.2 only */
-static const double least_memory = -0.5, most_memory = 0.9;
+static const double least_memory = -0.25, most_memory = 0.9;
 
 size_t mill_precision_mser(const double *x, size_t n)
 {

@@ -25,7 +25,7 @@ const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], const struct mill_
     text[0] = '\0';
     if (tally->precision == 0)
         return text;
-    if (!tally->at.settled || known->batches < MILL_PRECISION_FEWEST)
+    if (!tally->at.settled || !known->enough)
         return strcpy(text, "warming up");
     int used = say(text, MILL_SUMMARY_KNOWN, "median", &known->median);
     if (!known->idle && used < MILL_SUMMARY_KNOWN) {
@@ -53,7 +53,7 @@ static void say_end(FILE *out, const struct mill_tally *tally,
         fprintf(out, "run.time = %s reached", a);
     if (tally->precision == 0)
         return;
-    if (!tally->at.settled || tally->at.known.batches < MILL_PRECISION_FEWEST)
+    if (!tally->at.settled || !tally->at.known.enough)
         fprintf(out, ": not settled, so neither median nor power is known");
     else
         fprintf(out, ": %s", mill_summary_known(known, tally));

@@ -18,12 +18,11 @@ bool mill_tally_window_init(struct mill_tally *t, const struct mill_deck *deck,
     t->search = deck->sample_found;
     if (t->precision == 0 && t->collisions == 0)
         return true;
-    if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, t->end - t->begin,
-                             &t->grid))
+    if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
         return false;
     t->tick = t->batches.at.batch;
     t->at.length = 1;
-    t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false};
+    t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false, false};
     if (!t->search)
         return true;
     t->stretch = calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch);
@@ -125,8 +124,7 @@ static uint64_t find_begin(struct mill_tally *t, bool *whole)
 
 bool mill_tally_reached(const struct mill_tally *t)
 {
-    return t->precision > 0 && t->at.settled && t->at.known.batches >= MILL_PRECISION_FEWEST &&
-           mill_precision_reached(&t->at.known, t->precision);
+    return t->precision > 0 && t->at.settled && mill_precision_reached(&t->at.known, t->precision);
 }
 
 static void end_batch(struct mill_tally *t, const struct mill_account *account)

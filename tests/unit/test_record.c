@@ -99,7 +99,7 @@ START_TEST(the_end_replaces_what_a_checkpoint_wrote)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    struct mill_record_end end = {"running", 0.1, 0.1, {3, 2, 0.5, 7}, 1e6};
+    struct mill_record_end end = {"running", 0.1, 0.1, {3, 2, 0.5, 7}, 1e6, NULL};
     mill_record_start(file, "millsim", NULL);
     f.world.account.collisions[MILL_BALL_WALL] = 5;
     ck_assert_int_eq(mill_record_finish(file, &f.world, &end, NULL), MILL_OK);

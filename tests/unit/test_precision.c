@@ -1,0 +1,453 @@
+/* Claims about what is known of a run, and about the window that is found for it. */
+#include "mill_fixture.h"
+#include "precision.h"
+
+#include <string.h>
+
+enum { MOST = 4800 };
+
+static double x[MOST], room[MOST];
+static uint64_t chance;
+
+/* Normal deviates, by the sum of twelve */
+static double normal(void)
+{
+    double sum = -6;
+    for (int i = 0; i < 12; i++)
+        sum += random_share(&chance);
+    return sum;
+}
+
+/* x[n]: an autoregressive process of first order with variance 1, and a swing of the period */
+static void fill(size_t n, double memory, size_t period, double swing)
+{
+    double last = normal();
+    for (size_t i = 0; i < n; i++) {
+        last = memory * last + sqrt(1 - memory * memory) * normal();
+        x[i] =
+            10 + last + (period ? swing * sin(2 * PI * (double)(i % period) / (double)period) : 0);
+    }
+}
+
+/* Root mean square of the errors told of 2000 series, over the scatter of their means */
+static double told_over_true(size_t n, double memory, size_t period, double swing)
+{
+    double told = 0, scatter = 0;
+    enum { SERIES = 2000 };
+    chance = 7;
+    for (int k = 0; k < SERIES; k++) {
+        double mean = 0;
+        fill(n, memory, period, swing);
+        for (size_t i = 0; i < n; i++)
+            mean += x[i] / (double)n;
+        told += pow(mill_precision_error(x, n, period, room), 2);
+        scatter += (mean - 10) * (mean - 10);
+    }
+    return sqrt(told / scatter);
+}
+
+/* ---- series ---- */
+
+START_TEST(mser_cuts_a_start_up_that_stands_out)
+{
+    chance = 1;
+    fill(200, 0, 0, 0);
+    for (size_t i = 0; i < 40; i++)
+        x[i] += 20 * exp(-(double)i / 8);
+    const size_t cut = mill_precision_mser(x, 200);
+    ck_assert_uint_ge(cut, 16); /* 20 exp(-2) = 2.7 standard deviations */
+    ck_assert_uint_le(cut, 40);
+}
+END_TEST
+
+START_TEST(mser_is_the_minimum_of_its_formula)
+{
+    chance = 2;
+    fill(60, 0.5, 0, 0);
+    for (size_t i = 0; i < 12; i++)
+        x[i] -= (double)(12 - i) / 2;
+    size_t best = 0;
+    double least = INFINITY;
+    for (size_t d = 0; d + 5 < 60; d++) {
+        double mean = 0, squares = 0;
+        for (size_t i = d; i < 60; i++)
+            mean += x[i] / (double)(60 - d);
+        for (size_t i = d; i < 60; i++)
+            squares += (x[i] - mean) * (x[i] - mean);
+        if (squares / pow((double)(60 - d), 2) < least) {
+            least = squares / pow((double)(60 - d), 2);
+            best = d;
+        }
+    }
+    ck_assert_uint_eq(mill_precision_mser(x, 60), best);
+    ck_assert_uint_gt(best, 0);
+}
+END_TEST
+
+START_TEST(mser_keeps_all_of_a_series_too_short_to_judge)
+{
+    for (size_t n = 0; n <= 5; n++)
+        ck_assert_uint_eq(mill_precision_mser(x, n), 0);
+}
+END_TEST
+
+START_TEST(the_error_told_is_the_scatter_of_the_means)
+{
+    const double memory[] = {-0.2, 0, 0.5, 0.8};
+    for (int i = 0; i < 4; i++) {
+        const double ratio = told_over_true(480, memory[i], 0, 0);
+        ck_assert_msg(ratio > 0.85 && ratio < 1.15, "memory %g: %g", memory[i], ratio);
+    }
+}
+END_TEST
+
+START_TEST(in_short_series_the_error_is_told_too_large_rather_than_too_small)
+{
+    const double memory[] = {0, 0.5};
+    for (int i = 0; i < 2; i++) {
+        const double ratio = told_over_true(36, memory[i], 0, 0);
+        ck_assert_msg(ratio > 0.9 && ratio < 2.5, "memory %g: %g", memory[i], ratio);
+    }
+}
+END_TEST
+
+START_TEST(what_repeats_every_revolution_has_no_part_in_the_error)
+{
+    for (size_t turns = 3; turns <= 24; turns *= 2) {
+        const double ratio = told_over_true(12 * turns, 0, 12, 30);
+        ck_assert_msg(ratio > 0.85 && ratio < 1.3, "%zu revolutions: %g", turns, ratio);
+    }
+}
+END_TEST
+
+START_TEST(too_few_batches_have_no_error)
+{
+    fill(MILL_PRECISION_FEWEST, 0, 0, 0);
+    ck_assert_double_nan(mill_precision_error(x, MILL_PRECISION_FEWEST - 1, 0, room));
+    ck_assert(mill_precision_error(x, MILL_PRECISION_FEWEST, 0, room) > 0);
+}
+END_TEST
+
+/* ---- batches ---- */
+
+START_TEST(batches_are_parts_of_a_revolution_or_whole_ones)
+{
+    const double rpm[] = {0.2, 1, 10, 60, 300, 1000, 5000, 9000, 20000, 60000, 1e6};
+    for (size_t i = 0; i < sizeof rpm / sizeof *rpm; i++) {
+        struct mill_precision_progress p;
+        const double turn = 60 / rpm[i];
+        mill_precision_plan(-2 * PI / turn, &p);
+        const double turns = (double)p.period * p.batch / turn;
+        ck_assert_uint_ge(p.period, 1);
+        ck_assert_double_eq_tol(turns, round(turns), 1e-9);
+        ck_assert(p.period == 1 ? turns >= 1 : fabs(turns - 1) < 1e-9);
+        ck_assert(p.batch > 0.999e-3 && p.batch < 25.001e-3);
+    }
+}
+END_TEST
+
+START_TEST(without_a_rotor_there_are_no_revolutions)
+{
+    struct mill_precision_progress p;
+    mill_precision_plan(0, &p);
+    ck_assert_uint_eq(p.period, 0);
+    ck_assert(p.batch == 5e-3);
+    mill_precision_plan(1e-300, &p);
+    ck_assert_uint_eq(p.period, 0);
+}
+END_TEST
+
+static struct mill_spectrum_grid grid;
+static struct mill_precision batches;
+
+/* One more batch of `impacts`, at about `speed` (scattered by a fifth), and `work` [J] */
+static void add_batch(struct mill_account *account, double work, double speed, int impacts)
+{
+    uint64_t count[MILL_PRECISION_SLOTS] = {0};
+    for (int i = 0; i < impacts; i++) {
+        const double v = speed * exp(0.2 * normal());
+        const int slot = mill_spectrum_find(&grid, v) - MILL_SPECTRUM_FAST;
+        if (slot >= 0)
+            count[slot]++;
+    }
+    account->rotor_work += work;
+    account->rotor_work_gross += fabs(work);
+    account->incident += 1;
+    mill_precision_close(&batches, count, account);
+}
+
+static void open_batches(double rotor_speed, struct mill_account *account)
+{
+    chance = 5;
+    memset(account, 0, sizeof *account);
+    mill_spectrum_grid_init(&grid);
+    ck_assert(mill_precision_init(&batches, 0, rotor_speed, &grid));
+    mill_precision_open(&batches, account);
+}
+
+START_TEST(median_and_power_are_told_with_their_errors)
+{
+    struct mill_account account;
+    open_batches(100, &account);
+    for (int i = 0; i < 120; i++)
+        add_batch(&account, 2 * batches.at.batch * (1 + 0.1 * normal()), 0.7, 100);
+    const struct mill_precision_known known = mill_precision_tell(&batches, 0, true);
+    ck_assert_double_eq_tol(known.power.value, 2, 4 * 0.2 / sqrt(120));
+    ck_assert_double_eq_tol(known.power.error, 0.2 / sqrt(120), 0.3 * 0.2 / sqrt(120));
+    /* of the median of normal ln v: sqrt(pi/2) sigma / sqrt(n) */
+    const double error = 0.7 * sqrt(PI / 2) * 0.2 / sqrt(12000);
+    ck_assert_double_eq_tol(known.median.value, 0.7, 4 * error);
+    ck_assert_double_eq_tol(known.median.error, error, 0.3 * error);
+    ck_assert(mill_precision_reached(&known, 0.02));
+    ck_assert(!mill_precision_reached(&known, 0.005));
+}
+END_TEST
+
+START_TEST(a_power_near_zero_is_never_known)
+{
+    struct mill_account account;
+    open_batches(100, &account);
+    for (int i = 0; i < 240; i++)
+        add_batch(&account, 1e-3 * normal(), 0.7, 100);
+    struct mill_precision_known known = mill_precision_tell(&batches, 0, true);
+    ck_assert(known.median.error < 0.02 * known.median.value);
+    ck_assert(!mill_precision_reached(&known, 0.2));
+    /* nor where the charge has left the rotor altogether */
+    for (int i = 0; i < 240; i++)
+        add_batch(&account, 0, 0.7, 100);
+    known = mill_precision_tell(&batches, 240, true);
+    ck_assert(known.power.value == 0);
+    ck_assert(!mill_precision_reached(&known, 0.2));
+    mill_precision_free(&batches);
+}
+END_TEST
+
+START_TEST(a_rotor_that_never_did_any_work_is_not_waited_for)
+{
+    struct mill_account account;
+    open_batches(100, &account);
+    for (int i = 0; i < 48; i++)
+        add_batch(&account, 1e-18 * normal(), 0.7, 100);
+    const struct mill_precision_known known = mill_precision_tell(&batches, 0, true);
+    ck_assert(known.idle);
+    ck_assert(mill_precision_reached(&known, 0.02));
+    mill_precision_free(&batches);
+}
+END_TEST
+
+START_TEST(without_fast_impacts_nothing_is_known)
+{
+    struct mill_account account;
+    open_batches(0, &account);
+    for (int i = 0; i < 48; i++)
+        add_batch(&account, 0, 0.01, 100);
+    const struct mill_precision_known known = mill_precision_tell(&batches, 0, false);
+    ck_assert_double_nan(known.median.value);
+    ck_assert(!mill_precision_reached(&known, 1));
+    mill_precision_free(&batches);
+}
+END_TEST
+
+START_TEST(less_than_three_revolutions_are_not_enough)
+{
+    struct mill_account account;
+    open_batches(1.5, &account); /* a revolution of 4.2 s is many batches */
+    ck_assert_uint_gt(batches.at.period, 48);
+    for (uint64_t i = 0; i < 3 * batches.at.period - 1; i++)
+        add_batch(&account, 1, 0.7, 10);
+    ck_assert(!mill_precision_tell(&batches, 0, false).enough);
+    add_batch(&account, 1, 0.7, 10);
+    ck_assert(mill_precision_tell(&batches, 0, true).enough);
+    mill_precision_free(&batches);
+}
+END_TEST
+
+START_TEST(joined_batches_tell_the_same)
+{
+    struct mill_account account;
+    open_batches(100, &account);
+    for (int i = 0; i < MILL_PRECISION_BATCHES; i++) {
+        ck_assert_uint_eq(mill_precision_join(&batches), 1);
+        add_batch(&account, 0.3 + 0.01 * normal(), 0.7, 20);
+    }
+    const struct mill_precision_known before = mill_precision_tell(&batches, 0, true);
+    const double end = mill_precision_next(&batches) - batches.at.batch;
+    ck_assert_uint_eq(mill_precision_join(&batches), 2);
+    const struct mill_precision_known after = mill_precision_tell(&batches, 0, true);
+    ck_assert_uint_eq(batches.at.batches, MILL_PRECISION_BATCHES / 2);
+    ck_assert_uint_eq(batches.at.period, 6);
+    ck_assert_double_eq_tol(mill_precision_next(&batches) - batches.at.batch, end, 1e-9);
+    ck_assert(after.median.value == before.median.value);
+    ck_assert_double_eq_tol(after.power.value, before.power.value, 1e-9);
+    ck_assert_double_eq_tol(after.power.error / before.power.error, 1, 0.5);
+    mill_precision_free(&batches);
+}
+END_TEST
+
+/* ---- the window that is found ---- */
+
+static struct fixture f;
+
+/* A mill whose impacts are at 4 m/s and its power 500 W until 0.35 s, then 1 m/s and 100 W, both
+ * scattered; 10 revolutions a second */
+static void play(double from, double to)
+{
+    const double step = 2e-4;
+    for (double time = from; time < to - step / 2; time += step) {
+        const bool early = time < 0.35;
+        const double v = (early ? 4 : 1) * exp(0.3 * normal());
+        const int ball = (int)(39 * random_share(&chance));
+        f.world.account.rotor_work += (early ? 500 : 100) * (1 + 0.5 * normal()) * step;
+        f.world.account.rotor_work_gross += 100 * step;
+        f.world.account.incident += 0.1 * step;
+        fixture_play(&f, blow(time, MILL_BALL_BALL, ball, ball + 1, v, 0.01));
+    }
+}
+
+static void find_window(double precision)
+{
+    fixture_init(&f);
+    chance = 3;
+    f.deck.time = 20;
+    f.deck.sample_from = 0;
+    f.deck.sample_found = true;
+    f.deck.precision = precision;
+    fixture_create(&f);
+}
+
+START_TEST(nothing_from_before_the_cut_is_in_the_statistics)
+{
+    find_window(0.001);
+    play(0, 2);
+    fixture_finish(&f, 2);
+    ck_assert(f.tally->at.settled);
+    ck_assert_double_ge(f.tally->at.begin, 0.35);
+    ck_assert_double_le(f.tally->at.begin, 0.6);
+    ck_assert_double_eq_tol(f.tally->at.duration, 2 - f.tally->at.begin, 1e-12);
+    /* one impact every 0.2 ms, of 0.01 J each, none at 4 m/s */
+    const struct mill_spectrum *normal_speed = &f.tally->impacts[MILL_BALL_BALL].normal;
+    const double impacts = f.tally->at.duration / 2e-4;
+    ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), impacts, 1.01);
+    ck_assert_double_eq_tol(mill_spectrum_dissipation(normal_speed, 0), 0.01 * impacts, 0.011);
+    ck_assert_double_eq_tol(mill_spectrum_quantile(&f.tally->grid, normal_speed, 0, 0.5), 1, 0.05);
+    ck_assert_double_lt(mill_spectrum_quantile(&f.tally->grid, normal_speed, 0, 0.999), 4);
+    ck_assert_double_eq_tol(mill_tally_power(f.tally), 100, 5);
+    uint64_t hits = 0;
+    for (int i = 0; i < f.tally->maps->cross.n[0] * f.tally->maps->cross.n[1]; i++)
+        hits += f.tally->maps->cross.hits[i].count;
+    ck_assert_uint_eq(hits, impacts_of(&f, MILL_TALLY_ALL));
+    ck_assert_uint_eq(f.tally->rotor.blocks, (uint64_t)(f.tally->at.duration / 0.1 + 1e-6));
+    mill_tally_free(f.tally);
+}
+END_TEST
+
+START_TEST(the_window_ends_when_it_is_known)
+{
+    bool over = false;
+    find_window(0.03);
+    double time = 0;
+    for (; time < 10 && !over; time += 0.05) {
+        play(time, time + 0.05);
+        mill_tally_next_end(f.tally, &over);
+    }
+    ck_assert(over);
+    ck_assert_int_eq(f.tally->at.ended, MILL_TALLY_PRECISION);
+    ck_assert(mill_tally_reached(f.tally));
+    ck_assert_double_le(f.tally->at.known.median.error, 0.03 * f.tally->at.known.median.value);
+    ck_assert_double_le(f.tally->at.known.power.error, 0.03 * f.tally->at.known.power.value);
+    const uint64_t then = f.world.account.collisions[MILL_BALL_BALL];
+    fixture_finish(&f, time);
+    ck_assert_uint_lt(impacts_of(&f, MILL_BALL_BALL), then);
+    mill_tally_free(f.tally);
+}
+END_TEST
+
+START_TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it)
+{
+    find_window(0.001);
+    play(0, 0.2);
+    /* a ball that rests on a wall from the start-up to the end: contacts every 8 us */
+    for (int k = 0; k < 6500; k++) {
+        const double time = 0.2 + 2e-4 * k;
+        play(time, time + 2e-4);
+        for (int i = 1; i <= 25; i++)
+            fixture_play(&f, blow(time + 8e-6 * i - 4e-6, MILL_BALL_WALL, 7, 0, 0.01, 1e-6));
+    }
+    play(1.5, 2.5);
+    fixture_finish(&f, 2.5);
+    ck_assert(f.tally->at.begin > 0.2 && f.tally->at.begin < 1.2);
+    ck_assert_uint_gt(impacts_of(&f, MILL_BALL_WALL), 0);
+    ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 0);
+    ck_assert(mill_spectrum_dissipation(&f.tally->strikes[MILL_BALL_WALL].normal, 0) == 0);
+    mill_tally_free(f.tally);
+}
+END_TEST
+
+START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_stretches)
+{
+    find_window(0.001);
+    /* steady from the start: all is kept; chains of contacts run through many stretches */
+    for (double time = 1e-6; time < 1.5; time += 9e-6)
+        fixture_play(&f, blow(time, MILL_BALL_WALL, 7, 0, 0.2 + 0.1 * random_share(&chance), 1e-6));
+    fixture_finish(&f, 1.5);
+    if (f.tally->at.begin == 0) {
+        ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 1);
+        ck_assert_double_eq_tol(
+            mill_spectrum_dissipation(&f.tally->strikes[MILL_BALL_WALL].normal, 0),
+            mill_spectrum_dissipation(&f.tally->impacts[MILL_BALL_WALL].normal, 0), 1e-9);
+    } else {
+        ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 0);
+    }
+    mill_tally_free(f.tally);
+}
+END_TEST
+
+START_TEST(stretches_are_joined_and_a_long_run_still_finds_its_cut)
+{
+    find_window(1e-6);
+    play(0, 12); /* 1440 batches: both are joined several times */
+    ck_assert_double_gt(f.tally->batches.at.batch, 1.5 * f.tally->tick);
+    fixture_finish(&f, 12);
+    ck_assert_double_ge(f.tally->at.begin, 0.35);
+    ck_assert_double_le(f.tally->at.begin, 1.2); /* a stretch is up to a 12th of the run */
+    ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.tally->at.duration / 2e-4,
+                            1.01);
+    mill_tally_free(f.tally);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("precision");
+    TCase *series = tcase_create("series");
+    tcase_add_test(series, mser_cuts_a_start_up_that_stands_out);
+    tcase_add_test(series, mser_is_the_minimum_of_its_formula);
+    tcase_add_test(series, mser_keeps_all_of_a_series_too_short_to_judge);
+    tcase_add_test(series, the_error_told_is_the_scatter_of_the_means);
+    tcase_add_test(series, in_short_series_the_error_is_told_too_large_rather_than_too_small);
+    tcase_add_test(series, what_repeats_every_revolution_has_no_part_in_the_error);
+    tcase_add_test(series, too_few_batches_have_no_error);
+    suite_add_tcase(suite, series);
+    TCase *known = tcase_create("batches");
+    tcase_add_test(known, batches_are_parts_of_a_revolution_or_whole_ones);
+    tcase_add_test(known, without_a_rotor_there_are_no_revolutions);
+    tcase_add_test(known, median_and_power_are_told_with_their_errors);
+    tcase_add_test(known, a_power_near_zero_is_never_known);
+    tcase_add_test(known, a_rotor_that_never_did_any_work_is_not_waited_for);
+    tcase_add_test(known, without_fast_impacts_nothing_is_known);
+    tcase_add_test(known, less_than_three_revolutions_are_not_enough);
+    tcase_add_test(known, joined_batches_tell_the_same);
+    suite_add_tcase(suite, known);
+    TCase *window = tcase_create("window");
+    tcase_add_test(window, nothing_from_before_the_cut_is_in_the_statistics);
+    tcase_add_test(window, the_window_ends_when_it_is_known);
+    tcase_add_test(window, a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it);
+    tcase_add_test(window, what_strikes_lose_is_what_impacts_lose_across_all_stretches);
+    tcase_add_test(window, stretches_are_joined_and_a_long_run_still_finds_its_cut);
+    suite_add_tcase(suite, window);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
