@@ -302,7 +302,7 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self._finish(task, said["error"], fault=UserError(said.get("why", ""), 1))
             elif "end" in said:
                 task.ended = True
-        if task.ended and task.left:
+        if task.ended and task.left and not self.closing.is_set():
             # it says that it is done, and is not: a list cut short, a disk that lied
             self._bury(task)
 
