@@ -274,11 +274,8 @@ def test_what_a_task_says_of_a_job_is_raised(queue, job, tmp_path):
 def test_tasks_that_end_before_their_first_run_are_given_up_with_their_last_words(
     queue, job, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(
-        slurm.SlurmExecutor,
-        "_script",
-        staticmethod(lambda array: "echo; echo no such host; echo; exit 1"),
-    )
+    words = "echo; echo no such host; echo; exit 1"
+    monkeypatch.setattr(slurm_task, "script", lambda array: words)
     executor = slurm.SlurmExecutor(tmp_path / "t.slurm")
     (future,) = submit(executor, job("a"))
     with pytest.raises(UserError, match="3 Slurm tasks ended before .*: no such host"):

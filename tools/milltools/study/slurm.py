@@ -14,15 +14,14 @@ wait or run in Slurm are waited for, not submitted twice.
 import collections
 import concurrent.futures
 import math
-import pathlib
 import shlex
 import sys
 import threading
 import time
 
-import milltools
 from milltools.errors import UserError
 from milltools.study import slurm_queue as queue
+from milltools.study import slurm_task
 from milltools.study.bundles import ARRAY, SPREAD, Entry, Task, bundle_size
 from milltools.study.job import Lost
 from milltools.study.spool import Spool
@@ -245,7 +244,7 @@ class SlurmExecutor(concurrent.futures.Executor):
         array = self.spool.create([[e.written() for e in bundle] for bundle in bundles])
         at_once = None if free == math.inf or free >= len(bundles) else free
         try:
-            queue.submit(array, len(bundles), self._script(array), self.options, at_once)
+            queue.submit(array, len(bundles), slurm_task.script(array), self.options, at_once)
         except queue.Full as fault:
             self._return(array, bundles)
             if len(bundles) > 1:
@@ -275,18 +274,6 @@ class SlurmExecutor(concurrent.futures.Executor):
         for path in array.folder.iterdir():
             path.unlink()
         array.folder.rmdir()
-
-    @staticmethod
-    def _script(array):
-        """The batch script. Tasks find this very milltools, whatever the site does to their environment."""
-        tools = pathlib.Path(milltools.__file__).resolve().parents[1]
-        words = [sys.executable, "-m", "milltools.study.slurm_task", str(array.folder.resolve())]
-        return (
-            "#!/bin/sh\n"
-            f"PYTHONPATH={shlex.quote(str(tools))}${{PYTHONPATH:+:$PYTHONPATH}}\n"
-            "export PYTHONPATH\n"
-            f"exec {shlex.join(words)} $SLURM_ARRAY_TASK_ID\n"
-        )
 
     def _hear(self, task):
         """Takes in what a task has said since the last look."""
@@ -360,7 +347,9 @@ class SlurmExecutor(concurrent.futures.Executor):
                 with self.lock:
                     self.known.pop(entry.name, None)
             elif entry.name in task.begun:
-                self._finish(task, entry.name, fault=Lost("its Slurm task was ended while it ran"))
+                words = task.array.last_words(task.number)
+                fault = Lost(f"its Slurm task was ended while it ran{words and ': '}{words}")
+                self._finish(task, entry.name, fault=fault)
             else:
                 entry.idle = 0 if task.begun else entry.idle + 1
                 if entry.idle >= TRIES:
