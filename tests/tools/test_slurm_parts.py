@@ -1,6 +1,7 @@
 """What of the way through Slurm needs no Slurm: what a task does, what the driver makes of it. Slurm's commands are played by
 functions that start each task as a process, as Slurm would."""
 
+import argparse
 import collections
 import os
 import re
@@ -14,8 +15,9 @@ import pytest
 import small_job
 from cluster_studies import TOOLS, wait
 
+from milltools import sweep
 from milltools.errors import UserError
-from milltools.study import bundles, slurm, slurm_queue, slurm_task
+from milltools.study import bundles, executors, slurm, slurm_queue, slurm_task
 from milltools.study.job import Lost
 from milltools.study.spool import Array, Listener, Sayer, Spool
 
@@ -303,13 +305,15 @@ def test_an_account_that_may_have_two_tasks_gets_two_at_a_time(queue, job, tmp_p
     assert set(job.runs().values()) == {1}
 
 
-def test_an_account_that_may_have_no_task_is_a_line(queue, job, tmp_path):
+def test_a_place_in_the_queue_is_waited_for_with_one_line(queue, job, tmp_path, capfd):
     queue.full = 0
-    executor = slurm.SlurmExecutor(tmp_path / "t.slurm")
-    (future,) = submit(executor, job("a"))
-    with pytest.raises(UserError, match="sbatch: too many"):
-        future.result(30)
-    executor.shutdown()
+    with slurm.SlurmExecutor(tmp_path / "t.slurm") as executor:
+        (future,) = submit(executor, job("a"))
+        wait(lambda: len(queue.submitted) == 3, "the third try")
+        queue.full = None
+        assert future.result(30)["id"] == "a"
+    said = capfd.readouterr().err.splitlines()
+    assert said == ["mill: no place in Slurm's queue, waiting: too many"]
 
 
 def abandon(executor):
@@ -371,3 +375,28 @@ def test_no_thread_is_left(queue, job, tmp_path):
     with slurm.SlurmExecutor(tmp_path / "t.slurm"):
         pass
     assert "slurm" not in [thread.name for thread in threading.enumerate()]
+
+
+# ---- the command line
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--bundle", "3"], "--bundle goes with --slurm"),
+        (["--detach"], "--detach goes with --slurm"),
+        (["--slurm-options=--time=5"], "--slurm-options goes with --slurm"),
+        (["--slurm", "--dask", "local"], "--dask or --slurm, not both"),
+        (["--slurm", "--workers", "3"], "--workers is for runs on this machine"),
+        (["--slurm", "--tasks", "0"], "--tasks: expected 1 or more, got 0"),
+        (["--slurm", "--slurm-options=--comment='a"], "--slurm-options: No closing quotation"),
+    ],
+)
+def test_options_that_do_not_go_together_are_one_line(queue, words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.study").write_text("")
+    parser = argparse.ArgumentParser()
+    sweep.add_arguments(parser)
+    with pytest.raises(UserError, match=f"^{said}") as raised:
+        executors.open_executor(parser.parse_args(["t.study", *words]))
+    assert raised.value.status == 2

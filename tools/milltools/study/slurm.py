@@ -66,7 +66,7 @@ class SlurmExecutor(concurrent.futures.Executor):
             0.0  # when a task last said something, when squeue was asked [monotonic s]
         )
         self.later = 0.0  # nothing is submitted before [monotonic s]
-        self.told_away = False
+        self.told = False
         self.closing = threading.Event()
         self.fault = None
         if anew:
@@ -183,10 +183,14 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self._tell_away(fault)
                 time.sleep(AWAY)
 
+    def _tell(self, what):
+        """Says once why nothing happens."""
+        if not self.told:
+            print(f"mill: {what}", file=sys.stderr)
+        self.told = True
+
     def _tell_away(self, fault):
-        if not self.told_away:
-            print(f"mill: Slurm does not answer, waiting: {fault}", file=sys.stderr)
-        self.told_away = True
+        self._tell(f"Slurm does not answer, waiting: {fault}")
 
     def _gather(self, entry, ahead=False):
         self.last = time.monotonic()
@@ -249,10 +253,10 @@ class SlurmExecutor(concurrent.futures.Executor):
             self._return(array, bundles)
             if len(bundles) > 1:
                 self.allowed = len(bundles) // 2
-            elif self.running:
-                self.allowed, self.later = self.largest, time.monotonic() + FULL
             else:
-                raise UserError(f"sbatch: {fault}", 1) from None
+                if not self.running:  # others of this account, or ours that have only just ended
+                    self._tell(f"no place in Slurm's queue, waiting: {fault}")
+                self.allowed, self.later = self.largest, time.monotonic() + FULL
             return
         except queue.Away as fault:
             self._tell_away(fault)
@@ -261,7 +265,7 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self._return(array, bundles)
                 self.later = time.monotonic() + AWAY
                 return
-        self.told_away = False
+        self.told = False
         tasks = [Task(array, number, bundle) for number, bundle in enumerate(bundles)]
         with self.lock:
             self.running += tasks
@@ -326,7 +330,7 @@ class SlurmExecutor(concurrent.futures.Executor):
         except queue.Away as fault:
             self._tell_away(fault)
             return
-        self.told_away = False
+        self.told = False
         for task in self.running:
             if (task.array.name, task.number) in there:
                 task.missed = None
