@@ -10,6 +10,8 @@ import time
 import pandas
 from conftest import PROGRAM, ROOT, SMALL
 
+from milltools.study.table import Table
+
 TOOLS = str(ROOT / "tools")
 
 STUDY = """\
@@ -104,6 +106,10 @@ class Case:
     def runs(self):
         """{design: how often it was run}"""
         return collections.Counter(design for design, _, _ in self.starts())
+
+    def kept(self):
+        """How many rows the table has, whatever became of its driver."""
+        return len(Table.open(self.folder / f"{self.name}.parquet"))
 
     def await_starts(self, count, timeout=30):
         wait(lambda: len(self.starts()) >= count, f"{count} runs", timeout)

@@ -140,16 +140,27 @@ class DaskExecutor(concurrent.futures.Executor):
             if name.startswith("distributed"):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         if address == "local":
+            self._start(distributed, workers or len(os.sched_getaffinity(0)))
+        else:
+            self.client = self._connect(distributed.Client)
+
+    def _start(self, distributed, workers):
+        """A cluster of one's own. Ctrl-C at the terminal is meant for the driver alone: processes started while it is ignored
+        go on ignoring it."""
+        main = threading.current_thread() is threading.main_thread()
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+        try:
             self.cluster = distributed.LocalCluster(
-                n_workers=workers or len(os.sched_getaffinity(0)),
+                n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
                 dashboard_address=None,
                 silence_logs=logging.CRITICAL + 1,
             )
             self.client = distributed.Client(self.cluster)
-        else:
-            self.client = self._connect(distributed.Client)
+        finally:
+            if main:
+                signal.signal(signal.SIGINT, before)
 
     def _connect(self, client):
         where = {"address": self.address}
@@ -304,6 +315,11 @@ class DaskExecutor(concurrent.futures.Executor):
         with self.idle:
             while (self.sent or self.waiting) and not self.fault:
                 self.idle.wait(1)
+        closing = threading.Thread(target=self._leave, daemon=True)
+        closing.start()
+        closing.join(PATIENCE)
+
+    def _leave(self):
         with contextlib.suppress(Exception):
             self.client.close(timeout=5)
         if self.cluster is not None:

@@ -58,7 +58,7 @@ def open_executor(arguments):
         from milltools.sweep import output_of
 
         return SlurmExecutor(
-            output_of(arguments).with_suffix(".slurm"),
+            f"{output_of(arguments)}.slurm",
             arguments.slurm_options or "",
             arguments.bundle,
             arguments.tasks,

@@ -14,15 +14,14 @@ wait or run in Slurm are waited for, not submitted twice.
 import collections
 import concurrent.futures
 import math
-import pathlib
 import shlex
 import sys
 import threading
 import time
 
-import milltools
 from milltools.errors import UserError
 from milltools.study import slurm_queue as queue
+from milltools.study import slurm_task
 from milltools.study.bundles import ARRAY, SPREAD, Entry, Task, bundle_size
 from milltools.study.job import Lost
 from milltools.study.spool import Spool
@@ -67,7 +66,7 @@ class SlurmExecutor(concurrent.futures.Executor):
             0.0  # when a task last said something, when squeue was asked [monotonic s]
         )
         self.later = 0.0  # nothing is submitted before [monotonic s]
-        self.told_away = False
+        self.told = False
         self.closing = threading.Event()
         self.fault = None
         if anew:
@@ -184,10 +183,14 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self._tell_away(fault)
                 time.sleep(AWAY)
 
+    def _tell(self, what):
+        """Says once why nothing happens."""
+        if not self.told:
+            print(f"mill: {what}", file=sys.stderr)
+        self.told = True
+
     def _tell_away(self, fault):
-        if not self.told_away:
-            print(f"mill: Slurm does not answer, waiting: {fault}", file=sys.stderr)
-        self.told_away = True
+        self._tell(f"Slurm does not answer, waiting: {fault}")
 
     def _gather(self, entry, ahead=False):
         self.last = time.monotonic()
@@ -245,15 +248,15 @@ class SlurmExecutor(concurrent.futures.Executor):
         array = self.spool.create([[e.written() for e in bundle] for bundle in bundles])
         at_once = None if free == math.inf or free >= len(bundles) else free
         try:
-            queue.submit(array, len(bundles), self._script(array), self.options, at_once)
+            queue.submit(array, len(bundles), slurm_task.script(array), self.options, at_once)
         except queue.Full as fault:
             self._return(array, bundles)
             if len(bundles) > 1:
                 self.allowed = len(bundles) // 2
-            elif self.running:
-                self.allowed, self.later = self.largest, time.monotonic() + FULL
             else:
-                raise UserError(f"sbatch: {fault}", 1) from None
+                if not self.running:  # others of this account, or ours that have only just ended
+                    self._tell(f"no place in Slurm's queue, waiting: {fault}")
+                self.allowed, self.later = self.largest, time.monotonic() + FULL
             return
         except queue.Away as fault:
             self._tell_away(fault)
@@ -262,7 +265,7 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self._return(array, bundles)
                 self.later = time.monotonic() + AWAY
                 return
-        self.told_away = False
+        self.told = False
         tasks = [Task(array, number, bundle) for number, bundle in enumerate(bundles)]
         with self.lock:
             self.running += tasks
@@ -275,18 +278,6 @@ class SlurmExecutor(concurrent.futures.Executor):
         for path in array.folder.iterdir():
             path.unlink()
         array.folder.rmdir()
-
-    @staticmethod
-    def _script(array):
-        """The batch script. Tasks find this very milltools, whatever the site does to their environment."""
-        tools = pathlib.Path(milltools.__file__).resolve().parents[1]
-        words = [sys.executable, "-m", "milltools.study.slurm_task", str(array.folder.resolve())]
-        return (
-            "#!/bin/sh\n"
-            f"PYTHONPATH={shlex.quote(str(tools))}${{PYTHONPATH:+:$PYTHONPATH}}\n"
-            "export PYTHONPATH\n"
-            f"exec {shlex.join(words)} $SLURM_ARRAY_TASK_ID\n"
-        )
 
     def _hear(self, task):
         """Takes in what a task has said since the last look."""
@@ -302,7 +293,7 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self._finish(task, said["error"], fault=UserError(said.get("why", ""), 1))
             elif "end" in said:
                 task.ended = True
-        if task.ended and task.left:
+        if task.ended and task.left and not self.closing.is_set():
             # it says that it is done, and is not: a list cut short, a disk that lied
             self._bury(task)
 
@@ -339,7 +330,7 @@ class SlurmExecutor(concurrent.futures.Executor):
         except queue.Away as fault:
             self._tell_away(fault)
             return
-        self.told_away = False
+        self.told = False
         for task in self.running:
             if (task.array.name, task.number) in there:
                 task.missed = None
@@ -360,7 +351,9 @@ class SlurmExecutor(concurrent.futures.Executor):
                 with self.lock:
                     self.known.pop(entry.name, None)
             elif entry.name in task.begun:
-                self._finish(task, entry.name, fault=Lost("its Slurm task was ended while it ran"))
+                words = task.array.last_words(task.number)
+                fault = Lost(f"its Slurm task was ended while it ran{words and ': '}{words}")
+                self._finish(task, entry.name, fault=fault)
             else:
                 entry.idle = 0 if task.begun else entry.idle + 1
                 if entry.idle >= TRIES:

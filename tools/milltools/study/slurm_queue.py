@@ -48,6 +48,7 @@ def _run(words, **options):
             errors="replace",
             timeout=PATIENCE,
             check=False,
+            start_new_session=True,  # Ctrl-C is the driver's business
             **options,
         )
     except subprocess.TimeoutExpired:

@@ -11,6 +11,7 @@ import contextlib
 import importlib
 import os
 import pathlib
+import shlex
 import signal
 import socket
 import sys
@@ -21,6 +22,18 @@ from milltools.study.job import Lost
 from milltools.study.spool import Array, Listener, Sayer, one_line
 
 TRIES = 3  # times that a job is begun in one task before it is called lost
+
+
+def script(array):
+    """The batch script of an array. Its tasks find this very milltools, whatever the site does to their environment."""
+    tools = pathlib.Path(__file__).resolve().parents[2]
+    words = [sys.executable, "-m", __name__, str(array.folder.resolve())]
+    return (
+        "#!/bin/sh\n"
+        f"PYTHONPATH={shlex.quote(str(tools))}${{PYTHONPATH:+:$PYTHONPATH}}\n"
+        "export PYTHONPATH\n"
+        f"exec {shlex.join(words)} $SLURM_ARRAY_TASK_ID\n"
+    )
 
 
 def _function(call):

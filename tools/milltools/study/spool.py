@@ -1,7 +1,7 @@
 """The folder through which a driver and the tasks of Slurm job arrays talk, on a file system they share.
 
-    STUDY.slurm/token            names the study in Slurm's queue: no other has the same
-    STUDY.slurm/00003/           one array; its name in the queue is mill-STUDY-TOKEN-00003
+    TABLE.slurm/token            names the study in Slurm's queue: no other has the same
+    TABLE.slurm/00003/           one array; its name in the queue is mill-TABLE-TOKEN-00003
         job                      what sbatch said: the number of the array, empty while it is not known
         12.jobs                  what task 12 is to do, one job a line (JSON): {"call": "module:function", "job": {...}}
         12.rows                  what task 12 says, one line (JSON) each time, see below
@@ -123,7 +123,7 @@ class Spool:
 
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
-        word = re.sub(r"[^A-Za-z0-9_.-]+", "_", self.folder.stem)[:24] or "study"
+        word = re.sub(r"[^A-Za-z0-9_.-]+", "_", self.folder.with_suffix("").stem)[:24] or "study"
         token = None
         try:
             token = (self.folder / "token").read_text().strip()
