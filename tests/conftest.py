@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shlex
 import subprocess
 import sys
 
@@ -43,6 +44,19 @@ SMALL_START = "".join(
     for x in (-0.016, -0.008, 0.0, 0.008, 0.016)
     for y, z in ((0.027, 0), (-0.027, 0), (0, 0.027), (0, -0.027))
 )
+
+# A study of that mill
+STUDY = """\
+[study]
+deck = deck.ini
+maximise = impacts/all/normal_speed/median_above_50mm_s
+record = rotor/power
+[set]
+run.time = 60 ms
+[vary]
+rotor.speed = 300, 600, 900 rpm
+balls.count = 40..60 step 20
+"""
 
 
 @pytest.fixture
@@ -140,3 +154,43 @@ def write_deck(tmp_path):
 def small_deck(write_deck):
     """A small mill that runs in well under a second, as deck.ini in tmp_path."""
     return write_deck()
+
+
+@pytest.fixture
+def write_study(write_deck, the_program):
+    """write_study(text, name) writes the small mill as deck.ini and a study deck beside it."""
+
+    def write(text=STUDY, name="a.study"):
+        write_deck()
+        return write_deck(text, name)
+
+    return write
+
+
+@pytest.fixture
+def the_program(monkeypatch):
+    """Python code called in the test itself asks the millsim under test."""
+    monkeypatch.setenv("MILLSIM", str(PROGRAM))
+
+
+@pytest.fixture
+def stand_in(tmp_path):
+    """stand_in(shell) makes a program in millsim's place: what is no run of a design is millsim's own business; a run is
+    logged in `runs` as "PID SEED SPEED", then the shell text is done, then millsim."""
+
+    def make(shell):
+        path = tmp_path / "stand-in"
+        path.write_text(
+            f"""#!/bin/sh
+case " $* " in *--value*|*--check*|*--version*|*"run.time=1 ns"*) exec {shlex.quote(str(PROGRAM))} "$@" ;; esac
+for word; do case $word in run.seed=*) seed=${{word#*=}} ;; rotor.speed=*) speed=${{word#*=}} ;; esac; done
+log={shlex.quote(str(tmp_path))}/runs
+echo "$$ $seed $speed" >> "$log"
+{shell}
+exec {shlex.quote(str(PROGRAM))} "$@"
+"""
+        )
+        path.chmod(0o755)
+        return str(path)
+
+    return make

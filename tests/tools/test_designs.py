@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from studies import STUDY, the_program, write_study  # noqa: F401
+from conftest import STUDY
 
 from milltools.errors import UserError
 from milltools.study import designs
@@ -30,7 +30,7 @@ def unit_cube(study, plan):
 
 def test_a_grid_is_every_combination_the_last_key_fastest(write_study):
     plan = designs.plan(Study.read(write_study()))
-    expected = itertools.product([300, 600, 900], [10, 20])
+    expected = itertools.product([300, 600, 900], [40, 60])
     assert [tuple(design) for design in plan] == [("rotor.speed", "balls.count")] * 6
     for design, (speed, count) in zip(plan, expected, strict=True):
         assert design == {"rotor.speed": pytest.approx(speed * RPM), "balls.count": count}
@@ -48,7 +48,7 @@ def test_a_grid_needs_single_values(write_study, tmp_path):
 def test_a_grid_of_more_than_can_be_run_is_refused(write_study):
     text = "rotor.speed = 1..10000 rpm step 1 rpm\nballs.count = 1..10000\n"
     path = write_study(STUDY.partition("[vary]")[0] + "[vary]\n" + text)
-    with pytest.raises(UserError, match="100000000 designs are more than 10000000"):
+    with pytest.raises(UserError, match="100000000 designs are more than 1000000"):
         designs.plan(Study.read(path))
 
 
@@ -78,7 +78,9 @@ def test_random_designs_are_those_of_the_seed(study, method):
 
 @pytest.mark.parametrize("method", ["lhs", "sobol"])
 def test_random_designs_keep_to_steps_whole_numbers_and_words(study, method):
-    vary = "rotor.speed = 300..900 rpm step 300 rpm\nballs.count = 3..9\ndrum.profile = circle, wavy\n"
+    vary = (
+        "rotor.speed = 300..900 rpm step 300 rpm\nballs.count = 3..9\ndrum.profile = circle, wavy\n"
+    )
     plan = designs.plan(study(method, 200, vary=vary))
     found = [{design[key] for design in plan} for key in plan[0]]
     assert sorted(found[0]) == pytest.approx([300 * RPM, 600 * RPM, 900 * RPM])

@@ -6,14 +6,15 @@ import math
 import pathlib
 
 import pytest
-from conftest import SMALL, SMALL_START
-from studies import MEDIAN, STUDY, the_program, write_study  # noqa: F401
+from conftest import SMALL, SMALL_START, STUDY
+from studies import MEDIAN
 
 from milltools.errors import UserError
 from milltools.study.deck import Study
 from milltools.study.ranges import Range, parse
 
 RPM = math.tau / 60
+pytestmark = pytest.mark.usefixtures("the_program")
 
 
 # ---- ranges
@@ -126,7 +127,7 @@ def test_a_study_deck_is_read(write_study, tmp_path):
     assert (study.record, study.replicates, study.seeds) == (["rotor/power"], 1, "shared")
     assert [r.key for r in study.vary] == ["rotor.speed", "balls.count"]
     assert study.deck == str(tmp_path / "deck.ini")
-    assert [value.order for value in study.fixed] == ["run.time=0.01 s"]
+    assert [value.order for value in study.fixed] == ["run.time=0.06 s"]
 
 
 def test_several_objectives_of_both_kinds(write_study):
@@ -160,7 +161,7 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("[study]", "[studie]", "a.study:2: [studie]: unknown section; there are [study], [set] and [vary]"),
         ("deck = deck.ini\n", "", "a.study: [study] deck: missing; expected the name of the base deck"),
         ("deck.ini", "none.ini", "a.study:2: [study] deck: none.ini: no such file"),
-        ("record = ", "recrod = ", "a.study:4: [study] recrod: unknown key; there are deck, "),
+        ("record = ", "remark = ", "a.study:4: [study] remark: unknown key; there are deck, "),
         ("maximise = ", "record = ", "there twice (first in line 3)"),
         ("maximise = ", "# ", "a.study: [study] maximise: missing, and so is minimise"),
         ("maximise = impacts", "maximise = im pacts", "a.study:3: [study] maximise: expected paths below /statistics"),
@@ -173,14 +174,14 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("record = ", "precision = 2 mm\n#", "a.study:4: [study] precision: expected a share such as '1 %', got '2 mm'"),
         ("record = ", "cpu_limit = 5\n#", "a.study:4: [study] cpu_limit: expected a time with its unit"),
         ("record = ", f"minimise = {MEDIAN}\n#", "a.study:4: [study] minimise: '" + MEDIAN + "' is to be maximised already"),
-        ("run.time = 10 ms", "run.time = 10", "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
-        ("run.time = 10 ms", "run.tim = 10", "a.study:6: [set] run.tim: unknown key; did you mean 'time'?"),
-        ("run.time = 10 ms", "run.seed = 1", "run.seed: seeds are those of [study]"),
+        ("run.time = 60 ms", "run.time = 10", "a.study:6: [set] run.time: expected a time with its unit such as '10 ms', got '10'"),
+        ("run.time = 60 ms", "run.tim = 10", "a.study:6: [set] run.tim: unknown key; did you mean 'time'?"),
+        ("run.time = 60 ms", "run.seed = 1", "run.seed: seeds are those of [study]"),
         ("rotor.speed = 300, ", "rotor.speed = 300 mm, ", "a.study:8: [vary] rotor.speed: expected an angular speed"),
         ("rotor.speed = ", "rotor.sped = ", "a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?"),
         ("rotor.speed = 300, 600, 900 rpm", "run.time = 1, 2 s", "a.study:8: [vary] run.time: stands in [set] already (a.study:6)"),
         ("rotor.speed = 300, 600, 900 rpm", "run.seed = 1, 2", "a.study:8: [vary] run.seed: seeds are not varied"),
-        ("balls.count = 10..20 step 10", "rotor.speed = 1 rpm", "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
+        ("balls.count = 40..60 step 20", "rotor.speed = 1 rpm", "a.study:9: [vary] rotor.speed: there twice (first in line 8)"),
         ("[vary]", "[set]", "a.study:7: [set]: there twice (first in line 5)"),
         ("[set]", "set", "a.study:5: expected '[section]' or 'key = value', got 'set'"),
         ("[study]\n", "", "a.study:1: deck: stands before the first [section]"),
@@ -229,7 +230,7 @@ DESIGN = {"rotor.speed": 60.0, "balls.count": 10}
 
 def test_a_run_is_known_by_what_decides_it_not_by_how_it_is_written(write_study, write_deck):
     first = Study.read(write_study()).job(0, DESIGN)["id"]
-    again = Study.read(write_study("# a remark\n" + STUDY.replace("10 ms", "0.01 s")))
+    again = Study.read(write_study("# a remark\n" + STUDY.replace("60 ms", "0.06 s")))
     write_deck("; remark\n" + SMALL.replace("radius = 30 mm", "radius = 3 cm").replace("frames = 5 ms", "frames = 1 ms"))  # fmt: skip
     assert again.job(0, DESIGN)["id"] == first
     assert Study.read(again.file).job(3, DESIGN)["id"] == first
@@ -238,8 +239,8 @@ def test_a_run_is_known_by_what_decides_it_not_by_how_it_is_written(write_study,
 @pytest.mark.parametrize(
     "old, new",
     [
-        ("run.time = 10 ms", "run.time = 11 ms"),
-        ("run.time = 10 ms", "run.time = 10 ms\ncontact.friction = 0.2"),
+        ("run.time = 60 ms", "run.time = 11 ms"),
+        ("run.time = 60 ms", "run.time = 60 ms\ncontact.friction = 0.2"),
         ("record = rotor/power", "record = rotor/torque"),
         ("record = ", "seed = 5\nrecord = "),
         ("record = ", "precision = 1 %\nrecord = "),
@@ -251,7 +252,7 @@ def test_another_run_has_another_identity(write_study, old, new):
 
 
 def test_what_a_start_file_holds_decides_the_run(write_study, write_deck):
-    text = STUDY.replace("balls.count = 10..20 step 10", "").replace("[set]", "[set]\nballs.start = s.txt")  # fmt: skip
+    text = STUDY.replace("balls.count = 40..60 step 20", "").replace("[set]", "[set]\nballs.start = s.txt")  # fmt: skip
     path = write_study(text)
     ids = []
     for start in (SMALL_START, SMALL_START.replace("-0.016", "-0.0161")):
@@ -272,3 +273,31 @@ def test_a_job_can_be_sent_anywhere(write_study):
     assert json.loads(json.dumps(job)) == job
     assert pathlib.Path(job["deck"]).is_absolute() and pathlib.Path(job["program"]).is_absolute()
     assert (job["design"], job["replicate"], job["seed"]) == (4, 0, 1)
+
+
+def test_an_empty_value_takes_a_key_out_of_the_base_deck(write_study):
+    whole = Study.read(write_study())
+    study = Study.read(write_study(STUDY.replace("[set]", "[set]\ncontact.friction =")))
+    rows = [
+        pair
+        for pair in zip(whole.deck_text.splitlines(), study.deck_text.splitlines(), strict=True)
+    ]
+    assert [before for before, after in rows if before != after] == ["friction = 0.3"]
+    assert "contact.friction" not in study.base
+    assert whole.job(0, DESIGN)["id"] != study.job(0, DESIGN)["id"]
+
+
+def test_only_a_key_of_the_base_deck_can_be_taken_out(write_study, tmp_path):
+    with pytest.raises(UserError) as fault:
+        Study.read(write_study(STUDY.replace("[set]", "[set]\nblades.pitch =")))
+    assert str(fault.value) == (
+        f"{tmp_path}/a.study:6: [set] blades.pitch: an empty value takes a key out of the base deck, which has none such"
+    )
+
+
+def test_varied_start_files_are_found_from_anywhere(write_study, write_deck, tmp_path):
+    write_deck(SMALL_START, "s.txt")
+    study = Study.read(write_study(STUDY.replace("balls.count = 40..60 step 20", "balls.start = random, s.txt")))  # fmt: skip
+    orders = [study.job(0, {"rotor.speed": 60.0, "balls.start": name})["set"] for name in ("random", "s.txt")]  # fmt: skip
+    assert "balls.start=random" in orders[0]
+    assert f"balls.start={tmp_path}/s.txt" in orders[1]

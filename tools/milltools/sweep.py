@@ -1,5 +1,6 @@
 """`mill sweep`: every design of a study deck, run on all cores or on a cluster, into one table that survives."""
 
+import importlib.util
 import os
 import pathlib
 import shlex
@@ -20,6 +21,7 @@ def add_arguments(parser):
     )
     add_common(parser)
     parser.add_argument("--retry", action="store_true", help="run again what failed")
+    parser.add_argument("--no-picture", action="store_true", help="do not draw one at the end")
     executors.add_arguments(parser)
 
 
@@ -76,7 +78,7 @@ def run(arguments) -> int:
                 file=sys.stderr,
             )
             return 128 + stop.number if isinstance(stop, drive.Stopped) else 130
-    return _end(table, numbers)
+    return _end(table, numbers, not arguments.no_picture)
 
 
 def _fill(arguments, study, plan, numbers, table):
@@ -102,7 +104,7 @@ def _fill(arguments, study, plan, numbers, table):
         drive.drive(missing, executor, take, watch.tick)
 
 
-def _end(table, numbers) -> int:
+def _end(table, numbers, picture) -> int:
     """The last word: what there is, the best of it, and how to see it."""
     from milltools.study import summary
 
@@ -110,6 +112,8 @@ def _end(table, numbers) -> int:
     frame = frame[frame["id"].isin(numbers)]
     count = {name: int((frame["status"] == name).sum()) for name in ("done", "capped", "failed")}
     summary.show(table)
+    if picture:
+        _draw(table)
     words = ", ".join(f"{number} {name}" for name, number in count.items() if number)
     print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
     if count["failed"]:
@@ -119,3 +123,15 @@ def _end(table, numbers) -> int:
             file=sys.stderr,
         )
     return 1 if count["failed"] == len(frame) else 0
+
+
+def _draw(table):
+    """The main picture, where there are two axes for it."""
+    axes = [v for v in table.meta["vary"] if v["kind"] in ("number", "whole")]
+    axes = [v for v in axes if v["values"] is None or len(v["values"]) > 1]
+    if len(axes) < 2 or not importlib.util.find_spec("milltools.study.show"):
+        return
+    show = importlib.import_module("milltools.study.show")
+    path = table.path.with_suffix(".png")
+    show.draw(table, path)
+    print(f"{path}: the first objective over two of the varied keys")

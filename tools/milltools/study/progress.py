@@ -47,7 +47,7 @@ class Watch:
         self.count[row["status"]] += 1
         value = row[self.objective.path]
         better = self.best is None or (value - self.best) * self.objective.sign > 0
-        if row["status"] != "failed" and value == value and better:
+        if row["status"] == "done" and value == value and better:
             self.best = value
 
     def row(self, row):
@@ -71,7 +71,7 @@ class Watch:
         words = [f"{runs} of {self.planned} runs" if self.planned else f"{runs} runs"]
         words += [f"{self.count[name]} {name}" for name in ("failed", "capped") if self.count[name]]
         if self.best is not None:
-            unit = "" if self.objective.unit == "1" else f" {self.objective.unit}"
+            unit = "" if self.objective.unit in ("", "1") else f" {self.objective.unit}"
             words.append(f"best {self.best:.4g}{unit}")
         if self.planned and self.new:
             left = (time.monotonic() - self.begin) / self.new * (self.planned - runs)

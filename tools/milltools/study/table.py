@@ -89,7 +89,6 @@ class Table:
         """Each run once, by design and replicate."""
         if self._frame is None:
             whole = self._arrow().to_pandas()
-            whole = whole.drop_duplicates("id", keep="last")
             whole = whole.sort_values(["design", "replicate"], kind="stable")
             self._frame = whole.reset_index(drop=True)
         return self._frame
@@ -102,11 +101,14 @@ class Table:
         return len(self.frame())
 
     def _arrow(self):
+        """Both parts, each run once, the later of two."""
         kind = schema(self.meta)
         stored = self._stored.select(kind.names).replace_schema_metadata(kind.metadata)
-        if not self._fresh:
-            return stored
-        return pyarrow.concat_tables([stored, pyarrow.Table.from_pylist(self._fresh, kind)])
+        if self._fresh:
+            fresh = pyarrow.Table.from_pylist(self._fresh, kind)
+            stored = pyarrow.concat_tables([stored, fresh])
+        last = {name: place for place, name in enumerate(stored["id"].to_pylist())}
+        return stored if len(last) == len(stored) else stored.take(sorted(last.values()))
 
 
 class Writer(Table):
@@ -129,7 +131,7 @@ class Writer(Table):
             try:
                 yield table
             finally:
-                table.fold()
+                table.fold(tidy=True)
 
     def ids(self, failed=True) -> set[str]:
         """Runs that are there; those that failed only if asked for."""
@@ -171,10 +173,13 @@ class Writer(Table):
         if now - self._folded > max(FOLD, SHARE * self._cost):
             self.fold()
 
-    def fold(self):
-        """Brings the journal into the Parquet file."""
+    def fold(self, tidy=False):
+        """Brings the journal into the Parquet file; `tidy` sorts the rows as `frame` does."""
         begin = time.monotonic()
         self._stored, self._fresh = self._arrow(), []
+        if tidy:
+            order = [("design", "ascending"), ("replicate", "ascending")]
+            self._stored = self._stored.sort_by(order)
         self._write()
         self._folded = time.monotonic()
         self._cost = self._folded - begin
@@ -189,6 +194,7 @@ class Writer(Table):
             os.replace(part, self.path)
             os.ftruncate(self._journal, 0)
         except OSError as fault:
+            part.unlink(missing_ok=True)
             raise UserError(f"{self.path}: {fault.strerror or fault}", status=1) from None
 
 

@@ -1,0 +1,478 @@
+"""mill sweep: every design becomes a row; nothing that ends it loses one, and no design is run twice but those in flight."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import h5py
+import numpy as np
+import pandas
+import pytest
+from conftest import PROGRAM, ROOT, STUDY
+from studies import MEDIAN, alive, runs
+
+from milltools.__main__ import dispatch
+from milltools.errors import UserError
+from milltools.study import drive, executors, job
+from milltools.study.deck import Study
+from milltools.study.table import Table
+
+WAIT = "while [ ! -e {}/go ]; do sleep 0.02; done"
+SLOW = f"case $speed in 31.4*) ;; *) {WAIT} ;; esac"  # all but 300 rpm
+
+
+@pytest.fixture
+def start(tmp_path):
+    """start(*arguments, program) starts `mill` in a session of its own; what is left of it is ended after the test."""
+    started = []
+
+    def begin(*arguments, program=PROGRAM, **options):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "milltools", *arguments],
+            cwd=tmp_path,
+            env={
+                **os.environ,
+                "PYTHONPATH": str(ROOT / "tools"),
+                "MILLSIM": str(program),
+                "TMPDIR": str(tmp_path),
+            },
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        started.append(process)
+        return process
+
+    yield begin
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+    for pid, _, _ in runs(tmp_path):
+        if alive(pid):
+            os.kill(pid, signal.SIGKILL)
+
+
+@pytest.fixture
+def sweep(monkeypatch, capsys, tmp_path, the_program):
+    """sweep(*words, program) does `mill sweep` in this process, in tmp_path: status, stdout and stderr as a command's."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words, program=PROGRAM):
+        monkeypatch.setenv("MILLSIM", str(program))
+        try:
+            status = dispatch(["sweep", "--no-picture", *words])
+        except UserError as fault:
+            status = fault.status
+            print(f"mill sweep: {fault}", file=sys.stderr)
+        return subprocess.CompletedProcess(words, status, *capsys.readouterr())
+
+    return run
+
+
+def until(condition, what):
+    """Waits for something that must come."""
+    deadline = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < deadline, f"no {what} within a minute"
+        time.sleep(0.01)
+
+
+def rows_so_far(folder):
+    try:
+        return Table.open(folder / "a.parquet").rows()
+    except UserError:
+        return []
+
+
+# ---- a whole sweep
+
+
+def test_every_design_becomes_a_row_with_what_millsim_says(sweep, millsim, write_study, tmp_path):
+    write_study()
+    done = sweep("a.study", "--workers", "2")
+    assert done.returncode == 0, done.stderr
+    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    assert list(frame["design"]) == list(range(6))
+    assert set(frame["status"]) == {"done"}
+    assert not (tmp_path / "a.parquet.journal").exists()
+    row = frame.iloc[3]
+    result = millsim(
+        "-o", "one.h5", "-s", "run.time=60 ms", "-s", "rotor.speed=600 rpm", "-s", "balls.count=60", "deck.ini"
+    )  # fmt: skip
+    assert result.returncode == 0
+    with h5py.File(tmp_path / "one.h5") as file:
+        assert row[MEDIAN] == file[f"statistics/{MEDIAN}"][()]
+        assert row["rotor/power"] == file["statistics/rotor/power"][()]
+        kinds = file["run/events/collisions"]
+        assert row["collisions"] == sum(kinds[kind][()] for kind in kinds)
+    assert (row["seed"], row["time"], row["sample_from"]) == (1, 0.06, 0.0)
+    assert row["worker"].count(":") == 1 and row["version"]
+
+
+def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
+    write_study()
+    done = sweep("a.study")
+    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    best = frame.loc[frame[MEDIAN].idxmax()]
+    lines = done.stdout.splitlines()
+    assert lines[0] == f"the largest {MEDIAN} of 6 designs:"
+    assert lines[2].split()[:3] == ["rotor.speed", "[rad/s]", "balls.count"]
+    assert lines[3].split()[:2] == [f"{best['rotor.speed']:.5g}", str(best["balls.count"])]
+    assert lines[3].split()[2] == f"{best[MEDIAN]:.5g}"
+    assert lines[-1] == "a.parquet: 6 runs (6 done); see them with: mill study a.parquet"
+
+
+def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study, tmp_path):
+    write_study()
+    done = sweep("a.study", "-s", "study.replicates=2", "-s", "rotor.speed=600 rpm")
+    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    assert sorted(frame["seed"]) == [1, 1, 2, 2]
+    assert frame[MEDIAN].nunique() == 4
+    best = frame.groupby("balls.count")[MEDIAN].agg(["mean", "std"]).sort_values("mean").iloc[-1]
+    expected = f"{best['mean']:.5g} +- {best['std'] / np.sqrt(2):.2g}"
+    assert expected in done.stdout
+
+
+def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
+    from milltools.study.progress import Watch
+
+    study = Study.read(write_study())
+    kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
+    with Watch("mill sweep", 6, kept, study.objectives[0]) as watch:
+        watch.row({"status": "done", MEDIAN: 0.5})
+        watch.said -= 60
+        watch.tick()
+        watch.tick()
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("mill sweep: 3 of 6 runs, 1 failed, 1 capped, best 0.5, ")
+    assert lines[0].endswith(" left")
+
+
+# ---- going on
+
+
+def test_what_is_done_is_not_done_again_and_more_may_be_asked_for(
+    sweep, write_study, stand_in, tmp_path
+):
+    write_study()
+    program = stand_in("")
+    assert sweep("a.study", program=program).returncode == 0
+    first = pandas.read_parquet(tmp_path / "a.parquet")
+    done = sweep("a.study", program=program)
+    assert "mill sweep: 6 of 6 runs are there already\n" == done.stderr
+    assert len(runs(tmp_path)) == 6
+    write_study(STUDY.replace("300, 600, 900", "300, 450, 600, 900"))
+    assert sweep("a.study", program=program).returncode == 0
+    assert len(runs(tmp_path)) == 8
+    second = pandas.read_parquet(tmp_path / "a.parquet").set_index("id")
+    assert list(second["design"]) == list(range(8))
+    same = first.set_index("id").drop(columns="design")
+    pandas.testing.assert_frame_equal(second.loc[same.index, same.columns], same)
+
+
+def test_another_base_deck_is_refused_and_force_begins_anew(
+    sweep, write_study, write_deck, tmp_path
+):
+    write_study()
+    assert sweep("a.study", "-s", "rotor.speed=600 rpm").returncode == 0
+    before = (tmp_path / "a.parquet").read_bytes()
+    words = ("a.study", "-s", "rotor.speed=600 rpm", "-s", "drum.length=50 mm")
+    done = sweep(*words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("mill sweep: a.parquet: holds the runs of another study, or of a.study before")  # fmt: skip
+    assert (tmp_path / "a.parquet").read_bytes() == before
+    assert sweep(*words, "--force").returncode == 0
+    assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
+
+
+def test_kill_9_loses_nothing_leaves_nothing_running_and_costs_only_what_flew(
+    start, mill, write_study, stand_in, tmp_path
+):
+    write_study()
+    program = stand_in(SLOW.format(tmp_path))
+    process = start("sweep", "--no-picture", "a.study", "--workers", "2", program=program)
+    until(lambda: len(rows_so_far(tmp_path)) == 2 and len(runs(tmp_path)) == 4, "two rows")
+    flying = [pid for pid, _, _ in runs(tmp_path)[2:]]
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    until(lambda: not any(alive(pid) for pid in flying), "end of its runs")
+    (tmp_path / "go").touch()
+    done = mill("sweep", "--no-picture", "a.study", env={"MILLSIM": program})
+    assert done.returncode == 0
+    assert done.stderr == "mill sweep: 2 of 6 runs are there already\n"
+    assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 6
+    assert len(runs(tmp_path)) == 6 + 2
+
+
+@pytest.mark.parametrize(
+    "number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
+    start, write_study, stand_in, tmp_path, number, status
+):
+    write_study()
+    program = stand_in(SLOW.format(tmp_path))
+    process = start("sweep", "--no-picture", "a.study", "--workers", "2", program=program)
+    until(lambda: len(rows_so_far(tmp_path)) == 2 and len(runs(tmp_path)) == 4, "two rows")
+    os.killpg(process.pid, number)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (status, "")
+    assert err == "mill sweep: interrupted; a.parquet has 2 of 6 runs, and the same command goes on\n"  # fmt: skip
+    assert not any(alive(pid) for pid, _, _ in runs(tmp_path))
+    assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
+
+
+def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, stand_in, tmp_path):
+    write_study()
+    program = stand_in(WAIT.format(tmp_path))
+    process = start("sweep", "--no-picture", "a.study", "--workers", "1", program=program)
+    until(lambda: runs(tmp_path), "first run")
+    done = mill("sweep", "--no-picture", "a.study")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "mill sweep: a.parquet: another mill is writing it at this moment\n"
+    (tmp_path / "go").touch()
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert len(runs(tmp_path)) == 6
+
+
+# ---- designs that go wrong
+
+
+def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(
+    sweep, write_study, tmp_path
+):
+    write_study(STUDY.replace("balls.count = 40..60 step 20", "drum.radius = 20, 30 mm"))
+    done = sweep("a.study")
+    assert done.returncode == 0
+    frame = pandas.read_parquet(tmp_path / "a.parquet").set_index("drum.radius")
+    assert set(frame.loc[0.03, "status"]) == {"done"}
+    assert set(frame.loc[0.02, "status"]) == {"failed"}
+    message = frame.loc[0.02, "message"].iloc[0]
+    assert message.startswith(
+        "deck.ini:15: [blades] tip_radius: must be less than the drum's radius"
+    )
+    assert "(3 done, 3 failed)" in done.stdout
+    assert done.stderr == f"mill sweep: 3 runs failed, most of them so: {message}\n"
+
+
+def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, stand_in, tmp_path):
+    write_study(STUDY.replace("balls.count = 40..60 step 20", "drum.radius = 10, 20 mm"))
+    before = sorted(tmp_path.iterdir())
+    done = sweep("a.study")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "[blades] tip_radius: must be less than the drum's radius" in done.stderr
+    assert done.stderr.endswith("(and 4 others tried are refused too)\n")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    "key, path, hint",
+    [
+        ("maximise", "impacts/all/normal_speed/medain", "; did you mean 'impacts/all/normal_speed/median'?"),
+        ("minimise", "strikes/ball_ball/normal_speed/histogram/count", ""),
+        ("record", "rotor/powr", "; did you mean 'rotor/power'?"),
+    ],
+)  # fmt: skip
+def test_an_objective_that_does_not_exist_ends_it_at_once(
+    sweep, write_study, tmp_path, key, path, hint
+):
+    text = STUDY.replace("record = rotor/power", "")
+    text = text.replace(f"maximise = {MEDIAN}", f"maximise = {MEDIAN}" if key != "maximise" else "")
+    write_study(text.replace("[study]", f"[study]\n{key} = {path}"))
+    before = sorted(tmp_path.iterdir())
+    done = sweep("a.study")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"mill sweep: a.study:2: [study] {key}: '{path}' is no scalar of /statistics")  # fmt: skip
+    assert hint in done.stderr
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_all_failed_is_status_1_and_retry_runs_them_again(sweep, write_study, stand_in, tmp_path):
+    write_study()
+    done = sweep("a.study", program=stand_in("echo millsim: no disk >&2; exit 1"))
+    assert done.returncode == 1
+    assert "6 runs failed, most of them so: no disk" in done.stderr
+    assert sweep("a.study").returncode == 1
+    assert sweep("a.study", "--retry").returncode == 0
+    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    assert list(frame["status"]) == ["done"] * 6
+
+
+@pytest.fixture
+def one_job(write_study, tmp_path):
+    """one_job(program, **changes): a job of the small study and the program."""
+
+    def make(program=PROGRAM, **changes):
+        study = Study.read(write_study())
+        made = study.job(0, {"rotor.speed": 60.0, "balls.count": 40})
+        return made | {"program": str(program)} | changes
+
+    return make
+
+
+def test_a_run_that_reaches_its_most_collisions_is_capped(one_job):
+    done = one_job()
+    done["set"] += ["run.time=1 s", "run.max_collisions=200"]
+    path_of = job.read(done, finished(done, {"run/ended_by": "max_collisions"}))
+    assert (path_of["status"], path_of["message"]) == ("capped", "stopped at run.max_collisions")
+    assert path_of[MEDIAN] > 0
+
+
+def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):
+    done = one_job()
+    extra = {
+        "statistics/precision/median_above_50mm_s/standard_error": 0.004,
+        "statistics/precision/reached": 0,
+    }
+    row = job.read(done, finished(done, extra))
+    assert row[f"{MEDIAN}:error"] == 0.004
+    assert (row["status"], row["message"]) == ("done", "run.time was reached before run.precision")
+
+
+def finished(made, extra):
+    """The file of a run with more datasets: what a run with these keys writes."""
+    path = os.path.join(os.path.dirname(made["deck"]), "made.h5")
+    words = [word for text in made["set"] if "max_coll" not in text for word in ("-s", text)]
+    command = [
+        made["program"],
+        "-q",
+        "-f",
+        "-o",
+        path,
+        *words,
+        "-s",
+        "run.time=10 ms",
+        made["deck"],
+    ]
+    assert subprocess.run(command, capture_output=True).returncode == 0
+    with h5py.File(path, "a") as file:
+        for name, value in extra.items():
+            if name in file:
+                del file[name]
+            file[name] = value
+    return path
+
+
+def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_capped(one_job):
+    long = one_job(limit=0.3)
+    long["set"] += ["run.time=1000 s", "output.series=1 s", "balls.count=200"]
+    row = job.run(long)
+    assert (row["status"], row["message"]) == ("capped", "stopped after 0.3 s of CPU time")
+    assert row[MEDIAN] > 0 and 0 < row["time"] < 1000
+
+
+def test_a_run_leaves_no_folder(one_job, tmp_path, monkeypatch):
+    (tmp_path / "work").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "work"))
+    assert job.run(one_job())["status"] == "done"
+    assert job.run(one_job(set=["drum.radius=1 mm"]))["status"] == "failed"
+    assert list((tmp_path / "work").iterdir()) == []
+
+
+def test_a_lost_run_is_run_again_and_given_up_after_three_times(one_job, stand_in, tmp_path):
+    die = stand_in(f"[ $(wc -l < $log) -gt $(cat {tmp_path}/deaths) ] || kill -9 $$")
+    for deaths, status in ((2, "done"), (9, "failed")):
+        (tmp_path / "deaths").write_text(str(deaths))
+        (tmp_path / "runs").write_text("")
+        rows = []
+        with executors.local(1) as executor:
+            drive.drive([one_job(die)], executor, rows.append)
+        assert [row["status"] for row in rows] == [status]
+        assert len(runs(tmp_path)) == 3
+    assert rows[0]["message"] == "lost 3 times: millsim was ended by signal 9"
+
+
+# ---- the driver
+
+
+class Counting:
+    """An executor that answers at once and notes how many jobs it holds."""
+
+    width = 7
+
+    def __init__(self):
+        self.held = self.most = 0
+
+    def submit(self, function, made):
+        import concurrent.futures
+
+        self.held += 1
+        self.most = max(self.most, self.held)
+        future = concurrent.futures.Future()
+        future.set_result(made)
+        return future
+
+
+def test_no_more_than_a_wave_is_handed_over_and_every_row_is_taken():
+    executor, rows = Counting(), []
+
+    def take(row):
+        executor.held -= 1
+        rows.append(row)
+
+    asked = []
+
+    def plan():
+        for number in range(1000):
+            asked.append(number - len(rows))
+            yield number
+
+    drive.drive(plan(), executor, take)
+    assert rows == list(range(1000))
+    assert executor.most <= 7 and max(asked) <= 7
+
+
+def test_a_plan_may_wait_for_rows():
+    executor, rows = Counting(), []
+
+    def plan():
+        yield "first"
+        while not rows:
+            yield None
+        yield "second, knowing the first"
+
+    drive.drive(plan(), executor, rows.append)
+    assert rows == ["first", "second, knowing the first"]
+
+
+def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, monkeypatch):
+    """CPU time of the driver alone, with a large margin: some 5 ms a run."""
+    made = one_job()
+    template = finished(made, {})
+    program = tmp_path / "quick"
+    program.write_text(
+        f'#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done\nexec cp {template} "$2"\n'
+    )
+    program.chmod(0o755)
+    jobs = [made | {"program": str(program), "design": number} for number in range(100)]
+    rows = []
+    with executors.local(2) as executor:
+        drive.drive(jobs[:2], executor, rows.append)
+        begin = time.process_time()
+        drive.drive(jobs, executor, rows.append)
+        spent = time.process_time() - begin
+    assert {row["status"] for row in rows} == {"done"}
+    assert spent / 100 < 0.05
+
+
+def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
+    executor, rows = Counting(), []
+
+    def take(row):
+        os.kill(os.getpid(), signal.SIGTERM)
+        rows.append(row)  # reached: the signal waits
+        if row == 5:
+            os.kill(os.getpid(), signal.SIGTERM)
+            rows.append("never")
+
+    for plan, taken in (([1, 2], [1]), ([5, 6], [5])):
+        rows.clear()
+        with pytest.raises(drive.Stopped) as stop, drive.stops_in_order():
+            drive.drive(plan, executor, take)
+        assert (rows, stop.value.number) == (taken, signal.SIGTERM)
