@@ -35,7 +35,9 @@ def distribution(variable: Variable):
 def name(variable: Variable) -> str:
     """The parameter's name: the key, or what says that it is a place in a list."""
     listed = variable.values is not None and not variable.words
-    return f"{variable.key} (place)" if listed and not _consecutive(variable.values) else variable.key
+    return (
+        f"{variable.key} (place)" if listed and not _consecutive(variable.values) else variable.key
+    )
 
 
 def _consecutive(values) -> bool:
@@ -141,4 +143,3 @@ class Sampler(optuna.samplers.BaseSampler):
             )
             self._evolution = (trial.number, sampler)
         return self._evolution[1]
-

@@ -52,7 +52,9 @@ def open_storage(asked: str | None, output):
         return _journal(asked), asked
     scheme = scheme.partition("+")[0]
     if scheme not in SCHEMES:
-        raise UserError(f"--storage: expected a file, sqlite:///FILE or postgresql://..., got '{scheme}://'")
+        raise UserError(
+            f"--storage: expected a file, sqlite:///FILE or postgresql://..., got '{scheme}://'"
+        )
     return _database(asked, scheme)
 
 
@@ -99,7 +101,11 @@ def _database(url, scheme):
         storage = optuna.storages.RDBStorage(
             place.render_as_string(hide_password=False), engine_kwargs={"pool_pre_ping": True}
         )
-    except (sqlalchemy.exc.SQLAlchemyError, optuna.exceptions.StorageInternalError, ValueError) as fault:
+    except (
+        sqlalchemy.exc.SQLAlchemyError,
+        optuna.exceptions.StorageInternalError,
+        ValueError,
+    ) as fault:
         cause = fault
         while cause.__cause__ is not None:
             cause = cause.__cause__
