@@ -1,9 +1,10 @@
 """Studies: many runs of millsim over ranges of deck keys, in one table. docs/studies.md says how they are written and kept.
 
 deck.py reads the study deck, ranges.py its [vary], designs.py makes the plan, job.py is one run, drive.py sends jobs through an
-executor of executors.py, table.py keeps the rows. This file is `mill study`, which shows a table, finished or growing: show_data.py
-reads it, show_stats.py and show_optimum.py say how sure things are, show_text.py, show_contour.py, show_slices.py,
-show_beside.py and show_page.py show them.
+executor of executors.py, table.py keeps the rows. docs/optimize.md: search.py chooses the designs one by one, by gp.py and acquisition.py.
+
+This file is `mill study`, which shows a table, finished or growing: show_data.py reads it, show_stats.py and show_optimum.py say how sure
+things are, show_text.py, show_contour.py, show_slices.py, show_beside.py and show_page.py show them.
 """
 
 import pathlib
@@ -153,7 +154,7 @@ def run(arguments) -> int:
         from milltools.study import show_beside
 
         show_beside.check([view, beside], objective)
-    sensitivities = show.indices(table, view)
+    sensitivities = show.indices(table, view, objective)
     if not arguments.follow:
         show_text.show(view, sensitivities, objective if arguments.objective else None)
     if beside is not None:
@@ -224,7 +225,11 @@ def follow(arguments):
                 table, said = None, str(fault)
             if table is not None:
                 objective = chosen(view, arguments) if arguments.objective else None
-                found = show.indices(table, view) if table.complete else []
+                found = (
+                    show.indices(table, view, objective or view.objectives[0])
+                    if table.complete
+                    else []
+                )
                 said = "\n".join(show_text.lines(view, found, objective))
             if console.is_terminal:
                 live.update(Text(said, no_wrap=True, overflow="ellipsis"), refresh=True)

@@ -13,6 +13,7 @@ sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
 import contextlib
 import copy
 import dataclasses
+import functools
 import math
 import warnings
 
@@ -29,6 +30,19 @@ MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in so
 MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
 JITTER = 1e-10  # of the variance, so that equal designs can be solved for
 TRIES = 4  # starts of the search for kernel and scatter
+
+
+@functools.cache
+def _threads():
+    import sklearn.gaussian_process  # noqa: F401  what it loads is then known
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def one_thread():
+    """Within it linear algebra has one thread: more do not help with small matrices, and the runs need the cores."""
+    return _threads().limit(limits=1)
 
 
 def reach() -> float:
@@ -106,7 +120,8 @@ class Surface:
         self.codes = space.encode(self.designs)
         self.middle = float(self.values.mean())
         self.scale = float(self.values.std()) or abs(self.middle) or 1.0
-        kernel, self.scatter = self._kernel()
+        with one_thread():
+            kernel, self.scatter = self._kernel()
         known = np.where(np.isfinite(self.errors), self.errors, 0.0)
         self.process = self._process(kernel, np.hypot(known, self.scatter))
 
@@ -164,7 +179,8 @@ class Surface:
         self.noises = noises
         alpha = (noises / self.scale) ** 2 + JITTER
         process = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None)
-        return process.fit(self.codes, (self.values - self.middle) / self.scale)
+        with one_thread():
+            return process.fit(self.codes, (self.values - self.middle) / self.scale)
 
     @property
     def noise(self) -> float:
@@ -175,17 +191,19 @@ class Surface:
     def predict(self, designs) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation of the objective itself at designs, in its unit."""
         codes = self.space.encode(designs)
-        parts = [
-            self.process.predict(codes[k : k + MOST_ASKED], return_std=True)
-            for k in range(0, len(codes), MOST_ASKED)
-        ]
+        with one_thread():
+            parts = [
+                self.process.predict(codes[k : k + MOST_ASKED], return_std=True)
+                for k in range(0, len(codes), MOST_ASKED)
+            ]
         mean = np.concatenate([m for m, _ in parts])
         spread = np.concatenate([s for _, s in parts])
         return self.middle + self.scale * mean, self.scale * spread
 
     def covariance(self, designs) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of the objective at (at most MOST_ASKED) designs."""
-        mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
+        with one_thread():
+            mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
         return self.middle + self.scale * mean, self.scale**2 * cov
 
     def realisations(self, designs, count, seed=0) -> np.ndarray:
@@ -195,7 +213,7 @@ class Surface:
         # rounding leaves eigenvalues a little below zero; what lifts them is far below any error
         lift, whole = 1e-10 * self.scale**2, np.eye(len(mean))
         while True:
-            with contextlib.suppress(np.linalg.LinAlgError):
+            with contextlib.suppress(np.linalg.LinAlgError), one_thread():
                 return mean + draws @ np.linalg.cholesky(cov + lift * whole).T
             lift *= 10
 
@@ -254,16 +272,16 @@ class Surface:
         # one-sided at 97.5 %: worse than the best beyond doubt, or not
         open_ = gap <= reach() * np.maximum(spread, 1e-12 * abs(value))
         alike = gap <= ALIKE * abs(value)
-        places, alikes = (self._intervals(around, keep, best) for keep in (open_, alike))
+        places, near = (self._intervals(around, keep, best) for keep in (open_, alike))
         flat = [
             v.key
-            for v, part in zip(self.space.variables, alikes)
+            for v, part in zip(self.space.variables, near)
             if not v.words and v.share(part.high) - v.share(part.low) >= FLAT
         ]
         return Optimum(
             best, float(value), float(error), float(value - reach() * error),
             float(value + reach() * error), self.designs.count(best),
-            places, float(open_.mean()), alikes, float(alike.mean()), flat,
+            places, float(open_.mean()), near, float(alike.mean()), flat,
         )  # fmt: skip
 
     def _cloud(self, best) -> list[tuple]:
