@@ -153,7 +153,7 @@ def run(arguments) -> int:
         from milltools.study import show_beside
 
         show_beside.check([view, beside], objective)
-    sensitivities = show.indices(table, view)
+    sensitivities = show.indices(table, view, objective)
     if not arguments.follow:
         show_text.show(view, sensitivities, objective if arguments.objective else None)
     if beside is not None:
@@ -224,7 +224,11 @@ def follow(arguments):
                 table, said = None, str(fault)
             if table is not None:
                 objective = chosen(view, arguments) if arguments.objective else None
-                found = show.indices(table, view) if table.complete else []
+                found = (
+                    show.indices(table, view, objective or view.objectives[0])
+                    if table.complete
+                    else []
+                )
                 said = "\n".join(show_text.lines(view, found, objective))
             if console.is_terminal:
                 live.update(Text(said, no_wrap=True, overflow="ellipsis"), refresh=True)

@@ -36,10 +36,11 @@ def saltelli(size: int, count: int, seed: int) -> np.ndarray:
         return sobol.sample(_problem(size), _power(count), calc_second_order=False, seed=seed)
 
 
-def indices(table, objective=0, seed=0) -> list[tuple]:
+def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
     """For each varied key (key, first, first_ci, total, total_ci, method): Sobol indices of one of the objectives (by number)
     with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty where there are fewer than two keys
-    with more than one value, or too few runs to tell (fewer than three designs a key)."""
+    with more than one value, or too few runs to tell (fewer than three designs a key). A surface through the runs may be given
+    by who has one."""
     space = Space(table.meta["vary"])
     active = [k for k, v in enumerate(space.variables) if v.values is None or len(v.values) > 1]
     if len(active) < 2:
@@ -47,7 +48,7 @@ def indices(table, objective=0, seed=0) -> list[tuple]:
     found = _planned(table, space, objective, seed)
     method = "saltelli"
     if found is None:
-        found, method = _surface(table, space, active, objective, seed), "surface"
+        found, method = _surface(table, space, active, objective, seed, surface), "surface"
     if found is None:
         return []
     return [(key, *map(float, row), method) for key, row in zip(space.keys, found)]
@@ -90,16 +91,17 @@ def _planned(table, space, objective, seed):
     return _analyse(len(parts), found, 10 * RESAMPLES, seed)
 
 
-def _surface(table, space, active, objective, seed):
+def _surface(table, space, active, objective, seed, surface=None):
     """From realisations of the surface through the runs; keys of one value have no share."""
     frame = table.frame()
     designs = frame.loc[frame["status"] != "failed", space.keys].drop_duplicates()
     if len(designs) < 3 * len(active) + 1:
         return None
-    try:
-        surface, _ = gp.of_table(table, objective)
-    except ValueError:
-        return None
+    if surface is None:
+        try:
+            surface, _ = gp.of_table(table, objective)
+        except ValueError:
+            return None
     if not np.ptp(surface.values):
         return None
     size, base = len(active), BASE

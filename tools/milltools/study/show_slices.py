@@ -8,7 +8,7 @@ from milltools.study import show_draw, show_optimum, show_text
 FEW = 6  # values of another key, for each of which a line is drawn
 NUMBERED = 20  # designs of the front that bear the number they have in the table
 BARS = {"elinewidth": 0.8, "capsize": 1.8, "capthick": 0.8}
-SURFACE = "0.45"
+SURFACE = "0.25"
 
 
 def draw(view, objective):
@@ -93,7 +93,7 @@ def _points(ax, axis, frame, found, which, scale, colour, number, name, joined):
     )  # fmt: skip
     if many or not joined:
         for part in bars[1] + bars[2]:
-            part.set_alpha(0.35)
+            part.set_alpha(0.15 if many and joined else 0.35)
     capped = np.flatnonzero(which & (state == "capped") & np.isfinite(found.mean))
     if len(capped):
         ax.plot(show_draw.places(axis, frame[axis.key].to_numpy()[capped]), found.mean[capped] / scale.size, "x",
@@ -117,7 +117,7 @@ def _surface(ax, view, objective, axis, optimum, scale):
         ax.fill_between(
             x, mean - reach, mean + reach, color="0.86", lw=0, zorder=1, label="surface, 95 %"
         )
-        ax.plot(x, mean, color=SURFACE, lw=0.9, zorder=2)
+        ax.plot(x, mean, color=SURFACE, lw=1, zorder=4)
     else:
         ax.errorbar(
             x + 0.12, mean, reach, color=SURFACE, ls="", marker="_", label="surface, 95 %", **BARS
