@@ -273,3 +273,31 @@ def test_a_job_can_be_sent_anywhere(write_study):
     assert json.loads(json.dumps(job)) == job
     assert pathlib.Path(job["deck"]).is_absolute() and pathlib.Path(job["program"]).is_absolute()
     assert (job["design"], job["replicate"], job["seed"]) == (4, 0, 1)
+
+
+def test_an_empty_value_takes_a_key_out_of_the_base_deck(write_study):
+    whole = Study.read(write_study())
+    study = Study.read(write_study(STUDY.replace("[set]", "[set]\ncontact.friction =")))
+    rows = [
+        pair
+        for pair in zip(whole.deck_text.splitlines(), study.deck_text.splitlines(), strict=True)
+    ]
+    assert [before for before, after in rows if before != after] == ["friction = 0.3"]
+    assert "contact.friction" not in study.base
+    assert whole.job(0, DESIGN)["id"] != study.job(0, DESIGN)["id"]
+
+
+def test_only_a_key_of_the_base_deck_can_be_taken_out(write_study, tmp_path):
+    with pytest.raises(UserError) as fault:
+        Study.read(write_study(STUDY.replace("[set]", "[set]\nblades.pitch =")))
+    assert str(fault.value) == (
+        f"{tmp_path}/a.study:6: [set] blades.pitch: an empty value takes a key out of the base deck, which has none such"
+    )
+
+
+def test_varied_start_files_are_found_from_anywhere(write_study, write_deck, tmp_path):
+    write_deck(SMALL_START, "s.txt")
+    study = Study.read(write_study(STUDY.replace("balls.count = 40..60 step 20", "balls.start = random, s.txt")))  # fmt: skip
+    orders = [study.job(0, {"rotor.speed": 60.0, "balls.start": name})["set"] for name in ("random", "s.txt")]  # fmt: skip
+    assert "balls.start=random" in orders[0]
+    assert f"balls.start={tmp_path}/s.txt" in orders[1]

@@ -454,3 +454,20 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
         spent = time.process_time() - begin
     assert {row["status"] for row in rows} == {"done"}
     assert spent / 100 < 0.05
+
+
+def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
+    executor, rows = Counting(), []
+
+    def take(row):
+        os.kill(os.getpid(), signal.SIGTERM)
+        rows.append(row)  # reached: the signal waits
+        if row == 5:
+            os.kill(os.getpid(), signal.SIGTERM)
+            rows.append("never")
+
+    for plan, taken in (([1, 2], [1]), ([5, 6], [5])):
+        rows.clear()
+        with pytest.raises(drive.Stopped) as stop, drive.stops_in_order():
+            drive.drive(plan, executor, take)
+        assert (rows, stop.value.number) == (taken, signal.SIGTERM)

@@ -63,7 +63,7 @@ def tour() -> str:
         "",
         "A run comes first: './millsim input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
         "Next: docs/deck.md says what a deck can hold, docs/file-format.md what is in the file,",
-        "docs/compare.md how runs are compared.",
+        "docs/compare.md how runs are compared, docs/studies.md how many are made.",
     ]
     return "\n".join(lines)
 

@@ -1,5 +1,6 @@
 """`mill sweep`: every design of a study deck, run on all cores or on a cluster, into one table that survives."""
 
+import importlib.util
 import os
 import pathlib
 import shlex
@@ -112,6 +113,7 @@ def _end(table, numbers) -> int:
     summary.show(table)
     words = ", ".join(f"{number} {name}" for name, number in count.items() if number)
     print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
+    _draw(table)
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
         print(
@@ -119,3 +121,15 @@ def _end(table, numbers) -> int:
             file=sys.stderr,
         )
     return 1 if count["failed"] == len(frame) else 0
+
+
+def _draw(table):
+    """The main picture, where there are two axes for it."""
+    axes = [v for v in table.meta["vary"] if v["kind"] in ("number", "whole")]
+    axes = [v for v in axes if v["values"] is None or len(v["values"]) > 1]
+    if len(axes) < 2 or not importlib.util.find_spec("milltools.study.show"):
+        return
+    show = importlib.import_module("milltools.study.show")
+    path = table.path.with_suffix(".png")
+    show.draw(table, path)
+    print(f"{path}: the first objective over two of the varied keys")

@@ -100,7 +100,7 @@ class Study:
     def job(self, design: int, values: dict, replicate: int = 0) -> dict:
         """One run as job.run takes it: JSON-able, all that is needed to run it on another machine."""
         seed = self.seed_of(design, replicate)
-        chosen = {key: (_text(values[key]), r.unit) for key, r in self._ranges.items()}
+        chosen = {key: (self._text(r, values[key]), r.unit) for key, r in self._ranges.items()}
         chosen["run.seed"] = (str(seed), "1")
         orders = [value.order for value in self.fixed]
         orders += [order(key, text, unit) for key, (text, unit) in chosen.items()]
@@ -118,6 +118,12 @@ class Study:
             "limit": self.limit,
             "program": self._program,
         }
+
+    def _text(self, r, value) -> str:
+        """The shortest text that reads back to the same number; a file by its whole name."""
+        if r.kind == "file" and value != "random":
+            return str((pathlib.Path(self.deck).parent / value).resolve())
+        return repr(float(value)) if isinstance(value, float) else str(value)
 
     @functools.cached_property
     def _program(self):
@@ -165,11 +171,6 @@ class Study:
             "command": command,
             "version": engine.version(),
         }
-
-
-def _text(value) -> str:
-    """The shortest text that reads back to the same number."""
-    return repr(float(value)) if isinstance(value, float) else str(value)
 
 
 class _Reader:
@@ -262,7 +263,7 @@ class _Reader:
             text = lines.read_text(path)
         except UserError as fault:
             raise UserError(f"{entry.where}: [study] deck: {fault}", fault.status) from None
-        found = lines.entries(text, path)
+        text, found = self._without(text, lines.entries(text, path))
         try:
             values = tell(f"{one.section}.{one.key}={one.value}" for one in found)
         except UserError:
@@ -270,6 +271,23 @@ class _Reader:
                 self._tell(lines.Entry(one.section, one.key, one.value, one.where), f"{one.section}.{one.key}", one.value)  # fmt: skip
             raise
         return path.resolve(), text, values
+
+    def _without(self, text, found):
+        """The base deck without the keys that [set] leaves empty: their defaults hold. Lines keep their numbers."""
+        rows, out = text.splitlines(), set()
+        for entry in self._of("set"):
+            if entry.value:
+                continue
+            own = [one for one in found if f"{one.section}.{one.key}" == entry.key]
+            if not own:
+                raise entry.fault(
+                    "an empty value takes a key out of the base deck, which has none such"
+                )
+            rows[own[0].line - 1] = ""
+            out.add(entry.key)
+        return "\n".join(rows) + "\n", [
+            one for one in found if f"{one.section}.{one.key}" not in out
+        ]
 
     def _objectives(self):
         found = [Objective(path, goal) for goal in ("maximise", "minimise") for path in self._paths(goal)]  # fmt: skip
@@ -286,7 +304,9 @@ class _Reader:
 
     def _fixed(self):
         """[set], and the keys of [study] that are keys of the deck."""
-        found = [self._tell(entry, entry.key, entry.value) for entry in self._of("set")]
+        found = [
+            self._tell(entry, entry.key, entry.value) for entry in self._of("set") if entry.value
+        ]
         for key in ("precision", "max_collisions"):
             entry = self._get(key)
             if entry and ("set", f"run.{key}") in self.entries:

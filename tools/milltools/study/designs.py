@@ -14,7 +14,7 @@ import warnings
 
 from milltools.errors import UserError
 
-MOST = 10_000_000
+MOST = 1_000_000
 
 
 def plan(study) -> list[dict]:

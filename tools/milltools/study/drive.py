@@ -23,20 +23,39 @@ class Stopped(BaseException):
         self.number = number
 
 
+_asked = None  # the signal that asks for an end
+_driving = False  # then it is looked at between two rows, so that none is torn in two
+
+
 @contextlib.contextmanager
 def stops_in_order():
-    """Within it SIGTERM and SIGHUP end the study as Ctrl-C does: what runs is ended, rows are kept."""
+    """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: while jobs are driven between two
+    rows, otherwise, and for an impatient second signal, at once."""
+    global _asked
+    _asked = None
 
     def stop(number, _):
-        raise Stopped(number)
+        global _asked
+        impatient = _asked is not None
+        _asked = number
+        if impatient or not _driving:
+            _raise_if_asked()
 
-    signals = [s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) != signal.SIG_IGN]
+    wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    signals = [number for number in wanted if signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in signals}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _raise_if_asked():
+    if _asked == signal.SIGINT:
+        raise KeyboardInterrupt
+    if _asked is not None:
+        raise Stopped(_asked)
 
 
 def drive(jobs, executor, take, tick=None):
@@ -46,14 +65,23 @@ def drive(jobs, executor, take, tick=None):
     now, ask again when the next row is there. tick() is called now and then. A job that raises Lost, or whose worker
     went, is submitted again, ATTEMPTS times in all, then its row says so.
     """
-    done, flying, jobs = queue.SimpleQueue(), 0, iter(jobs)
-    more = True
+    global _driving
+    _driving = True
+    try:
+        _drive(iter(jobs), executor, take, tick)
+    finally:
+        _driving = False
+
+
+def _drive(jobs, executor, take, tick):
+    done, flying, more = queue.SimpleQueue(), 0, True
 
     def submit(job, attempt):
         future = executor.submit(jobs_of_one.run, job)
         future.add_done_callback(lambda future: done.put((future, job, attempt)))
 
     while more or flying:
+        _raise_if_asked()
         while more and flying < executor.width:
             try:
                 job = next(jobs)

@@ -14,6 +14,7 @@ class Entry:
     key: str
     value: str
     where: str
+    line: int = 0  # of the file, from 1; 0: of none
 
     def fault(self, text) -> UserError:
         return UserError(f"{self.where}: [{self.section}] {self.key}: {text}")
@@ -74,5 +75,5 @@ def entries(text, file) -> list[Entry]:
                 f"{where}: [{section}] {key}: there twice (first in line {seen[section, key]})"
             )
         seen[section, key] = number
-        found.append(Entry(section, key, _value(value.strip(), where), where))
+        found.append(Entry(section, key, _value(value.strip(), where), where, number))
     return found

@@ -3,6 +3,8 @@ millsim itself, which runs one design for a nanosecond."""
 
 import dataclasses
 import difflib
+import pathlib
+import tempfile
 
 import h5py
 
@@ -23,12 +25,23 @@ def probe(study, designs):
     for number in places:
         job = study.job(number, designs[number])
         try:
-            Deck.check(study.deck, job["set"])
+            _check(job)
             return _look(study, job)
         except UserError as fault:
             first = first or fault
     others = f" (and {len(places) - 1} others tried are refused too)" if many > 1 else ""
     raise UserError(f"{first}{others}", first.status)
+
+
+def _check(job):
+    """The deck as the run will have it, with the messages of the base deck."""
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        path = pathlib.Path(folder) / pathlib.Path(job["deck"]).name
+        path.write_text(job["text"], encoding="utf-8")
+        try:
+            Deck.check(path, job["set"])
+        except UserError as fault:
+            raise UserError(str(fault).replace(f"{folder}/", ""), fault.status) from None
 
 
 def _look(study, job):

@@ -51,10 +51,11 @@ def show(table):
     for objective in meta["objectives"]:
         name = objective["path"].removeprefix("impacts/")
         sheet.add_column(f"{name}{unit(objective['unit'])}".replace("[", r"\["), justify="right")
+    sheet.add_column("")
     for _, row in found.head(BEST).iterrows():
         cells = [number(row[vary["key"]]) for vary in meta["vary"]]
         cells += [with_error(row[o["path"]], row[f"{o['path']}:error"]) for o in meta["objectives"]]
-        sheet.add_row(*cells)
+        sheet.add_row(*cells, "capped" if row["capped"] else "")
     goal = "largest" if meta["objectives"][0]["goal"] == "maximise" else "smallest"
     print(f"the {goal} {meta['objectives'][0]['path']} of {len(found)} designs:\n")
     Console(highlight=False, width=None if Console().is_terminal else 200).print(sheet)
