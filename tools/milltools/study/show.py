@@ -19,7 +19,8 @@ def indices(table, view, objective) -> list:
     from milltools.study import sensitivity
 
     number = view.objectives.index(objective)
-    return sensitivity.indices(table, number, surface=optimum.surface)
+    with show_optimum.alone():
+        return sensitivity.indices(table, number, surface=optimum.surface)
 
 
 def text(table) -> str:

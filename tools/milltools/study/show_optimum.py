@@ -5,6 +5,7 @@ of hundreds of designs above the truly best one. Where there are too few runs fo
 stands for itself and Gupta's subset says which may be best (`show_stats.not_told_apart`).
 """
 
+import contextlib
 import dataclasses
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy import stats
 from milltools.study import show_stats
 
 LEAST = 8  # designs with a value, below which no surface is fitted
-MOST = 700  # values given to the surface: neighbours of larger grids are averaged first
+MOST = 420  # values given to the surface: neighbours of larger grids are averaged first
 ALIKE = 0.02  # "as good": within this share of the best value
 REACH = float(stats.norm.ppf((1 + show_stats.LEVEL) / 2))
 
@@ -38,6 +39,16 @@ class Optimum:
         if self.surface is None:
             return "each design by its own runs"
         return "Gaussian process through all runs"
+
+
+def alone():
+    """A context in which linear algebra has one thread: matrices are small here, and threads that wait for each other while the
+    cores run a study take a hundred times as long."""
+    try:
+        import threadpoolctl  # scikit-learn brings it
+    except ImportError:
+        return contextlib.nullcontext()
+    return threadpoolctl.threadpool_limits(1)
 
 
 def usable(view) -> np.ndarray:
@@ -95,7 +106,8 @@ def find(view, objective) -> Optimum | None:
     """The optimum of an objective among the designs that were run; None if none has a value."""
     cache = view.__dict__.setdefault("_optima", {})
     if objective.path not in cache:
-        cache[objective.path] = _find(view, objective)
+        with alone():
+            cache[objective.path] = _find(view, objective)
     return cache[objective.path]
 
 
