@@ -18,8 +18,8 @@ struct mill_command {
     const char *text; /* to be printed instead of a run, or NULL */
 };
 
-/* Reads the arguments into *command, whose `set` and `value` have room for argc of them; MILL_BAD_DECK with a
- * line that says what is wrong. */
+/* Reads the arguments into *command, whose `set` and `value` have room for argc of them;
+ * MILL_BAD_DECK with a line that says what is wrong. */
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);
 

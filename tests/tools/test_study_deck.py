@@ -161,7 +161,7 @@ def test_an_override_may_name_study_set_and_vary(write_study):
         ("[study]", "[studie]", "a.study:2: [studie]: unknown section; there are [study], [set] and [vary]"),
         ("deck = deck.ini\n", "", "a.study: [study] deck: missing; expected the name of the base deck"),
         ("deck.ini", "none.ini", "a.study:2: [study] deck: none.ini: no such file"),
-        ("record = ", "recrod = ", "a.study:4: [study] recrod: unknown key; there are deck, "),
+        ("record = ", "remark = ", "a.study:4: [study] remark: unknown key; there are deck, "),
         ("maximise = ", "record = ", "there twice (first in line 3)"),
         ("maximise = ", "# ", "a.study: [study] maximise: missing, and so is minimise"),
         ("maximise = impacts", "maximise = im pacts", "a.study:3: [study] maximise: expected paths below /statistics"),

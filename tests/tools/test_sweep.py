@@ -32,7 +32,12 @@ def start(tmp_path):
         process = subprocess.Popen(
             [sys.executable, "-m", "milltools", *arguments],
             cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(program)},
+            env={
+                **os.environ,
+                "PYTHONPATH": str(ROOT / "tools"),
+                "MILLSIM": str(program),
+                "TMPDIR": str(tmp_path),
+            },
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -59,7 +64,7 @@ def sweep(monkeypatch, capsys, tmp_path, the_program):
     def run(*words, program=PROGRAM):
         monkeypatch.setenv("MILLSIM", str(program))
         try:
-            status = dispatch(["sweep", *words])
+            status = dispatch(["sweep", "--no-picture", *words])
         except UserError as fault:
             status = fault.status
             print(f"mill sweep: {fault}", file=sys.stderr)
@@ -136,9 +141,9 @@ def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
     from milltools.study.progress import Watch
 
     study = Study.read(write_study())
-    kept = [{"status": "done", MEDIAN: 0.25}, {"status": "failed", MEDIAN: float("nan")}]
+    kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
     with Watch("mill sweep", 6, kept, study.objectives[0]) as watch:
-        watch.row({"status": "capped", MEDIAN: 0.5})
+        watch.row({"status": "done", MEDIAN: 0.5})
         watch.said -= 60
         watch.tick()
         watch.tick()
@@ -190,14 +195,14 @@ def test_kill_9_loses_nothing_leaves_nothing_running_and_costs_only_what_flew(
 ):
     write_study()
     program = stand_in(SLOW.format(tmp_path))
-    process = start("sweep", "a.study", "--workers", "2", program=program)
+    process = start("sweep", "--no-picture", "a.study", "--workers", "2", program=program)
     until(lambda: len(rows_so_far(tmp_path)) == 2 and len(runs(tmp_path)) == 4, "two rows")
     flying = [pid for pid, _, _ in runs(tmp_path)[2:]]
     process.send_signal(signal.SIGKILL)
     process.communicate()
     until(lambda: not any(alive(pid) for pid in flying), "end of its runs")
     (tmp_path / "go").touch()
-    done = mill("sweep", "a.study", env={"MILLSIM": program})
+    done = mill("sweep", "--no-picture", "a.study", env={"MILLSIM": program})
     assert done.returncode == 0
     assert done.stderr == "mill sweep: 2 of 6 runs are there already\n"
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 6
@@ -212,7 +217,7 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
 ):
     write_study()
     program = stand_in(SLOW.format(tmp_path))
-    process = start("sweep", "a.study", "--workers", "2", program=program)
+    process = start("sweep", "--no-picture", "a.study", "--workers", "2", program=program)
     until(lambda: len(rows_so_far(tmp_path)) == 2 and len(runs(tmp_path)) == 4, "two rows")
     os.killpg(process.pid, number)
     out, err = process.communicate(timeout=60)
@@ -225,9 +230,9 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
 def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, stand_in, tmp_path):
     write_study()
     program = stand_in(WAIT.format(tmp_path))
-    process = start("sweep", "a.study", "--workers", "1", program=program)
+    process = start("sweep", "--no-picture", "a.study", "--workers", "1", program=program)
     until(lambda: runs(tmp_path), "first run")
-    done = mill("sweep", "a.study")
+    done = mill("sweep", "--no-picture", "a.study")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "mill sweep: a.parquet: another mill is writing it at this moment\n"
     (tmp_path / "go").touch()

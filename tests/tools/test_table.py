@@ -191,3 +191,24 @@ def test_20000_rows_are_added_and_opened_in_seconds(path, monkeypatch):
     begin = time.process_time()
     assert len(Table.open(path).frame()) == 20000
     assert time.process_time() - begin < 5
+
+
+def test_a_full_disk_is_one_line_and_what_was_kept_stays_readable(path):
+    """A limit on the size of files stands for the disk."""
+    import resource
+
+    fill(path, row(0))
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 300, hard))
+        with pytest.raises(UserError) as fault:
+            fill(path, *(row(number, message="x" * 5000) for number in range(1, 10)))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, before)
+    assert fault.value.status == 1 and str(path) in str(fault.value)
+    assert 0 in [one["design"] for one in Table.open(path).rows()]
+    assert not path.with_name("a.parquet.part").exists()
+    fill(path, row(20))
+    assert {0, 20} <= {one["design"] for one in Table.open(path).rows()}

@@ -70,6 +70,48 @@ START_TEST(values_are_converted_to_si)
 }
 END_TEST
 
+/* `line` is what mill_deck_tell says of one value, to be freed; NULL when it is refused. */
+static char *tell(const char *order)
+{
+    char *line = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&line, &size);
+    ck_assert_ptr_nonnull(out);
+    error.text[0] = '\0';
+    const enum mill_status status = mill_deck_tell(1, &order, out, &error);
+    fclose(out);
+    if (status == MILL_OK)
+        return line;
+    ck_assert_int_eq(status, MILL_BAD_DECK);
+    ck_assert_uint_eq(size, 0);
+    free(line);
+    return NULL;
+}
+
+START_TEST(a_value_is_told_without_a_deck)
+{
+    char *line = tell("drum.radius=75 mm");
+    ck_assert_str_eq(line, "drum.radius\tnumber\t0.075\tm\tinner radius of the drum\t\n");
+    free(line);
+    line = tell("balls.start=a.txt");
+    ck_assert_int_eq(strncmp(line, "balls.start\tfile\ta.txt\t1\t", 25), 0);
+    free(line);
+    ck_assert_ptr_null(tell("drum.radius=75 s"));
+    ck_assert_int_eq(strncmp(error.text, "--value drum.radius=75 s: [drum] radius: expected", 49),
+                     0);
+}
+END_TEST
+
+START_TEST(a_fill_counts_the_balls)
+{
+    /* pi R^2 L / (pi/6 d^3) = 6 0.075^2 0.12 / 0.005^3 = 32400 */
+    struct mill_deck *deck =
+        read_good(BASE "[balls]\nfill = 10 %\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n");
+    ck_assert_int_eq(deck->balls[0].count, 3240);
+    mill_deck_free(deck);
+}
+END_TEST
+
 START_TEST(defaults_are_those_of_the_contract)
 {
     struct mill_deck *deck = read_good(BASE BALLS);
@@ -324,6 +366,8 @@ int main(void)
     tcase_add_unchecked_fixture(test, make_file, remove_file);
     tcase_set_timeout(test, 30);
     tcase_add_test(test, values_are_converted_to_si);
+    tcase_add_test(test, a_value_is_told_without_a_deck);
+    tcase_add_test(test, a_fill_counts_the_balls);
     tcase_add_test(test, defaults_are_those_of_the_contract);
     tcase_add_test(test, without_its_section_there_is_no_rotor);
     tcase_add_test(test, equal_blades_are_spread_along_the_drum_and_around_the_rotor);

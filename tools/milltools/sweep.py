@@ -21,6 +21,7 @@ def add_arguments(parser):
     )
     add_common(parser)
     parser.add_argument("--retry", action="store_true", help="run again what failed")
+    parser.add_argument("--no-picture", action="store_true", help="do not draw one at the end")
     executors.add_arguments(parser)
 
 
@@ -77,7 +78,7 @@ def run(arguments) -> int:
                 file=sys.stderr,
             )
             return 128 + stop.number if isinstance(stop, drive.Stopped) else 130
-    return _end(table, numbers)
+    return _end(table, numbers, not arguments.no_picture)
 
 
 def _fill(arguments, study, plan, numbers, table):
@@ -103,7 +104,7 @@ def _fill(arguments, study, plan, numbers, table):
         drive.drive(missing, executor, take, watch.tick)
 
 
-def _end(table, numbers) -> int:
+def _end(table, numbers, picture) -> int:
     """The last word: what there is, the best of it, and how to see it."""
     from milltools.study import summary
 
@@ -111,9 +112,10 @@ def _end(table, numbers) -> int:
     frame = frame[frame["id"].isin(numbers)]
     count = {name: int((frame["status"] == name).sum()) for name in ("done", "capped", "failed")}
     summary.show(table)
+    if picture:
+        _draw(table)
     words = ", ".join(f"{number} {name}" for name, number in count.items() if number)
     print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
-    _draw(table)
     if count["failed"]:
         message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
         print(

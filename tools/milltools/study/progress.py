@@ -47,7 +47,7 @@ class Watch:
         self.count[row["status"]] += 1
         value = row[self.objective.path]
         better = self.best is None or (value - self.best) * self.objective.sign > 0
-        if row["status"] != "failed" and value == value and better:
+        if row["status"] == "done" and value == value and better:
             self.best = value
 
     def row(self, row):

@@ -10,12 +10,13 @@ BEST = 5
 
 def designs(table):
     """One row a design, replicates averaged: the varied keys, then for each objective `path` and `path:error`, standard error
-    of the mean from the scatter of two and more replicates, else the run's own. Failed runs and unknown values are left out.
+    of the mean from the scatter of two and more replicates, else the run's own. Only runs that are done: a capped one may not
+    have settled.
     A pandas.DataFrame indexed by nothing, best first by the first objective."""
     frame, meta = table.frame(), table.meta
     keys = [vary["key"] for vary in meta["vary"]]
     paths = [objective["path"] for objective in meta["objectives"]]
-    good = frame[(frame["status"] != "failed") & frame[paths].notna().all(axis=1)]
+    good = frame[(frame["status"] == "done") & frame[paths].notna().all(axis=1)]
     groups = good.groupby(keys, sort=False)
     found = groups[[*paths, *(f"{path}:error" for path in paths)]].mean()
     count = groups.size()
@@ -23,7 +24,6 @@ def designs(table):
         scatter = groups[path].std() / count**0.5
         found[f"{path}:error"] = found[f"{path}:error"].where(count < 2, scatter)
     found["runs"] = count
-    found["capped"] = groups["status"].agg(lambda s: bool((s == "capped").any()))
     first = meta["objectives"][0]
     return found.reset_index().sort_values(paths[0], ascending=first["goal"] == "minimise", kind="stable")  # fmt: skip
 
@@ -51,11 +51,10 @@ def show(table):
     for objective in meta["objectives"]:
         name = objective["path"].removeprefix("impacts/")
         sheet.add_column(f"{name}{unit(objective['unit'])}".replace("[", r"\["), justify="right")
-    sheet.add_column("")
     for _, row in found.head(BEST).iterrows():
         cells = [number(row[vary["key"]]) for vary in meta["vary"]]
         cells += [with_error(row[o["path"]], row[f"{o['path']}:error"]) for o in meta["objectives"]]
-        sheet.add_row(*cells, "capped" if row["capped"] else "")
+        sheet.add_row(*cells)
     goal = "largest" if meta["objectives"][0]["goal"] == "maximise" else "smallest"
     print(f"the {goal} {meta['objectives'][0]['path']} of {len(found)} designs:\n")
     Console(highlight=False, width=None if Console().is_terminal else 200).print(sheet)

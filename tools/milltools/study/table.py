@@ -194,6 +194,7 @@ class Writer(Table):
             os.replace(part, self.path)
             os.ftruncate(self._journal, 0)
         except OSError as fault:
+            part.unlink(missing_ok=True)
             raise UserError(f"{self.path}: {fault.strerror or fault}", status=1) from None
 
 
