@@ -35,6 +35,7 @@ def run(arguments) -> int:
     from milltools.study.acquisition import Plan, spread
     from milltools.study.deck import Study
     from milltools.study.space import Space
+    from milltools.study.storage import open_storage
     from milltools.study.table import Writer
 
     if arguments.runs < 1:
@@ -50,11 +51,12 @@ def run(arguments) -> int:
     space = Space(study.about()["vary"])
     first = [dict(zip(space.keys, spread(space, [], plan, k), strict=True)) for k in range(5)]
     probe.probe(study, first)
+    storage = open_storage(arguments.storage, path) if arguments.storage else None
     about = study.about(arguments.runs, shlex.join(["mill", *sys.argv[1:]]))
     with Writer.begin(path, about, arguments.force) as table:
         try:
             with drive.stops_in_order():
-                others = _search(arguments, study, plan, table)
+                others = _search(arguments, study, plan, table, storage)
         except (KeyboardInterrupt, drive.Stopped) as stop:
             print(
                 f"mill optimize: interrupted; {path} has {len(table)} of {arguments.runs} runs, and the same command goes on",
@@ -64,14 +66,14 @@ def run(arguments) -> int:
     return _end(table, plan, others)
 
 
-def _search(arguments, study, plan, table) -> int:
+def _search(arguments, study, plan, table, storage) -> int:
     """Runs until it is known or the runs are spent; returns how many of other drivers are still out."""
     from milltools.study import drive
     from milltools.study.progress import Watch
     from milltools.study.search import Search, forget
     from milltools.study.storage import open_storage
 
-    storage, place = open_storage(arguments.storage, table.path)
+    storage, place = storage or open_storage(None, table.path)
     if arguments.force:
         forget(study, storage)
     search = Search(study, table, storage, plan)

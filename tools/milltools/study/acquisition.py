@@ -2,13 +2,14 @@
 and at the end again those that might be the best.
 
     start     the first points of a scrambled Sobol sequence
-    search    augmented expected improvement (Huang, Allen, Notz & Zeng, J. Global Optim. 34 (2006) 441): the expected gain over
-              the best that is safely known, less what one more noisy run cannot tell. Runs that are still out are
-              believed to give what the model expects there (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
+    search    the knowledge gradient for correlated beliefs (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009) 599): by how much
+              one more noisy run is expected to raise the best of all expected values. It weighs the noise of a run, so
+              that it also says when to run a design again. Runs that are still out are believed to give what the model
+              expects there (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
     confirm   the last fifth of the runs: whichever of the leader and its most likely rival is known less, with another seed,
               until no rival is left in doubt
 
-A capped run took its whole budget and a failed one gave nothing: both repel. The gain is multiplied by the share of good runs to
+A capped run took its whole budget and a failed one gave nothing: both repel. The gradient is multiplied by the share of good runs to
 be expected, which is 1 far away from them. A design that failed is not run again; one that was capped is never the leader as long
 as another has a value. Everything here is a function of the runs, the seed and the number of the run: a restart
 changes nothing.
@@ -25,9 +26,12 @@ from milltools.study.gp import ALIKE, Surface, candidates, reach
 from milltools.study.space import Space
 
 CONFIRM = 0.2  # of the runs, at the end
-CLOUD = 2048  # designs looked at where the space cannot be listed
-NEIGHBOURS = 64  # around each of the best of those, at each of STEPS
+LISTED = 1000  # designs of a space of which each is looked at
+CLOUD = 512  # designs looked at in a larger one, at first
+HEADS, NEIGHBOURS = 4, 64  # the best of those, and designs around each of them, at each of STEPS
 STEPS = (0.1, 0.03, 0.01)  # of a key's range
+NORMAL = np.polynomial.hermite_e.hermegauss(21)  # places and weights
+NORMAL = (NORMAL[0], NORMAL[1] / NORMAL[1].sum())
 REPELLED = 0.3  # longest reach of a capped or failed run, in the unit cube
 
 
@@ -120,18 +124,17 @@ def rival(surface: Surface, runs: list[Run], pending=()) -> tuple | None:
     return leader if spreads[0] > spreads[1] else challenger
 
 
-def gain(surface: Surface, designs, among) -> np.ndarray:
-    """Augmented expected improvement of one more run at each of designs over the best of `among`, in the objective's unit."""
-    mean, spread = surface.predict(designs)
-    known, doubt = surface.predict(among)
-    safe = surface.sign * known - doubt
-    best = surface.sign * known[int(np.argmax(safe))]
-    spread = np.maximum(spread, 1e-12 * surface.scale)
-    rise = surface.sign * mean - best
-    z = rise / spread
-    expected = rise * norm.cdf(z) + spread * norm.pdf(z)
-    noise = surface.noise
-    return expected * (1 - noise / np.hypot(spread, noise))
+def gain(surface: Surface, designs) -> np.ndarray:
+    """The knowledge gradient of one more run at each of designs, in the objective's unit: how far the best expected value among
+    them is expected to rise. After it all means move by `shift` times a standard normal number, which is integrated by
+    Gauss and Hermite's rule."""
+    mean, cov = surface.covariance(designs)
+    mean = surface.sign * mean
+    shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)
+    risen = np.zeros(len(designs))
+    for z, weight in zip(*NORMAL):
+        risen += weight * (mean[:, None] + z * shift).max(axis=0)
+    return risen - mean.max()
 
 
 def soundness(surface: Surface, runs: list[Run], designs) -> np.ndarray:
@@ -166,24 +169,21 @@ def spread(space: Space, known, plan: Plan, skip=0) -> tuple:
 
 def _search(space, surface, runs, generator) -> tuple:
     failed = {r.design for r in runs if r.status == "failed"}
-    among = eligible(runs)
 
     def worth(designs):
-        return gain(surface, designs, among) * soundness(surface, runs, designs)
+        return gain(surface, designs) * soundness(surface, runs, designs)
 
-    designs = space.everything()
+    tested = surface.tested()
+    designs = space.everything() if space.count <= LISTED else None
     if designs is None:
-        shares = qmc.Sobol(len(space), seed=generator).random_base2(int(math.log2(CLOUD)))
-        designs = list(dict.fromkeys(among + space.at(shares)))
-        scores = worth(designs)
+        shares = qmc.Sobol(len(space), seed=generator).random(CLOUD)
+        designs = list(dict.fromkeys(tested + space.at(shares)))
         for step in STEPS:
-            heads = [designs[i] for i in np.argsort(-scores)[:4]] + [surface.best(among)]
+            order = np.argsort(-worth(designs), kind="stable")
+            heads = [designs[i] for i in order[:HEADS]] + [surface.best()]
             near = [space.near(h, step, generator) for h in heads for _ in range(NEIGHBOURS)]
-            near = list(dict.fromkeys(near))
-            designs, scores = designs + near, np.concatenate([scores, worth(near)])
-    else:
-        scores = worth(designs)
-    for i in np.argsort(-scores, kind="stable"):
+            designs = list(dict.fromkeys(tested + heads + near))
+    for i in np.argsort(-worth(designs), kind="stable"):
         if designs[i] not in failed:
             return designs[i]
-    return surface.best(among)
+    return surface.best()

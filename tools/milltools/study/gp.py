@@ -13,6 +13,7 @@ sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
 import contextlib
 import copy
 import dataclasses
+import functools
 import math
 import warnings
 
@@ -29,6 +30,20 @@ MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in so
 MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
 JITTER = 1e-10  # of the variance, so that equal designs can be solved for
 TRIES = 4  # starts of the search for kernel and scatter
+
+
+@functools.cache
+def _threads():
+    from threadpoolctl import ThreadpoolController
+
+    import sklearn.gaussian_process  # noqa: F401  what it loads is then known
+
+    return ThreadpoolController()
+
+
+def one_thread():
+    """Within it linear algebra has one thread: more do not help with small matrices, and the runs need the cores."""
+    return _threads().limit(limits=1)
 
 
 def reach() -> float:
@@ -106,7 +121,8 @@ class Surface:
         self.codes = space.encode(self.designs)
         self.middle = float(self.values.mean())
         self.scale = float(self.values.std()) or abs(self.middle) or 1.0
-        kernel, self.scatter = self._kernel()
+        with one_thread():
+            kernel, self.scatter = self._kernel()
         known = np.where(np.isfinite(self.errors), self.errors, 0.0)
         self.process = self._process(kernel, np.hypot(known, self.scatter))
 
@@ -164,7 +180,8 @@ class Surface:
         self.noises = noises
         alpha = (noises / self.scale) ** 2 + JITTER
         process = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None)
-        return process.fit(self.codes, (self.values - self.middle) / self.scale)
+        with one_thread():
+            return process.fit(self.codes, (self.values - self.middle) / self.scale)
 
     @property
     def noise(self) -> float:
@@ -175,17 +192,19 @@ class Surface:
     def predict(self, designs) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation of the objective itself at designs, in its unit."""
         codes = self.space.encode(designs)
-        parts = [
-            self.process.predict(codes[k : k + MOST_ASKED], return_std=True)
-            for k in range(0, len(codes), MOST_ASKED)
-        ]
+        with one_thread():
+            parts = [
+                self.process.predict(codes[k : k + MOST_ASKED], return_std=True)
+                for k in range(0, len(codes), MOST_ASKED)
+            ]
         mean = np.concatenate([m for m, _ in parts])
         spread = np.concatenate([s for _, s in parts])
         return self.middle + self.scale * mean, self.scale * spread
 
     def covariance(self, designs) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of the objective at (at most MOST_ASKED) designs."""
-        mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
+        with one_thread():
+            mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
         return self.middle + self.scale * mean, self.scale**2 * cov
 
     def realisations(self, designs, count, seed=0) -> np.ndarray:
@@ -195,7 +214,7 @@ class Surface:
         # rounding leaves eigenvalues a little below zero; what lifts them is far below any error
         lift, whole = 1e-10 * self.scale**2, np.eye(len(mean))
         while True:
-            with contextlib.suppress(np.linalg.LinAlgError):
+            with contextlib.suppress(np.linalg.LinAlgError), one_thread():
                 return mean + draws @ np.linalg.cholesky(cov + lift * whole).T
             lift *= 10
 

@@ -29,10 +29,11 @@ def lines(table) -> list[str]:
             f"    {v.key:<{width}}  {_say(v, value):<16} at 95 % it may be {_range(v, place)}"
         )
     runs = "one run" if best.runs == 1 else f"{best.runs} runs"
+    alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
+    others = "every other is worse beyond doubt" if alone else f"{_share(best.place_share)} of all designs cannot be told from it"  # fmt: skip
     found += [
         "",
-        f"from {len(surface.values)} runs of {len(surface.tested())} designs together, {runs} of this one; "
-        f"{_share(best.place_share)} of all designs cannot be told from it",
+        f"from {len(surface.values)} runs of {len(surface.tested())} designs together, {runs} of this one; {others}",
     ]
     for key in best.flat:
         v, alike = next((v, part) for v, part in zip(space.variables, best.alike) if v.key == key)

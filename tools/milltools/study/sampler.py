@@ -5,7 +5,7 @@ noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Prata
 generation from a Sobol sequence; a capped run violates a constraint, so that it is inferior to any that is not.
 
 What a trial knows stands in its user attributes: "id" and "seed" of its run from the moment it is to be run, "owner" (the driver
-that runs it), and "row", the whole row of the table, as soon as it is there. A sampler draws from the seed and the
+that runs it), and "row", the whole row of the table, as soon as it is there; with it comes the constraint "capped". A sampler draws from the seed and the
 number of the trial alone: an interrupted search goes on as if nothing had happened.
 """
 
@@ -140,12 +140,7 @@ class Sampler(optuna.samplers.BaseSampler):
             sampler = optuna.samplers.NSGAIISampler(
                 population_size=population,
                 seed=(self.plan.seed * 1_000_003 + trial.number) % 2**32,
-                constraints_func=_capped,
             )
             self._evolution = (trial.number, sampler)
         return self._evolution[1]
 
-
-def _capped(trial):
-    """Optuna's constraint: satisfied where not positive."""
-    return [1.0 if trial.user_attrs.get("row", {}).get("status") == "capped" else 0.0]

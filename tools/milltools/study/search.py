@@ -20,6 +20,8 @@ from milltools.study import sampler as optunas
 from milltools.study.acquisition import Plan
 from milltools.study.space import Space
 
+CAPPED = "capped"  # Optuna's constraint: satisfied where not positive
+
 
 def name_of(study) -> str:
     """The study's name in the storage: searches of the same runs, ranges and goals share one."""
@@ -102,7 +104,7 @@ class Search:
                 params=optunas.parameters(self.space, design),
                 distributions=optunas.distributions(self.space),
                 user_attrs={"id": row["id"], "owner": self.owner, "row": plain(row)},
-                system_attrs={"constraints": [1.0 if row["status"] == "capped" else 0.0]},
+                constraints={CAPPED: float(row["status"] == "capped")},
             )
         except ValueError:  # a range was made smaller
             return
@@ -162,6 +164,7 @@ class Search:
     def _tell(self, trial_id, row):
         storage = self.optuna._storage
         storage.set_trial_user_attr(trial_id, "row", plain(row))
+        storage.set_trial_system_attr(trial_id, f"constraints:{CAPPED}", float(row["status"] == "capped"))  # fmt: skip
         values = [optunas.finite(row[path]) for path in self.paths]
         number = storage.get_trial_number_from_id(trial_id)
         if row["status"] == "failed" or not all(map(math.isfinite, values)):

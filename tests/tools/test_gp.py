@@ -1,0 +1,166 @@
+"""A surface through noisy runs: it knows what it was told, says how well, and never mistakes the noise for the objective."""
+
+import math
+
+import numpy as np
+import pytest
+
+from milltools.study import gp
+from milltools.study.space import Space, variable
+
+LINE = [{"key": "x", "unit": "m", "low": 0.0, "high": 2.0, "values": None}]
+GRID = [
+    {"key": "n", "unit": "1", "whole": True, "low": 2, "high": 20, "values": list(range(2, 21))},
+    {"key": "h", "unit": "m", "low": 0.0, "high": 0.01, "values": [k * 5e-4 for k in range(21)]},
+]
+
+
+def wave(x):
+    return 3 + math.sin(2 * x)
+
+
+def surface(count=25, error=0.05, seed=0, known=True, maximise=True, vary=LINE, function=wave):
+    rng = np.random.default_rng(seed)
+    space = Space(vary)
+    designs = space.at(rng.random((count, len(space))))
+    values = [function(*design) + error * rng.standard_normal() for design in designs]
+    errors = np.full(count, error if known else math.nan)
+    return gp.Surface(space, designs, values, errors, maximise, seed)
+
+
+# ---- the space
+
+
+def test_a_whole_key_is_one_of_its_values_before_it_is_a_number():
+    space = Space([{"key": "n", "unit": "1", "whole": True, "low": 2, "high": 5, "values": None}])
+    designs = space.at([[0.0], [0.24], [0.26], [0.99], [1.0]])
+    assert designs == [(2,), (2,), (3,), (5,), (5,)]
+    assert space.encode([(2,), (3,), (5,)]).ravel() == pytest.approx([0, 1 / 3, 1])
+
+
+def test_a_logarithmic_key_is_even_in_its_logarithm():
+    v = variable({"key": "d", "unit": "m", "low": 0.001, "high": 0.1, "values": None, "log": True})
+    assert v.at(0.5) == pytest.approx(0.01) and v.share(0.01) == pytest.approx(0.5)
+
+
+def test_words_are_as_far_from_each_other_as_the_ends_of_a_number():
+    space = Space([{"key": "p", "unit": "", "values": ["a", "b", "c"]}])
+    codes = space.encode([("a",), ("b",), ("c",)])
+    gaps = [np.linalg.norm(codes[i] - codes[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
+    assert gaps == pytest.approx([1, 1, 1])
+
+
+def test_a_neighbour_is_a_design_of_the_space_and_near():
+    space, rng = Space(GRID), np.random.default_rng(0)
+    near = [space.near((10, 0.005), 0.03, rng) for _ in range(200)]
+    assert set(near) <= set(space.everything())
+    assert max(abs(n - 10) for n, _ in near) <= 3 and len(set(near)) > 5
+
+
+# ---- the surface
+
+
+def test_without_noise_it_goes_through_every_run():
+    found = surface(12, error=1e-6)
+    mean, spread = found.predict(found.designs)
+    assert mean == pytest.approx(found.values, abs=0.01)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_its_interval_covers_the_truth_as_often_as_it_says(known):
+    covered, asked = 0, [(x,) for x in np.linspace(0.05, 1.95, 20)]
+    for seed in range(10):
+        mean, spread = surface(seed=seed, known=known).predict(asked)
+        covered += sum(abs(m - wave(*x)) <= 1.96 * s for m, s, x in zip(mean, spread, asked))
+    assert 0.85 * 200 <= covered <= 200
+
+
+def test_an_unknown_scatter_is_found():
+    found = surface(60, error=0.2, known=False)
+    assert 0.12 < found.scatter < 0.3
+
+
+def test_a_run_with_a_large_error_counts_for_little():
+    space = Space(LINE)
+    designs, values = [(0.5,), (1.0,), (1.0,), (1.5,)], [1.0, 1.0, 9.0, 1.0]
+    trusted = gp.Surface(space, designs, values, [0.1, 0.1, 0.1, 0.1])
+    doubted = gp.Surface(space, designs, values, [0.1, 0.1, 50.0, 0.1])
+    assert trusted.predict([(1.0,)])[0] > 3 > 1.5 > doubted.predict([(1.0,)])[0]
+
+
+def test_more_runs_of_one_design_make_it_surer():
+    space = Space(LINE)
+    few = gp.Surface(space, [(0.5,), (1.5,)], [1.0, 2.0], [0.3, 0.3])
+    many = gp.Surface(space, [(0.5,), *[(1.5,)] * 9], [1.0, *[2.0] * 9], [0.3] * 10)
+    assert many.predict([(1.5,)])[1] < 0.6 * few.predict([(1.5,)])[1]
+
+
+def test_runs_that_are_still_out_make_it_no_wiser_about_the_mean_but_surer():
+    found = surface(8)
+    believed = found.believing([(1.2,), (1.2,)])
+    assert believed.predict([(1.2,)])[0] == pytest.approx(found.predict([(1.2,)])[0], abs=0.01)
+    assert believed.predict([(1.2,)])[1] < found.predict([(1.2,)])[1]
+    assert len(found.designs) == 8
+
+
+def test_rows_without_a_value_are_left_out_and_none_at_all_is_an_error():
+    space = Space(LINE)
+    found = gp.Surface(space, [(0.5,), (1.0,)], [1.0, math.nan], [0.1, math.nan])
+    assert found.designs == [(0.5,)]
+    with pytest.raises(ValueError, match="no run has a value"):
+        gp.Surface(space, [(0.5,)], [math.nan], [math.nan])
+
+
+def test_the_same_runs_and_seed_give_the_same_bits():
+    one, two = surface(), surface()
+    assert np.array_equal(one.predict([(0.3,)]), two.predict([(0.3,)]))
+
+
+def test_realisations_scatter_as_the_posterior_does():
+    found = surface(10, error=0.1)
+    asked = [(0.2,), (0.9,), (1.9,)]
+    mean, cov = found.covariance(asked)
+    draws = found.realisations(asked, 4000)
+    assert draws.mean(axis=0) == pytest.approx(mean, abs=4 * math.sqrt(cov.max() / 4000))
+    assert np.cov(draws.T) == pytest.approx(cov, abs=0.1 * cov.max())
+
+
+# ---- the optimum
+
+
+def hill(n, h):
+    return 1 - ((n - 7) / 20) ** 2 - ((h - 0.006) / 0.01) ** 2
+
+
+def ridge(n, h):
+    return 1 - ((n - 7) / 10) ** 2
+
+
+@pytest.mark.parametrize("maximise", [True, False])
+def test_the_optimum_is_found_with_intervals_that_hold_the_truth(maximise):
+    sign = 1 if maximise else -1
+    found = surface(60, 0.02, 3, maximise=maximise, vary=GRID, function=lambda *d: sign * hill(*d))
+    best = found.optimum()
+    assert best.low <= sign * hill(*best.design) <= best.high
+    assert best.high - best.low == pytest.approx(2 * 1.96 * best.error, rel=1e-3)
+    (n, h) = best.place
+    assert n.low <= 7 <= n.high and h.low <= 0.006 <= h.high
+    assert 0 < best.place_share < 0.5
+
+
+def test_a_flat_key_is_called_flat_and_no_other():
+    best = surface(60, 0.01, 4, vary=GRID, function=ridge).optimum()
+    assert best.flat == ["h"]
+    assert best.alike[1].high - best.alike[1].low > 0.008
+
+
+def test_where_noise_hides_everything_the_place_is_everywhere():
+    best = surface(10, 5.0, 5, vary=GRID, function=hill).optimum()
+    assert best.place_share > 0.9
+
+
+def test_a_capped_design_is_the_best_only_if_all_are_capped():
+    designs, values = [("a",), ("b",), ("b",), ("c",)], [3.0, 2.0, math.nan, 1.0]
+    statuses = ["capped", "done", "failed", "done"]
+    assert gp.candidates(designs, values, statuses) == [("b",), ("c",)]
+    assert gp.candidates(designs[:1], values[:1], statuses[:1]) == [("a",)]
