@@ -13,8 +13,8 @@ import numpy as np
 import optuna
 import pandas
 import pytest
-from conftest import PROGRAM, ROOT
-from studies import MEDIAN, alive, runs, stand_in, the_program, write_study  # noqa: F401
+from conftest import ROOT
+from studies import MEDIAN, alive, runs
 
 from milltools.errors import UserError
 from milltools.study import drive, job, optimum
@@ -99,7 +99,8 @@ def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     rows = searched(study, path, Pretended(hill), Plan(24, seed=1))
     text = "\n".join(optimum.lines(Table.open(path)))
     value, error, low, high = map(
-        float, re.search(r"above_50mm_s: (\S+) \+- ([\d.e-]+).*95 %: (\S+) \.\. (\S+)", text).groups()
+        float,
+        re.search(r"above_50mm_s: (\S+) \+- ([\d.e-]+).*95 %: (\S+) \.\. (\S+)", text).groups(),
     )
     assert low < 1 < high and (high - low) / error == pytest.approx(2 * 1.96, rel=0.1)
     count = int(re.search(r"balls.count +(\d+)", text).group(1))
@@ -270,7 +271,7 @@ def test_the_command_runs_the_mill_and_goes_on_with_more_runs(mill, write_study,
     assert len(longer) == 5 and set(frame["id"]) <= set(longer["id"])
 
 
-def test_kill_9_of_the_driver_loses_no_run_and_leaves_none(mill, write_study, stand_in, tmp_path):  # noqa: F811
+def test_kill_9_of_the_driver_loses_no_run_and_leaves_none(mill, write_study, stand_in, tmp_path):
     write_study(STUDY)
     program = stand_in(f"[ $(wc -l < $log) -lt 4 ] || while [ ! -e {tmp_path}/go ]; do sleep 0.02; done")  # fmt: skip
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": program}

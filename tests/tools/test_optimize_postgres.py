@@ -8,7 +8,6 @@ import subprocess
 
 import pandas
 import pytest
-from studies import the_program, write_study  # noqa: F401
 
 BIN = max(pathlib.Path("/usr/lib/postgresql").glob("*/bin/initdb"), default=None)
 STUDY = """\

@@ -106,12 +106,14 @@ def _fill(arguments, study, plan, numbers, table):
 
 def _end(table, numbers, picture) -> int:
     """The last word: what there is, the best of it, and how to see it."""
-    from milltools.study import summary
+    from milltools.study import sensitivity, summary
 
     frame = table.frame()
     frame = frame[frame["id"].isin(numbers)]
     count = {name: int((frame["status"] == name).sum()) for name in ("done", "capped", "failed")}
     summary.show(table)
+    for line in sensitivity.lines(table):
+        print(line)
     if picture:
         _draw(table)
     words = ", ".join(f"{number} {name}" for name, number in count.items() if number)

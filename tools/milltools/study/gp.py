@@ -34,9 +34,8 @@ TRIES = 4  # starts of the search for kernel and scatter
 
 @functools.cache
 def _threads():
-    from threadpoolctl import ThreadpoolController
-
     import sklearn.gaussian_process  # noqa: F401  what it loads is then known
+    from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
@@ -263,16 +262,16 @@ class Surface:
         # one-sided at 97.5 %: worse than the best beyond doubt, or not
         open_ = gap <= reach() * np.maximum(spread, 1e-12 * abs(value))
         alike = gap <= ALIKE * abs(value)
-        places, alikes = (self._intervals(around, keep, best) for keep in (open_, alike))
+        places, near = (self._intervals(around, keep, best) for keep in (open_, alike))
         flat = [
             v.key
-            for v, part in zip(self.space.variables, alikes)
+            for v, part in zip(self.space.variables, near)
             if not v.words and v.share(part.high) - v.share(part.low) >= FLAT
         ]
         return Optimum(
             best, float(value), float(error), float(value - reach() * error),
             float(value + reach() * error), self.designs.count(best),
-            places, float(open_.mean()), alikes, float(alike.mean()), flat,
+            places, float(open_.mean()), near, float(alike.mean()), flat,
         )  # fmt: skip
 
     def _cloud(self, best) -> list[tuple]:

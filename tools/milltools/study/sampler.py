@@ -143,4 +143,3 @@ class Sampler(optuna.samplers.BaseSampler):
             )
             self._evolution = (trial.number, sampler)
         return self._evolution[1]
-

@@ -54,6 +54,21 @@ def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
     return [(key, *map(float, row), method) for key, row in zip(space.keys, found)]
 
 
+def lines(table) -> list[str]:
+    """The indices of the first objective as text; empty where they cannot be told."""
+    found = indices(table)
+    if not found:
+        return []
+    how = "the runs" if found[0][5] == "saltelli" else "a surface through the runs"
+    width = max(len(row[0]) for row in found)
+    text = [f"which key matters: share of the variance (Sobol indices with 95 % intervals, from {how}):", ""]  # fmt: skip
+    text.append(f"    {'':<{width}}  {'alone':<16}with the others")
+    for key, first, first_ci, total, total_ci, _ in found:
+        alone, whole = f"{first:.2f} +- {first_ci:.2f}", f"{total:.2f} +- {total_ci:.2f}"
+        text.append(f"    {key:<{width}}  {alone:<16}{whole}")
+    return [*text, ""]
+
+
 def _problem(size):
     return {"num_vars": size, "names": [str(k) for k in range(size)], "bounds": [[0, 1]] * size}
 
