@@ -1,13 +1,10 @@
 """Studies: many runs of millsim over ranges of deck keys, in one table. docs/studies.md says how they are written and kept.
 
 deck.py reads the study deck, ranges.py its [vary], designs.py makes the plan, job.py is one run, drive.py sends jobs through an
-<<<<<<< HEAD
-executor of executors.py, table.py keeps the rows. This file is `mill study`, which shows a table, finished or growing: show_data.py
-reads it, show_stats.py and show_optimum.py say how sure things are, show_text.py, show_contour.py, show_slices.py,
-show_beside.py and show_page.py show them.
-=======
 executor of executors.py, table.py keeps the rows. docs/optimize.md: search.py chooses the designs one by one, by gp.py and acquisition.py.
->>>>>>> optimize
+
+This file is `mill study`, which shows a table, finished or growing: show_data.py reads it, show_stats.py and show_optimum.py say how sure
+things are, show_text.py, show_contour.py, show_slices.py, show_beside.py and show_page.py show them.
 """
 
 import pathlib

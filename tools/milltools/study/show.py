@@ -19,8 +19,7 @@ def indices(table, view, objective) -> list:
     from milltools.study import sensitivity
 
     number = view.objectives.index(objective)
-    with show_optimum.alone():
-        return sensitivity.indices(table, number, surface=optimum.surface)
+    return sensitivity.indices(table, number, surface=optimum.surface)
 
 
 def text(table) -> str:

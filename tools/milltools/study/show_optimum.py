@@ -5,7 +5,6 @@ of hundreds of designs above the truly best one. Where there are too few runs fo
 stands for itself and Gupta's subset says which may be best (`show_stats.not_told_apart`).
 """
 
-import contextlib
 import dataclasses
 
 import numpy as np
@@ -39,16 +38,6 @@ class Optimum:
         if self.surface is None:
             return "each design by its own runs"
         return "Gaussian process through all runs"
-
-
-def alone():
-    """A context in which linear algebra has one thread: matrices are small here, and threads that wait for each other while the
-    cores run a study take a hundred times as long."""
-    try:
-        import threadpoolctl  # scikit-learn brings it
-    except ImportError:
-        return contextlib.nullcontext()
-    return threadpoolctl.threadpool_limits(1)
 
 
 def usable(view) -> np.ndarray:
@@ -106,8 +95,7 @@ def find(view, objective) -> Optimum | None:
     """The optimum of an objective among the designs that were run; None if none has a value."""
     cache = view.__dict__.setdefault("_optima", {})
     if objective.path not in cache:
-        with alone():
-            cache[objective.path] = _find(view, objective)
+        cache[objective.path] = _find(view, objective)
     return cache[objective.path]
 
 
