@@ -237,16 +237,6 @@ class Surface:
         other.process = other._process(self.process.kernel_, noises)
         return other
 
-    def through(self, designs, values, errors) -> "Surface":
-        """The same kernel and scatter through other runs, every one with a value: a large table is fitted by a part."""
-        other = copy.copy(self)
-        other.designs = [tuple(design) for design in designs]
-        other.codes = self.space.encode(other.designs)
-        other.values, other.errors = np.asarray(values, float), np.asarray(errors, float)
-        known = np.where(np.isfinite(other.errors), other.errors, 0.0)
-        other.process = other._process(self.process.kernel_, np.hypot(known, self.scatter))
-        return other
-
     def shape(self, longest: float):
         """The kernel of the objective at unit variance, its lengths cut to `longest`: how far one place tells of another."""
         from sklearn.gaussian_process.kernels import Matern

@@ -7,27 +7,25 @@ show.draw(table, "figure7.png")         # the main picture
 import os
 
 from milltools.errors import UserError
-from milltools.study import show_text
+from milltools.study import show_optimum, show_text
 from milltools.study.show_data import View
 
 
-def indices(table, view) -> list:
-    """sensitivity.indices of a table with two varied keys or more; nothing where they cannot be had."""
-    if len(view.axes) < 2:
+def indices(table, view, objective) -> list:
+    """sensitivity.indices of an objective, from the surface that is there already; nothing where they cannot be had."""
+    optimum = show_optimum.find(view, objective)
+    if len(view.axes) < 2 or optimum is None or optimum.surface is None:
         return []
-    try:
-        from milltools.study import sensitivity
-    except ImportError:
-        return []
-    try:
-        return list(sensitivity.indices(table))
-    except (ValueError, UserError):  # too few runs
-        return []
+    from milltools.study import sensitivity
+
+    number = view.objectives.index(objective)
+    return sensitivity.indices(table, number, surface=optimum.surface)
 
 
-def text(table, sensitivities=()) -> str:
+def text(table) -> str:
     """The summary of a table.Table."""
-    return "\n".join(show_text.lines(View.of(table), sensitivities))
+    view = View.of(table)
+    return "\n".join(show_text.lines(view, indices(table, view, view.objectives[0])))
 
 
 def main_figure(view, objective, x=None, y=None, average=False, sensitivities=()):
@@ -68,13 +66,15 @@ def figures(view, objective, sensitivities=(), **options):
         )  # fmt: skip
 
 
-def draw(table, path, sensitivities=()):
+def draw(table, path):
     """The main picture of a table.Table into a file (.png, .svg, .pdf)."""
     from milltools.study import show_draw
 
     show_draw.check_name(str(path))
     view = View.of(table)
-    show_draw.write(main_figure(view, view.objectives[0], sensitivities=sensitivities), str(path))
+    objective = view.objectives[0]
+    sensitivities = indices(table, view, objective) if len(view.axes) > 2 else []
+    show_draw.write(main_figure(view, objective, sensitivities=sensitivities), str(path))
 
 
 def replace(path: str, content: str):

@@ -175,7 +175,7 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
     ]
     levels = show_contour.levels_of(planes)
     figure = show_draw.new(9.2, 5.2)
-    axes = figure.subplots(1, 2, sharey=True)
+    axes = figure.subplots(1, 2)
     kept = {}
     differ = differences(views)
     for number, (ax, plane, view) in enumerate(zip(axes, planes, views), 1):
@@ -191,7 +191,15 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
             )
         for handle in handles:
             kept.setdefault(handle.get_label().split(" (")[0], handle)
+    for get, put in (
+        ("get_xlim", "set_xlim"),
+        ("get_ylim", "set_ylim"),
+    ):  # cells of both may be of other sizes
+        low, high = zip(*(getattr(ax, get)() for ax in axes))
+        for ax in axes:
+            getattr(ax, put)(max(low), min(high))
     axes[1].set_ylabel("")
+    axes[1].tick_params(labelleft=False)
     figure.colorbar(
         image, ax=axes, label=show_draw.value_label(objective, 60), pad=0.015, aspect=28
     )

@@ -4,6 +4,7 @@ designs with their means and errors. Everything stays in SI here; `Scale` is for
 import dataclasses
 import functools
 import math
+import re
 
 import numpy as np
 import pandas as pd
@@ -56,6 +57,18 @@ def scale_of(unit: str, values, turning: bool = True) -> Scale:
     if unit in ("m", "s") and 0 < most < 0.5:
         return Scale(1e-3, f"m{unit}")
     return Scale(1.0, "" if unit == "1" else unit)
+
+
+def spoken(unit: str) -> str:
+    """A unit as it is written on axes: "m s-1" of an output file is "m/s"."""
+    above, below = [], []
+    for part in (unit or "").split():
+        name, sign, power = re.fullmatch(r"(.*?)(-?)(\d*)", part).groups()
+        raised = f"{name}^{power}" if power not in ("", "1") else name
+        (below if sign and name else above).append(raised if name else part)
+    if not below:
+        return " ".join(above)
+    return f"{' '.join(above) or '1'}/{'/'.join(below)}"
 
 
 def words_of(name: str) -> str:
@@ -136,7 +149,7 @@ class View:
         self.rows = rows.drop_duplicates("id", keep="last").reset_index(drop=True)
         self.axes = [self._axis(entry) for entry in meta["vary"]]
         self.objectives = [
-            Objective(o["path"], o["goal"], o.get("unit") or "", o.get("description") or "")
+            Objective(o["path"], o["goal"], spoken(o.get("unit")), o.get("description") or "")
             for o in meta["objectives"]
         ]
         self._group()
@@ -159,7 +172,7 @@ class View:
             words = tuple(dict.fromkeys([*map(str, values or ()), *map(str, found.unique())]))
         return Axis(
             entry["key"],
-            entry.get("unit") or "",
+            spoken(entry.get("unit")),
             entry.get("meaning") or "",
             entry.get("kind") == "whole",
             bool(entry.get("log")),

@@ -64,7 +64,9 @@ def value_label(objective, width: int = 30) -> str:
 def broken(text, width: int) -> str:
     """A literal text in lines of at most `width` characters, at most four of them."""
     # a number stays with its unit, a name with its bracket
-    bound = re.sub(r"(?<=\d) (?=[^\W\d])| (?=\[)", "\N{NO-BREAK SPACE}", literal(text, 4 * width))
+    bound = re.sub(
+        r"(?<=\d) (?=[^\W\d])| (?=[\[=])|(?<==) ", "\N{NO-BREAK SPACE}", literal(text, 4 * width)
+    )
     lines = textwrap.wrap(bound, width)
     return "\n".join(lines[:4])
 

@@ -13,8 +13,7 @@ from scipy import stats
 from milltools.study import show_stats
 
 LEAST = 8  # designs with a value, below which no surface is fitted
-MOST = 700  # values given to the surface: neighbours of larger grids are averaged first
-FITTED = 100  # of them, drawn at random, tell its lengths and the scatter: the fit takes a time with their number cubed
+MOST = 420  # values given to the surface: neighbours of larger grids are averaged first
 ALIKE = 0.02  # "as good": within this share of the best value
 REACH = float(stats.norm.ppf((1 + show_stats.LEVEL) / 2))
 
@@ -38,7 +37,7 @@ class Optimum:
     def how(self) -> str:
         if self.surface is None:
             return "each design by its own runs"
-        return "by a smooth surface through all runs (Gaussian process)"
+        return "Gaussian process through all runs"
 
 
 def usable(view) -> np.ndarray:
@@ -88,13 +87,8 @@ def surface_of(view, objective):
     if which.sum() < LEAST or np.ptp(values) == 0:
         return None
     designs, mean, error = thinned(view, which, found.mean, found.error)
-    room, some = space.Space(view.meta["vary"]), range(len(designs))
-    if len(designs) > FITTED:
-        some = np.sort(np.random.default_rng(0).choice(len(designs), FITTED, replace=False))
-    fitted = gp.Surface(
-        room, [designs[k] for k in some], mean[some], error[some], maximise=objective.sign > 0
-    )
-    return fitted if len(some) == len(designs) else fitted.through(designs, mean, error)
+    room = space.Space(view.meta["vary"])
+    return gp.Surface(room, designs, mean, error, maximise=objective.sign > 0)
 
 
 def find(view, objective) -> Optimum | None:

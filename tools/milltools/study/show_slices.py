@@ -8,7 +8,8 @@ from milltools.study import show_draw, show_optimum, show_text
 FEW = 6  # values of another key, for each of which a line is drawn
 NUMBERED = 20  # designs of the front that bear the number they have in the table
 BARS = {"elinewidth": 0.8, "capsize": 1.8, "capthick": 0.8}
-SURFACE = "0.45"
+SURFACE = "0.25"
+SMOOTH = "surface, 95 %"
 
 
 def draw(view, objective):
@@ -27,8 +28,14 @@ def draw(view, objective):
     figure.suptitle(_title(view, objective), fontsize=9.5, x=0.01, ha="left")
     handles = {}
     for ax in axes[:count]:
+        own = (
+            [text.get_text() + ", 95 %" for text in ax.get_legend().get_texts()]
+            if ax.get_legend()
+            else []
+        )
         for handle, label in zip(*ax.get_legend_handles_labels()):
-            handles.setdefault(label, handle)
+            if label not in own:
+                handles.setdefault(label, handle)
     figure.legend(
         handles.values(),
         handles.keys(),
@@ -73,6 +80,17 @@ def _slice(ax, view, objective, axis):
             else "means of the runs, 95 %"
         )
         _points(ax, axis, frame, found, which, scale, colour, number, name, grid)
+    if several:  # the same colours mean other values in the next panel
+        lines = [
+            c for c in ax.containers if c.get_label().endswith("95 %") and c.get_label() != SMOOTH
+        ]
+        ax.legend(
+            lines,
+            [c.get_label().removesuffix(", 95 %") for c in lines],
+            fontsize=6.5,
+            framealpha=0.7,
+            handlelength=1.2,
+        )
     at = show_draw.places(axis, [frame[axis.key][optimum.design]])[0]
     ax.plot(at, optimum.value / scale.size, "*", ms=12, mfc="white", mec=show_draw.INK, zorder=6,
             ls="", label="best")  # fmt: skip
@@ -93,7 +111,7 @@ def _points(ax, axis, frame, found, which, scale, colour, number, name, joined):
     )  # fmt: skip
     if many or not joined:
         for part in bars[1] + bars[2]:
-            part.set_alpha(0.35)
+            part.set_alpha(0.15 if many and joined else 0.35)
     capped = np.flatnonzero(which & (state == "capped") & np.isfinite(found.mean))
     if len(capped):
         ax.plot(show_draw.places(axis, frame[axis.key].to_numpy()[capped]), found.mean[capped] / scale.size, "x",
@@ -114,14 +132,10 @@ def _surface(ax, view, objective, axis, optimum, scale):
     mean, spread = (part / scale.size for part in optimum.surface.predict(designs))
     x, reach = show_draw.places(axis, values), show_optimum.REACH * spread
     if axis.numeric:
-        ax.fill_between(
-            x, mean - reach, mean + reach, color="0.86", lw=0, zorder=1, label="surface, 95 %"
-        )
-        ax.plot(x, mean, color=SURFACE, lw=0.9, zorder=2)
+        ax.fill_between(x, mean - reach, mean + reach, color="0.86", lw=0, zorder=1, label=SMOOTH)
+        ax.plot(x, mean, color=SURFACE, lw=1, zorder=4)
     else:
-        ax.errorbar(
-            x + 0.12, mean, reach, color=SURFACE, ls="", marker="_", label="surface, 95 %", **BARS
-        )
+        ax.errorbar(x + 0.12, mean, reach, color=SURFACE, ls="", marker="_", label=SMOOTH, **BARS)
 
 
 def draw_front(view):

@@ -3,7 +3,9 @@
 A run tells the standard error s of its value (block averages); replicates tell their scatter. Both are used: the mean of k runs
 has the error sqrt(sum s^2)/k, enlarged for all designs alike when replicates of designs scatter more than their errors say
 (the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2: sqrt(chi^2/dof) where above 1); then
-Student's t with these degrees of freedom holds. Where runs have no errors, each design has its own scatter and Student's t with k - 1.
+Student's t with these degrees of freedom holds. Where runs have no errors, the scatter of the replicates is pooled over all designs,
+relative to their means (the pure error of Box, Hunter & Hunter, Statistics for Experimenters, 2005, section 5.6): two or three replicates
+of one design often agree by chance. Student's t then has as many degrees of freedom as there are runs less designs.
 """
 
 import dataclasses
@@ -18,7 +20,7 @@ LEVEL = 0.95
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """Per design: mean, standard error (NaN if unknown), degrees of freedom (inf: normal), runs that made it.
+    """Per design: mean, standard error (NaN if unknown), degrees of freedom of the latter (inf: normal), runs that made it.
     `factor` is by how much the errors were enlarged."""
 
     mean: np.ndarray
@@ -39,26 +41,27 @@ def estimate(group, value, error, count) -> Estimate:
     group, value, error = group[good], value[good], error[good]
     runs = np.bincount(group, minlength=count)
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.bincount(group, value, count) / runs
-        off = value - mean[group]
+        mean = np.where(runs > 0, np.bincount(group, value, count) / runs, np.nan)
         told = np.sqrt(np.bincount(group, error**2, count)) / runs
-        scatter = np.sqrt(np.bincount(group, off**2, count) / (runs - 1) / runs)
-    known = np.isfinite(told) & (told > 0)
-    factor, dof = 1.0, math.inf
-    pool = known[group] & (error > 0) & (runs[group] > 1)
+    off, known = value - mean[group], np.isfinite(told) & (told > 0)
+    factor, dof = 1.0, np.full(count, np.inf)
+    pool = (known & (runs > 1))[group]
     if pool.any():
         free = int((runs[known & (runs > 1)] - 1).sum())
         ratio = math.sqrt(float(np.sum((off[pool] / error[pool]) ** 2)) / free)
         if ratio > 1:
-            factor, dof = ratio, float(free)
-    alone = ~known & (runs > 1)
-    return Estimate(
-        np.where(runs > 0, mean, np.nan),
-        np.where(known, factor * told, np.where(alone, scatter, np.nan)),
-        np.where(alone, np.maximum(runs - 1, 1), dof),
-        runs,
-        factor,
-    )
+            factor, dof = ratio, np.full(count, float(free))
+    silent = ~known & (runs > 1)
+    scatter = np.full(count, np.nan)
+    if silent.any():
+        # absolute where values have both signs
+        oriented = np.all(mean[runs > 0] > 0) or np.all(mean[runs > 0] < 0)
+        size = np.abs(mean) if oriented else np.ones(count)
+        pool, free = silent[group], int((runs[silent] - 1).sum())
+        share = math.sqrt(float(np.sum((off[pool] / size[group][pool]) ** 2)) / free)
+        scatter[runs > 0] = share * size[runs > 0] / np.sqrt(runs[runs > 0])
+        dof[~known] = free
+    return Estimate(mean, np.where(known, factor * told, scatter), dof, runs, factor)
 
 
 @functools.lru_cache

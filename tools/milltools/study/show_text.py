@@ -154,7 +154,7 @@ def optimum_lines(view, objective) -> list[str]:
     scale, found = scale_for(view, objective), view.estimate(objective.path)
     lines = [
         f"optimum    {view.tell(best.design)}: {objective.words} {pair(best.value, best.half, scale)}"
-        f" (95 %, {best.how})"
+        f" (95 %; {best.how})"
     ]
     if best.surface is not None:
         own = pair(float(found.mean[best.design]), float(found.half[best.design]), scale)
