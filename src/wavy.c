@@ -55,12 +55,16 @@ static double beyond_edge(const struct arc *a, int edge, double y, double z)
     return a->edge_y[edge] * (y - a->y) + a->edge_z[edge] * (z - a->z);
 }
 
+/* Between the lines through that outer centre? */
 static bool in_wedge(const struct wavy *w, const struct arc *a, double y, double z)
 {
     const bool before = beyond_edge(a, 0, y, z) > 0.0, after = beyond_edge(a, 1, y, z) > 0.0;
-    if (w->overhangs ? !before && !after : !before || !after)
-        return false;
-    /* a wide wedge goes on behind the neighbouring inner arc, into the pocket of the next */
+    return w->overhangs ? before || after : before && after;
+}
+
+/* In the pitch around it? A wide wedge goes on behind the next inner arc, into another's pitch. */
+static bool in_pitch(const struct wavy *w, const struct arc *a, double y, double z)
+{
     const double along = y * a->uy + z * a->uz, across = fabs(z * a->uy - y * a->uz);
     return across * w->cos_pitch <= along * w->sin_pitch;
 }
@@ -168,12 +172,14 @@ static double next_edge(const struct wavy *w, const struct mill_flight *f, struc
     return to;
 }
 
-/* The outer arc in whose wedge the place lies, or NO_ARC. */
-static int wedge_at(const struct wavy *w, struct mill_span parts, double y, double z)
+/* The outer arc in whose wedge a piece of a flight runs, from one place through the other, or
+ * NO_ARC. The piece may leave the pitch, but through the wall. */
+static int wedge_of(const struct wavy *w, struct mill_span parts, vec3 from, vec3 through)
 {
     for (int i = parts.first % 2; i < parts.count; i += 2) {
         const int arc = (parts.first + i) % w->arcs;
-        if (in_wedge(w, &w->arc[arc], y, z))
+        const struct arc *a = &w->arc[arc];
+        if (in_wedge(w, a, through.y, through.z) && in_pitch(w, a, from.y, from.z))
             return arc;
     }
     return NO_ARC;
@@ -248,7 +254,7 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
             /* nothing changes beyond the last crossing, so any time after it will do */
             const double within = to <= 1e9 ? 0.5 * (from + to) : from + 1.0;
             const vec3 at = vec3_fly(f->r, f->v, f->g, within);
-            outer = wedge_at(w, parts, at.y, at.z);
+            outer = wedge_of(w, parts, piece.r, at);
         }
         const double t =
             piece_contact(w, outer, &piece, parts, radius, to - from, touching && from == 0.0);

@@ -1,0 +1,398 @@
+/* The first contact with the wavy drum, from its gap alone: the first time at which the gap is
+ * closed and closing. Balls of any size, those included that do not fit the buckles; flights aimed
+ * at joints, hops that begin there, balls that touch two bulges at once. */
+#include "wavy_fixture.h"
+
+#include <float.h>
+
+#define CLOSED 1e-12 /* [m] */
+#define SUNK                                                                                       \
+    1e-10 /* [m] what the march calls missed: steps past a grazing contact are shorter yet */
+
+static struct mill_contact meet(const struct wavy_mill *m, const struct flight *f, double t)
+{
+    const vec3 r = vec3_fly(f->path.r, f->path.v, f->path.g, t);
+    const vec3 v = vec3_axpy(f->path.v, t, f->path.g);
+    return mill_shape_meet(m->mill.shape[DRUM], r, v, f->radius, 0.0);
+}
+
+static double closing_at(const struct wavy_mill *m, const struct flight *f, double t)
+{
+    const struct mill_contact c = meet(m, f, t);
+    return -vec3_dot(vec3_axpy(f->path.v, t, f->path.g), c.normal);
+}
+
+static void random_course(uint64_t *seed, struct flight *f)
+{
+    const double speed = uniform(seed, 0.0, 1.0), pull = uniform(seed, 0.0, 1.0);
+    f->path.v = vec3_scale(direction(seed), speed < 0.1   ? 0.0
+                                            : speed < 0.3 ? log_uniform(seed, 1e-4, 1e-1)
+                                                          : uniform(seed, 0.0, 10.0));
+    f->path.g = pull < 0.2   ? vec3_make(0.0, 0.0, 0.0)
+                : pull < 0.4 ? vec3_make(0.0, 0.0, -9.81)
+                             : vec3_scale(direction(seed), uniform(seed, 0.0, 20.0));
+    f->turn = 0.0;
+}
+
+/* A ball in the drum, one in two of them near the wall */
+static struct flight random_flight(uint64_t *seed, const struct wavy_mill *m)
+{
+    struct flight f;
+    const double near = uniform(seed, 0.0, 1.0) < 0.5 ? 3e-3 : HUGE_VAL;
+    double gap;
+    f.radius = log_uniform(seed, 2e-4, 8e-3);
+    do {
+        f.path.r = random_place(seed, m);
+        gap = gap_of(m, f.path.r, f.radius);
+    } while (gap < 0.0 || gap > near);
+    random_course(seed, &f);
+    return f;
+}
+
+/* The first contact that a flight has within `horizon`, held against a march along the gap. */
+static double checked_contact(const struct wavy_mill *m, const struct flight *f, double horizon,
+                              bool touching)
+{
+    const double t = first_contact(&m->mill, DRUM, f, horizon, touching, NULL);
+    const double missed = first_below(&m->mill, DRUM, f, fmin(t, horizon), SUNK);
+    ck_assert_msg(isinf(missed), "n %d, h %g, a %g: gap %g at %.17g, before the contact at %.17g",
+                  m->profile.buckles, m->profile.height, f->radius,
+                  gap_at(&m->mill, DRUM, f, missed), missed, t);
+    if (!isinf(t)) {
+        ck_assert_double_eq_tol(gap_at(&m->mill, DRUM, f, t), 0.0, CLOSED);
+        ck_assert_msg(closing_at(m, f, t) > -1e-6, "n %d, h %g, a %g: opens by %g m/s",
+                      m->profile.buckles, m->profile.height, f->radius, -closing_at(m, f, t));
+    }
+    return t;
+}
+
+START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
+{
+    uint64_t seed = 100 + (uint64_t)_i;
+    int found = 0, none = 0, tight = 0;
+    for (int i = 0; i < 2500; i++) {
+        struct wavy_mill m;
+        build_random(&seed, &m);
+        const struct flight f = random_flight(&seed, &m);
+        const double t = checked_contact(&m, &f, log_uniform(&seed, 1e-6, 0.1), false);
+        found += !isinf(t);
+        none += isinf(t);
+        tight += !isinf(t) && f.radius > m.profile.arc;
+        mill_demolish(&m.mill);
+    }
+    ck_assert_int_gt(found, 300);
+    ck_assert_int_gt(none, 300);
+    ck_assert_int_gt(tight, 3);
+}
+END_TEST
+
+/* The ball at its contact, thrown back with a share of its approach speed; every other one is made
+ * to hop, slow along the wall and pulled towards it. */
+static void reflect(uint64_t *seed, const struct wavy_mill *m, struct flight *f, double t)
+{
+    const struct mill_contact c = meet(m, f, t);
+    f->path.r = vec3_fly(f->path.r, f->path.v, f->path.g, t);
+    f->path.v = vec3_axpy(f->path.v, t, f->path.g);
+    const double u_n = vec3_dot(f->path.v, c.normal);
+    double rebound = fmax(uniform(seed, 0.0, 1.0) * fmax(-u_n, 0.0), 5e-3);
+    if (uniform(seed, 0.0, 1.0) < 0.5) {
+        f->path.v = vec3_scale(direction(seed), log_uniform(seed, 1e-3, 1.0));
+        f->path.g = vec3_axpy(vec3_scale(direction(seed), uniform(seed, 0.0, 2.0)),
+                              -uniform(seed, 0.0, 20.0), c.normal);
+        rebound = log_uniform(seed, 5e-3, 0.1);
+    }
+    f->path.v = vec3_axpy(f->path.v, rebound - vec3_dot(f->path.v, c.normal), c.normal);
+}
+
+START_TEST(a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed)
+{
+    uint64_t seed = 200 + (uint64_t)_i;
+    int hops = 0, again = 0, corners = 0;
+    for (int i = 0; i < 1200; i++) {
+        struct wavy_mill m;
+        build_random(&seed, &m);
+        struct flight f = random_flight(&seed, &m);
+        double t = first_contact(&m.mill, DRUM, &f, 0.1, false, NULL);
+        for (int hop = 0; hop < 6 && !isinf(t); hop++) {
+            reflect(&seed, &m, &f, t);
+            t = checked_contact(&m, &f, uniform(&seed, 0.0, 0.05), true);
+            /* a wall curved around the ball brings it back no sooner than its bend does */
+            const double v = vec3_norm(f.path.v), around = m.profile.arc - f.radius;
+            const double opening = -closing_at(&m, &f, 0.0);
+            const bool corner = around < 1e-6; /* the other bulge may be met at any time */
+            if (!corner && m.profile.half_outer < 0.5 * PI)
+                ck_assert_msg(t > opening / (20.0 + 2.0 + square(v + 1.0) / around),
+                              "n %d, h %g, a %g: opening at %g m/s, back after %g s",
+                              m.profile.buckles, m.profile.height, f.radius, opening, t);
+            hops++;
+            again += !isinf(t);
+            corners += corner;
+        }
+        mill_demolish(&m.mill);
+    }
+    ck_assert_int_gt(hops, 1000);
+    ck_assert_int_gt(again, 300);
+    ck_assert_int_gt(corners, 20);
+}
+END_TEST
+
+/* Where the ball's centre is when it touches the wall at a joint, the wall's direction there and
+ * its normal into the drum */
+struct joint {
+    vec3 at, along, normal;
+};
+
+static struct joint random_joint(uint64_t *seed, const struct wavy_mill *m, double radius)
+{
+    const struct mill_profile *p = &m->profile;
+    const double pitch = PI / p->buckles;
+    const double outer = p->angle + 2.0 * pitch * (int)uniform(seed, 0.0, p->buckles);
+    const double inner = outer + (uniform(seed, 0.0, 1.0) < 0.5 ? pitch : -pitch);
+    const vec3 a = vec3_make(0.0, p->outer * cos(outer), p->outer * sin(outer));
+    const vec3 b = vec3_make(0.0, p->inner * cos(inner), p->inner * sin(inner));
+    const vec3 e = vec3_scale(vec3_sub(b, a), 1.0 / vec3_norm(vec3_sub(b, a)));
+    const struct joint j = {vec3_axpy(a, p->arc - radius, e), vec3_make(0.0, -e.z, e.y),
+                            vec3_scale(e, -1.0)};
+    return j;
+}
+
+/* A drum with a way through its buckles, so that a ball of 2.5 mm can be at all its joints */
+static void build_open(uint64_t *seed, struct wavy_mill *m)
+{
+    build(m, (int)uniform(seed, 2.0, 21.0), log_uniform(seed, 1e-10, 1e-2),
+          uniform(seed, -4.0, 4.0));
+}
+
+/* Flown back from the joint, the ball starts off the wall and meets it at the joint or next to it.
+ */
+START_TEST(a_contact_at_a_joint_is_neither_missed_nor_made_up)
+{
+    uint64_t seed = 300 + (uint64_t)_i;
+    int found = 0, grazing = 0;
+    for (int i = 0; i < 4000; i++) {
+        struct wavy_mill m;
+        build_open(&seed, &m);
+        struct flight f;
+        f.radius = 0.0025;
+        random_course(&seed, &f);
+        const struct joint j = random_joint(&seed, &m, f.radius);
+        const double off = uniform(&seed, 0.0, 1.0) < 0.3 ? 0.0 : log_uniform(&seed, 1e-18, 1e-6);
+        const double speed = uniform(&seed, 0.1, 10.0), t = log_uniform(&seed, 1e-6, 1e-2);
+        const bool graze = uniform(&seed, 0.0, 1.0) < 0.3;
+        const double slope = graze ? 0.0 : log_uniform(&seed, 1e-8, 1.0);
+        const vec3 v =
+            vec3_axpy(vec3_scale(j.along, i % 2 ? speed : -speed), -speed * slope, j.normal);
+        const vec3 at = vec3_axpy(j.at, i % 3 ? off : -off, j.along);
+        f.path.r = vec3_fly(at, vec3_scale(v, -1.0), f.path.g, t);
+        f.path.v = vec3_axpy(v, -t, f.path.g);
+        if (gap_at(&m.mill, DRUM, &f, 0.0) > 0.0) {
+            found += !isinf(checked_contact(&m, &f, 2.0 * t, false));
+            grazing += graze;
+        }
+        mill_demolish(&m.mill);
+    }
+    ck_assert_int_gt(found, 500);
+    ck_assert_int_gt(grazing, 100);
+}
+END_TEST
+
+START_TEST(a_hop_from_a_joint_ends_where_the_wall_is_next)
+{
+    uint64_t seed = 400 + (uint64_t)_i;
+    int again = 0;
+    for (int i = 0; i < 4000; i++) {
+        struct wavy_mill m;
+        build_open(&seed, &m);
+        struct flight f;
+        f.radius = 0.0025;
+        random_course(&seed, &f);
+        const struct joint j = random_joint(&seed, &m, f.radius);
+        const double off = uniform(&seed, -1.0, 1.0) * log_uniform(&seed, 1e-18, 1e-5);
+        f.path.r = vec3_axpy(j.at, i % 4 ? off : 0.0, j.along);
+        const struct mill_contact c = meet(&m, &f, 0.0);
+        f.path.r = vec3_axpy(f.path.r, -c.gap, c.normal); /* onto the wall, but for rounding */
+        const double opening = log_uniform(&seed, 5e-3, 1.0);
+        f.path.v = vec3_axpy(vec3_scale(j.along, uniform(&seed, -10.0, 10.0)), opening, c.normal);
+        f.path.v = vec3_axpy(f.path.v, opening - vec3_dot(f.path.v, c.normal), c.normal);
+        const double t = checked_contact(&m, &f, 0.05, true);
+        const double v = vec3_norm(f.path.v) + 1.0;
+        ck_assert_msg(t > opening / (20.0 + v * v / (m.profile.arc - f.radius)),
+                      "n %d, h %g, off %g: opening at %g m/s, back after %g s", m.profile.buckles,
+                      m.profile.height, off, opening, t);
+        again += !isinf(t);
+        mill_demolish(&m.mill);
+    }
+    ck_assert_int_gt(again, 1000);
+}
+END_TEST
+
+START_TEST(overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_closes_again)
+{
+    uint64_t seed = 500 + (uint64_t)_i;
+    int now = 0, later = 0;
+    for (int i = 0; i < 3000; i++) {
+        struct wavy_mill m;
+        build_random(&seed, &m);
+        struct flight f = random_flight(&seed, &m);
+        const double depth = log_uniform(&seed, 1e-13, 1e-6);
+        struct mill_contact c = meet(&m, &f, 0.0);
+        f.path.r = vec3_axpy(f.path.r, -(c.gap + depth), c.normal);
+        c = m.mill.shape[DRUM]->ops->contact(m.mill.shape[DRUM], f.path.r, f.radius, 0.0);
+        const double rate = (i % 2 ? 1.0 : -1.0) * log_uniform(&seed, 1e-3, 1.0);
+        f.path.v = vec3_axpy(f.path.v, rate - vec3_dot(f.path.v, c.normal), c.normal);
+        if (fabs(c.gap + depth) < 1e-3 * depth) {
+            const double t = first_contact(&m.mill, DRUM, &f, 1e-3, false, NULL);
+            if (rate < 0.0) {
+                ck_assert_double_eq(t, 0.0);
+                now++;
+            } else if (f.radius < 0.5 * m.profile.arc && m.profile.half_outer < 0.5 * PI) {
+                ck_assert_double_gt(t, 0.0); /* where the ball cannot touch two bulges */
+                if (!isinf(t))
+                    ck_assert_double_gt(closing_at(&m, &f, t), -1e-6);
+                later++;
+            }
+        }
+        mill_demolish(&m.mill);
+    }
+    ck_assert_int_gt(now, 500);
+    ck_assert_int_gt(later, 200);
+}
+END_TEST
+
+/* ---- what is in reach of a cell ---- */
+
+START_TEST(what_a_box_can_reach_is_all_that_a_flight_in_it_meets)
+{
+    uint64_t seed = 600 + (uint64_t)_i;
+    int met = 0, out = 0;
+    for (int i = 0; i < 5000; i++) {
+        struct wavy_mill m;
+        build_random(&seed, &m);
+        const struct mill_shape *s = m.mill.shape[DRUM];
+        const struct flight f = random_flight(&seed, &m);
+        const double side = log_uniform(&seed, 1e-5, 0.02);
+        const vec3 corner = vec3_make(side, side, side);
+        const double share = uniform(&seed, 0.0, 1.0);
+        vec3 lo = vec3_axpy(f.path.r, -share, corner),
+             hi = vec3_axpy(f.path.r, 1.0 - share, corner);
+        if (i % 7 == 0)
+            hi.y = HUGE_VAL; /* as cells at the border are */
+        if (i % 11 == 0)
+            lo.z = -HUGE_VAL;
+        double leaves = 0.0, step = 1e-3 * side / (1e-9 + vec3_norm(f.path.v) + 1.0);
+        for (int k = 0; k < 3000; k++) {
+            const vec3 r = vec3_fly(f.path.r, f.path.v, f.path.g, leaves + step);
+            if (r.y < lo.y || r.y > hi.y || r.z < lo.z || r.z > hi.z)
+                break;
+            leaves += step;
+        }
+        struct mill_flight path = mill_shape_flight(f.path.r, f.path.v, f.path.g, 0.0);
+        const double whole = s->ops->next_contact(s, &path, f.radius, 0.0, leaves, false);
+        path.parts = s->ops->parts(s, lo, hi, f.radius * uniform(&seed, 1.0, 2.0));
+        if (path.parts.count > 0) {
+            const double t = s->ops->next_contact(s, &path, f.radius, 0.0, leaves, false);
+            ck_assert(isinf(whole) ? isinf(t) : fabs(t - whole) <= 1e-12 * whole);
+        } else {
+            ck_assert(isinf(whole));
+            out++;
+        }
+        met += !isinf(whole);
+        mill_demolish(&m.mill);
+    }
+    ck_assert_int_gt(met, 100);
+    ck_assert_int_gt(out, 300);
+}
+END_TEST
+
+START_TEST(a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none)
+{
+    static const int buckles[] = {2, 5, 8, 12, 20};
+    const double a = 0.0025, side = 0.005;
+    for (int k = 0; k < 5; k++) {
+        struct wavy_mill m;
+        build(&m, buckles[k], 0.004, 0.1);
+        const struct mill_shape *s = m.mill.shape[DRUM];
+        int most = 0, cells = 0, parts = 0;
+        for (double y = -0.08; y < 0.08; y += side) {
+            for (double z = -0.08; z < 0.08; z += side) {
+                const vec3 lo = vec3_make(0.0, y, z), hi = vec3_make(side, y + side, z + side);
+                const double gap = gap_of(&m, vec3_scale(vec3_add(lo, hi), 0.5), a);
+                const struct mill_span span = s->ops->parts(s, lo, hi, a);
+                if (gap > 0.71 * side + 1e-5)
+                    ck_assert_int_le(span.count, 1); /* a corner between two centres' lines */
+                if (gap > side)
+                    ck_assert_int_eq(span.count, 0);
+                if (fabs(gap) < 0.5 * side) {
+                    ck_assert_int_gt(span.count, 0);
+                    cells++;
+                    parts += span.count;
+                    most = span.count > most ? span.count : most;
+                }
+            }
+        }
+        ck_assert_int_le(most, 3);
+        ck_assert_int_lt(parts, 2 * cells);
+        mill_demolish(&m.mill);
+    }
+}
+END_TEST
+
+/* ---- two places at once ---- */
+
+START_TEST(a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides)
+{
+    struct wavy_mill m;
+    build(&m, 20, 0.01, 0.0);
+    const double a = 0.5 * (m.profile.inner * sin(PI / 20) - m.profile.arc) + 0.5 * m.profile.arc;
+    ck_assert_double_gt(a, m.profile.inner * sin(PI / 20) - m.profile.arc);
+    struct flight f;
+    f.radius = a;
+    f.turn = 0.0;
+    f.path.r = vec3_make(0.0, 0.05, 0.0); /* straight at the middle of a buckle */
+    f.path.v = vec3_make(0.0, 1.0, 0.0);
+    f.path.g = vec3_make(0.0, 0.0, 0.0);
+    const double t = checked_contact(&m, &f, 1.0, false);
+    const struct mill_contact one = meet(&m, &f, t);
+    f.path.r = vec3_fly(f.path.r, f.path.v, f.path.g, t);
+    f.path.v = vec3_axpy(f.path.v, -1.8 * vec3_dot(f.path.v, one.normal), one.normal);
+    ck_assert_double_lt(fabs(f.path.r.z), 1e-15);
+    ck_assert_double_eq_tol(ask(&m.mill, DRUM, &f, 1.0, true), 0.0, 1e-15);
+    const struct mill_contact two = meet(&m, &f, 0.0);
+    ck_assert_double_eq_tol(two.normal.y, one.normal.y, 1e-12);
+    ck_assert_double_eq_tol(two.normal.z, -one.normal.z, 1e-12);
+    ck_assert_double_gt(closing_at(&m, &f, 0.0), 0.1);
+    for (int blow = 0; ask(&m.mill, DRUM, &f, 1.0, true) < 1e-3; blow++) { /* to and fro, and out */
+        const struct mill_contact c = meet(&m, &f, 0.0);
+        ck_assert_double_lt(vec3_dot(f.path.v, c.normal), 0.0);
+        ck_assert_int_lt(blow, 20);
+        f.path.v = vec3_axpy(f.path.v, -1.8 * vec3_dot(f.path.v, c.normal), c.normal);
+    }
+    ck_assert_double_lt(f.path.v.y, 0.0);
+    mill_demolish(&m.mill);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("wavy");
+    TCase *tests = tcase_create("wavy");
+    tcase_set_timeout(tests, 60.0);
+    tcase_add_loop_test(tests, the_first_contact_is_closed_closing_and_nothing_comes_before_it, 0,
+                        3);
+    tcase_add_loop_test(
+        tests, a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 0, 2);
+    tcase_add_loop_test(tests, a_contact_at_a_joint_is_neither_missed_nor_made_up, 0, 2);
+    tcase_add_loop_test(tests, a_hop_from_a_joint_ends_where_the_wall_is_next, 0, 2);
+    tcase_add_test(
+        tests,
+        overlapping_and_closing_is_now_and_overlapping_and_opening_only_when_it_closes_again);
+    tcase_add_test(tests, what_a_box_can_reach_is_all_that_a_flight_in_it_meets);
+    tcase_add_test(tests, a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none);
+    tcase_add_test(tests, a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_ENV);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}

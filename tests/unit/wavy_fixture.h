@@ -1,0 +1,56 @@
+/* A mill whose drum is wavy. */
+#ifndef WAVY_FIXTURE_H
+#define WAVY_FIXTURE_H
+
+#include "shape_fixture.h"
+#include "wavy.h"
+
+#define R 0.075
+
+static inline double square(double x)
+{
+    return x * x;
+}
+
+/* Of any height down to next to nothing and up to deep overhangs */
+struct wavy_mill {
+    struct mill mill;
+    struct mill_profile profile;
+};
+
+static inline void build(struct wavy_mill *m, int n, double h, double angle)
+{
+    const struct mill_deck_blade spec = blade_spec(0.02, 0.01, 0.01, 0.0);
+    mill_build(&m->mill, &spec, 0.0);
+    m->mill.shape[DRUM]->ops->free(m->mill.shape[DRUM]);
+    m->profile = mill_profile_make(n, R, h, angle);
+    ck_assert(mill_profile_is_sound(&m->profile));
+    m->mill.shape[DRUM] = mill_wavy_create(&m->profile);
+    ck_assert_ptr_nonnull(m->mill.shape[DRUM]);
+}
+
+static inline void build_random(uint64_t *seed, struct wavy_mill *m)
+{
+    const int n = (int)uniform(seed, 2.0, 25.0);
+    const double most = 0.99 * fmin(mill_profile_highest(n, R), 0.06);
+    const double kind = uniform(seed, 0.0, 1.0);
+    const double h = kind < 0.2   ? log_uniform(seed, 1e-13, 1e-3)
+                     : kind < 0.6 ? uniform(seed, 1e-3, fmin(1e-2, most))
+                                  : uniform(seed, 1e-6, most);
+    build(m, n, h, kind < 0.3 ? 0.0 : uniform(seed, -20.0, 20.0));
+}
+
+static inline double gap_of(const struct wavy_mill *m, vec3 r, double radius)
+{
+    const struct mill_shape *s = m->mill.shape[DRUM];
+    return s->ops->gap(s, r, radius, 0.0);
+}
+
+static inline vec3 random_place(uint64_t *seed, const struct wavy_mill *m)
+{
+    const double far = R + m->profile.height;
+    return vec3_make(uniform(seed, -0.05, 0.05), uniform(seed, -far, far),
+                     uniform(seed, -far, far));
+}
+
+#endif
