@@ -28,8 +28,8 @@
 #define DERIVED NULL, true
 #define PRESET(text) text, false
 
-/* Buckles of any use hold a ball; a maps' or outline's few hundred points around could not show
- * more than these. */
+/* More buckles would be finer than the few hundred points around by which maps and outlines see a
+ * drum. */
 enum { MOST_BALLS = 50000000, MOST_BUCKLES = 500, MOST_BLADES = 10000, MOST_FRICTION = 10 };
 
 /* clang-format off: a table */
@@ -69,7 +69,7 @@ const struct mill_deck_key mill_deck_table[] = {
      "shape of the drum's wall"},
     {DECK_DRUM, "buckles", DECK_WHOLE, NULL, WAVY_FROM_TO(2, MOST_BUCKLES), REQUIRED, DECK(buckles),
      NULL, "number of buckles around the drum"},
-    {DECK_DRUM, "buckle_height", DECK_NUMBER, "m", WAVY_FROM_TO(0, 1e4), REQUIRED,
+    {DECK_DRUM, "buckle_height", DECK_NUMBER, "m", WAVY_FROM_TO(0, MILL_DECK_LARGEST), REQUIRED,
      DECK(buckle_height), NULL, "of the buckles: the wall lies within the radius less and more it"},
     {DECK_DRUM, "buckle_angle", DECK_NUMBER, "rad",
      WAVY_FROM_TO(-MILL_DECK_LARGEST, MILL_DECK_LARGEST), PRESET("0 deg"), DECK(buckle_angle), NULL,

@@ -29,7 +29,7 @@ static struct shot random_shot(uint64_t *seed, struct mill *m)
         const double a = uniform(seed, 0.0, 2.0 * PI);
         f->path.r =
             vec3_make(s.spec.position + uniform(seed, -0.02, 0.02), rho * cos(a), rho * sin(a));
-        gap = gap_at(m, BLADE, f, 0.0);
+        gap = m->shape[BLADE]->ops->gap(m->shape[BLADE], f->path.r, f->radius, f->turn);
     } while (gap < 0.0 || gap > near);
     const struct mill_shape *b = m->shape[BLADE];
     const vec3 at_it = vec3_scale(b->ops->contact(b, f->path.r, f->radius, f->turn).normal, -1.0);
