@@ -302,7 +302,8 @@ static void rebound(struct shot *s, double t)
     s->drum->ops->beside(s->drum, r, s->radius, &other); /* of two, whichever closes */
     const double closing = -vec3_dot(k.normal, v), beside = -vec3_dot(other.normal, v);
     require(s, gap <= TOUCHING, "a gap of %g m when due at %.17g s", gap, t);
-    require(s, fmax(closing, beside) >= -noise, "closing by %g m/s when due at %.17g s", closing, t);
+    require(s, fmax(closing, beside) >= -noise, "closing by %g m/s when due at %.17g s", closing,
+            t);
     const double after = fmax(s->restitution * fmax(closing, 0.0), s->floor);
     s->flight.r = r;
     s->flight.v = vec3_axpy(v, fmax(closing, 0.0) + after, k.normal);
