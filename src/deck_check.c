@@ -13,6 +13,7 @@ static const double most_samples = 1e8;
 static const double rounding =
     1e-12; /* of the drum's length: blades may just touch the end walls */
 static const double least_diameter = 1e-9; /* [m] */
+static const double snug = 1e-11; /* of the drum's reach: wider than what wavy.c takes for equal */
 static const double densest =
     0.7404804896930611; /* MILL_PI / sqrt(18): no packing of equal balls is denser */
 
@@ -86,6 +87,13 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum of radius %g m%s", d,
                                    bore, between);
+        /* it would touch all of an arc at once */
+        if (deck->wavy && deck->buckle_height > 0.0 &&
+            fabs(d - 2.0 * profile_of(deck).arc) <= snug * mill_deck_drum_reach(deck))
+            return mill_deck_fault(deck, error, title, "diameter",
+                                   "a ball of %g m is just as wide as a bulge of the drum, and "
+                                   "stuck there: make it a little smaller or larger",
+                                   d);
         if (d >= deck->drum_length)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum %g m long", d,

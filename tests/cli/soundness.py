@@ -19,6 +19,9 @@ from scipy.spatial import cKDTree
 SLOW = "asan" in PROGRAM.parts
 OVERLAP = 1e-9  # m, as promised
 BALANCE = 1e-9  # of the energy turned over, as promised
+
+from milltools.profile import Profile
+
 KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
 
 
@@ -31,7 +34,7 @@ def ms(milliseconds):
 class Mill:
     """What the frames are checked against, from the deck in SI units."""
 
-    radius: float
+    drum: Profile
     length: float
     shaft: float
     speed: float
@@ -46,6 +49,10 @@ def mill_of(deck):
         if section not in deck or key not in deck[section]:
             return default
         return float(deck[section][key].asstr()[()].split()[0])
+
+    def text(key, default):
+        section, name = key.split(".")
+        return deck[section][name].asstr()[()] if name in deck[section] else default
 
     length = number("drum", "length")
     count = int(number("blades", "count"))
@@ -62,7 +69,7 @@ def mill_of(deck):
         if section.startswith("blade."):
             blades.append(tuple(number(section, key) for key in ("position", "angle", *box)))
     return Mill(
-        number("drum", "radius"),
+        Profile.of(text),
         length,
         number("rotor", "shaft_radius"),
         number("rotor", "speed"),
@@ -74,7 +81,9 @@ def mill_of(deck):
 def depth_in_drum(mill, r, radius):
     """How deep each ball is in the drum, an end wall or the shaft, the most of them [m]."""
     distance = np.hypot(r[:, 1], r[:, 2])
-    depth = np.maximum(distance + radius - mill.radius, np.abs(r[:, 0]) + radius - mill.length / 2)
+    depth = np.maximum(
+        -mill.drum.gap(r[:, 1], r[:, 2], radius), np.abs(r[:, 0]) + radius - mill.length / 2
+    )
     return np.maximum(depth, mill.shaft + radius - distance) if mill.shaft > 0 else depth
 
 

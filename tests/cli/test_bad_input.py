@@ -9,6 +9,8 @@ import time
 import pytest
 from conftest import SMALL, SMALL_START
 
+from milltools.profile import Profile
+
 ROWS = SMALL_START.splitlines()
 FORM = "expected 3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units"
 MILL = SMALL.replace("density = 7800 kg/m^3\n", "density = 7800 kg/m^3\nstart = start.txt\n")
@@ -346,3 +348,43 @@ def test_a_deck_without_permission_is_a_failure(millsim, write_deck, tmp_path):
     done = millsim("deck.ini")
     assert done.returncode == 1
     assert done.stderr == "millsim: deck.ini: cannot be read: Permission denied\n"
+
+
+# ---- the same in a wavy drum ----
+
+# Five bulges to 34 mm, the first along +y; what stands between comes to 26 mm, once along -y
+WAVY = MILL.replace(
+    "radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\nbuckles = 5\nbuckle_height = 4 mm\n", 1
+).replace("tip_radius = 22 mm", "tip_radius = 18 mm")
+
+
+@pytest.mark.parametrize(
+    "row, words",
+    [
+        ("0 0.0316 0", "ball overlaps the drum by 0.0001 m: move it"),
+        ("0 0.04 0", "ball overlaps the drum by 0.0085 m: move it"),
+        ("0 0.5 0", "ball overlaps the drum by 0.4685 m: move it"),
+        ("0 -0.0236 0", "ball overlaps the drum by 0.0001 m: move it"),
+        ("0 -0.0275 0", "ball overlaps the drum by 0.004 m: move it"),
+    ],
+)
+def test_a_ball_in_the_wall_of_a_wavy_drum_is_named(refused, write_deck, tmp_path, row, words):
+    write_deck(WAVY.replace("count = 20", "count = 1"))
+    (tmp_path / "start.txt").write_text(row + "\n")
+    assert refused("deck.ini") == f"{tmp_path}/start.txt:1: {words}"
+
+
+def test_a_ball_in_a_bulge_beyond_the_radius_runs(millsim, write_deck, tmp_path):
+    write_deck(WAVY.replace("count = 20", "count = 1"))
+    (tmp_path / "start.txt").write_text("0 0.0315 0\n")
+    assert millsim("deck.ini", "-q").returncode == 0
+
+
+def test_a_ball_just_as_wide_as_a_bulge_is_refused(refused, write_deck):
+    width = 2 * Profile(0.03, 5, 0.004).arc_radius
+    text = WAVY.replace("start = start.txt\n", "").replace("count = 20", "count = 1")
+    write_deck(text.replace("diameter = 5 mm", f"diameter = {width!r} m"))
+    assert refused("deck.ini", "-s", "blades.tip_radius=8 mm") == (
+        f"deck.ini:5: [balls] diameter: a ball of {width:g} m is just as wide as a bulge of the drum, and stuck there: "
+        "make it a little smaller or larger"
+    )

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from soundness import depth_in_blades, mill_of, ms, sound
 
+from milltools.profile import Profile
+
 HEAD = """\
 [run]
 time = 10 ms
@@ -341,3 +343,34 @@ def test_a_charge_with_friction_is_no_ring(run):
     done = run(MILL, *SMOOTH, "contact.friction=0.3", balls=300)
     assert turning(done)[1] < 0.9
     assert "ring" not in done.notes
+
+
+# ---- wavy drums ----
+
+
+def wavy(buckles, height, text=MILL):
+    return text.replace(
+        "[contact]\n",
+        f"profile = wavy\nbuckles = {buckles}\nbuckle_height = {height} mm\n[contact]\n",
+        1,
+    )
+
+
+# Shallow and deep, with hardly a neck and with arcs that no ball fits into; more buckles than balls around
+@pytest.mark.parametrize(
+    "buckles, height", [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)]
+)
+def test_any_buckles_run(run, buckles, height):
+    done = run(wavy(buckles, height), "blades.tip_radius=26 mm", "rotor.speed=3000 rpm")
+    assert done.run["collisions"]["ball_drum"] > 0
+
+
+def test_a_random_start_fills_a_deep_wavy_drum_to_one_half(run):
+    profile = Profile(0.04, 6, 0.006)
+    balls = 1900
+    assert solid_fraction(balls, 2.5e-3, 0.060 * profile.area) > 0.4
+    done = run(wavy(6, 6, DRUM), "run.time=0.1 ms", "output.frames=0.1 ms", balls=balls)
+    with h5py.File(done.path) as file:
+        y, z = file["particles/trajectory/position/value"][0, :, 1:].astype(float).T
+    # bulges are filled as well as the middle
+    assert np.mean(np.hypot(y, z) > 0.0375) > 0.05

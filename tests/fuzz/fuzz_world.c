@@ -1,11 +1,13 @@
 /* Whole mills. Bytes that begin like a deck are one, with at most MOST_BALLS balls. All others are
- * read as choices: drum, rotor, blades, laws, and balls placed one by one, in free flight, at rest
- * on a wall, on each other, in corners. Each accepted mill runs for some thousand events, in
- * pieces, and never may bodies overlap, balls be lost or the books not close. A second run, in one
- * piece or saved halfway and taken up by another, must give the same bits; or it is a paranoid one.
+ * read as choices, of a wavy drum after a '~': drum, rotor, blades, laws, and balls placed one by
+ * one, in free flight, at rest on a wall, on each other, in corners. Each accepted mill runs for
+ * some thousand events, in pieces, and never may bodies overlap, balls be lost or the books not
+ * close. A second run, in one piece or saved halfway and taken up by another, must give the same
+ * bits; or it is a paranoid one.
  */
 #include "mill.h"
 #include "parts.h"
+#include "profile.h"
 
 #include "walls.h"
 
@@ -136,8 +138,18 @@ static void say_rotor(struct script *s, struct fuzz_bytes *b, double radius, dou
     }
 }
 
+/* Returns their height [m]. */
+static double say_buckles(struct script *s, struct fuzz_bytes *b, double radius)
+{
+    const int buckles = 2 + fuzz_choice(b, 20);
+    const double height = mill_profile_highest(buckles, radius) * part(b);
+    say(s, "profile = wavy\nbuckles = %d\nbuckle_height = %.17g m\nbuckle_angle = %.17g rad\n",
+        buckles, height, angle(b));
+    return height;
+}
+
 /* A mill of `kinds` kinds of balls, one each. */
-static void say_mill(struct script *s, struct fuzz_bytes *b, int kinds)
+static void say_mill(struct script *s, struct fuzz_bytes *b, int kinds, bool wavy)
 {
     static const double sizes[4] = {0.075, 1e-3, 0.5, 10.0};
     const int size = fuzz_choice(b, 8);
@@ -146,14 +158,15 @@ static void say_mill(struct script *s, struct fuzz_bytes *b, int kinds)
                                      : fuzz_log(b, 1e-8, 1e9);
     const double length = radius * (fuzz_choice(b, 2) ? fuzz_log(b, 0.05, 20.0) : 1.6);
     say(s, "[run]\ntime = 10 s\n[drum]\nradius = %.17g m\nlength = %.17g m\n", radius, length);
+    const double bore = wavy ? radius - say_buckles(s, b, radius) : radius;
     say_gravity(s, b);
     say_contacts(s, b);
-    say_rotor(s, b, radius, length);
+    say_rotor(s, b, bore, length);
     for (int k = 0; k < kinds; k++) {
         const int how = fuzz_choice(b, 4);
-        const double most = fmin(2.0 * radius, length);
+        const double most = fmin(2.0 * bore, length);
         const double d =
-            how == 0 ? 5e-3 / 75e-3 * radius : most * (how == 1 ? part(b) : fuzz_log(b, 0.01, 0.5));
+            how == 0 ? 5e-3 / 75e-3 * bore : most * (how == 1 ? part(b) : fuzz_log(b, 0.01, 0.5));
         say(s, "[balls.k%d]\ncount = 1\ndiameter = %.17g m\ndensity = %.17g kg/m^3\n", k, d,
             fuzz_choice(b, 2) ? fuzz_log(b, 1e-3, 1e6) : 7800.0);
     }
@@ -186,11 +199,25 @@ struct placing {
     struct script rows;
 };
 
+/* The centre of a ball that touches a wavy drum: on an arc's middle, at a joint, anywhere on it */
+static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double x, double radius)
+{
+    const struct mill_profile p =
+        mill_profile_make((int)d->buckles, d->drum_radius, d->buckle_height, d->buckle_angle);
+    const int arc = fuzz_choice(b, 2 * p.buckles);
+    const bool outer = arc % 2 == 0;
+    const double at = p.angle + arc * MILL_PI / p.buckles, far = outer ? p.outer : p.inner;
+    const double off = (outer ? p.half_outer : p.half_inner) * (2.0 * part(b) - 1.0);
+    const double a = outer ? at + off : at + MILL_PI + off;
+    const double rho = outer ? p.arc - radius : p.arc + radius;
+    return vec3_make(x, far * cos(at) + rho * cos(a), far * sin(at) + rho * sin(a));
+}
+
 /* Somewhere in the drum: anywhere, or touching wall, end, shaft, corner, or an earlier ball */
 static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radius)
 {
     const struct mill_deck *d = p->deck;
-    const double rho = d->drum_radius - radius, half = 0.5 * d->drum_length - radius;
+    const double rho = mill_deck_drum_reach(d) - radius, half = 0.5 * d->drum_length - radius;
     const int how = fuzz_choice(b, 6);
     if (how == 5 && p->balls > 0) {
         const struct place *o = &p->ball[fuzz_choice(b, p->balls)];
@@ -204,6 +231,8 @@ static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radi
         x = fuzz_choice(b, 2) ? half : -half;
     if (how == 3)
         far = d->shaft_radius + radius;
+    if (d->wavy && d->buckle_height > 0.0 && (how == 1 || how == 4))
+        return at_wavy_wall(d, b, x, radius);
     return vec3_make(x, far * cos(a), far * sin(a));
 }
 
@@ -375,8 +404,11 @@ static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, si
         return NULL;
     }
     static struct script s;
+    const bool wavy = size > 0 && *data == '~';
     s.length = 0;
-    say_mill(&s, b, 1 + fuzz_choice(b, 3));
+    if (wavy)
+        fuzz_byte(b);
+    say_mill(&s, b, 1 + fuzz_choice(b, 3), wavy);
     if (fuzz_shown())
         fprintf(stderr, "%s\n", s.text);
     struct mill_deck *deck = read_deck(s.text, s.length);

@@ -27,6 +27,18 @@ FROZEN = HERE / "hashes.json"
 DECKS = {
     "single": ("input/single.ini", []),
     "simoloyer": ("input/simoloyer.ini", ["run.time=30 ms", "run.sample_from=10 ms"]),
+    "wavy": (
+        "input/simoloyer.ini",
+        [
+            "run.time=20 ms",
+            "run.sample_from=5 ms",
+            "drum.profile=wavy",
+            "drum.buckles=9",
+            "drum.buckle_height=8 mm",
+            "drum.buckle_angle=7 deg",
+            "blades.tip_radius=60 mm",
+        ],
+    ),  # fmt: skip
     "gas": ("input/gas.ini", ["run.time=50 ms", "run.sample_from=10 ms", "output.frames=10 ms"]),
 }
 

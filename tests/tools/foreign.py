@@ -83,6 +83,9 @@ DECKS = {
     .replace("= 0.02 s", "= 0.15 s")
     .replace("frames = 0.5 ms", "frames = 0.25 ms"),
     "no rotor, no gravity": GAS,
+    "wavy drum": MIXTURE.replace(
+        "[drum]", "[drum]\nprofile = wavy\nbuckles = 7\nbuckle_height = 3 mm"
+    ),
     "falling balls": GAS.replace("0 0 0", "0 0 -9.81").replace("= 0.95", "= 0.7"),
 }
 RUN = {

@@ -366,3 +366,16 @@ def test_a_terminal_gets_colours_and_one_too_narrow_keeps_all_figures(runs):
     assert "\x1b[" not in narrow
     figure = re.search(r"rotor power\s+(\S+)\s+(\S+)\s+W", narrow)
     assert all(number in wide for number in figure.groups())
+
+
+def test_the_noise_of_maps_is_known_in_a_wavy_drum_as_well(millsim, mill, write_deck, tmp_path):
+    write_deck(MILL.replace("[drum]", "[drum]\nprofile = wavy\nbuckles = 6\nbuckle_height = 3 mm"))
+    for seed in (1, 2):
+        done = millsim("deck.ini", "-q", "-o", f"{seed}.h5", "-s", f"run.seed={seed}")
+        assert done.returncode == 0, done.stderr
+    done = mill("compare", "1.h5", "2.h5", "--png", "out.png")
+    assert (done.returncode, done.stderr) == (0, "")
+    maps = [line for line in done.stdout.splitlines() if "noise explains it" in line]
+    assert len(maps) >= 3
+    assert "noise unknown" not in done.stdout
+    assert (tmp_path / "out.png").read_bytes().startswith(b"\x89PNG")

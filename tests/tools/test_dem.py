@@ -94,6 +94,7 @@ def sets(*pairs):
         (["--set", "nonsense"], "--set nonsense: "),
         (sets("contact.restitution=0"), "deck.ini: [contact] restitution of ball_ball: LIGGGHTS wants more than 0.05, got 0"),
         (sets("contact.ball_wall.restitution=0.03"), "deck.ini: [contact] restitution of ball_wall: LIGGGHTS wants more than 0.05, got 0.03"),
+        (sets("drum.profile=wavy", "drum.buckles=5", "drum.buckle_height=1 mm"), "deck.ini: [drum] profile: expected 'circle', got 'wavy': on a curved wall of triangles LIGGGHTS adds up the forces of neighbours"),
         (sets("output.frames=1 us"), "deck.ini: [output] frames: 1e-06 s is less than the "),
         (["--output", "there.h5"], "there.h5: there is such a file already; --force overwrites it"),
         (["--output", "no/such.h5"], "no/such.h5: there is no folder no"),

@@ -1,7 +1,12 @@
 """mill plot draws every run there can be."""
 
+import numpy as np
 import pytest
 from conftest import SMALL
+
+from milltools import plot
+from milltools.profile import Profile
+from milltools.runfile import Run
 
 
 @pytest.mark.parametrize(
@@ -21,6 +26,26 @@ def test_a_run_becomes_a_picture(millsim, mill, write_deck, tmp_path, options):
     done = mill("plot", "deck.h5", "run.png")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+WAVY = SMALL.replace(
+    "radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\nbuckles = 12\nbuckle_height = 6 mm\n", 1
+)
+
+
+def test_a_wavy_drum_is_drawn_along_its_wall(millsim, write_deck, tmp_path):
+    write_deck(WAVY)
+    assert millsim("deck.ini", "-q").returncode == 0
+    with Run(tmp_path / "deck.h5") as run:
+        figure = plot.draw(run)
+    profile = Profile(0.03, 12, 0.006)
+    for ax in figure.axes[:2]:
+        rim = next(p for p in ax.patches if isinstance(p, plot.plt.Polygon))
+        points = rim.get_xy()
+        assert abs(profile.gap(*points.T)).max() < 1e-15
+        assert len(points) > 100 and np.hypot(*points.T).max() == pytest.approx(0.036)
+        assert ax.get_xlim()[1] > 0.036  # all of it is seen
+    plot.plt.close(figure)
 
 
 def test_a_picture_without_a_known_format_is_one_line(millsim, mill, small_deck):
