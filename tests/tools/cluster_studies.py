@@ -12,6 +12,7 @@ from conftest import PROGRAM, ROOT, SMALL
 
 from milltools.study.table import Table
 
+QUIET = ("-q", "--no-picture")
 TOOLS = str(ROOT / "tools")
 
 STUDY = """\
@@ -74,7 +75,7 @@ class Case:
     def start(self, *words):
         """`mill sweep NAME.study ...` as a process; stop() ends it if it still runs."""
         process = subprocess.Popen(
-            [sys.executable, "-m", "milltools", "sweep", f"{self.name}.study", "-q", *words],
+            [sys.executable, "-m", "milltools", "sweep", f"{self.name}.study", *QUIET, *words],
             cwd=self.folder,
             env=self.environment,
             stdin=subprocess.DEVNULL,
