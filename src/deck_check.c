@@ -91,7 +91,7 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
         if (deck->wavy && deck->buckle_height > 0.0 &&
             fabs(d - 2.0 * profile_of(deck).arc) <= snug * mill_deck_drum_reach(deck))
             return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m is just as wide as a bulge of the drum, and "
+                                   "a ball of %g m is just as wide as a buckle of the drum, and "
                                    "stuck there: make it a little smaller or larger",
                                    d);
         if (d >= deck->drum_length)
@@ -226,6 +226,29 @@ static void warn_of_gap(const struct mill_deck *deck, int number, const char *ke
     warn(line.text);
 }
 
+/* Random balls are put wherever there is room. */
+static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char *line))
+{
+    struct mill_error line;
+    const struct mill_profile p = profile_of(deck);
+    /* between the inner arcs on both sides of a buckle that overhangs */
+    const double mouth = 2.0 * (p.inner * sin(MILL_PI / p.buckles) - p.arc);
+    if (p.half_outer <= 0.5 * MILL_PI || deck->start)
+        return;
+    for (int k = 0; k < deck->kinds; k++) {
+        const double d = deck->balls[k].diameter;
+        if (d <= mouth || d >= 2.0 * p.arc)
+            continue;
+        mill_deck_fault(
+            deck, &line, "drum", "buckle_height",
+            "buckles open only %.3g mm wide, less than a ball's diameter of %.3g mm: balls "
+            "that start in one stay there",
+            1e3 * mouth, 1e3 * d);
+        warn(line.text);
+        return;
+    }
+}
+
 /* One line for the equal blades, whose tips and outermost sides are alike; one for each single one.
  */
 static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *line))
@@ -260,6 +283,8 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(cons
         status = check_sizes(deck, error);
     if (status == MILL_OK)
         status = check_amount(deck, error);
+    if (status == MILL_OK && warn && deck->wavy)
+        warn_of_mouths(deck, warn);
     if (status == MILL_OK && warn)
         warn_of_gaps(deck, warn);
     return status;

@@ -380,11 +380,23 @@ def test_a_ball_in_a_bulge_beyond_the_radius_runs(millsim, write_deck, tmp_path)
     assert millsim("deck.ini", "-q").returncode == 0
 
 
-def test_a_ball_just_as_wide_as_a_bulge_is_refused(refused, write_deck):
+def test_a_ball_just_as_wide_as_a_buckle_is_refused(refused, write_deck):
     width = 2 * Profile(0.03, 5, 0.004).arc_radius
     text = WAVY.replace("start = start.txt\n", "").replace("count = 20", "count = 1")
     write_deck(text.replace("diameter = 5 mm", f"diameter = {width!r} m"))
     assert refused("deck.ini", "-s", "blades.tip_radius=8 mm") == (
-        f"deck.ini:5: [balls] diameter: a ball of {width:g} m is just as wide as a bulge of the drum, and stuck there: "
+        f"deck.ini:5: [balls] diameter: a ball of {width:g} m is just as wide as a buckle of the drum, and stuck there: "
         "make it a little smaller or larger"
+    )
+
+
+def test_buckles_that_let_no_ball_out_are_warned_of(millsim, write_deck):
+    text = WAVY.replace("start = start.txt\n", "").replace("buckles = 5", "buckles = 14")
+    write_deck(text.replace("buckle_height = 4 mm", "buckle_height = 7 mm"))
+    mouth = 2e3 * Profile(0.03, 14, 0.007).neck
+    orders = ("--check", "deck.ini", "-s", "blades.tip_radius=15 mm", "-s")
+    assert millsim(*orders, f"balls.diameter={0.99 * mouth} mm").stderr == ""
+    assert millsim(*orders, f"balls.diameter={1.01 * mouth} mm").stderr == (
+        f"millsim: warning: deck.ini:11: [drum] buckle_height: buckles open only {mouth:.3g} mm wide, less than a ball's "
+        f"diameter of {1.01 * mouth:.3g} mm: balls that start in one stay there\n"
     )

@@ -53,4 +53,31 @@ static inline vec3 random_place(uint64_t *seed, const struct wavy_mill *m)
                      uniform(seed, -far, far));
 }
 
+static inline void random_course(uint64_t *seed, struct flight *f)
+{
+    const double speed = uniform(seed, 0.0, 1.0), pull = uniform(seed, 0.0, 1.0);
+    f->path.v = vec3_scale(direction(seed), speed < 0.1   ? 0.0
+                                            : speed < 0.3 ? log_uniform(seed, 1e-4, 1e-1)
+                                                          : uniform(seed, 0.0, 10.0));
+    f->path.g = pull < 0.2   ? vec3_make(0.0, 0.0, 0.0)
+                : pull < 0.4 ? vec3_make(0.0, 0.0, -9.81)
+                             : vec3_scale(direction(seed), uniform(seed, 0.0, 20.0));
+    f->turn = 0.0;
+}
+
+/* A ball in the drum, one in two of them near the wall */
+static inline struct flight random_flight(uint64_t *seed, const struct wavy_mill *m)
+{
+    struct flight f;
+    const double near = uniform(seed, 0.0, 1.0) < 0.5 ? 3e-3 : HUGE_VAL;
+    double gap;
+    f.radius = log_uniform(seed, 2e-4, 8e-3);
+    do {
+        f.path.r = random_place(seed, m);
+        gap = gap_of(m, f.path.r, f.radius);
+    } while (gap < 0.0 || gap > near);
+    random_course(seed, &f);
+    return f;
+}
+
 #endif
