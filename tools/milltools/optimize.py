@@ -30,7 +30,11 @@ def add_arguments(parser):
 
 
 def run(arguments) -> int:
-    # imported here: `mill optimize --help` needs neither Optuna nor scikit-learn
+    if arguments.runs < 1:
+        raise UserError(f"--runs: expected 1 or more, got {arguments.runs}")
+    if arguments.seed is not None and not 0 <= arguments.seed < 2**32:
+        raise UserError(f"--seed: expected a whole number from 0 to {2**32 - 1}, got {arguments.seed}")  # fmt: skip
+    # imported here: neither --help nor wrong usage waits for Optuna and scikit-learn
     from milltools.study import drive, probe
     from milltools.study.acquisition import Plan, spread
     from milltools.study.deck import Study
@@ -38,10 +42,6 @@ def run(arguments) -> int:
     from milltools.study.storage import open_storage
     from milltools.study.table import Writer
 
-    if arguments.runs < 1:
-        raise UserError(f"--runs: expected 1 or more, got {arguments.runs}")
-    if arguments.seed is not None and not 0 <= arguments.seed < 2**32:
-        raise UserError(f"--seed: expected a whole number from 0 to {2**32 - 1}, got {arguments.seed}")  # fmt: skip
     study = Study.read(arguments.study, arguments.set)
     if arguments.output is None:  # not that of `mill sweep`: a grid half done is no search
         arguments.output = f"{pathlib.Path(arguments.study).stem}-optimize.parquet"
