@@ -76,7 +76,7 @@ def _search(arguments, study, plan, table, storage) -> int:
     storage, place = storage or open_storage(None, table.path)
     if arguments.force:
         forget(study, storage)
-    search = Search(study, table, storage, plan)
+    search = Search(study, table, storage, plan, private=arguments.storage is None)
     kept = table.rows()
     if kept:
         print(f"mill optimize: {len(kept)} runs are there already ({place})", file=sys.stderr)

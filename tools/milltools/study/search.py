@@ -8,6 +8,7 @@ drivers on the same storage (other tables) are left to them; their rows are take
 """
 
 import contextlib
+import datetime
 import hashlib
 import json
 import math
@@ -20,6 +21,9 @@ from milltools.study import sampler as optunas
 from milltools.study.acquisition import Plan
 from milltools.study.space import Space
 
+ASKING = datetime.timedelta(
+    minutes=5
+)  # longest between a trial and its id, which others may be making
 CAPPED = "capped"  # Optuna's constraint: satisfied where not positive
 
 
@@ -37,9 +41,9 @@ def forget(study, storage):
 
 class Search:
     """`study`: the study deck (deck.Study). `table`: a table.Writer. `storage`: Optuna's. Rows that are known to
-    the table or to the storage are runs of this search at once."""
+    the table or to the storage are runs of this search at once. `private`: no other driver has this storage."""
 
-    def __init__(self, study, table, storage, plan: Plan):
+    def __init__(self, study, table, storage, plan: Plan, private=True):
         self.study, self.table, self.plan = study, table, plan
         about = study.about()
         self.space = Space(about["vary"])
@@ -54,7 +58,7 @@ class Search:
             load_if_exists=True,
         )
         self._out = {}  # id of a run that is out -> its trial's id in the storage
-        self._again = self._recover()
+        self._again = self._recover(private)
 
     # ---- what there is
 
@@ -65,8 +69,9 @@ class Search:
         """All runs (acquisition.Run), of other drivers too."""
         return optunas.runs_of(self.space, self.optuna, self.paths)
 
-    def _recover(self) -> list:
+    def _recover(self, private) -> list:
         """Brings table and storage together; returns the trials of this table that were out when its driver ended."""
+        latest = datetime.datetime.now() - (datetime.timedelta(0) if private else ASKING)
         rows = {row["id"]: row for row in self.table.rows()}
         again = []
         for trial in self.trials():
@@ -76,6 +81,9 @@ class Search:
                 self._tell(trial._trial_id, row)
             elif row is None and trial.state == TrialState.RUNNING and own and "id" in known:
                 again.append(trial)
+            elif trial.state == TrialState.RUNNING and "id" not in known:
+                if trial.datetime_start < latest:  # its driver ended before it knew what to run
+                    self.optuna.tell(trial.number, state=TrialState.FAIL)
         self.take_over()
         known = {trial.user_attrs.get("id") for trial in self.trials()}
         for row in rows.values():
@@ -150,7 +158,7 @@ class Search:
             other = optunas.design_of(self.space, trial.params)
             if trial._trial_id == trial_id:
                 break
-            if other is None or "id" not in trial.user_attrs:
+            if other is None or (trial.state == TrialState.FAIL and "id" not in trial.user_attrs):
                 continue
             seen.setdefault(other, len(seen))
             replicate += other == design
