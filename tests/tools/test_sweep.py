@@ -332,7 +332,10 @@ def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):
     }
     row = job.read(done, finished(done, extra))
     assert row[f"{MEDIAN}:error"] == 0.004
-    assert (row["status"], row["message"]) == ("done", "run.time was reached before run.precision")
+    assert (row["status"], row["message"]) == (
+        "capped",
+        "run.time was reached before run.precision",
+    )
 
 
 def finished(made, extra):

@@ -53,13 +53,29 @@ def check(case):
     n, h, speed = grid(table)
     flat = table[table[H] == 0]
     others = table[table[H] > 0]
+    smooth, top = flat[MEDIAN].max(), np.nanmax(speed)
+    settled, cut = others[others.status == "done"], others[others.status == "capped"]
     case.bound(
-        "h = 0 less the lowest median of all other designs, in its own standard errors, where positive",
-        max(0.0, float((flat[MEDIAN].max() - others[MEDIAN].min()) / others[f"{MEDIAN}:error"][others[MEDIAN].idxmin()])),
-        2, against="the paper: h = 0 is the global minimum", headline=True,
+        "designs that settled with a median below that of h = 0",
+        int((settled[MEDIAN] < smooth).sum()), 0, against="the paper: h = 0 is the global minimum", headline=True,
     )  # fmt: skip
-    case.claim(
-        "best median over that of h = 0", speed[np.isfinite(speed)].max() / flat[MEDIAN].median(), 2, 1.5,
+    case.tell(
+        f"In the dead corner, where the charge is a ring when the run is cut off, medians are {cut[MEDIAN].min():.3f} to "
+        f"{cut[MEDIAN].max():.3f} m/s; that of the smooth drum, a ring as well, is {smooth:.3f} m/s. What tells such designs apart is the cut, not the wall."
+    )
+    case.bound(
+        "median of the smooth drum over the best", smooth / top, 0.5,
         against="the paper: buckles double the impact speed", headline=True,
     )  # fmt: skip
-    case.picture("figure7", "figure7.png")
+    alike = case.alike("figure7")
+    inside = np.array([[(a, b) in alike for b in h] for a in n])
+    case.bound(
+        "separate regions within 2 % of the best, less one", regions(inside) - 1, 0,
+        against="the paper: one flat maximum", headline=True,
+    )  # fmt: skip
+    case.tell(
+        f"Within 2 % of the best: n {min(a for a, _ in alike)}..{max(a for a, _ in alike)}, "
+        f"h {1e3 * min(b for _, b in alike):g}..{1e3 * max(b for _, b in alike):g} mm, {len(alike)} of {len(table)} designs"
+    )
+    case.picture("figure7", "contour", "figure7.png")
+    case.picture("figure7", "slices", "slices.png")

@@ -22,4 +22,4 @@ def check(case):
         f"Without friction the best wavy chamber has {gains[0][0]:.2f} times the median impact speed of the smooth one "
         f"({gains[0][1]:.3f} m/s); with friction 0.3 {gains[1][0]:.2f} times ({gains[1][1]:.3f} m/s)."
     )
-    case.picture("figure7", "beside.png", "--beside", KEPT / "friction.parquet")
+    case.picture("figure7", "beside", "beside.png", "--beside", KEPT / "friction.parquet")

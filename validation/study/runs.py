@@ -4,16 +4,18 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import time
 
 import h5py
 import numpy as np
 import pandas
-from milltools.study.deck import Study
 from parts import Part, say
 
 from milltools.engine import program, version
+from milltools.study import opened, show_optimum
+from milltools.study.deck import Study
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -67,10 +69,20 @@ class StudyCase(Part):
             say(f"    {name}: kept, of version {made['millsim']}, used in {version()}")
         return pandas.read_parquet(path), made["wall"]
 
-    def picture(self, name, figure, *options):
-        """The picture that `mill study` draws of a kept table, in this folder as `figure`."""
-        self.mill("study", KEPT / f"{name}.parquet", "--png", HERE / figure, *options)
+    def picture(self, name, kind, figure, *options):
+        """One of the pictures (contour, slices, beside, ...) that `mill study` draws of a kept table, in this folder as `figure`."""
+        drawn = self.scratch / "drawn.png"
+        self.mill("study", KEPT / f"{name}.parquet", "--png", drawn, *options)
+        shutil.copyfile(self.scratch / f"drawn-{kind}.png", HERE / figure)
         self.figures.add(figure)
+
+    def alike(self, name):
+        """The designs of a kept table expected within 2 % of the best, by the surface through all runs: list of (n, h [m])."""
+        _, view = opened(str(KEPT / f"{name}.parquet"))
+        objective = next(o for o in view.objectives if o.path == MEDIAN)
+        found = show_optimum.find(view, objective)
+        chosen = view.designs[found.alike]
+        return list(zip(chosen[N].astype(int), chosen[H].astype(float)))
 
     def measure(self, designs, seeds, precision, *sets):
         """Designs (n, h [m]) measured anew, with seeds that no study used: the medians, shape (designs, seeds)."""

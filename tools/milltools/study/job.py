@@ -202,5 +202,5 @@ def _facts(run) -> dict:
     if ended == "max_collisions":
         facts |= {"status": "capped", "message": "stopped at run.max_collisions"}
     elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
-        facts["message"] = "run.time was reached before run.precision"
+        facts |= {"status": "capped", "message": "run.time was reached before run.precision"}
     return facts

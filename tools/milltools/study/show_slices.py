@@ -61,8 +61,6 @@ def _slice(ax, view, objective, axis):
     if optimum is None:
         ax.text(0.5, 0.5, "no run has a value", ha="center", transform=ax.transAxes)
         return
-    if optimum.surface is not None:
-        _surface(ax, view, objective, axis, optimum, scale)
     grid = view.is_grid() or len(view.axes) == 1
     rest = [a for a in view.axes if a.key != axis.key]
     several = next((a for a in rest if grid and a.values and 1 < len(a.values) <= FEW), None)
@@ -71,6 +69,9 @@ def _slice(ax, view, objective, axis):
     if grid:
         for other in fixed:
             take &= (frame[other.key] == frame[other.key][optimum.design]).to_numpy()
+    if optimum.surface is not None:
+        known = take & (frame["state"] == "done").to_numpy() & np.isfinite(found.mean)
+        _surface(ax, view, axis, optimum, scale, frame[axis.key].to_numpy()[known])
     for number, value in enumerate(several.values if several else [None]):
         which = take if several is None else take & (frame[several.key] == value).to_numpy()
         colour = show_draw.LINES[number % len(show_draw.LINES)]
@@ -118,10 +119,11 @@ def _points(ax, axis, frame, found, which, scale, colour, number, name, joined):
                 color=colour, ms=5, label="capped")  # fmt: skip
 
 
-def _surface(ax, view, objective, axis, optimum, scale):
-    """What the surface says along the key, all others at the optimum."""
+def _surface(ax, view, axis, optimum, scale, known):
+    """What the surface says along the key, all others at the optimum, as far as `known` values of the key reach: beyond
+    the last run that was not capped it would only guess."""
     line = view.designs.iloc[optimum.design]
-    low, high = axis.span
+    low, high = (min(known), max(known)) if axis.numeric else axis.span
     if not axis.numeric:
         values = list(axis.choices)
     elif axis.whole:
