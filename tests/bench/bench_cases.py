@@ -138,6 +138,15 @@ def frictionless(programs):
     return [programs.mill("input/simoloyer.ini", *sets, "run.time=1 s")]
 
 
+def wavy(programs):
+    return [programs.mill("input/wavy.ini", "run.precision=0", "run.time=0.3 s")]
+
+
+def wavy_frictionless(programs):
+    sets = ["contact.friction=0", "contact.tangential_restitution=0", "run.precision=0"]
+    return [programs.mill("input/wavy.ini", *sets, "run.time=1 s")]
+
+
 def memory(programs):
     """Frames are stored three times within the run."""
     deck = programs.gas_deck(256_000, 0.30)
@@ -163,6 +172,24 @@ CASES = [
         1.4e6,
         1.0,
         aim_quantity="cpu_per_simulated_second",
+    ),
+    Case("wavy", "wavy mill, 8 buckles of 4 mm, whole program", wavy, 0.92e6, 1.5e6),
+    Case(
+        "wavy-frictionless",
+        "same, no friction, first second",
+        wavy_frictionless,
+        2.5,
+        2.0,
+        quantity="cpu_per_simulated_second",
+    ),
+    Case(
+        "wavy-cost",
+        "time of a contact, wavy over reference mill",
+        None,
+        1.3,
+        1.0,
+        quantity="time_ratio",
+        parts=("simoloyer", "wavy"),
     ),
     gas("gas4k-0.05", 4000, 0.05, 0.9e6, 1.2e6),
     gas("gas4k-0.30", 4000, 0.30, 1.1e6, 1.8e6),
