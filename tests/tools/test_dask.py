@@ -148,6 +148,10 @@ def test_no_scheduler_is_one_line(case):
 
 
 def test_workers_without_milltools_are_one_line(case, scheduler):
+    # as if it were not there, wherever it is installed
+    (scheduler.folder / "milltools.py").write_text(
+        "raise ModuleNotFoundError(\"No module named 'milltools'\", name='milltools')\n"
+    )
     scheduler.start(workers=1, tools=str(scheduler.folder))
     done = case.sweep("--dask", str(scheduler.file))
     assert done.returncode == 1

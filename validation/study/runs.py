@@ -23,6 +23,7 @@ KEPT = ROOT / "build" / "study"
 FIGURE7 = ROOT / "input" / "figure7.study"
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
 N, H = "drum.buckles", "drum.buckle_height"
+MADE = set()  # names of the tables of this call
 FRICTION = ("contact.friction=0.3", "contact.tangential_restitution=0.484")  # the reference mill's
 
 
@@ -54,7 +55,8 @@ class StudyCase(Part):
         """Table of `mill COMMAND input/figure7.study OPTIONS`, and the wall time it took [s]."""
         path = KEPT / f"{name}.parquet"
         note = path.with_suffix(".json")
-        if not (self.keep and note.exists()):
+        # made by this call, or by an earlier one and asked for
+        if not (note.exists() and (self.keep or name in MADE)):
             note.unlink(missing_ok=True)
             for old in KEPT.glob(f"{name}.parquet*"):
                 old.unlink()
@@ -64,6 +66,7 @@ class StudyCase(Part):
             note.write_text(
                 json.dumps({"wall": time.monotonic() - begin, "millsim": version()}) + "\n"
             )
+        MADE.add(name)
         made = json.loads(note.read_text())
         if made["millsim"] != version():
             say(f"    {name}: kept, of version {made['millsim']}, used in {version()}")
