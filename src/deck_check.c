@@ -116,14 +116,15 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
     char title[80];
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
+        const char *amount = deck->balls[k].fill > 0 ? "fill" : "count";
         name_kind(deck, k, title);
         total += deck->balls[k].count;
         if (total > MILL_DECK_MOST_BALLS)
-            return mill_deck_fault(deck, error, title, "count", "more than %d balls in all",
+            return mill_deck_fault(deck, error, title, amount, "more than %d balls in all",
                                    MILL_DECK_MOST_BALLS);
         volume += (double)deck->balls[k].count * MILL_PI / 6.0 * d * d * d;
         if (volume > (deck->kinds == 1 ? densest : 1.0) * room)
-            return mill_deck_fault(deck, error, title, deck->balls[k].fill > 0 ? "fill" : "count",
+            return mill_deck_fault(deck, error, title, amount,
                                    "%ld balls do not fit: they fill %.3g litres of the drum's %.3g",
                                    total, 1e3 * volume, 1e3 * room);
     }

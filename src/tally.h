@@ -90,8 +90,9 @@ void mill_tally_free(struct mill_tally *tally);
 
 struct mill_observer *mill_tally_observer(struct mill_tally *tally);
 
-/* [s] simulated time at which the run may end next, apart from its planned end; INFINITY: never.
- * *over: it has ended, at its last sample. */
+/* [s] simulated time up to which the run may go before this is asked again: it may end there, apart
+ * from its planned end, or what may end it begins there; INFINITY: nothing else will. *over: it has
+ * ended, at its last sample. */
 double mill_tally_next_end(const struct mill_tally *tally, bool *over);
 
 /* Closes the window at local time t, unless its end was reached before, and works out the sums over

@@ -3,7 +3,8 @@
  * what is gathered cannot be taken out again: rounded sums do not subtract to nothing. So it is
  * kept apart by stretches of a few batches, at most MILL_TALLY_STRETCHES of them, joined as the run
  * gets longer, and only those behind the cut are added up. A cut inside a stretch goes to its end.
- * It is asked at ends of stretches: between a 12th and a 24th of the run lies between two. */
+ * It is asked at ends of stretches: an 8th to a 24th of the run lies between two (3 become one
+ * where they make a revolution, else 2). */
 #include "tally.h"
 
 #include <math.h>
@@ -183,7 +184,10 @@ void mill_tally_window_sample(struct mill_tally *t, const struct mill_account *a
 double mill_tally_next_end(const struct mill_tally *t, bool *over)
 {
     *over = t->at.closed && t->at.ended != MILL_TALLY_TIME;
-    return t->at.closed ? (double)INFINITY : mill_tally_window_next(t);
+    if (t->at.closed || t->tick == 0)
+        return INFINITY;
+    const double next = mill_tally_window_next(t);
+    return t->at.open ? next : fmin(next, t->begin); /* where batches begin to end */
 }
 
 const char *mill_tally_ended_by(const struct mill_tally *t)

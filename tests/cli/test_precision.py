@@ -227,6 +227,15 @@ def test_a_given_sample_from_wins(run, begin):
     assert told["median_above_50mm_s/standard_error"] <= 0.05 * read(path, f"statistics/{MEDIAN}")
 
 
+def test_few_balls_stop_where_the_window_ends_after_a_given_begin(run):
+    """Three balls fly through the begin and the 36 batches behind it within one report of progress."""
+    path, summary = run("run.sample_from=0.2 s", "run.precision=1", "balls.count=3", "run.time=20 s", deck=GAS)  # fmt: skip
+    assert summary["run"]["ended_by"] == "precision"
+    end = 0.2 + read(path, "statistics/duration")
+    assert read(path, "run/time") == pytest.approx(end, rel=1e-12)
+    assert read(path, "observables/kinetic_energy/time")[-1] <= end
+
+
 def test_without_a_rotor_only_the_median_is_to_be_known(run):
     path, summary = run(deck=GAS)
     told = precision(path)

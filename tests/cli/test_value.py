@@ -124,3 +124,13 @@ def test_a_wrong_fill_is_refused(millsim, write_deck, line, complaint):
     result = millsim("--check", write_deck(SMALL.replace("count = 20", line)).name)
     assert result.returncode == 2
     assert result.stderr == f"millsim: deck.ini:{complaint}\n"
+
+
+def test_too_many_balls_by_fill_are_refused_at_the_fill(millsim, write_deck):
+    """4.0e7 of each kind: either alone would do."""
+    kind = "fill = 5 %\ndiameter = 1.957 mm\ndensity = 7800 kg/m^3\n"
+    sizes = "[drum]\nradius = 1 m\nlength = 1 m\n[contact]\nrestitution = 0.8\n"
+    deck = f"[run]\ntime = 1 s\n[balls.a]\n{kind}[balls.b]\n{kind}{sizes}"
+    result = millsim("--check", write_deck(deck).name)
+    assert result.returncode == 2
+    assert result.stderr == "millsim: deck.ini:8: [balls.b] fill: more than 50000000 balls in all\n"
