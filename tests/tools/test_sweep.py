@@ -11,6 +11,7 @@ import numpy as np
 import pandas
 import pytest
 from conftest import PROGRAM, ROOT, STUDY
+from scipy import stats
 from studies import MEDIAN, alive, runs
 
 from milltools.__main__ import dispatch
@@ -119,7 +120,7 @@ def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
     frame = pandas.read_parquet(tmp_path / "a.parquet")
     best = frame.loc[frame[MEDIAN].idxmax()]
     lines = done.stdout.splitlines()
-    assert lines[0] == f"the largest {MEDIAN} of 6 designs:"
+    assert lines[0] == f"the largest {MEDIAN} of 6 designs (+-: 95 %):"
     assert lines[2].split()[:3] == ["rotor.speed", "[rad/s]", "balls.count"]
     assert lines[3].split()[:2] == [f"{best['rotor.speed']:.5g}", str(best["balls.count"])]
     assert lines[3].split()[2] == f"{best[MEDIAN]:.5g}"
@@ -132,9 +133,12 @@ def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study
     frame = pandas.read_parquet(tmp_path / "a.parquet")
     assert sorted(frame["seed"]) == [1, 1, 2, 2]
     assert frame[MEDIAN].nunique() == 4
-    best = frame.groupby("balls.count")[MEDIAN].agg(["mean", "std"]).sort_values("mean").iloc[-1]
-    expected = f"{best['mean']:.5g} +- {best['std'] / np.sqrt(2):.2g}"
-    assert expected in done.stdout
+    # relative scatter of the replicates, pooled over all designs; Student's t with a degree of freedom from each
+    groups = frame.groupby("balls.count")[MEDIAN].agg(["mean", "std"])
+    scatter = np.sqrt(((groups["std"] / groups["mean"]) ** 2).mean())
+    best = groups["mean"].max()
+    half = stats.t.ppf(0.975, len(groups)) * scatter * best / np.sqrt(2)
+    assert f"{best:.5g} +- {half:.2g}" in done.stdout
 
 
 def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
@@ -322,6 +326,12 @@ def test_a_run_that_reaches_its_most_collisions_is_capped(one_job):
     path_of = job.read(done, finished(done, {"run/ended_by": "max_collisions"}))
     assert (path_of["status"], path_of["message"]) == ("capped", "stopped at run.max_collisions")
     assert path_of[MEDIAN] > 0
+
+
+def test_a_run_that_let_pinched_balls_go_is_not_called_done(one_job):
+    done = one_job()
+    row = job.read(done, finished(done, {"run/reliefs": 3}))
+    assert row["status"] == "capped" and "3 pinched balls let go" in row["message"]
 
 
 def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):

@@ -72,7 +72,11 @@ def table_of(name: str) -> pathlib.Path:
         return path.with_name(path.name.removesuffix(".journal"))
     if path.suffix == ".parquet" or not path.suffix:
         return path
-    found = [folder / f"{path.stem}.parquet" for folder in (path.parent, pathlib.Path("."))]
+    found = [
+        folder / f"{path.stem}{end}.parquet"
+        for end in ("", "-optimize")
+        for folder in (path.parent, pathlib.Path("."))
+    ]
     for candidate in found:
         if candidate.exists():
             return candidate

@@ -203,4 +203,8 @@ def _facts(run) -> dict:
         facts |= {"status": "capped", "message": "stopped at run.max_collisions"}
     elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
         facts |= {"status": "capped", "message": "run.time was reached before run.precision"}
+    let_go, deep = int(run.read("run/reliefs")), int(run.read("run/overlaps"))
+    if let_go or deep:
+        why = f"{let_go} pinched balls let go" if let_go else f"{deep} balls deep in other bodies"
+        facts |= {"status": "capped", "message": f"{why}: its impacts are not to be trusted"}
     return facts

@@ -3,7 +3,8 @@ objectives."""
 
 import numpy as np
 
-from milltools.study import gp, summary
+from milltools.study import gp, show_text, summary
+from milltools.study.show_data import View
 from milltools.study.space import Space
 
 
@@ -19,8 +20,7 @@ def lines(table) -> list[str]:
     unit = "" if about["unit"] in ("", "1") else f" {about['unit']}"
     word = "largest" if about["goal"] == "maximise" else "smallest"
     found = [
-        f"the {word} {about['path']}: {summary.with_error(best.value, best.error)}{unit}, "
-        f"95 %: {best.low:.5g} .. {best.high:.5g}{unit}",
+        f"the {word} {about['path']}: {best.value:.5g}{unit}, 95 %: {best.low:.5g} .. {best.high:.5g}{unit}",
         "",
     ]
     width = max(len(v.key) for v in space.variables)
@@ -35,6 +35,11 @@ def lines(table) -> list[str]:
         "",
         f"from {len(surface.values)} runs of {len(surface.tested())} designs together, {runs} of this one; {others}",
     ]
+    edges = show_text.at_edge(View.of(table), best.design)
+    if edges:
+        found.append(
+            f"on the edge of what was varied, so perhaps not the best there is: {', '.join(edges)}"
+        )
     for key in best.flat:
         v, alike = next((v, part) for v, part in zip(space.variables, best.alike) if v.key == key)
         found.append(
@@ -81,11 +86,11 @@ def _front(table) -> list[str]:
     rows = [heads]
     for _, row in kept.iterrows():
         cells = [summary.number(row[key]) for key in space.keys]
-        rows.append([*cells, *(summary.with_error(row[o["path"]], row[f"{o['path']}:error"]) for o in goals)])  # fmt: skip
+        rows.append([*cells, *(summary.with_half(row[o["path"]], row[f"{o['path']}:half"]) for o in goals)])  # fmt: skip
     widths = [max(map(len, column)) for column in zip(*rows)]
     text = ["  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths)).rstrip() for row in rows]
     return [
-        f"{len(kept)} of {len(found)} designs are not beaten by another in every objective (the Pareto front):",
+        f"{len(kept)} of {len(found)} designs are not beaten by another in every objective (the Pareto front; +-: 95 %):",
         "",
         *text,
         "",

@@ -150,7 +150,12 @@ def scale_for(view, objective):
 def optimum_lines(view, objective) -> list[str]:
     best = show_optimum.find(view, objective)
     if best is None:
-        return [f"optimum    no run has a value of {objective.words}"]
+        if not (view.designs["state"] == "capped").any():
+            return [f"optimum    no run has a value of {objective.words}"]
+        return [
+            "optimum    none: every run with a value was capped, for the reasons above",
+            "           more run.time or max_collisions, or a larger precision, lets runs end as asked for",
+        ]
     scale, found = scale_for(view, objective), view.estimate(objective.path)
     lines = [
         f"optimum    {view.tell(best.design)}: {objective.words} {pair(best.value, best.half, scale)}"
@@ -176,7 +181,7 @@ def optimum_lines(view, objective) -> list[str]:
         lines.append(
             f"           by the surface, designs that were not run as well: {anywhere(view, best)} cannot be told from the best"
         )
-    at = _at_edge(view, best.design)
+    at = at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes])
     if at:
         lines.append(f"           on the edge of what was varied: {', '.join(at)}")
     if found.factor > 1.05:
@@ -193,15 +198,20 @@ def anywhere(view, best) -> str:
         if part.words:
             parts.append(f"{axis.short} {' or '.join(map(str, part.words))}")
         else:
-            parts.append(f"{axis.short} {axis.tell(part.low, False)}..{axis.tell(part.high)}")
+            low, high = axis.tell(part.low, False), axis.tell(part.high)
+            same = axis.tell(part.low) == high
+            parts.append(f"{axis.short} {high}" if same else f"{axis.short} {low}..{high}")
     return ", ".join(parts)
 
 
-def _at_edge(view, design) -> list[str]:
+def at_edge(view, values) -> list[str]:
+    """The varied numbers of a design (one value an axis) that are at an end of their range, in words."""
     parts = []
-    for axis in view.axes:
-        value = view.designs[axis.key][design]
-        if axis.numeric and axis.span[1] > axis.span[0] and value in axis.span:
+    for axis, value in zip(view.axes, values):
+        if not axis.numeric or axis.span[1] == axis.span[0]:
+            continue
+        near = 1e-9 * (axis.span[1] - axis.span[0])
+        if min(abs(value - end) for end in axis.span) <= near:
             parts.append(f"{axis.short} = {axis.tell(value)}")
     return parts
 
@@ -307,7 +317,7 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
             "",
             f"Pareto front: {count} designs that no other beats in every objective, by their means{more}",
         ]
-        out += aligned(heads, rows)
+        out += aligned(heads, rows) if rows else []
     told_of = sensitivity_lines(sensitivities)
     return out + (["", *told_of] if told_of else [])
 

@@ -2,38 +2,38 @@
 
 import math
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table as Sheet
+
+from milltools.study.show_data import View
 
 BEST = 5
 
 
 def designs(table):
-    """One row a design, replicates averaged: the varied keys, then for each objective `path` and `path:error`, standard error
-    of the mean from the scatter of two and more replicates, else the run's own. Only runs that are done: a capped one may not
-    have settled.
+    """One row a design: the varied keys, then for each objective `path` (mean of its runs) and `path:half`, half of the 95 %
+    interval as `mill study` gives it, and "runs". Only designs of which a run is done: a capped one may not have settled.
     A pandas.DataFrame indexed by nothing, best first by the first objective."""
-    frame, meta = table.frame(), table.meta
-    keys = [vary["key"] for vary in meta["vary"]]
-    paths = [objective["path"] for objective in meta["objectives"]]
-    good = frame[(frame["status"] == "done") & frame[paths].notna().all(axis=1)]
-    groups = good.groupby(keys, sort=False)
-    found = groups[[*paths, *(f"{path}:error" for path in paths)]].mean()
-    count = groups.size()
-    for path in paths:
-        scatter = groups[path].std() / count**0.5
-        found[f"{path}:error"] = found[f"{path}:error"].where(count < 2, scatter)
-    found["runs"] = count
-    first = meta["objectives"][0]
-    return found.reset_index().sort_values(paths[0], ascending=first["goal"] == "minimise", kind="stable")  # fmt: skip
+    view = View.of(table)
+    found = view.designs[[axis.key for axis in view.axes]].copy()
+    good = (view.designs["state"] == "done").to_numpy()
+    for objective in view.objectives:
+        estimate = view.estimate(objective.path)
+        found[objective.path], found[f"{objective.path}:half"] = estimate.mean, estimate.half
+        good = good & np.isfinite(estimate.mean)
+        found["runs"] = estimate.runs
+    first = view.objectives[0]
+    return found[good].sort_values(first.path, ascending=first.sign < 0, kind="stable").reset_index(drop=True)  # fmt: skip
 
 
 def number(value) -> str:
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
-def with_error(value, error) -> str:
-    return f"{value:.5g}" if math.isnan(error) else f"{value:.5g} +- {error:.2g}"
+def with_half(value, half) -> str:
+    """A value and half of its 95 % interval; with what is not known as `?`."""
+    return f"{value:.5g} +- {half:.2g}" if math.isfinite(half) else f"{value:.5g} +- ?"
 
 
 def unit(text) -> str:
@@ -44,6 +44,10 @@ def show(table):
     """The best designs, on standard output."""
     found, meta = designs(table), table.meta
     if not len(found):
+        print("no run is done as asked for, so there is no best design:")
+        for message, times in table.frame()["message"].value_counts().head(3).items():
+            print(f"    {times} x {message}")
+        print()
         return
     sheet = Sheet(box=None, pad_edge=False, header_style="bold")
     for vary in meta["vary"]:
@@ -53,9 +57,9 @@ def show(table):
         sheet.add_column(f"{name}{unit(objective['unit'])}".replace("[", r"\["), justify="right")
     for _, row in found.head(BEST).iterrows():
         cells = [number(row[vary["key"]]) for vary in meta["vary"]]
-        cells += [with_error(row[o["path"]], row[f"{o['path']}:error"]) for o in meta["objectives"]]
+        cells += [with_half(row[o["path"]], row[f"{o['path']}:half"]) for o in meta["objectives"]]
         sheet.add_row(*cells)
     goal = "largest" if meta["objectives"][0]["goal"] == "maximise" else "smallest"
-    print(f"the {goal} {meta['objectives'][0]['path']} of {len(found)} designs:\n")
+    print(f"the {goal} {meta['objectives'][0]['path']} of {len(found)} designs (+-: 95 %):\n")
     Console(highlight=False, width=None if Console().is_terminal else 200).print(sheet)
     print()
