@@ -4,8 +4,9 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
-from milltools.study.deck import Study
 from runs import FIGURE7, FRICTION, MEDIAN, H, N, best, named
+
+from milltools.study.deck import Study
 
 BORDER = ("ball_drum", "ball_wall")
 PRECISION = "1 %"
@@ -29,6 +30,14 @@ def border(path):
         counts = {kind: int(statistics[f"impacts/{kind}/count"][()]) for kind in (*BORDER, "all")}
         share = sum(counts[kind] for kind in BORDER) / counts["all"]
         return share, counts["ball_drum"] / counts["all"], float(statistics[MEDIAN][()])
+
+
+def unmapped(path):
+    """Impacts in the axial map less those that the statistics count, without sign."""
+    with h5py.File(path) as file:
+        statistics = file["statistics"]
+        mapped = int(statistics["maps/axial/impact_count"][()].sum())
+        return abs(mapped - int(statistics["impacts/all/count"][()]))
 
 
 def panels(axes, path, title):
@@ -82,6 +91,10 @@ def check(case):
                 f"{title}: {100 * share:.1f} % of all contacts at the border (drum {100 * drum:.1f} %), median "
                 f"above 50 mm/s {median:.3f} m/s"
             )
+        case.bound(
+            f"{words}: impacts in the maps less those in the statistics, both mills", sum(map(unmapped, (path for _, path in files))),
+            0, against="the same impacts counted twice",
+        )  # fmt: skip
         rows += files
     case.save(draw(rows), "figure5.png")
     plt.close("all")

@@ -21,6 +21,10 @@ from milltools.runfile import Run
 
 MEDIAN, POWER = "impacts/all/normal_speed/median_above_50mm_s", "rotor/power"
 PRECISION = {MEDIAN: "precision/median_above_50mm_s", POWER: "precision/rotor_power"}
+PINCHED = (
+    3e4  # contacts that a ball has had in an instant when a blade lets it go (docs/physics.md)
+)
+SPOILT = 0.02  # of all contacts
 ERRORS = "_error"  # "rotor/power" has its standard error in "rotor/power_error"
 
 
@@ -204,7 +208,7 @@ def _facts(run) -> dict:
     elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
         facts |= {"status": "capped", "message": "run.time was reached before run.precision"}
     let_go, deep = int(run.read("run/reliefs")), int(run.read("run/overlaps"))
-    if let_go or deep:
-        why = f"{let_go} pinched balls let go" if let_go else f"{deep} balls deep in other bodies"
+    if deep or let_go * PINCHED > SPOILT * collisions:
+        why = f"{deep} balls deep in other bodies" if deep else f"{let_go} pinched balls let go"
         facts |= {"status": "capped", "message": f"{why}: its impacts are not to be trusted"}
     return facts

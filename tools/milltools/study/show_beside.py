@@ -28,15 +28,15 @@ class Gain:
 
 def reference_of(view, objective, wanted=None) -> tuple[float, float, str]:
     """(value, standard error, its name): mean over all designs that match `wanted` {key: SI value}."""
-    found, usable = view.estimate(objective.path), show_optimum.usable(view)
-    usable = usable & np.isfinite(found.mean)
-    keys = [axis.key for axis in view.axes]
-    if (
-        wanted is None
-        and CIRCLE in keys
-        and (usable & (view.designs[CIRCLE] == 0).to_numpy()).any()
-    ):
-        wanted, words = {CIRCLE: 0.0}, "the circular drum (h = 0)"
+    found = view.estimate(objective.path)
+    known = np.isfinite(found.mean)
+    usable = show_optimum.usable(view) & known
+    circle = known & np.asarray(view.designs.get(CIRCLE, np.nan) == 0)
+    if wanted is None and circle.any():
+        # without friction a circular drum never settles: what it was when it was cut off is the only reference there is
+        capped = not (usable & circle).any()
+        usable = known if capped else usable
+        wanted, words = {CIRCLE: 0.0}, f"the circular drum (h = 0{', capped' if capped else ''})"
     elif wanted is None:
         value = float(np.median(found.mean[usable]))
         error = 1.2533 * math.sqrt(float(np.mean(found.error[usable] ** 2)) / usable.sum())
@@ -80,6 +80,8 @@ def gain_of(view, objective, wanted=None) -> Gain | None:
 
 def share(value: float, error: float) -> str:
     """ "41 +- 3 %" of a share and its standard error, the interval at 95 %."""
+    if not math.isfinite(error):
+        return f"{100 * value:.3g} %"
     value, half = show_text.told(100 * value, 100 * show_optimum.REACH * error)
     return f"{value}{' +- ' + half if half else ''} %"
 
@@ -190,7 +192,9 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
                 ax.get_xlabel() + "\n" + "; ".join(show_contour.best_words(view, objective))
             )
         for handle in handles:
-            kept.setdefault(handle.get_label().split(" (")[0], handle)
+            name = handle.get_label().split(" (")[0]  # counts are those of one of the two
+            handle.set_label(name)
+            kept.setdefault(name, handle)
     for get, put in (
         ("get_xlim", "set_xlim"),
         ("get_ylim", "set_ylim"),
