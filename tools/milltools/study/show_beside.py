@@ -6,6 +6,7 @@ The gain of a study is its best design over a reference: the designs named by --
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def gain_of(view, objective, wanted=None) -> Gain | None:
 def share(value: float, error: float) -> str:
     """ "41 +- 3 %" of a share and its standard error, the interval at 95 %."""
     if not math.isfinite(error):
-        return f"{100 * value:.3g} %"
+        return f"{100 * value:.{0 if abs(value) >= 1 else 1}f} %"
     value, half = show_text.told(100 * value, 100 * show_optimum.REACH * error)
     return f"{value}{' +- ' + half if half else ''} %"
 
@@ -192,7 +193,9 @@ def draw(views, objective, x=None, y=None, average=False, sensitivities=(), want
                 ax.get_xlabel() + "\n" + "; ".join(show_contour.best_words(view, objective))
             )
         for handle in handles:
-            name = handle.get_label().split(" (")[0]  # counts are those of one of the two
+            name = re.sub(
+                r" \(\d+\)$", "", handle.get_label()
+            )  # counts are those of one of the two
             handle.set_label(name)
             kept.setdefault(name, handle)
     for get, put in (
