@@ -88,7 +88,7 @@ class Table:
     def frame(self) -> pandas.DataFrame:
         """Each run once, by design and replicate."""
         if self._frame is None:
-            whole = self._arrow().to_pandas()
+            whole = self._arrow().to_pandas(use_threads=False)
             whole = whole.sort_values(["design", "replicate"], kind="stable")
             self._frame = whole.reset_index(drop=True)
         return self._frame
@@ -223,7 +223,8 @@ def _read_journal(path) -> list[dict]:
 def _read_parquet(path) -> pyarrow.Table:
     try:
         with open(path, "rb") as file:
-            return pyarrow.parquet.read_table(file)
+            # a table is small, and pyarrow's threads may abort a program that ends while they start
+            return pyarrow.parquet.read_table(file, use_threads=False, pre_buffer=False)
     except IsADirectoryError:
         raise UserError(f"{path}: a folder, not the table of a study") from None
     except FileNotFoundError:
