@@ -174,7 +174,7 @@ validate-dem:
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/dem/validate.py $(if $(KEPT),--kept) $(CASES)
 
-# some minutes of studies on all cores; KEPT=1: kept tables of any version will do
+# some 40 minutes of studies on all cores; KEPT=1: kept tables of any version will do
 validate-study:
 	@tools/setup build test
 	@$(MAKE) $(PARALLEL) millsim mill

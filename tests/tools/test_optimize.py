@@ -17,7 +17,7 @@ from conftest import ROOT
 from studies import MEDIAN, alive, runs
 
 from milltools.errors import UserError
-from milltools.study import drive, job, optimum
+from milltools.study import drive, job, optimum, show_stats
 from milltools.study.acquisition import Plan
 from milltools.study.deck import Study
 from milltools.study.search import Search, plain
@@ -154,9 +154,9 @@ def test_several_objectives_end_with_their_front(write_study, tmp_path):
 
 
 def test_a_front_is_what_no_other_beats():
-    values = [[1, 1], [2, 0], [0, 2], [0.5, 0.5], [1, 1], [2, -1]]
-    assert list(optimum.front(values, [1, 1])) == [True, True, True, False, True, False]
-    assert list(optimum.front(values, [1, -1])) == [False, False, False, False, False, True]
+    values = np.array([[1, 1], [2, 0], [0, 2], [0.5, 0.5], [1, 1], [2, -1]])
+    assert list(show_stats.pareto(values)) == [True, True, True, False, True, False]
+    assert list(show_stats.pareto(values * [1, -1])) == [False, False, False, False, False, True]
 
 
 # ---- whatever ends it

@@ -1,6 +1,5 @@
 """`mill sweep`: every design of a study deck, run on all cores or on a cluster, into one table that survives."""
 
-import importlib.util
 import os
 import pathlib
 import shlex
@@ -131,9 +130,10 @@ def _draw(table):
     """The main picture, where there are two axes for it."""
     axes = [v for v in table.meta["vary"] if v["kind"] in ("number", "whole")]
     axes = [v for v in axes if v["values"] is None or len(v["values"]) > 1]
-    if len(axes) < 2 or not importlib.util.find_spec("milltools.study.show"):
+    if len(axes) < 2:
         return
-    show = importlib.import_module("milltools.study.show")
+    from milltools.study import show
+
     path = table.path.with_suffix(".png")
     show.draw(table, path)
     print(f"{path}: the first objective over two of the varied keys")

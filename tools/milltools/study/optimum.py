@@ -1,9 +1,7 @@
 """What a study says of its best design, as text: its value and its place with confidence intervals; the front of several
 objectives."""
 
-import numpy as np
-
-from milltools.study import gp, show_text, summary
+from milltools.study import gp, show_stats, show_text, summary
 from milltools.study.show_data import View
 from milltools.study.space import Space
 
@@ -65,22 +63,13 @@ def _share(share) -> str:
     return f"{share:.1%}" if share >= 0.001 else "less than 0.1 %"
 
 
-def front(values, signs) -> np.ndarray:
-    """Which rows of values (designs, objectives) no other row beats in one objective without losing in another."""
-    gains = np.asarray(values, float) * np.asarray(signs)
-    beaten = [
-        bool(np.any(np.all(gains >= row, axis=1) & np.any(gains > row, axis=1))) for row in gains
-    ]
-    return ~np.array(beaten, bool)
-
-
 def _front(table) -> list[str]:
     meta, found = table.meta, summary.designs(table)
     if not len(found):
         return ["no run has a value"]
     goals, space = meta["objectives"], Space(meta["vary"])
     signs = [1 if o["goal"] == "maximise" else -1 for o in goals]
-    kept = found[front(found[[o["path"] for o in goals]].to_numpy(), signs)]
+    kept = found[show_stats.pareto(found[[o["path"] for o in goals]].to_numpy(float) * signs)]
     heads = [f"{v.key}{summary.unit(v.unit)}" for v in space.variables]
     heads += [f"{o['path'].removeprefix('impacts/')}{summary.unit(o['unit'])}" for o in goals]
     rows = [heads]
