@@ -136,8 +136,9 @@ static enum mill_status write_balls(struct mill_h5 *file, const struct mill_worl
 static enum mill_status open_columns(struct frames *frames, struct mill_h5 *file, size_t balls,
                                      uint64_t rows, struct mill_error *error)
 {
-    const struct mill_h5_layout step = {MILL_H5_I64, 0, {0, 0}, 0, "1", "number of the frame"};
-    const struct mill_h5_layout time = {MILL_H5_F64, 0, {0, 0}, 0, "s", "simulated time"};
+    const struct mill_h5_layout step = {MILL_H5_I64,           0,    {0, 0}, 0, "1",
+                                        "number of the frame", false};
+    const struct mill_h5_layout time = {MILL_H5_F64, 0, {0, 0}, 0, "s", "simulated time", false};
     enum mill_status status =
         mill_h5_column_create(file, GROUP "/position/step", &step, rows, &frames->step, error);
     int i;
@@ -145,8 +146,8 @@ static enum mill_status open_columns(struct frames *frames, struct mill_h5 *file
         status =
             mill_h5_column_create(file, GROUP "/position/time", &time, rows, &frames->time, error);
     for (i = 0; status == MILL_OK && i < STATES; i++) {
-        const struct mill_h5_layout value = {MILL_H5_F32,     2, {balls, 3}, 0, state_unit[i],
-                                             state_meaning[i]};
+        const struct mill_h5_layout value = {MILL_H5_F32,      2,   {balls, 3}, 0, state_unit[i],
+                                             state_meaning[i], true};
         char path[64];
         snprintf(path, sizeof path, GROUP "/%s/value", state_name[i]);
         status = mill_h5_column_create(file, path, &value, rows, &frames->value[i], error);

@@ -142,11 +142,13 @@ struct mill_h5_layout {
     size_t dims[2]; /* of one row */
     size_t chunk; /* rows stored together and gathered before they are written; 0 = about 64 KiB */
     const char *unit, *description;
+    bool plain; /* neither shuffled nor deflated: for what would hardly get smaller */
 };
 
 /* The column takes up after the first `keep` rows of what `path` names (MILL_FAILED where there are
- * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked,
- * shuffled, deflated at level 1. The file must outlive it. Owner: the caller. */
+ * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked
+ * and, unless plain, shuffled and deflated at level 1. The file must outlive it. Owner: the caller.
+ */
 enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
                                        const struct mill_h5_layout *layout, uint64_t keep,
                                        struct mill_h5_column **column, struct mill_error *error);

@@ -1,8 +1,8 @@
 /* Datasets that grow by rows. Single rows are gathered in memory and written a chunk at a time,
  * because one call to HDF5 costs microseconds; a chunk holds about 64 KiB, the compromise between
  * the cost per chunk and the cost of reading one frame; longer rows than
- * LARGEST_CHUNK are cut. Shuffled, deflated at level 1. Whole chunks are written, so HDF5 is told
- * to keep none in memory. */
+ * LARGEST_CHUNK are cut. Shuffled and deflated at level 1, unless plain. Whole chunks are written,
+ * so HDF5 is told to keep none in memory. */
 #include "h5_internal.h"
 
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static size_t choose_piece(const struct mill_h5_column *column)
     return pieces > 1 ? (length + pieces - 1) / pieces : length;
 }
 
-static hid_t chunked(const struct mill_h5_column *column)
+static hid_t chunked(const struct mill_h5_column *column, bool plain)
 {
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
     hsize_t chunk[MAX_ROW_RANK + 1];
@@ -51,8 +51,8 @@ static hid_t chunked(const struct mill_h5_column *column)
     chunk[0] = column->capacity;
     if (column->rank > 0)
         chunk[1] = column->piece;
-    if (list < 0 || H5Pset_chunk(list, column->rank + 1, chunk) < 0 || H5Pset_shuffle(list) < 0 ||
-        H5Pset_deflate(list, 1) < 0)
+    if (list < 0 || H5Pset_chunk(list, column->rank + 1, chunk) < 0 ||
+        (!plain && (H5Pset_shuffle(list) < 0 || H5Pset_deflate(list, 1) < 0)))
         return -1;
     return list;
 }
@@ -73,7 +73,7 @@ static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout 
     memcpy(most, column->extent, sizeof most);
     most[0] = H5S_UNLIMITED;
     space = H5Screate_simple(column->rank + 1, column->extent, most);
-    list = chunked(column);
+    list = chunked(column, layout->plain);
     access = without_cache();
     if (space < 0 || list < 0 || access < 0)
         return false;

@@ -59,8 +59,9 @@ static enum mill_status open_element(struct series *series, struct mill_h5 *file
                                      struct mill_h5_column **column, struct mill_error *error)
 {
     static const char first[] = "/observables/kinetic_energy";
-    const struct mill_h5_layout layout[2] = {{MILL_H5_I64, 0, {0, 0}, 0, "1", "number of the row"},
-                                             {MILL_H5_F64, 0, {0, 0}, 0, "s", "simulated time"}};
+    const struct mill_h5_layout layout[2] = {
+        {MILL_H5_I64, 0, {0, 0}, 0, "1", "number of the row", false},
+        {MILL_H5_F64, 0, {0, 0}, 0, "s", "simulated time", false}};
     static const char *const name[2] = {"step", "time"};
     struct mill_h5_column **shared[2] = {&series->step, &series->time};
     enum mill_status status = MILL_OK;
@@ -90,7 +91,8 @@ static enum mill_status open_fast(struct series *series, struct mill_h5 *file, u
                                          0,
                                          "1",
                                          "impacts of this kind with a normal speed at or above "
-                                         "each of `thresholds` (m s-1), cumulative from t = 0"};
+                                         "each of `thresholds` (m s-1), cumulative from t = 0",
+                                         false};
     enum mill_status status = MILL_OK;
     char group[128];
     for (int kind = 0; status == MILL_OK && kind < MILL_KINDS; kind++) {
@@ -111,15 +113,15 @@ static enum mill_status open_columns(struct series *series, struct mill_h5 *file
     char group[128];
     int i, kind;
     for (i = 0; status == MILL_OK && i < SINGLES; i++) {
-        const struct mill_h5_layout value = {MILL_H5_F64,      0, {0, 0}, 0, single[i].unit,
-                                             single[i].meaning};
+        const struct mill_h5_layout value = {MILL_H5_F64,       0,    {0, 0}, 0, single[i].unit,
+                                             single[i].meaning, false};
         snprintf(group, sizeof group, "/observables/%s", single[i].name);
         status = open_element(series, file, group, &value, rows, &series->single[i], error);
     }
     for (i = 0; status == MILL_OK && i < PER_KIND * MILL_KINDS; i++) {
         const int what = i / MILL_KINDS;
         const struct mill_h5_layout value = {
-            per_kind[what].type, 0, {0, 0}, 0, per_kind[what].unit, per_kind[what].meaning};
+            per_kind[what].type, 0, {0, 0}, 0, per_kind[what].unit, per_kind[what].meaning, false};
         kind = i % MILL_KINDS;
         snprintf(group, sizeof group, "/observables/%s/%s", per_kind[what].name,
                  mill_kind_name[kind]);

@@ -19,7 +19,8 @@
 /* Of the radius: a ball that fits the outer arcs no better than that meets their neighbours alone.
  */
 #define SNUG 1e-12
-#define DEPTH 3 /* quarterings of a box before an arc counts as in reach */
+#define DEPTH 3   /* quarterings of a box before an arc counts as in reach */
+#define SECTORS 8 /* a buckle: a guess at the pitch, by one division */
 
 /* Outer (even) or inner (odd) */
 struct arc {
@@ -39,6 +40,8 @@ struct wavy {
     bool overhangs;              /* an outer arc's wedge is wider than 180 degrees */
     int arcs;
     struct arc *arc;
+    int sectors;       /* of the directions, four or more to a pitch */
+    int16_t *outer_at; /* the outer arc in whose pitch each begins */
 };
 
 /* +1: met from inside (outer arcs), -1: from outside (inner arcs) */
@@ -69,21 +72,38 @@ static bool in_pitch(const struct wavy *w, const struct arc *a, double y, double
     return across * w->cos_pitch <= along * w->sin_pitch;
 }
 
+/* Is the place in the half turn after the arc's direction? */
+static bool is_after(const struct arc *a, double y, double z)
+{
+    return z * a->uy - y * a->uz >= 0.0;
+}
+
+/* Sectors are equal parts of the square |y| + |z| = 1, from -y on: none is wider than half a
+ * pitch. */
+static int sector(const struct wavy *w, double y, double z)
+{
+    const double sum = fabs(y) + fabs(z);
+    if (!(sum > 0.0))
+        return 0;
+    const double along = z < 0.0 ? 1.0 + y / sum : 3.0 - y / sum; /* 0 .. 4 */
+    const int k = (int)(0.25 * along * w->sectors);
+    return k < w->sectors ? k : w->sectors - 1;
+}
+
 /* The arc nearest to a place in the drum; *beside: the other inner arc next to it, across the ray
  * of an outer one. beside may be NULL. */
 static int nearest(const struct wavy *w, double y, double z, int *beside)
 {
-    const int n = w->arcs / 2;
-    const double pitches = (atan2(z, y) - w->angle) / (2.0 * w->half_pitch);
-    const double whole = floor(pitches + 0.5);
-    const int k = 2 * (int)(whole - n * floor(whole / n));
-    const struct arc *outer = &w->arc[k % w->arcs];
-    const bool after = z * outer->uy - y * outer->uz >= 0.0;
-    const int next = (k + 1) % w->arcs, last = (k + w->arcs - 1) % w->arcs;
+    int k = w->outer_at[sector(w, y, z)];
+    if (is_after(&w->arc[k + 1], y, z))
+        k = k + 2 < w->arcs ? k + 2 : 0;
+    const struct arc *outer = &w->arc[k];
+    const bool after = is_after(outer, y, z);
+    const int next = k + 1, last = k > 0 ? k - 1 : w->arcs - 1;
     if (beside)
         *beside = after ? last : next;
     if (beyond_edge(outer, after, y, z) > 0.0)
-        return k % w->arcs;
+        return k;
     return after ? next : last;
 }
 
@@ -237,12 +257,32 @@ static double piece_contact(const struct wavy *w, int outer, const struct mill_f
     return first;
 }
 
+/* Certainly no contact within h: the flight is too short to reach any of the arcs, taken as full
+ * circles. The margin outweighs all rounding; an infinite h rejects nothing. */
+static bool out_of_reach(const struct wavy *w, const struct mill_flight *f, struct mill_span parts,
+                         double radius, double h)
+{
+    const double speed = sqrt(f->v.y * f->v.y + f->v.z * f->v.z);
+    const double fall = 0.5 * h * (fabs(f->g.y) + fabs(f->g.z));
+    const double way = h * (speed + fall) * (1.0 + 1e-9) + 1e-9 * w->far;
+    for (int i = 0; i < parts.count; i++) {
+        const int arc = (parts.first + i) % w->arcs;
+        const double s = inward(arc), reach = w->radius - s * (radius + way);
+        const double y = f->r.y - w->arc[arc].y, z = f->r.z - w->arc[arc].z;
+        if (!(reach > 0.0) || s * (y * y + z * z - reach * reach) >= 0.0)
+            return false;
+    }
+    return true;
+}
+
 static double next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                            double radius, double turn, double horizon, bool touching)
 {
     const struct wavy *w = (const struct wavy *)shape;
     const struct mill_span all = {0, (int16_t)w->arcs};
     const struct mill_span parts = f->parts.count > 0 ? f->parts : all;
+    if (out_of_reach(w, f, parts, radius, horizon))
+        return INFINITY;
     const bool fits = w->radius - radius > SNUG * w->far;
     (void)turn;
     struct mill_flight piece = *f;
@@ -355,6 +395,7 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
 static void release(struct mill_shape *shape)
 {
     free(((struct wavy *)shape)->arc);
+    free(((struct wavy *)shape)->outer_at);
     free(shape);
 }
 
@@ -370,18 +411,35 @@ static void set_edge(struct arc *outer, int edge, const struct arc *inner)
     outer->edge_z[edge] = -side * y / d;
 }
 
+/* For each sector the outer arc in whose pitch it begins; a hair before that, for is_after() cannot
+ * tell the beginning of a pitch of half a turn from its end. */
+static void find_pitches(struct wavy *w)
+{
+    const int n = w->arcs / 2;
+    for (int k = 0; k < w->sectors; k++) {
+        const double along = 4.0 * k / w->sectors;
+        const double y = along < 2.0 ? along - 1.0 : 3.0 - along;
+        const double z = along < 2.0 ? fabs(y) - 1.0 : 1.0 - fabs(y);
+        const double angle = atan2(z, y) - 1e-9 - w->angle;
+        const double pitch = floor(angle / (2.0 * w->half_pitch) + 0.5);
+        w->outer_at[k] = (int16_t)(2 * ((int)(pitch - n * floor(pitch / n)) % n));
+    }
+}
+
 struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
 {
     const int arcs = 2 * profile->buckles;
     struct wavy *w = calloc(1, sizeof *w);
     if (!w)
         return NULL;
+    w->base.ops = &ops;
+    w->sectors = SECTORS * profile->buckles;
     w->arc = calloc((size_t)arcs, sizeof *w->arc);
-    if (!w->arc) {
-        free(w);
+    w->outer_at = calloc((size_t)w->sectors, sizeof *w->outer_at);
+    if (!w->arc || !w->outer_at) {
+        release(&w->base);
         return NULL;
     }
-    w->base.ops = &ops;
     w->base.number = -1;
     w->base.hollow = profile->arc;
     w->radius = profile->arc;
@@ -404,5 +462,6 @@ struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
         set_edge(&w->arc[j], 0, &w->arc[(j + arcs - 1) % arcs]);
         set_edge(&w->arc[j], 1, &w->arc[(j + 1) % arcs]);
     }
+    find_pitches(w);
     return &w->base;
 }

@@ -209,6 +209,54 @@ START_TEST(the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any)
 }
 END_TEST
 
+/* In a mill with this profile, however the lattice sorts the surfaces: a ball is clear of those
+ * that it is told of just when it is clear of all. */
+static void check_room(const char *profile)
+{
+    const double reach = 4e-3;
+    char text[1024];
+    snprintf(text, sizeof text,
+             "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 50 mm\n%s"
+             "[contact]\nrestitution = 0.8\n[balls]\ncount = 1\ndiameter = 8 mm\n"
+             "density = 7800 kg/m^3\n[rotor]\nspeed = 500 rpm\nshaft_radius = 15 mm\n"
+             "angle = 25 deg\n[blades]\ncount = 3\ntip_radius = 55 mm\nwidth = 9 mm\n"
+             "thickness = 6 mm\npitch = 30 deg\n",
+             profile);
+    struct mill_deck *deck = read_deck(text);
+    struct mill_world *w = make_world(deck);
+    struct mill_fill_room room;
+    uint64_t seed = 7;
+    ck_assert(mill_fill_room_init(&room, w, reach));
+    const vec3 hi = {0.5 * w->drum_length, w->drum_radius, w->drum_radius};
+    const int points = 100000;
+    int clear = 0, outside = 0;
+    for (int i = 0; i < points; i++) {
+        const vec3 r = {uniform(&seed, -hi.x, hi.x), uniform(&seed, -hi.y, hi.y),
+                        uniform(&seed, -hi.z, hi.z)};
+        const double radius = uniform(&seed, 0.0, reach);
+        double gap = INFINITY;
+        for (int k = 0; k < w->shapes; k++)
+            gap = fmin(gap, w->shape[k]->ops->gap(w->shape[k], r, radius, w->turn));
+        ck_assert_int_eq(mill_fill_room_clear(&room, r, radius), gap > 0.0);
+        clear += gap > 0.0;
+        outside += gap <= -radius; /* the centre is in the steel */
+    }
+    ck_assert_int_gt(clear, points / 4);
+    const double box = 8.0 * hi.x * hi.y * hi.z;
+    ck_assert_double_eq_tol(room.volume / box, (points - outside) / (double)points, 0.01);
+    mill_fill_room_free(&room);
+    mill_world_free(w);
+    mill_deck_free(deck);
+}
+
+START_TEST(the_lattice_forgets_no_surface)
+{
+    check_room("");
+    check_room("profile = wavy\nbuckles = 2\nbuckle_height = 8 mm\n");
+    check_room("profile = wavy\nbuckles = 7\nbuckle_height = 16 mm\n");
+}
+END_TEST
+
 START_TEST(many_seeds_fill_without_overlap)
 {
     for (unsigned long seed = 1; seed <= 40; seed++) {
@@ -525,6 +573,7 @@ int main(void)
     tcase_add_test(tests, equal_balls_do_not_overlap_up_to_half_of_the_free_volume);
     tcase_add_test(tests, mixtures_do_not_overlap_up_to_half_of_the_free_volume);
     tcase_add_test(tests, balls_in_narrow_drums_do_not_overlap);
+    tcase_add_test(tests, the_lattice_forgets_no_surface);
     tcase_add_test(tests, the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any);
     tcase_add_test(tests, many_seeds_fill_without_overlap);
     tcase_add_test(tests, the_same_seed_gives_the_same_bits_and_another_one_other_places);

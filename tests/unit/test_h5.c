@@ -198,7 +198,7 @@ END_TEST
 
 START_TEST(a_column_holds_its_rows_in_order_however_they_came)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -216,9 +216,21 @@ START_TEST(a_column_holds_its_rows_in_order_however_they_came)
 }
 END_TEST
 
-START_TEST(a_column_of_vectors_keeps_its_shape)
+/* How many filters what the file holds under that name passed through */
+static int filters_of(const char *path, const char *name)
 {
-    const struct mill_h5_layout layout = {MILL_H5_F32, 2, {2, 3}, 0, "m", "frames"};
+    const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT), list = H5Dget_create_plist(set);
+    const int filters = H5Pget_nfilters(list);
+    H5Pclose(list);
+    H5Dclose(set);
+    H5Fclose(file);
+    return filters;
+}
+
+static void check_vectors(bool plain)
+{
+    const struct mill_h5_layout layout = {MILL_H5_F32, 2, {2, 3}, 0, "m", "frames", plain};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -234,14 +246,26 @@ START_TEST(a_column_of_vectors_keeps_its_shape)
     read = look(f.path, "/v", 3, shape);
     ck_assert(shape[0] == 2 && shape[1] == 2 && shape[2] == 3);
     ck_assert(read[11] == 11);
+    ck_assert_int_eq(filters_of(f.path, "/v"), plain ? 0 : 2);
     free(read);
     unlink(f.path);
+}
+
+START_TEST(a_packed_column_of_vectors_keeps_its_shape)
+{
+    check_vectors(false);
+}
+END_TEST
+
+START_TEST(a_plain_column_of_vectors_keeps_its_shape)
+{
+    check_vectors(true);
 }
 END_TEST
 
 START_TEST(a_column_taken_up_again_drops_what_came_after)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -264,7 +288,7 @@ END_TEST
 
 START_TEST(a_column_may_outlive_its_file)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 5, "1", "rows", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column[3];
@@ -331,7 +355,7 @@ START_TEST(a_row_in_pieces_is_the_row)
     static const size_t lengths[] = {1, 5, 2731, 21845, 21846, 50000, 100001};
     for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) {
         const size_t length = lengths[k];
-        const struct mill_h5_layout layout = {MILL_H5_F32, 2, {length, 3}, 0, "m", "-"};
+        const struct mill_h5_layout layout = {MILL_H5_F32, 2, {length, 3}, 0, "m", "-", false};
         struct fixture f;
         struct mill_h5 *file = new_file(&f);
         struct mill_h5_column *column;
@@ -439,7 +463,8 @@ int main(void)
         a_view_shows_the_same_numbers_under_another_shape,
         attributes_are_numbers_texts_and_arrays,
         a_column_holds_its_rows_in_order_however_they_came,
-        a_column_of_vectors_keeps_its_shape,
+        a_packed_column_of_vectors_keeps_its_shape,
+        a_plain_column_of_vectors_keeps_its_shape,
         a_column_taken_up_again_drops_what_came_after,
         a_column_may_outlive_its_file,
         two_files_of_the_same_content_have_the_same_bytes,

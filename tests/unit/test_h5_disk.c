@@ -21,7 +21,7 @@ static void limit_files(rlim_t bytes)
 /* The column is freed before (_i even) or after the file is closed. */
 START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
 {
-    const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise"};
+    const struct mill_h5_layout layout = {MILL_H5_F64, 0, {0, 0}, 1024, "1", "noise", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -132,7 +132,7 @@ END_TEST
 
 START_TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -173,7 +173,7 @@ END_TEST
 
 START_TEST(after_a_full_disk_the_file_is_as_last_flushed)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -198,7 +198,7 @@ END_TEST
  * next does not, wherever that is met first: in a write, a flush or the closing (by _i). */
 START_TEST(a_disk_that_fills_up_at_any_moment_takes_nothing_that_was_flushed)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 512, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 512, "1", "rows", false};
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_h5_column *column;
@@ -234,7 +234,7 @@ END_TEST
 /* Appends rows for ever, flushing now and then; after each flush it tells how many there are. */
 static void write_until_killed(const char *path, int tell)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows"};
+    const struct mill_h5_layout layout = {MILL_H5_I64, 0, {0, 0}, 64, "1", "rows", false};
     struct mill_h5 *file;
     struct mill_h5_column *column;
     int64_t k;

@@ -59,6 +59,31 @@ START_TEST(the_first_contact_is_closed_closing_and_nothing_comes_before_it)
 }
 END_TEST
 
+/* Straight at the nearest point of the wall no bound of the way is too large. */
+START_TEST(a_flight_just_long_enough_for_its_contact_finds_it)
+{
+    uint64_t seed = 150 + (uint64_t)_i;
+    for (int i = 0; i < 2500; i++) {
+        struct wavy_mill m;
+        build_random(&seed, &m);
+        struct flight f = random_flight(&seed, &m);
+        const vec3 way = vec3_scale(meet(&m, &f, 0.0).normal, -1.0);
+        const double pull = i % 2 ? uniform(&seed, 0.0, 20.0) : 0.0;
+        f.path.v = vec3_scale(way, log_uniform(&seed, 1e-2, 10.0));
+        f.path.g = vec3_scale(way, pull);
+        const double t = first_contact(&m.mill, DRUM, &f, 1e9, false, NULL);
+        ck_assert(t < 1e9);
+        const double hair = 1e-9 * t + 1e-15 / vec3_norm(f.path.v);
+        const double again = first_contact(&m.mill, DRUM, &f, t + hair, false, NULL);
+        ck_assert_msg(fabs(again - t) <= 1e-3 * hair, "n %d, h %g: contact at %.17g, not at %g",
+                      m.profile.buckles, m.profile.height, t, again);
+        if (t > 1e3 * hair)
+            ck_assert(isinf(first_contact(&m.mill, DRUM, &f, t - hair, false, NULL)));
+        mill_demolish(&m.mill);
+    }
+}
+END_TEST
+
 /* The ball at its contact, thrown back with a share of its approach speed; every other one is made
  * to hop, slow along the wall and pulled towards it. */
 static void reflect(uint64_t *seed, const struct wavy_mill *m, struct flight *f, double t)
@@ -309,6 +334,7 @@ int main(void)
     tcase_set_timeout(tests, 60.0);
     tcase_add_loop_test(tests, the_first_contact_is_closed_closing_and_nothing_comes_before_it, 0,
                         3);
+    tcase_add_loop_test(tests, a_flight_just_long_enough_for_its_contact_finds_it, 0, 2);
     tcase_add_loop_test(
         tests, a_resolved_contact_does_not_come_back_at_once_and_the_next_is_not_missed, 0, 2);
     tcase_add_loop_test(tests, a_contact_at_a_joint_is_neither_missed_nor_made_up, 0, 2);

@@ -1,6 +1,6 @@
 """Writing HDF5 files as millsim writes them: labels, texts, columns, and whole files in one step.
 
-Every dataset has `unit` and `description`; columns are chunked, shuffled and deflated as src/h5_column.c does it.
+Every dataset has `unit` and `description`; columns are chunked, shuffled and deflated (or plain) as src/h5_column.c does it.
 """
 
 import contextlib
@@ -47,8 +47,9 @@ def put_attribute(item, name, value):
         item.attrs.create(name, value)
 
 
-def make_column(group, path, shape, dtype, unit, description, rows=None):
-    """An empty dataset that grows by rows of this shape; rows: stored together, instead of about 64 KiB."""
+def make_column(group, path, shape, dtype, unit, description, rows=None, plain=False):
+    """An empty dataset that grows by rows of this shape; rows: stored together, instead of about 64 KiB;
+    plain: neither shuffled nor deflated."""
     size = np.dtype(dtype).itemsize * int(np.prod(shape))
     chunk, piece = 1, list(shape)
     while 2 * chunk * size <= CHUNK and chunk < CHUNK:
@@ -62,8 +63,8 @@ def make_column(group, path, shape, dtype, unit, description, rows=None):
         maxshape=(None, *shape),
         dtype=dtype,
         chunks=(rows or chunk, *(max(n, 1) for n in piece)),
-        shuffle=True,
-        compression=1,
+        shuffle=not plain,
+        compression=None if plain else 1,
     )
     label(item, unit, description)
     return item

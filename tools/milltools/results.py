@@ -107,7 +107,9 @@ class Results:
                 "time": make_column(first, "time", (), "<f8", "s", "simulated time"),
             }
             for name, (unit, text) in STATES.items():
-                self.states[name] = make_column(group, f"{name}/value", (n, 3), "<f4", unit, text)
+                self.states[name] = make_column(
+                    group, f"{name}/value", (n, 3), "<f4", unit, text, plain=True
+                )
                 if name != "position":
                     group[f"{name}/step"], group[f"{name}/time"] = first["step"], first["time"]
         if self.log_wanted:
