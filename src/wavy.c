@@ -50,6 +50,12 @@ static double inward(int arc)
     return arc % 2 == 0 ? 1.0 : -1.0;
 }
 
+/* Of a number that is less than twice as large: no division */
+static int wrap(const struct wavy *w, int arc)
+{
+    return arc < w->arcs ? arc : arc - w->arcs;
+}
+
 /* ---- which arc is near? ---- */
 
 /* > 0: on the wedge's side of that edge [m] */
@@ -96,7 +102,7 @@ static int nearest(const struct wavy *w, double y, double z, int *beside)
 {
     int k = w->outer_at[sector(w, y, z)];
     if (is_after(&w->arc[k + 1], y, z))
-        k = k + 2 < w->arcs ? k + 2 : 0;
+        k = wrap(w, k + 2);
     const struct arc *outer = &w->arc[k];
     const bool after = is_after(outer, y, z);
     const int next = k + 1, last = k > 0 ? k - 1 : w->arcs - 1;
@@ -174,7 +180,7 @@ static double next_edge(const struct wavy *w, const struct mill_flight *f, struc
                         double from, double to)
 {
     for (int i = parts.first % 2; i < parts.count; i += 2) {
-        const struct arc *a = &w->arc[(parts.first + i) % w->arcs];
+        const struct arc *a = &w->arc[wrap(w, parts.first + i)];
         for (int edge = 0; edge < 2; edge++) {
             const double y = a->edge_y[edge], z = a->edge_z[edge];
             const double c = beyond_edge(a, edge, f->r.y, f->r.z), b = y * f->v.y + z * f->v.z;
@@ -197,7 +203,7 @@ static double next_edge(const struct wavy *w, const struct mill_flight *f, struc
 static int wedge_of(const struct wavy *w, struct mill_span parts, vec3 from, vec3 through)
 {
     for (int i = parts.first % 2; i < parts.count; i += 2) {
-        const int arc = (parts.first + i) % w->arcs;
+        const int arc = wrap(w, parts.first + i);
         const struct arc *a = &w->arc[arc];
         if (in_wedge(w, a, through.y, through.z) && in_pitch(w, a, from.y, from.z))
             return arc;
@@ -211,7 +217,7 @@ static int inner_at(const struct wavy *w, struct mill_span parts, double y, doub
     double most = -INFINITY;
     int best = NO_ARC;
     for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
-        const int arc = (parts.first + i) % w->arcs;
+        const int arc = wrap(w, parts.first + i);
         const double along = y * w->arc[arc].uy + z * w->arc[arc].uz;
         if (along > most) {
             most = along;
@@ -247,7 +253,7 @@ static double piece_contact(const struct wavy *w, int outer, const struct mill_f
     const int touched = touching ? inner_at(w, parts, f->r.y, f->r.z) : NO_ARC;
     double first = INFINITY;
     for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
-        const int arc = (parts.first + i) % w->arcs;
+        const int arc = wrap(w, parts.first + i);
         const double t = rise(w, arc, f, radius, horizon, arc == touched);
         if (t < first) {
             first = t;
@@ -266,7 +272,7 @@ static bool out_of_reach(const struct wavy *w, const struct mill_flight *f, stru
     const double fall = 0.5 * h * (fabs(f->g.y) + fabs(f->g.z));
     const double way = h * (speed + fall) * (1.0 + 1e-9) + 1e-9 * w->far;
     for (int i = 0; i < parts.count; i++) {
-        const int arc = (parts.first + i) % w->arcs;
+        const int arc = wrap(w, parts.first + i);
         const double s = inward(arc), reach = w->radius - s * (radius + way);
         const double y = f->r.y - w->arc[arc].y, z = f->r.z - w->arc[arc].z;
         if (!(reach > 0.0) || s * (y * y + z * z - reach * reach) >= 0.0)
