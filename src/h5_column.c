@@ -43,6 +43,9 @@ static size_t choose_piece(const struct mill_h5_column *column)
     return pieces > 1 ? (length + pieces - 1) / pieces : length;
 }
 
+/* Rows are there only once they are written, so none is filled first; and without filters HDF5 then
+ * writes from where the rows lie, where it else would copy them (and lose the copy when a disk is
+ * full). */
 static hid_t chunked(const struct mill_h5_column *column, bool plain)
 {
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
@@ -52,7 +55,8 @@ static hid_t chunked(const struct mill_h5_column *column, bool plain)
     if (column->rank > 0)
         chunk[1] = column->piece;
     if (list < 0 || H5Pset_chunk(list, column->rank + 1, chunk) < 0 ||
-        (!plain && (H5Pset_shuffle(list) < 0 || H5Pset_deflate(list, 1) < 0)))
+        (plain ? H5Pset_fill_time(list, H5D_FILL_TIME_NEVER) < 0
+               : H5Pset_shuffle(list) < 0 || H5Pset_deflate(list, 1) < 0))
         return -1;
     return list;
 }
