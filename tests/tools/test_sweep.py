@@ -121,8 +121,11 @@ def test_it_ends_with_the_best_and_how_to_see_it(sweep, write_study, tmp_path):
     best = frame.loc[frame[MEDIAN].idxmax()]
     lines = done.stdout.splitlines()
     assert lines[0] == f"the largest {MEDIAN} of 6 designs (+-: 95 %):"
-    assert lines[2].split()[:3] == ["rotor.speed", "[rad/s]", "balls.count"]
-    assert lines[3].split()[:2] == [f"{best['rotor.speed']:.5g}", str(best["balls.count"])]
+    assert lines[2].split()[:3] == ["rotor.speed", "[rpm]", "balls.count"]
+    assert lines[3].split()[:2] == [
+        f"{best['rotor.speed'] * 30 / np.pi:.5g}",
+        str(best["balls.count"]),
+    ]
     assert lines[3].split()[2] == f"{best[MEDIAN]:.5g}"
     assert lines[-1] == "a.parquet: 6 runs (6 done); see them with: mill study a.parquet"
 
@@ -188,7 +191,10 @@ def test_another_base_deck_is_refused_and_force_begins_anew(
     words = ("a.study", "-s", "rotor.speed=600 rpm", "-s", "drum.length=50 mm")
     done = sweep(*words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("mill sweep: a.parquet: holds the runs of another study, or of a.study before")  # fmt: skip
+    assert done.stderr == (
+        "mill sweep: a.parquet: holds the runs of another study: drum.length is 0.04 m there and 0.05 m here; "
+        "-o gives another name, --force begins anew\n"
+    )
     assert (tmp_path / "a.parquet").read_bytes() == before
     assert sweep(*words, "--force").returncode == 0
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2

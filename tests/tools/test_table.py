@@ -143,6 +143,18 @@ def test_a_table_of_another_study_is_refused_unless_forced(path):
     assert [one["design"] for one in Table.open(path).rows()] == [1]
 
 
+def test_what_makes_it_another_study_is_told_with_both_values(path):
+    common = {"drum.buckles": "varied", "rotor.speed": "60 rad/s", "contact.friction": "0.3"}
+    fill(path, row(0), meta=META | {"common": common})
+    other = common | {"rotor.speed": "80 rad/s", "contact.friction": "0"}
+    with pytest.raises(UserError) as fault:
+        fill(path, row(1), meta=META | {"fingerprint": "another", "common": other})
+    assert "another study: rotor.speed is 60 rad/s there and 80 rad/s here, and 1 more differ;" in str(fault.value)  # fmt: skip
+    del other["rotor.speed"]
+    with pytest.raises(UserError, match="rotor.speed is 60 rad/s there and not given here, and 1"):
+        fill(path, row(1), meta=META | {"fingerprint": "another", "common": other})
+
+
 def test_the_columns_may_stand_in_another_order_after_a_change_of_the_study(path):
     fill(path, row(0))
     fill(path, row(1), meta=META | {"vary": META["vary"][::-1]})

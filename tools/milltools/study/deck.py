@@ -153,6 +153,15 @@ class Study:
         """16 hex digits of what all runs have in common: rows of equal fingerprints belong into one table."""
         return self._identity(dict.fromkeys([*self._ranges, "run.seed"], "varied"))
 
+    def common(self) -> dict[str, str]:
+        """What the fingerprint is made of, for people: by section.key, or by what else it is."""
+        keys = {k: v.order.partition("=")[2] for k, v in self.base.items() if k not in STORED_ONLY}
+        keys |= dict.fromkeys([*self._ranges, "run.seed"], "varied")
+        rest = {"the start file": self.start and f"one with digest {self.start[:8]}",
+                "what is recorded": ", ".join(sorted(self.paths)),
+                "study.cpu_limit": "" if self.limit is None else f"{self.limit!r} s"}  # fmt: skip
+        return keys | {k: v for k, v in rest.items() if v}
+
     def about(self, planned=None, command="") -> dict:
         """The metadata of the table."""
         return {
@@ -160,6 +169,7 @@ class Study:
             "file": self.file,
             "deck": self.deck_text,
             "fingerprint": self.fingerprint,
+            "common": self.common(),
             "objectives": [dataclasses.asdict(objective) for objective in self.objectives],
             "record": list(self.record),
             "vary": [r.about() for r in self.vary],

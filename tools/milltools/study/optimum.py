@@ -2,8 +2,7 @@
 objectives."""
 
 from milltools.study import gp, show_stats, show_text, summary
-from milltools.study.show_data import View
-from milltools.study.space import Space
+from milltools.study.show_data import View, spoken
 
 
 def lines(table) -> list[str]:
@@ -14,8 +13,9 @@ def lines(table) -> list[str]:
         surface, best = gp.of_table(table)
     except ValueError:
         return ["no run has a value"]
-    about, space = table.meta["objectives"][0], surface.space
-    unit = "" if about["unit"] in ("", "1") else f" {about['unit']}"
+    about, space, view = table.meta["objectives"][0], surface.space, View.of(table)
+    axis = {one.key: one for one in view.axes}
+    unit = f" {spoken(about['unit'])}" if about["unit"] not in ("", "1") else ""
     word = "largest" if about["goal"] == "maximise" else "smallest"
     found = [
         f"the {word} {about['path']}: {best.value:.5g}{unit}, 95 %: {best.low:.5g} .. {best.high:.5g}{unit}",
@@ -24,7 +24,7 @@ def lines(table) -> list[str]:
     width = max(len(v.key) for v in space.variables)
     for v, value, place in zip(space.variables, best.design, best.place):
         found.append(
-            f"    {v.key:<{width}}  {_say(v, value):<16} at 95 % it may be {_range(v, place)}"
+            f"    {v.key:<{width}}  {axis[v.key].tell(value):<16} at 95 % it may be {_range(axis[v.key], place)}"
         )
     runs = "one run" if best.runs == 1 else f"{best.runs} runs"
     alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
@@ -33,30 +33,25 @@ def lines(table) -> list[str]:
         "",
         f"from {len(surface.values)} runs of {len(surface.tested())} designs together, {runs} of this one; {others}",
     ]
-    edges = show_text.at_edge(View.of(table), best.design)
+    edges = show_text.at_edge(view, best.design)
     if edges:
         found.append(
             f"on the edge of what was varied, so perhaps not the best there is: {', '.join(edges)}"
         )
     for key in best.flat:
-        v, alike = next((v, part) for v, part in zip(space.variables, best.alike) if v.key == key)
+        alike = next(part for v, part in zip(space.variables, best.alike) if v.key == key)
         found.append(
-            f"flat along {key}: designs within {gp.ALIKE:.0%} of it reach over {_range(v, alike)}"
+            f"flat along {key}: designs within {gp.ALIKE:.0%} of it reach over {_range(axis[key], alike)}"
         )
     return [*found, ""]
 
 
-def _say(variable, value) -> str:
-    unit = "" if variable.words or variable.unit in ("", "1") else f" {variable.unit}"
-    return f"{summary.number(value)}{unit}"
-
-
-def _range(variable, part) -> str:
-    if variable.words:
+def _range(axis, part) -> str:
+    if part.words:
         return " or ".join(part.words)
     if part.low == part.high:
-        return _say(variable, part.low)
-    return f"{summary.number(part.low)} .. {_say(variable, part.high)}"
+        return axis.tell(part.low)
+    return f"{axis.tell(part.low, unit=False)} .. {axis.tell(part.high)}"
 
 
 def _share(share) -> str:
@@ -64,18 +59,15 @@ def _share(share) -> str:
 
 
 def _front(table) -> list[str]:
-    meta, found = table.meta, summary.designs(table)
+    found = summary.designs(table)
     if not len(found):
         return ["no run has a value"]
-    goals, space = meta["objectives"], Space(meta["vary"])
-    signs = [1 if o["goal"] == "maximise" else -1 for o in goals]
-    kept = found[show_stats.pareto(found[[o["path"] for o in goals]].to_numpy(float) * signs)]
-    heads = [f"{v.key}{summary.unit(v.unit)}" for v in space.variables]
-    heads += [f"{o['path'].removeprefix('impacts/')}{summary.unit(o['unit'])}" for o in goals]
-    rows = [heads]
-    for _, row in kept.iterrows():
-        cells = [summary.number(row[key]) for key in space.keys]
-        rows.append([*cells, *(summary.with_half(row[o["path"]], row[f"{o['path']}:half"]) for o in goals)])  # fmt: skip
+    view = View.of(table)
+    goals = view.objectives
+    signs = [goal.sign for goal in goals]
+    kept = found[show_stats.pareto(found[[o.path for o in goals]].to_numpy(float) * signs)]
+    rows = [summary.heads(view)]
+    rows += [summary.cells(view, row) for _, row in kept.iterrows()]
     widths = [max(map(len, column)) for column in zip(*rows)]
     text = ["  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths)).rstrip() for row in rows]
     return [

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table as Sheet
 
-from milltools.study.show_data import View
+from milltools.study.show_data import View, spoken
 
 BEST = 5
 
@@ -27,22 +28,27 @@ def designs(table):
     return found[good].sort_values(first.path, ascending=first.sign < 0, kind="stable").reset_index(drop=True)  # fmt: skip
 
 
-def number(value) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
-
-
 def with_half(value, half) -> str:
     """A value and half of its 95 % interval; with what is not known as `?`."""
     return f"{value:.5g} +- {half:.2g}" if math.isfinite(half) else f"{value:.5g} +- ?"
 
 
-def unit(text) -> str:
-    return "" if text in ("1", "") else f" [{text}]"
+def heads(view) -> list[str]:
+    """Of a table of designs, with units: varied keys, then objectives."""
+    names = [(axis.key, axis.scale.unit) for axis in view.axes]
+    names += [(o.path.removeprefix("impacts/"), spoken(o.unit)) for o in view.objectives]
+    return [f"{name} [{unit}]" if unit not in ("", "1") else name for name, unit in names]
+
+
+def cells(view, row) -> list[str]:
+    """A row of designs() in such a table."""
+    values = [axis.tell(row[axis.key], unit=False) for axis in view.axes]
+    return values + [with_half(row[o.path], row[f"{o.path}:half"]) for o in view.objectives]
 
 
 def show(table):
     """The best designs, on standard output."""
-    found, meta = designs(table), table.meta
+    found, meta, view = designs(table), table.meta, View.of(table)
     if not len(found):
         print("no run is done as asked for, so there is no best design:")
         for message, times in table.frame()["message"].value_counts().head(3).items():
@@ -50,15 +56,10 @@ def show(table):
         print()
         return
     sheet = Sheet(box=None, pad_edge=False, header_style="bold")
-    for vary in meta["vary"]:
-        sheet.add_column(f"{vary['key']}{unit(vary['unit'])}".replace("[", r"\["), justify="right")
-    for objective in meta["objectives"]:
-        name = objective["path"].removeprefix("impacts/")
-        sheet.add_column(f"{name}{unit(objective['unit'])}".replace("[", r"\["), justify="right")
+    for head in heads(view):
+        sheet.add_column(escape(head), justify="right")
     for _, row in found.head(BEST).iterrows():
-        cells = [number(row[vary["key"]]) for vary in meta["vary"]]
-        cells += [with_half(row[o["path"]], row[f"{o['path']}:half"]) for o in meta["objectives"]]
-        sheet.add_row(*cells)
+        sheet.add_row(*map(escape, cells(view, row)))
     goal = "largest" if meta["objectives"][0]["goal"] == "maximise" else "smallest"
     print(f"the {goal} {meta['objectives'][0]['path']} of {len(found)} designs (+-: 95 %):\n")
     Console(highlight=False, width=None if Console().is_terminal else 200).print(sheet)

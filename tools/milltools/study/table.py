@@ -243,9 +243,19 @@ def _metadata(stored, path) -> dict:
 def _check_same(path, old, new):
     if old.get("fingerprint") != new["fingerprint"]:
         raise UserError(
-            f"{path}: holds the runs of another study, or of {new['file']} before it or its deck was changed; "
+            f"{path}: holds the runs of another study{_difference(old.get('common', {}), new.get('common', {}))}; "
             "-o gives another name, --force begins anew"
         )
+
+
+def _difference(old, new) -> str:
+    """The first thing in which two studies differ; nothing where a table does not tell."""
+    names = [name for name in old | new if old.get(name) != new.get(name)] if old and new else []
+    if not names:
+        return ""
+    there, here = (about.get(names[0], "not given") for about in (old, new))
+    more = f", and {len(names) - 1} more differ" if len(names) > 1 else ""
+    return f": {names[0]} is {there} there and {here} here{more}"
 
 
 @contextlib.contextmanager
