@@ -226,6 +226,17 @@ def test_what_a_job_raises_is_said_and_the_others_go_on(task, job):
     assert [row["id"] for row in said(array, "row")] == ["c"]
 
 
+def test_a_run_that_is_struck_before_its_task_is_not_lost_and_no_other_is_begun(task, job):
+    array, start = task(job("a", do="lose"), job("b", sleep=100))
+    process = start()
+    wait(lambda: job.runs()["a"], "the first job")
+    time.sleep(0.1)
+    process.terminate()
+    assert process.wait(30) == 128 + signal.SIGTERM
+    assert said(array, "start") == ["a"] and said(array, "lost") == []
+    assert job.runs() == {"a": 1}
+
+
 def test_a_task_runs_one_job_on_each_core_it_was_given(task, job):
     array, start = task(*(job(name, sleep=100) for name in "abcd"))
     start(SLURM_CPUS_PER_TASK="3")

@@ -17,10 +17,12 @@ import socket
 import sys
 import tempfile
 import threading
+import time
 
 from milltools.study.job import Lost
 from milltools.study.spool import Array, Listener, Sayer, one_line
 
+MOMENT = 1.0  # [s] a run and its task are struck together, but one may feel it before the other
 TRIES = 3  # times that a job is begun in one task before it is called lost
 
 
@@ -66,7 +68,7 @@ class Task:
         self.left = collections.deque(e for e in entries if e["job"]["id"] not in finished)
         self.sayer = Sayer(array.rows(number))
         self.lock = threading.Lock()
-        self.stopped = False
+        self.ended = threading.Event()  # by us: whoever resubmits it will see what was begun
 
     def say(self, line):
         with self.lock:
@@ -74,7 +76,7 @@ class Task:
 
     def next(self):
         with self.lock:
-            return self.left.popleft() if self.left and not self.stopped else None
+            return self.left.popleft() if self.left and not self.ended.is_set() else None
 
     def work(self):
         """Takes jobs until none is left: one of this runs on each core."""
@@ -88,7 +90,7 @@ class Task:
             try:
                 said = {"row": _function(entry["call"])(job)}
             except Lost as fault:
-                if self.stopped:  # by us: whoever resubmits it will see that it was begun
+                if self.ended.wait(MOMENT):
                     return
                 said = {"lost": name, "why": one_line(fault)}
             except Exception as fault:
@@ -97,7 +99,7 @@ class Task:
 
     def stop(self):
         """Ends the runs in hand and takes no other job."""
-        self.stopped = True
+        self.ended.set()
         for process in _children():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
@@ -114,14 +116,15 @@ def run(folder, number):
     """All jobs of this task; returns the exit status."""
     array = Array(folder, "")
     task = Task(array, number)
-    ended = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: ended.set())
+    struck = []  # a handler must not wait for a lock, as Event.set() may
+    signal.signal(signal.SIGTERM, lambda *_: struck.append(True))
     threads = [threading.Thread(target=task.work, daemon=True) for _ in range(_cores())]
     for thread in threads:
         thread.start()
-    # the main thread only waits, so that a signal finds it; runs that are killed end within moments
+    # the main thread only sleeps, so that a signal finds it; runs that are killed end within moments
     while any(thread.is_alive() for thread in threads):
-        if ended.wait(0.1):
+        time.sleep(0.1)
+        if struck:
             task.stop()
             for thread in threads:
                 thread.join(5)
