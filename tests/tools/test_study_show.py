@@ -100,6 +100,18 @@ def test_a_single_run_without_error_has_no_interval():
     assert line[3] == "?"
 
 
+def test_where_no_error_is_known_nothing_is_claimed():
+    shown = view(*line_of([1.0, 1.2, 1.5], [math.nan] * 3, noise=False))
+    said = "\n".join(show_text.optimum_lines(shown, shown.objectives[0]))
+    assert "nothing tells how sure that is" in said
+    assert "95 %" not in said and "as good" not in said
+    _, lines = show_text.best_table(shown, shown.objectives[0])
+    assert [line[-1] for line in lines] == ["best", "", ""]
+    assert "95 %" not in show_contour.best_words(shown, shown.objectives[0])[1]
+    (told, *_) = show_beside.sentences([shown, shown], shown.objectives[0], {"rotor.speed": 60.0})
+    assert told.endswith("100 % of the gain is left; how sure that is nothing tells")
+
+
 def test_scatter_without_errors_is_pooled_over_designs():
     rows, meta = line_of([1.0, 2.0, 4.0], replicates=2)
     rows[SPEED] = [

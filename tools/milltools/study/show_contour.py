@@ -6,6 +6,7 @@ the optimum, or the mean over the others.
 """
 
 import dataclasses
+import math
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -311,7 +312,8 @@ def best_words(view, objective) -> tuple[str, str]:
     optimum = show_optimum.find(view, objective)
     scale = show_draw.value_scale(objective)
     value = show_text.pair(optimum.value, optimum.half, scale)
-    return f"best: {view.tell(optimum.design)}", f"{value} (95 %)".replace(
+    known = " (95 %)" if math.isfinite(optimum.half) else ""
+    return f"best: {view.tell(optimum.design)}", (value + known).replace(
         "+-", "\N{PLUS-MINUS SIGN}"
     )
 

@@ -157,15 +157,21 @@ def optimum_lines(view, objective) -> list[str]:
             "           more run.time or max_collisions, or a larger precision, lets runs end as asked for",
         ]
     scale, found = scale_for(view, objective), view.estimate(objective.path)
+    known = math.isfinite(best.half)
     lines = [
         f"optimum    {view.tell(best.design)}: {objective.words} {pair(best.value, best.half, scale)}"
-        f" (95 %; {best.how})"
+        f" ({'95 %; ' if known else ''}{best.how})"
     ]
     if best.surface is not None:
         own = pair(float(found.mean[best.design]), float(found.half[best.design]), scale)
         lines.append(f"           (its own runs alone: {own})")
     several = len(view.designs)
-    if best.open.sum() > 1:
+    if not known:
+        lines.append(
+            "           nothing tells how sure that is: single runs without an error of their own "
+            "(study.replicates or run.precision gives one)"
+        )
+    elif best.open.sum() > 1:
         lines.append(
             f"           {show_optimum.spans(view, best.open)} cannot be told from the best "
             f"({best.open.sum()} of {several} designs, 95 %)"
@@ -240,7 +246,8 @@ def best_table(view, objective, count=BEST):
             line += [value, f"+- {half}" if half else "?"]
         value, half = told(found.mean[k] / scale.size, found.half[k] / scale.size)
         line += [value, f"+- {half}" if half else "?", str(found.runs[k])]
-        line.append("best" if k == optimum.design else "" if optimum.open[k] else "worse")
+        told_apart = math.isfinite(optimum.half) and not optimum.open[k]
+        line.append("best" if k == optimum.design else "worse" if told_apart else "")
         lines.append(line)
     return heads, lines
 
