@@ -14,7 +14,6 @@ def lines(table) -> list[str]:
     except ValueError:
         return ["no run has a value"]
     about, space, view = table.meta["objectives"][0], surface.space, View.of(table)
-    axis = {one.key: one for one in view.axes}
     unit = f" {spoken(about['unit'])}" if about["unit"] not in ("", "1") else ""
     word = "largest" if about["goal"] == "maximise" else "smallest"
     found = [
@@ -24,7 +23,7 @@ def lines(table) -> list[str]:
     width = max(len(v.key) for v in space.variables)
     for v, value, place in zip(space.variables, best.design, best.place):
         found.append(
-            f"    {v.key:<{width}}  {axis[v.key].tell(value):<16} at 95 % it may be {_range(axis[v.key], place)}"
+            f"    {v.key:<{width}}  {view.axis(v.key).tell(value):<16} at 95 % it may be {_range(view.axis(v.key), place)}"
         )
     runs = "one run" if best.runs == 1 else f"{best.runs} runs"
     alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
@@ -41,7 +40,7 @@ def lines(table) -> list[str]:
     for key in best.flat:
         alike = next(part for v, part in zip(space.variables, best.alike) if v.key == key)
         found.append(
-            f"flat along {key}: designs within {gp.ALIKE:.0%} of it reach over {_range(axis[key], alike)}"
+            f"flat along {key}: designs within {gp.ALIKE:.0%} of it reach over {_range(view.axis(key), alike)}"
         )
     return [*found, ""]
 

@@ -48,7 +48,7 @@ def cells(view, row) -> list[str]:
 
 def show(table):
     """The best designs, on standard output."""
-    found, meta, view = designs(table), table.meta, View.of(table)
+    found, view = designs(table), View.of(table)
     if not len(found):
         print("no run is done as asked for, so there is no best design:")
         for message, times in table.frame()["message"].value_counts().head(3).items():
@@ -60,7 +60,8 @@ def show(table):
         sheet.add_column(escape(head), justify="right")
     for _, row in found.head(BEST).iterrows():
         sheet.add_row(*map(escape, cells(view, row)))
-    goal = "largest" if meta["objectives"][0]["goal"] == "maximise" else "smallest"
-    print(f"the {goal} {meta['objectives'][0]['path']} of {len(found)} designs (+-: 95 %):\n")
+    first = view.objectives[0]
+    goal = "largest" if first.sign > 0 else "smallest"
+    print(f"the {goal} {first.path} of {len(found)} designs (+-: 95 %):\n")
     Console(highlight=False, width=None if Console().is_terminal else 200).print(sheet)
     print()
