@@ -137,7 +137,7 @@ def sentences(views, objective, wanted=None) -> list[str]:
     line = f"{objective.words} of the best design over {gains[0].words}: {shares[0]} {what} in {names[0]}, {shares[1]} in {names[1]}"
     if gains[0].value > 0:
         line += f"; {share(*left(*gains))} of the gain is left"
-    known = all(math.isfinite(gain.error) for gain in gains)
+    known = any(math.isfinite(gain.error) for gain in gains)  # shown as +-
     told = [line + (" (95 % confidence)" if known else "; how sure that is nothing tells")]
     same = _same_design(views, show_optimum.find(views[0], objective).design)
     if same is not None:
