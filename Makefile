@@ -104,7 +104,7 @@ run:
 	./millsim --force -o reference.h5 input/simoloyer.ini
 
 test:
-	@tools/setup build test dem slurm
+	@tools/setup build test dem slurm render pov browser
 	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(BUILD)/millsim millsim mill
 	@$(MAKE) --no-print-directory unit replay cli
 
