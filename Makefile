@@ -75,7 +75,7 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
-VERSIONED := $(patsubst %,$(BUILD)/src/%.o,main command run record checkpoint)
+VERSIONED := $(patsubst %,$(BUILD)/src/%.o,main command run_end record checkpoint)
 $(VERSIONED): $(BUILD)/version
 $(VERSIONED): DEFINES = \
 	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'

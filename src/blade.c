@@ -7,6 +7,8 @@
  * first contact and converges quadratically on it. */
 #include "blade.h"
 
+#include "mesh.h"
+
 #include <stdlib.h>
 
 #define STILL                                                                                      \
@@ -195,8 +197,25 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_BLADE, next_contact, gap,  contact,
-                                          reachable,       release,      NULL, NULL};
+/* All of the box, from the axis on: what is within the shaft is hidden there */
+static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                 struct mill_mesh *mesh)
+{
+    const struct blade *b = (const struct blade *)shape;
+    vec3 corner[8];
+    (void)chamber;
+    for (int i = 0; i < 8; i++) {
+        const double w = i & 1 ? b->half_w : -b->half_w;
+        const double radial = i & 2 ? 2.0 * b->half_s : 0.0;
+        const double h = i & 4 ? b->half_h : -b->half_h;
+        corner[i] = to_world(b, b->cos_a, b->sin_a, w, radial, h);
+        corner[i].x += b->position;
+    }
+    mill_mesh_box(mesh, corner);
+}
+
+static const struct mill_shape_ops ops = {MILL_BALL_BLADE, next_contact, gap,  contact, reachable,
+                                          release,         NULL,         NULL, draw};
 
 struct mill_shape *mill_blade_create(const struct mill_deck_blade *spec, int number, double speed,
                                      double mill_radius)

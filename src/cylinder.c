@@ -4,6 +4,8 @@
  * a at the shaft. The sign is chosen so that the quartic rises where the gap closes. */
 #include "cylinder.h"
 
+#include "mesh.h"
+
 #include <stdlib.h>
 
 struct cylinder {
@@ -89,10 +91,23 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap,  contact,
-                                               reachable,      release,      NULL, NULL};
-static const struct mill_shape_ops shaft_ops = {MILL_BALL_SHAFT, next_contact, gap,  contact,
-                                                reachable,       release,      NULL, NULL};
+/* From end wall to end wall, and its ends, so that it is a body */
+static void draw_shaft(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                       struct mill_mesh *mesh)
+{
+    const struct mill_profile circle =
+        mill_profile_make(2, ((const struct cylinder *)shape)->radius, 0.0, 0.0);
+    const double end = chamber->half_length;
+    mill_mesh_mantle(mesh, &circle, end, chamber->tolerance, false);
+    mill_mesh_lid(mesh, &circle, -end, -1.0, chamber->tolerance);
+    mill_mesh_lid(mesh, &circle, end, 1.0, chamber->tolerance);
+}
+
+static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap,
+                                               contact,        reachable,    release,
+                                               NULL,           NULL,         mill_shape_draw_drum};
+static const struct mill_shape_ops shaft_ops = {
+    MILL_BALL_SHAFT, next_contact, gap, contact, reachable, release, NULL, NULL, draw_shaft};
 
 static struct mill_shape *create(const struct mill_shape_ops *ops, double radius, double speed,
                                  double inward)

@@ -264,10 +264,20 @@ enum mill_status mill_frames_resume(struct mill_h5 *file, const struct mill_deck
     return build(file, deck, world, state->rows, observer, error);
 }
 
-void mill_frames_save(const struct mill_observer *observer, struct mill_frames_state *state)
+uint64_t mill_frames_count(const struct mill_observer *observer)
 {
     const struct frames *frames = (const struct frames *)observer;
-    state->rows = frames->step ? mill_h5_column_rows(frames->step) : 0;
+    return frames->step ? mill_h5_column_rows(frames->step) : 0;
+}
+
+double mill_frames_time(const struct mill_observer *observer, uint64_t k)
+{
+    return due((const struct frames *)observer, k);
+}
+
+void mill_frames_save(const struct mill_observer *observer, struct mill_frames_state *state)
+{
+    state->rows = mill_frames_count(observer);
 }
 
 enum mill_status mill_frames_finish(struct mill_observer *observer, struct mill_error *error)

@@ -2,6 +2,8 @@
  * it. On a straight line one division settles when, and whether in time. */
 #include "plate.h"
 
+#include "mesh.h"
+
 #include <stdlib.h>
 
 struct plate {
@@ -59,8 +61,15 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap,  contact,
-                                          reachable,      release,      NULL, NULL};
+static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                 struct mill_mesh *mesh)
+{
+    const struct plate *w = (const struct plate *)shape;
+    mill_mesh_lid(mesh, &chamber->drum, w->x, w->inward, chamber->tolerance);
+}
+
+static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap,  contact, reachable,
+                                          release,        NULL,         NULL, draw};
 
 struct mill_shape *mill_plate_create(int number, double length)
 {

@@ -6,45 +6,16 @@
 #include "record.h"
 #include "run_private.h"
 #include "summary.h"
+#include "vtkhdf.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
-
 #define MOST_SHARE 0.02 /* of the wall time goes into checkpoints, whatever their interval */
 
-struct run {
-    const struct mill_deck *deck;
-    const struct mill_run_options *options;
-    struct mill_world *world;
-    struct mill_sim *sim;
-    struct mill_h5 *file;
-    struct mill_observer *frames, *series, *log;
-    struct mill_tally *tally;
-    struct mill_checkpoint at; /* to go on from, where `resumes` */
-    bool resumes;
-    double started;               /* [s] of wall time */
-    double due;                   /* [s] of wall time, the next checkpoint */
-    struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
-    bool saved;                   /* there is a checkpoint to come back to */
-    bool unsaved;                 /* the last one failed */
-    const char *note;             /* what --resume found, to be said once the file is ours */
-};
-
-static struct mill_record_cost cost_so_far(const struct run *r)
-{
-    struct mill_record_cost cost = r->cost;
-    cost.wall += mill_run_clock() - r->started;
-    cost.cpu += mill_record_cpu_time();
-    return cost;
-}
-
-static void say(const struct run *r, const char *what)
+static void say(const struct mill_run *r, const char *what)
 {
     struct mill_error line;
     mill_error_set(&line, MILL_OK, "%s: %s", r->options->output, what);
@@ -53,7 +24,7 @@ static void say(const struct run *r, const char *what)
 }
 
 /* What --resume finds: `done` where nothing is left to do, a state to go on from, or none. */
-static enum mill_status look(struct run *r, bool *done, struct mill_error *error)
+static enum mill_status look(struct mill_run *r, bool *done, struct mill_error *error)
 {
     const char *name = r->options->output;
     struct mill_h5 *file;
@@ -85,7 +56,7 @@ static enum mill_status look(struct run *r, bool *done, struct mill_error *error
     return status;
 }
 
-static enum mill_status open_output(struct run *r, struct mill_error *error)
+static enum mill_status open_output(struct mill_run *r, struct mill_error *error)
 {
     const char *name = r->options->output;
     if (r->resumes)
@@ -101,12 +72,14 @@ static enum mill_status open_output(struct run *r, struct mill_error *error)
 }
 
 /* The observers that write as they go: new ones, or those of the state. */
-static enum mill_status make_writers(struct run *r, struct mill_error *error)
+static enum mill_status make_writers(struct mill_run *r, struct mill_error *error)
 {
     const struct mill_checkpoint *at = &r->at;
-    enum mill_status status =
-        r->resumes ? mill_frames_resume(r->file, r->deck, r->world, &at->frames, &r->frames, error)
-                   : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
+    enum mill_status status = mill_vtkhdf_remove(r->file, error);
+    if (status == MILL_OK)
+        status = r->resumes ? mill_frames_resume(r->file, r->deck, r->world, &at->frames,
+                                                 &r->frames, error)
+                            : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
     if (status == MILL_OK)
         status = r->resumes ? mill_series_resume(r->file, r->deck, r->world, &at->series,
                                                  &r->series, error)
@@ -118,7 +91,7 @@ static enum mill_status make_writers(struct run *r, struct mill_error *error)
     return status;
 }
 
-static enum mill_status add_observers(struct run *r, struct mill_error *error)
+static enum mill_status add_observers(struct mill_run *r, struct mill_error *error)
 {
     enum mill_status status = mill_tally_create(r->deck, r->world, &r->tally, error);
     if (status == MILL_OK)
@@ -132,7 +105,7 @@ static enum mill_status add_observers(struct run *r, struct mill_error *error)
     return status;
 }
 
-static void show(const struct run *r, bool begins)
+static void show(const struct mill_run *r, bool begins)
 {
     char known[MILL_SUMMARY_KNOWN];
     struct mill_progress p = {mill_sim_time(r->sim),
@@ -150,7 +123,7 @@ static void show(const struct run *r, bool begins)
 }
 
 /* Sim and tally take up the state; the file is then that of a run that goes on. */
-static enum mill_status take_up(struct run *r, struct mill_error *error)
+static enum mill_status take_up(struct mill_run *r, struct mill_error *error)
 {
     char text[80];
     const enum mill_status status =
@@ -165,59 +138,22 @@ static enum mill_status take_up(struct run *r, struct mill_error *error)
     return status;
 }
 
-static enum mill_status flush_writers(struct run *r, struct mill_error *error)
-{
-    enum mill_status status = mill_frames_finish(r->frames, error);
-    if (status == MILL_OK)
-        status = mill_series_finish(r->series, error);
-    if (status == MILL_OK && r->log)
-        status = mill_impactlog_finish(r->log, error);
-    return status;
-}
-
-/* Everything that is known now into the file; state: to go on from, or NULL. Finishes the tally. */
-static enum mill_status write_all(struct run *r, const char *ended,
-                                  struct mill_checkpoint_state *state, struct mill_error *error)
-{
-    const double local = mill_sim_local_time(r->sim);
-    enum mill_status status = flush_writers(r, error);
-    mill_tally_finish(r->tally, r->world, local);
-    if (status == MILL_OK)
-        status = mill_tally_write(r->tally, r->file, error);
-    const char *by = mill_tally_ended_by(r->tally);
-    const struct mill_record_end end = {
-        ended,
-        mill_sim_time(r->sim),
-        local,
-        cost_so_far(r),
-        mill_record_peak_memory(),
-        by && strcmp(ended, "complete") != 0 ? "none" : by,
-    };
-    if (status == MILL_OK)
-        status = mill_record_finish(r->file, r->world, &end, error);
-    if (status == MILL_OK)
-        status = mill_checkpoint_remove(r->file, error);
-    if (status == MILL_OK && state)
-        status = mill_checkpoint_write(state, r->file, error);
-    return status;
-}
-
-static enum mill_status take_state(const struct run *r, struct mill_checkpoint_state *state,
+static enum mill_status take_state(const struct mill_run *r, struct mill_checkpoint_state *state,
                                    struct mill_error *error)
 {
     const struct mill_checkpoint_parts parts = {r->sim, r->tally, r->frames, r->series, r->log};
-    const struct mill_record_cost cost = cost_so_far(r);
+    const struct mill_record_cost cost = mill_run_cost(r);
     return mill_checkpoint_take(&parts, &cost, state, error);
 }
 
 /* Publishes all results up to now, as if the run ended here, together with the state. */
-static enum mill_status save(struct run *r, struct mill_error *error)
+static enum mill_status save(struct mill_run *r, struct mill_error *error)
 {
     const double before = mill_run_clock();
     struct mill_checkpoint_state state;
     enum mill_status status = take_state(r, &state, error);
     if (status == MILL_OK)
-        status = write_all(r, "running", &state, error);
+        status = mill_run_write(r, "running", &state, error);
     if (status == MILL_OK)
         status = mill_h5_flush(r->file, error);
     /* the state's room in the file is free for what comes */
@@ -237,7 +173,7 @@ static enum mill_status save(struct run *r, struct mill_error *error)
 
 /* Runs in slices of events, sized by the clock so that progress moves on whatever an event costs.
  */
-static enum mill_status advance(struct run *r, struct mill_error *error)
+static enum mill_status advance(struct mill_run *r, struct mill_error *error)
 {
     const double aim = fmin(MILL_RUN_SHOW_EVERY, r->deck->checkpoint);
     uint64_t slice = 1000;
@@ -272,38 +208,22 @@ static enum mill_status advance(struct run *r, struct mill_error *error)
 
 /* Closes the books: everything up to now goes into the file, also after a stop or a failure. A
  * stopped run can go on. */
-static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
+static enum mill_status conclude(struct mill_run *r, enum mill_status ended,
+                                 struct mill_error *error)
 {
     const bool stopped = ended == MILL_STOPPED;
     struct mill_checkpoint_state state = {0};
     enum mill_status status = stopped ? take_state(r, &state, error) : MILL_OK;
     if (status == MILL_OK) {
         mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
-        status = write_all(r, ended == MILL_OK ? "complete" : (stopped ? "stopped" : "failed"),
-                           stopped ? &state : NULL, error);
+        status = mill_run_write(r, ended == MILL_OK ? "complete" : (stopped ? "stopped" : "failed"),
+                                stopped ? &state : NULL, error);
     }
     mill_checkpoint_release(&state);
     return status;
 }
 
-static void summarise(const struct run *r, bool stopped)
-{
-    const struct mill_record_cost cost = cost_so_far(r);
-    const struct mill_summary_facts facts = {cost.wall,
-                                             cost.cpu,
-                                             mill_record_peak_memory(),
-                                             mill_sim_time(r->sim),
-                                             MILL_VERSION,
-                                             mill_deck_file(r->deck),
-                                             r->options->output,
-                                             stopped};
-    if (r->options->json)
-        mill_summary_json(r->options->summary, r->deck, r->world, r->tally, &facts);
-    else
-        mill_summary_print(r->options->summary, r->deck, r->world, r->tally, &facts);
-}
-
-static void release(struct run *r)
+static void release(struct mill_run *r)
 {
     mill_frames_free(r->frames);
     mill_series_free(r->series);
@@ -314,7 +234,7 @@ static void release(struct run *r)
 }
 
 /* The mill as the deck or the state says, and a file that holds what is known so far. */
-static enum mill_status prepare(struct run *r, struct mill_error *error)
+static enum mill_status prepare(struct mill_run *r, struct mill_error *error)
 {
     enum mill_status status = mill_run_build(r->deck, r->options, &r->world, error);
     if (status == MILL_OK)
@@ -332,7 +252,7 @@ static enum mill_status prepare(struct run *r, struct mill_error *error)
     if (status == MILL_OK)
         show(r, true);
     if (status == MILL_OK)
-        status = flush_writers(r, error);
+        status = mill_run_flush(r, error);
     /* what --force replaces stays until there are results to put in its place */
     if (status == MILL_OK && r->options->force && access(r->options->output, F_OK) == 0)
         return MILL_OK;
@@ -340,29 +260,17 @@ static enum mill_status prepare(struct run *r, struct mill_error *error)
     return status == MILL_OK ? mill_h5_flush(r->file, error) : status;
 }
 
-static enum mill_status close_output(struct run *r, struct mill_error *error)
+static enum mill_status close_output(struct mill_run *r, struct mill_error *error)
 {
     struct mill_h5 *file = r->file;
     r->file = NULL;
     return mill_h5_close(file, error);
 }
 
-/* The file could not be written any more: what is not lost. */
-static void explain(const struct run *r, struct mill_error *error)
-{
-    const struct mill_error what = *error;
-    if (access(r->options->output, F_OK) != 0)
-        return;
-    mill_error_set(error, MILL_FAILED, "%s; %s", what.text,
-                   r->saved ? "the file is as at its last checkpoint, and --resume goes on from "
-                              "there"
-                            : "there is no checkpoint yet, so --resume starts from the beginning");
-}
-
 enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
                           struct mill_error *error)
 {
-    struct run r = {0};
+    struct mill_run r = {0};
     struct mill_error later = {""};
     bool done = false;
     r.deck = deck;
@@ -386,12 +294,12 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
             *error = later;
         if (written != MILL_OK) {
             status = written;
-            explain(&r, error);
+            mill_run_explain(&r, error);
         }
     }
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED)
-        summarise(&r, status == MILL_STOPPED);
+        mill_run_summarise(&r, status == MILL_STOPPED);
     if (options->paranoid && r.sim)
         *options->paranoid = mill_sim_checks(r.sim);
     release(&r);

@@ -8,6 +8,7 @@
 #include "millsim/kinds.h"
 #include "millsim/poly.h"
 #include "millsim/vec3.h"
+#include "profile.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -50,6 +51,14 @@ struct mill_contact {
 /* [m] a search by steps takes a gap below this for closed: some 50 roundings of a position */
 #define MILL_SHAPE_CLOSED 1e-15
 
+/* How far a mill reaches, for shapes that end where others begin */
+struct mill_chamber {
+    struct mill_profile drum;
+    double half_length; /* [m] */
+    double tolerance;   /* [m] of what is drawn with flats */
+};
+
+struct mill_mesh;
 struct mill_shape;
 
 struct mill_shape_ops {
@@ -75,6 +84,8 @@ struct mill_shape_ops {
      * shape on which no ball ever does. */
     bool (*beside)(const struct mill_shape *, vec3 centre, double radius,
                    struct mill_contact *contact);
+    /* Adds what balls can see of it, the rotor at angle 0. */
+    void (*draw)(const struct mill_shape *, const struct mill_chamber *, struct mill_mesh *);
 };
 
 /* Every shape starts with this. */
@@ -100,5 +111,9 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
         return other;
     return k;
 }
+
+/* What a drum draws, whatever its profile: it is the chamber's wall. */
+void mill_shape_draw_drum(const struct mill_shape *, const struct mill_chamber *,
+                          struct mill_mesh *);
 
 #endif

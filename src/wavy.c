@@ -405,8 +405,9 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_DRUM, next_contact, gap,   contact,
-                                          reachable,      release,      parts, beside};
+static const struct mill_shape_ops ops = {MILL_BALL_DRUM, next_contact, gap,
+                                          contact,        reachable,    release,
+                                          parts,          beside,       mill_shape_draw_drum};
 
 /* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
 static void set_edge(struct arc *outer, int edge, const struct arc *inner)
