@@ -1,0 +1,349 @@
+/* What shapes draw: triangles on their true surfaces, seen from the balls' side, without gaps. One
+ * contract for all kinds, checked with the gap and the contact that the event loop uses. */
+#include "outline.h"
+#include "wavy_fixture.h"
+
+#define MANY 40
+
+static struct mill_chamber chamber_of(const struct mill_profile *profile)
+{
+    const struct mill_chamber chamber = {*profile, 0.5 * drum_length, 1e-3 * R};
+    return chamber;
+}
+
+static struct mill_mesh drawn(const struct mill_shape *shape, const struct mill_chamber *chamber)
+{
+    struct mill_mesh mesh = {0};
+    shape->ops->draw(shape, chamber, &mesh);
+    ck_assert(!mesh.failed && mesh.triangles > 0);
+    return mesh;
+}
+
+static vec3 corner(const struct mill_mesh *mesh, size_t triangle, int k)
+{
+    const int64_t point = mesh->corner[triangle][k];
+    ck_assert(point >= 0 && point < (int64_t)mesh->points);
+    return mesh->point[point];
+}
+
+/* Half the cross product of two sides: its length is the area, its direction where it faces */
+static vec3 facing(const struct mill_mesh *mesh, size_t t)
+{
+    const vec3 a = corner(mesh, t, 0);
+    return vec3_scale(vec3_cross(vec3_sub(corner(mesh, t, 1), a), vec3_sub(corner(mesh, t, 2), a)),
+                      0.5);
+}
+
+/* Of the body that the triangles enclose, counter-clockwise seen from outside [m^3] */
+static double volume(const struct mill_mesh *mesh)
+{
+    double sum = 0.0;
+    for (size_t t = 0; t < mesh->triangles; t++)
+        sum +=
+            vec3_dot(corner(mesh, t, 0), vec3_cross(corner(mesh, t, 1), corner(mesh, t, 2))) / 6.0;
+    return sum;
+}
+
+/* ---- edges ---- */
+
+struct edge {
+    vec3 from, to;
+    int way; /* +1 as it is, -1 turned round */
+};
+
+static int order(vec3 a, vec3 b)
+{
+    if (a.x != b.x)
+        return a.x < b.x ? -1 : 1;
+    if (a.y != b.y)
+        return a.y < b.y ? -1 : 1;
+    return a.z == b.z ? 0 : (a.z < b.z ? -1 : 1);
+}
+
+static int compare(const void *one, const void *two)
+{
+    const struct edge *a = one, *b = two;
+    const int from = order(a->from, b->from);
+    return from ? from : order(a->to, b->to);
+}
+
+static size_t add_edges(const struct mill_mesh *mesh, struct edge *edge)
+{
+    size_t n = 0;
+    for (size_t t = 0; t < mesh->triangles; t++) {
+        for (int k = 0; k < 3; k++) {
+            const struct edge e = {corner(mesh, t, k), corner(mesh, t, (k + 1) % 3), 1};
+            const struct edge turned = {e.to, e.from, -1};
+            const int way = order(e.from, e.to);
+            if (way != 0) /* a flat of no length joins what is one */
+                edge[n++] = way < 0 ? e : turned;
+        }
+    }
+    return n;
+}
+
+/* Every edge is walked once each way, its ends being the same to the bit. */
+static void assert_closed(const struct mill_mesh *mesh, size_t meshes)
+{
+    size_t n = 0, room = 0;
+    for (size_t k = 0; k < meshes; k++)
+        room += 3 * mesh[k].triangles;
+    struct edge *edge = malloc(room * sizeof *edge);
+    for (size_t k = 0; k < meshes; k++)
+        n += add_edges(&mesh[k], edge + n);
+    qsort(edge, n, sizeof *edge, compare);
+    for (size_t i = 0; i < n;) {
+        int sum = 0;
+        size_t k = i;
+        for (; k < n && compare(&edge[i], &edge[k]) == 0; k++)
+            sum += edge[k].way;
+        ck_assert_msg(sum == 0 && k - i >= 2, "edge (%g %g %g)-(%g %g %g) is open", edge[i].from.x,
+                      edge[i].from.y, edge[i].from.z, edge[i].to.x, edge[i].to.y, edge[i].to.z);
+        i = k;
+    }
+    free(edge);
+}
+
+/* ---- the mills that are looked at ---- */
+
+/* A round drum, then wavy ones; the blade at any angle and pitch */
+static struct mill_profile build_mill(uint64_t *seed, int which, struct mill *mill)
+{
+    struct wavy_mill wavy;
+    struct mill_deck_blade spec = blade_spec(0.06, 0.012, 0.007, uniform(seed, -2.0, 2.0));
+    spec.angle = uniform(seed, -4.0, 4.0);
+    spec.position = uniform(seed, -0.03, 0.03);
+    if (which == 0) {
+        mill_build(mill, &spec, 0.0);
+        return mill_profile_make(2, drum_radius, 0.0, 0.0);
+    }
+    build_random(seed, &wavy);
+    *mill = wavy.mill;
+    mill->shape[BLADE]->ops->free(mill->shape[BLADE]);
+    mill->shape[BLADE] = mill_blade_create(&spec, 0, 0.0, drum_radius);
+    return wavy.profile;
+}
+
+START_TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
+{
+    uint64_t seed = 1;
+    for (int which = 0; which < MANY; which++) {
+        struct mill mill;
+        const struct mill_profile profile = build_mill(&seed, which, &mill);
+        const struct mill_chamber chamber = chamber_of(&profile);
+        for (int k = 0; k < SHAPES; k++) {
+            const struct mill_shape *shape = mill.shape[k];
+            struct mill_mesh mesh = drawn(shape, &chamber);
+            for (size_t i = 0; i < mesh.points; i++) {
+                if (k == SHAFT && mesh.point[i].y == 0.0 && mesh.point[i].z == 0.0)
+                    continue; /* the middle of its ends, which no ball meets */
+                ck_assert_double_le(fabs(shape->ops->gap(shape, mesh.point[i], 0.0, 0.0)), 1e-15);
+            }
+            for (size_t t = 0; t < mesh.triangles; t++) {
+                const vec3 a = corner(&mesh, t, 0), b = corner(&mesh, t, 1);
+                const vec3 c = corner(&mesh, t, 2);
+                const vec3 spot[4] = {vec3_scale(vec3_add(a, vec3_add(b, c)), 1.0 / 3.0),
+                                      vec3_scale(vec3_add(a, b), 0.5),
+                                      vec3_scale(vec3_add(b, c), 0.5),
+                                      vec3_scale(vec3_add(c, a), 0.5)};
+                if (k == SHAFT && fabs(fabs(spot[0].x) - 0.5 * drum_length) < 1e-12)
+                    continue; /* nor these */
+                if (k == BLADE)
+                    continue; /* between its corners a box is flat: its volume tells */
+                for (int i = 0; i < 4; i++)
+                    ck_assert_double_le(fabs(shape->ops->gap(shape, spot[i], 0.0, 0.0)),
+                                        chamber.tolerance * (1.0 + 1e-9));
+            }
+            mill_mesh_free(&mesh);
+        }
+        mill_demolish(&mill);
+    }
+}
+END_TEST
+
+START_TEST(every_triangle_faces_the_balls)
+{
+    uint64_t seed = 2;
+    for (int which = 0; which < MANY; which++) {
+        struct mill mill;
+        const struct mill_profile profile = build_mill(&seed, which, &mill);
+        const struct mill_chamber chamber = chamber_of(&profile);
+        for (int k = 0; k < SHAPES; k++) {
+            struct mill_mesh mesh = drawn(mill.shape[k], &chamber);
+            for (size_t t = 0; t < mesh.triangles; t++) {
+                const vec3 n = facing(&mesh, t);
+                const double area = vec3_norm(n);
+                vec3 at = vec3_add(corner(&mesh, t, 0),
+                                   vec3_add(corner(&mesh, t, 1), corner(&mesh, t, 2)));
+                if (area < 1e-13) /* a sliver faces nowhere */
+                    continue;
+                at = vec3_axpy(vec3_scale(at, 1.0 / 3.0), 1e-9 / area, n);
+                const bool end = k == SHAFT && fabs(at.x) > 0.5 * drum_length;
+                const vec3 expected =
+                    end ? vec3_make(at.x > 0.0 ? 1.0 : -1.0, 0.0, 0.0)
+                        : mill.shape[k]->ops->contact(mill.shape[k], at, 0.0, 0.0).normal;
+                ck_assert_double_ge(vec3_dot(n, expected) / area, 0.985);
+            }
+            mill_mesh_free(&mesh);
+        }
+        mill_demolish(&mill);
+    }
+}
+END_TEST
+
+START_TEST(drum_and_end_walls_enclose_the_chamber)
+{
+    uint64_t seed = 3;
+    for (int which = 0; which < MANY; which++) {
+        struct mill mill;
+        const struct mill_profile profile = build_mill(&seed, which, &mill);
+        const struct mill_chamber chamber = chamber_of(&profile);
+        struct mill_mesh mesh[3];
+        double enclosed = 0.0;
+        for (int k = 0; k < 3; k++) {
+            mesh[k] = drawn(mill.shape[DRUM + k], &chamber);
+            enclosed -= volume(&mesh[k]); /* seen from within */
+        }
+        assert_closed(mesh, 3);
+        /* chords between points of arcs that bulge outwards and inwards: off either way */
+        const double exact = mill_profile_area(&profile) * drum_length;
+        ck_assert_double_le(fabs(enclosed - exact), 4e-3 * exact);
+        for (int k = 0; k < 3; k++)
+            mill_mesh_free(&mesh[k]);
+        mill_demolish(&mill);
+    }
+}
+END_TEST
+
+START_TEST(an_end_wall_has_no_folds)
+{
+    uint64_t seed = 4;
+    for (int which = 0; which < 3 * MANY; which++) {
+        struct mill mill;
+        const struct mill_profile profile = build_mill(&seed, which, &mill);
+        const struct mill_chamber chamber = chamber_of(&profile);
+        for (int k = WALL_0; k <= WALL_1; k++) {
+            struct mill_mesh mesh = drawn(mill.shape[k], &chamber);
+            const double side = k == WALL_0 ? 1.0 : -1.0;
+            for (size_t t = 0; t < mesh.triangles; t++)
+                ck_assert_double_ge(side * facing(&mesh, t).x, -1e-17);
+            mill_mesh_free(&mesh);
+        }
+        mill_demolish(&mill);
+    }
+}
+END_TEST
+
+START_TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
+{
+    uint64_t seed = 5;
+    for (int which = 0; which < MANY; which++) {
+        struct mill mill;
+        const struct mill_profile profile = build_mill(&seed, which, &mill);
+        const struct mill_chamber chamber = chamber_of(&profile);
+        const double rod = PI * shaft_radius * shaft_radius * drum_length;
+        struct mill_mesh shaft = drawn(mill.shape[SHAFT], &chamber);
+        struct mill_mesh blade = drawn(mill.shape[BLADE], &chamber);
+        assert_closed(&shaft, 1);
+        assert_closed(&blade, 1);
+        ck_assert_double_le(fabs(volume(&blade) - 0.06 * 0.012 * 0.007), 1e-18);
+        ck_assert(volume(&shaft) < rod && volume(&shaft) > 0.98 * rod);
+        mill_mesh_free(&shaft);
+        mill_mesh_free(&blade);
+        mill_demolish(&mill);
+    }
+}
+END_TEST
+
+START_TEST(a_finer_tolerance_means_more_and_smaller_flats)
+{
+    const struct mill_profile circle = mill_profile_make(2, R, 0.0, 0.3);
+    double before = INFINITY;
+    for (double tolerance = 1e-3; tolerance > 1e-9; tolerance *= 0.1) {
+        struct mill_mesh mesh = {0};
+        double off = 0.0;
+        mill_mesh_mantle(&mesh, &circle, 0.06, tolerance, true);
+        for (size_t t = 0; t < mesh.triangles; t++) {
+            for (int k = 0; k < 3; k++) {
+                const vec3 at =
+                    vec3_scale(vec3_add(corner(&mesh, t, k), corner(&mesh, t, (k + 1) % 3)), 0.5);
+                off = fmax(off, R - sqrt(at.y * at.y + at.z * at.z));
+            }
+        }
+        ck_assert_double_le(off, fmin(tolerance, 0.01 * R) * (1.0 + 1e-9));
+        ck_assert_double_lt(off, before);
+        before = off;
+        mill_mesh_free(&mesh);
+    }
+}
+END_TEST
+
+START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
+{
+    uint64_t seed = 6;
+    struct mill mill;
+    struct mill_deck deck = {.drum_radius = drum_radius, .drum_length = drum_length};
+    build_mill(&seed, 0, &mill);
+    struct mill_world world = {.shapes = SHAPES, .shape = mill.shape};
+    struct mill_outline still, turning;
+    ck_assert_int_eq(mill_outline_make(&deck, &world, false, &still, NULL), MILL_OK);
+    ck_assert_int_eq(mill_outline_make(&deck, &world, true, &turning, NULL), MILL_OK);
+    size_t of_kind[MILL_KINDS] = {0};
+    for (size_t t = 0; t < still.mesh.triangles; t++) {
+        const double x = corner(&still.mesh, t, 0).x;
+        const bool flat = corner(&still.mesh, t, 1).x == x && corner(&still.mesh, t, 2).x == x;
+        ck_assert_int_eq(still.kind[t], flat ? MILL_BALL_WALL : MILL_BALL_DRUM);
+        ck_assert_int_eq(still.number[t], flat ? x > 0.0 : -1);
+        of_kind[still.kind[t]]++;
+    }
+    for (size_t t = 0; t < turning.mesh.triangles; t++) {
+        ck_assert_int_eq(turning.number[t], turning.kind[t] == MILL_BALL_BLADE ? 0 : -1);
+        of_kind[turning.kind[t]]++;
+    }
+    ck_assert_uint_eq(of_kind[MILL_BALL_BLADE], 12);
+    ck_assert(of_kind[MILL_BALL_SHAFT] > 60 && of_kind[MILL_BALL_DRUM] > 100);
+    ck_assert_uint_eq(of_kind[MILL_BALL_DRUM], of_kind[MILL_BALL_WALL]);
+    mill_outline_free(&still);
+    mill_outline_free(&turning);
+    mill_demolish(&mill);
+}
+END_TEST
+
+START_TEST(without_a_rotor_nothing_turns)
+{
+    uint64_t seed = 7;
+    struct mill mill;
+    struct mill_deck deck = {.drum_radius = drum_radius, .drum_length = drum_length};
+    struct mill_outline turning;
+    build_mill(&seed, 0, &mill);
+    struct mill_world world = {.shapes = SHAFT, .shape = mill.shape};
+    ck_assert_int_eq(mill_outline_make(&deck, &world, true, &turning, NULL), MILL_OK);
+    ck_assert_uint_eq(turning.mesh.triangles, 0);
+    mill_outline_free(&turning);
+    mill_demolish(&mill);
+}
+END_TEST
+
+int main(void)
+{
+    const TTest *const claims[] = {
+        corners_lie_on_the_surface_and_flats_within_the_tolerance,
+        every_triangle_faces_the_balls,
+        drum_and_end_walls_enclose_the_chamber,
+        an_end_wall_has_no_folds,
+        shaft_and_blade_are_closed_bodies_of_their_volume,
+        a_finer_tolerance_means_more_and_smaller_flats,
+        the_outline_tells_what_turns_and_names_every_triangle,
+        without_a_rotor_nothing_turns,
+    };
+    Suite *suite = suite_create("outline");
+    TCase *tests = tcase_create("outline");
+    for (size_t k = 0; k < sizeof claims / sizeof *claims; k++)
+        tcase_add_test(tests, claims[k]);
+    suite_add_tcase(suite, tests);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
