@@ -153,7 +153,7 @@ static void put_steps(struct scene *s, bool first, bool moving, size_t points)
 static void put_cells(struct scene *s, bool first, const char *group, size_t cells, size_t each,
                       const int64_t *corner)
 {
-    const size_t corners = cells * each, none = 0;
+    const size_t corners = cells * each;
     char name[NAME];
     for (size_t k = 0; k < sizeof cell_groups / sizeof *cell_groups; k++) {
         if (strcmp(cell_groups[k], group) == 0)
@@ -165,7 +165,8 @@ static void put_cells(struct scene *s, bool first, const char *group, size_t cel
         put_number(s, "Lines/NumberOfCells", 0, "no cells of this kind");
         link_to(s, BALLS "/Lines/NumberOfCells", "Lines/NumberOfConnectivityIds");
         link_to(s, BALLS "/Lines/NumberOfCells", "Lines/Offsets");
-        put(s, "Lines/Connectivity", MILL_H5_I64, 1, &none, NULL, "1", "no cells of this kind");
+        /* growing, not fixed: h5repack cannot pack a fixed array of nothing */
+        put_rows(s, "Lines/Connectivity", 0, 1, 0, 0, "no cells of this kind");
     }
     snprintf(name, sizeof name, "%s/NumberOfCells", group);
     put_number(s, name, (int64_t)cells, "number of cells");
