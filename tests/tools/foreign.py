@@ -1,10 +1,8 @@
 """A run of millsim as if another program had made it: decks, and handing its own output file to milltools.results."""
 
-import configparser
 import os
 import subprocess
 import sys
-import types
 from pathlib import Path
 from time import process_time
 
@@ -17,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MILLSIM = Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 sys.path.insert(0, str(ROOT / "tools"))
 
+from milltools.deck import Deck as deck_of  # of a text as `millsim --check` prints it
 from milltools.results import Results
 
 # The last of four revolutions is cut off; frames at twice the rate of the maps' snapshots, so that they include
@@ -98,20 +97,6 @@ RUN = {
     "steps": (300_000, "1", "time steps"),
     "modulus": (2.1e11, "Pa", "Young's modulus of balls and walls"),
 }
-
-
-def deck_of(text):
-    """What milltools.deck.Deck offers, of a text as `millsim --check` prints it."""
-    parser = configparser.ConfigParser(inline_comment_prefixes="#", interpolation=None)
-    parser.read_string(text)
-
-    def number(key, default=None):
-        section, _, name = key.rpartition(".")
-        value = parser.get(section, name, fallback=None)
-        return default if value is None else float(value.split()[0])
-
-    sections = {name: dict(parser[name]) for name in parser.sections()}
-    return types.SimpleNamespace(text=text, number=number, sections=sections)
 
 
 def simulate(folder, text):

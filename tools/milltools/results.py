@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 
 import milltools.tally_write as sheet
+from milltools import vtkhdf
 from milltools.h5write import (
     VERSIONS,
     Disk,
@@ -297,6 +298,8 @@ class Results:
             self._write_deck(file.create_group("deck"))
             self._write_run(file.create_group("run"), facts, status, float(time))
             self._write_statistics(file.create_group("statistics"), float(time))
+            if status != "running":
+                vtkhdf.write(file, self.deck)
 
     @staticmethod
     def _write_head(file, program, version):
