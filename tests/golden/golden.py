@@ -43,7 +43,7 @@ DECKS = {
 }
 
 # In these groups all values are hashed, but for what depends on the machine or on where the deck lies
-GROUPS = ("particles", "observables", "statistics", "impacts", "deck", "run")
+GROUPS = ("particles", "VTKHDF", "observables", "statistics", "impacts", "deck", "run")
 APART = {
     *(f"/run/{name}" for name in ("version", "compiler", "flags", "hdf5", "gsl", "command")),
     *(f"/run/{name}" for name in ("started", "wall_time", "cpu_time", "peak_memory")),

@@ -52,6 +52,12 @@ def _begin_block(root, name):
     return block
 
 
+def _link(block, name, existing):
+    """Another name for what stands elsewhere in the file; groups on the way are h5py's own, which note no times."""
+    group, _, leaf = name.rpartition("/")
+    (block.require_group(group) if group else block)[leaf] = existing
+
+
 def _numbers(block, name, rows, text):
     rows = np.asarray(rows)
     put_column(block, name, rows, "<i8", "1", text)
@@ -72,7 +78,7 @@ def _put_cells(block, kind, corners, each):
             continue
         _number(block, "Lines/NumberOfCells", 0, NONE)
         for same in ("NumberOfConnectivityIds", "Offsets"):
-            block[f"Lines/{same}"] = block["Lines/NumberOfCells"]
+            _link(block, f"Lines/{same}", block["Lines/NumberOfCells"])
         _numbers(block, "Lines/Connectivity", np.empty(0, int), NONE)
     count = len(corners) // each
     _number(block, f"{kind}/NumberOfCells", count, "number of cells")
@@ -90,7 +96,7 @@ def _put_steps(file, block, moving):
     """Times and offsets of the steps; moving: each has its own points, else all have the same."""
     times = file[f"{TRAJECTORY}/position/time"]
     count, first = len(times), block.parent["balls"]
-    block["Steps/Values"] = times
+    _link(block, "Steps/Values", times)
     steps = block["Steps"]
     steps.attrs.create("NSteps", np.int64(count))
     if block == first:
@@ -140,10 +146,10 @@ def _put_balls(file, block):
     for name, what in (("velocity", "velocities"), ("angular_velocity", "angular velocities")):
         text = f"{what} of the balls, frame after frame"
         _put_view(block, f"PointData/{name}", balls[f"{name}/value"], text)
-        block[f"Steps/PointDataOffsets/{name}"] = block["Steps/PointOffsets"]
+        _link(block, f"Steps/PointDataOffsets/{name}", block["Steps/PointOffsets"])
     for name in ("diameter", "id", "mass", "species"):
-        block[f"PointData/{name}"] = balls[name]
-        block[f"Steps/PointDataOffsets/{name}"] = block["Steps/PartOffsets"]
+        _link(block, f"PointData/{name}", balls[name])
+        _link(block, f"Steps/PointDataOffsets/{name}", block["Steps/PartOffsets"])
 
 
 # ---- drum and rotor
@@ -204,4 +210,4 @@ def _put_body(file, root, name, body, speed):
     text = "number of the blade or end wall, -1 for drum and shaft"
     put(block, "CellData/number", number, "1", text, "<i4")
     for item in ("kind", "number"):
-        block[f"Steps/CellDataOffsets/{item}"] = block["Steps/PartOffsets"]
+        _link(block, f"Steps/CellDataOffsets/{item}", block["Steps/PartOffsets"])
