@@ -5,8 +5,8 @@
 
 #include <stdlib.h>
 
-#define FLAT 1e-3 /* of the drum's radius: no triangle is farther from the surface it stands for   \
-                   */
+/* Of the drum's radius: no triangle is farther from the surface that it stands for. */
+#define FLAT 1e-3
 
 static struct mill_chamber chamber_of(const struct mill_deck *deck)
 {
