@@ -118,6 +118,31 @@ def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_pat
     assert run == deck != other
 
 
+def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp_path):
+    turned = {}
+    for part in ("drum", "shaft", "blades"):
+        for time in ("0 s", "25 ms"):  # a quarter of a turn at 600 rpm
+            words = ("export", "deck.ini", "mill.stl", "--part", part, "--time", time)
+            done = mill(*words)
+            assert (done.returncode, done.stderr) == (0, "")
+            at = "0 s" if time == "0 s" else "0.025 s"
+            assert done.stdout.startswith(f"mill.stl: {part} at {at}: ")
+            turned[part, time] = read(tmp_path / "mill.stl")[2]
+    assert (turned["drum", "0 s"] == turned["drum", "25 ms"]).all()
+    for part in ("shaft", "blades"):
+        x, y, z = np.moveaxis(turned[part, "0 s"], -1, 0)
+        quarter = np.stack([x, -z, y], axis=-1)  # +y has come to +z
+        assert turned[part, "25 ms"] == pytest.approx(quarter, abs=1e-8)
+        assert len(bodies(turned[part, "25 ms"])) == len(bodies(turned[part, "0 s"]))
+
+
+def test_a_frame_of_a_run_is_a_time(millsim, mill, small_deck, tmp_path):
+    assert millsim("deck.ini", "-q", "-s", "run.time=20 ms").returncode == 0
+    assert mill("export", "deck.h5", "frame.stl", "--frame", "3").returncode == 0
+    assert mill("export", "deck.h5", "time.stl", "--time", "15 ms").returncode == 0
+    assert (tmp_path / "frame.stl").read_bytes() == (tmp_path / "time.stl").read_bytes()
+
+
 def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(
     mill, small_deck, tmp_path
 ):

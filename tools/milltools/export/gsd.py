@@ -8,7 +8,6 @@ walls are no neighbours.
 
 import numpy as np
 
-from milltools import engine
 from milltools.errors import UserError
 from milltools.export import source, whole
 from milltools.profile import Profile
@@ -25,11 +24,10 @@ def write(arguments):
         first, times = _still(run, gsd.hoomd.Frame()), source.stored(run)
         with whole.file(arguments.file) as draft:
             draft.touch()  # with the rights that new files have here; gsd would let nobody else read it
-            file = gsd.fl.GSDFile(str(draft), "w", f"millsim {engine.version()}", "hoomd", [1, 4])
+            file = gsd.fl.GSDFile(str(draft), "w", f"{run.program} {run.version}", "hoomd", [1, 4])
             with gsd.hoomd.HOOMDTrajectory(file) as out:
                 for index in whole.steps(chosen, arguments.file):
                     out.append(_move(run, first, index, times[index]))
-                    out.flush()  # else a disk that is full is noticed as late as in close()
         return whole.words(arguments.file, len(chosen), first.particles.N)
 
 

@@ -76,7 +76,8 @@ def asked_time(arguments) -> float:
 def write(arguments):
     """Binary STL: 80 bytes of head, the number of triangles, 50 bytes a triangle, little-endian."""
     deck = source.deck_of(arguments.source, arguments.set)
-    parts = at_time(deck, bodies(deck, arguments), asked_time(arguments))
+    time = asked_time(arguments)
+    parts = at_time(deck, bodies(deck, arguments), time)
     corners = np.concatenate([body for solids in parts.values() for body in solids])
     rows = np.zeros(
         len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")]
@@ -89,4 +90,4 @@ def write(arguments):
     content = head + np.uint32(len(rows)).astype("<u4").tobytes() + rows.tobytes()
     with whole.file(arguments.file) as draft:
         draft.write_bytes(content)
-    return f"{names}: {len(rows)} triangles, {whole.size(len(content))}"
+    return f"{names} at {time:.6g} s: {len(rows)} triangles, {whole.size(len(content))}"
