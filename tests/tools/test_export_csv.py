@@ -1,5 +1,6 @@
 """mill export writes tables as CSV: pandas reads the numbers that h5py reads, to the last bit."""
 
+# ruff: noqa: F811 - the fixtures of export_run
 import csv
 import io
 import shutil
@@ -20,7 +21,7 @@ def read(path, **types):
     return pd.read_csv(path, dtype=types)
 
 
-def bits(column, stored):  # noqa: F811
+def bits(column, stored):
     """A column is the stored one: the same bytes once it has the stored type."""
     stored = np.asarray(stored)
     column = np.asarray(column)
@@ -35,7 +36,7 @@ def heads(letter, unit):
 # ---- balls
 
 
-def test_pandas_reads_the_balls_to_the_last_bit(export, run_file, stored, tmp_path):  # noqa: F811
+def test_pandas_reads_the_balls_to_the_last_bit(export, run_file, stored, tmp_path):
     status, out, err = export(run_file, "balls.csv")
     assert (status, err) == (0, "")
     assert out.startswith("balls.csv: 253 rows (11 frames of 23 balls), ")
@@ -57,7 +58,7 @@ def test_pandas_reads_the_balls_to_the_last_bit(export, run_file, stored, tmp_pa
         assert bits(table[head], np.tile(group[name][:], FRAMES))
 
 
-def test_numbers_have_no_more_digits_than_it_takes(export, run_file, tmp_path):  # noqa: F811
+def test_numbers_have_no_more_digits_than_it_takes(export, run_file, tmp_path):
     assert export(run_file, "balls.csv", "--frame", -1)[0] == 0
     with open(tmp_path / "balls.csv", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -70,7 +71,7 @@ def test_numbers_have_no_more_digits_than_it_takes(export, run_file, tmp_path): 
             assert np.float32(f"{value:.{digits - 2}e}") != value
 
 
-def test_chosen_frames_only(export, run_file, tmp_path):  # noqa: F811
+def test_chosen_frames_only(export, run_file, tmp_path):
     assert export(run_file, "balls.csv", "--from", "10 ms", "--every", 4)[0] == 0
     assert sorted(set(read(tmp_path / "balls.csv")["frame"])) == [2, 6, 10]
 
@@ -78,7 +79,7 @@ def test_chosen_frames_only(export, run_file, tmp_path):  # noqa: F811
 # ---- impacts
 
 
-def test_pandas_reads_the_impact_log_to_the_last_bit(export, run_file, stored, tmp_path):  # noqa: F811
+def test_pandas_reads_the_impact_log_to_the_last_bit(export, run_file, stored, tmp_path):
     status, out, _ = export(run_file, "log.csv", "--what", "impacts")
     log = stored["impacts"]
     rows = len(log["time"])
@@ -101,7 +102,7 @@ def test_pandas_reads_the_impact_log_to_the_last_bit(export, run_file, stored, t
     assert table[["nx", "ny", "nz"]].to_numpy().tobytes() == log["normal"][:].tobytes()
 
 
-def test_impacts_of_a_while(export, run_file, stored, tmp_path, monkeypatch):  # noqa: F811
+def test_impacts_of_a_while(export, run_file, stored, tmp_path, monkeypatch):
     from milltools.export import csv as module
 
     monkeypatch.setattr(module, "BLOCK", 7)  # many blocks
@@ -113,7 +114,7 @@ def test_impacts_of_a_while(export, run_file, stored, tmp_path, monkeypatch):  #
     assert bits(found, time[(time >= low) & (time <= high)])
 
 
-def test_a_while_without_impacts_has_a_head_and_no_rows(export, run_file, tmp_path):  # noqa: F811
+def test_a_while_without_impacts_has_a_head_and_no_rows(export, run_file, tmp_path):
     assert export(run_file, "log.csv", "--what", "impacts", "--from", "1 s")[:2] == (
         0,
         f"log.csv: 0 rows, {(tmp_path / 'log.csv').stat().st_size} bytes\n",
@@ -121,7 +122,7 @@ def test_a_while_without_impacts_has_a_head_and_no_rows(export, run_file, tmp_pa
     assert read(tmp_path / "log.csv").columns[0] == "time [s]"
 
 
-def test_a_run_that_logged_no_impacts_is_told(export, tmp_path):  # noqa: F811
+def test_a_run_that_logged_no_impacts_is_told(export, tmp_path):
     make(tmp_path, "plain.h5", "-s", "output.impacts=statistics", "-s", "run.time=1 ms")
     line = "plain.h5: has no /impacts/time: single impacts are kept with output.impacts = all"
     assert export("plain.h5", "a.csv", "--what", "impacts") == (2, "", f"mill export: {line}\n")
@@ -131,7 +132,7 @@ def test_a_run_that_logged_no_impacts_is_told(export, tmp_path):  # noqa: F811
 # ---- series
 
 
-def test_pandas_reads_every_series_to_the_last_bit(export, run_file, stored, tmp_path):  # noqa: F811
+def test_pandas_reads_every_series_to_the_last_bit(export, run_file, stored, tmp_path):
     assert export(run_file, "series.csv", "--what", "series")[0] == 0
     table = read(tmp_path / "series.csv")
     series = stored["observables"]
@@ -151,7 +152,7 @@ def test_pandas_reads_every_series_to_the_last_bit(export, run_file, stored, tmp
     assert len(left) == 3 + 4 + 5 + 4 + 15 - 1  # the rest of all there are
 
 
-def test_series_of_a_while(export, run_file, tmp_path):  # noqa: F811
+def test_series_of_a_while(export, run_file, tmp_path):
     words = ("--what", "series", "--from", "10 ms", "--to", "13 ms")
     assert export(run_file, "series.csv", *words)[0] == 0
     assert list(read(tmp_path / "series.csv")["time [s]"].round(9)) == [0.01, 0.011, 0.012, 0.013]
@@ -160,7 +161,7 @@ def test_series_of_a_while(export, run_file, tmp_path):  # noqa: F811
 # ---- spectra
 
 
-def test_spectra_have_every_bin_of_every_kind(export, run_file, stored, tmp_path):  # noqa: F811
+def test_spectra_have_every_bin_of_every_kind(export, run_file, stored, tmp_path):
     assert export(run_file, "spectra.csv", "--what", "spectra")[0] == 0
     table = read(tmp_path / "spectra.csv")
     seconds = stored["statistics/duration"][()]
@@ -181,7 +182,7 @@ def test_spectra_have_every_bin_of_every_kind(export, run_file, stored, tmp_path
     assert len(table.groupby(["group", "kind", "speed"])) == 2 * 5 * 2
 
 
-def test_a_run_without_statistics_has_no_spectra(export, run_file, tmp_path):  # noqa: F811
+def test_a_run_without_statistics_has_no_spectra(export, run_file, tmp_path):
     shutil.copy(run_file, tmp_path / "early.h5")
     with h5py.File(tmp_path / "early.h5", "r+") as file:
         del file["statistics"]
@@ -201,7 +202,7 @@ def test_a_run_without_statistics_has_no_spectra(export, run_file, tmp_path):  #
         (["a.csv", "--what", "spectra", "--to", "1 s"], "--to: spectra are of the whole sampled window"),
     ],
 )  # fmt: skip
-def test_what_a_table_cannot_be_is_one_line(export, run_file, tmp_path, words, line):  # noqa: F811
+def test_what_a_table_cannot_be_is_one_line(export, run_file, tmp_path, words, line):
     assert export(run_file, *words) == (2, "", f"mill export: {line}\n")
     assert names(tmp_path) == []
 

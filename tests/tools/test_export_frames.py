@@ -1,5 +1,6 @@
 """mill export writes the frames of a run as GSD, VTP and PVD: other programs read the numbers that h5py reads."""
 
+# ruff: noqa: F811 - the fixtures of export_run
 import os
 import re
 import subprocess
@@ -17,7 +18,7 @@ gsd = pytest.importorskip("gsd.hoomd")
 TRAJECTORY = "particles/trajectory"
 
 
-def frame(stored, index, name):  # noqa: F811
+def frame(stored, index, name):
     return stored[f"{TRAJECTORY}/{name}/value"][index]
 
 
@@ -54,7 +55,7 @@ def read_vtp(path):
 
 
 @pytest.fixture
-def trajectory(export, run_file, tmp_path):  # noqa: F811
+def trajectory(export, run_file, tmp_path):
     status, out, err = export(run_file, "balls.gsd")
     size = (tmp_path / "balls.gsd").stat().st_size
     assert (status, err) == (0, "")
@@ -63,7 +64,7 @@ def trajectory(export, run_file, tmp_path):  # noqa: F811
         yield file
 
 
-def test_gsd_has_the_moving_numbers_of_every_frame_to_the_last_bit(trajectory, stored):  # noqa: F811
+def test_gsd_has_the_moving_numbers_of_every_frame_to_the_last_bit(trajectory, stored):
     assert len(trajectory) == FRAMES
     for index, found in enumerate(trajectory):
         assert same(found.particles.position, frame(stored, index, "position"))
@@ -75,7 +76,7 @@ def test_gsd_has_the_moving_numbers_of_every_frame_to_the_last_bit(trajectory, s
     assert np.abs(frame(stored, -1, "angular_velocity")).max() > 1
 
 
-def test_gsd_has_kinds_by_name_and_sizes_in_single_precision(trajectory, stored):  # noqa: F811
+def test_gsd_has_kinds_by_name_and_sizes_in_single_precision(trajectory, stored):
     balls = stored[TRAJECTORY]
     for found in (trajectory[0], trajectory[FRAMES - 1]):
         kinds = np.array(found.particles.types)[found.particles.typeid]
@@ -95,7 +96,7 @@ def test_no_ball_has_neighbours_across_the_periodic_box_of_gsd(trajectory):
         assert (box[:3] - reach >= (2 * widest + least) * (1 - 1e-6)).all()
 
 
-def test_others_may_read_a_gsd_file_if_they_may_read_new_files(export, run_file, tmp_path):  # noqa: F811
+def test_others_may_read_a_gsd_file_if_they_may_read_new_files(export, run_file, tmp_path):
     (tmp_path / "plain").touch()
     assert export(run_file, "balls.gsd")[0] == 0
     assert (tmp_path / "balls.gsd").stat().st_mode == (tmp_path / "plain").stat().st_mode
@@ -128,7 +129,7 @@ def ovito():
     return done.stderr.strip().splitlines()[-1] if done.returncode else ""
 
 
-def test_ovito_reads_the_numbers_of_h5py(export, run_file, stored, tmp_path, ovito):  # noqa: F811
+def test_ovito_reads_the_numbers_of_h5py(export, run_file, stored, tmp_path, ovito):
     if ovito:
         pytest.skip(f"ovito: {ovito}")
     assert export(run_file, "balls.gsd")[0] == 0
@@ -157,7 +158,7 @@ def test_ovito_reads_the_numbers_of_h5py(export, run_file, stored, tmp_path, ovi
 # ---- VTP, PVD
 
 
-def test_vtk_reads_one_frame_to_the_last_bit(export, run_file, stored, tmp_path):  # noqa: F811
+def test_vtk_reads_one_frame_to_the_last_bit(export, run_file, stored, tmp_path):
     status, out, err = export(run_file, "balls.vtp", "--frame", 7)
     assert (status, err) == (0, "")
     assert re.fullmatch(r"balls.vtp: frame 7 of 0 to 10, 0.035 s, 23 balls, [\d.]+ kB\n", out)
@@ -172,7 +173,7 @@ def test_vtk_reads_one_frame_to_the_last_bit(export, run_file, stored, tmp_path)
     assert len(polygons) == 0
 
 
-def test_without_a_choice_vtp_is_the_last_frame(export, run_file, stored, tmp_path):  # noqa: F811
+def test_without_a_choice_vtp_is_the_last_frame(export, run_file, stored, tmp_path):
     assert export(run_file, "balls.vtp")[1].startswith("balls.vtp: frame 10 of 0 to 10, 0.05 s")
     assert same(read_vtp(tmp_path / "balls.vtp")[0], frame(stored, -1, "position"))
 
@@ -183,7 +184,7 @@ def members(path):
     return [(float(one.get("timestep")), one.get("file")) for one in sets]
 
 
-def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_path):  # noqa: F811
+def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_path):
     status, out, err = export(run_file, "balls.pvd")
     assert (status, err) == (0, "")
     assert re.fullmatch(r"balls.pvd: 11 frames of 23 balls, [\d.]+ kB in balls/\n", out)
@@ -198,12 +199,12 @@ def test_a_collection_has_every_frame_at_its_time(export, run_file, stored, tmp_
     assert names(tmp_path) == sorted(["balls", "balls.pvd", *(name for _, name in found)])
 
 
-def test_a_name_is_escaped_in_a_collection(export, run_file, tmp_path):  # noqa: F811
+def test_a_name_is_escaped_in_a_collection(export, run_file, tmp_path):
     assert export(run_file, 'a<b>&".pvd', "--frame", 0)[0] == 0
     assert members(tmp_path / 'a<b>&".pvd') == [(0.0, 'a<b>&"/a<b>&"_0000.vtp')]
 
 
-def test_a_collection_replaces_an_old_one_and_nothing_else(export, run_file, tmp_path):  # noqa: F811
+def test_a_collection_replaces_an_old_one_and_nothing_else(export, run_file, tmp_path):
     assert export(run_file, "balls.pvd")[0] == 0
     assert export(run_file, "balls.pvd", "--every", 5)[0] == 0
     assert [name for _, name in members(tmp_path / "balls.pvd")] == [
@@ -219,7 +220,7 @@ def test_a_collection_replaces_an_old_one_and_nothing_else(export, run_file, tmp
     assert names(tmp_path) == before
 
 
-def test_the_rotor_of_a_collection_turns_and_the_drum_does_not(export, run_file, tmp_path):  # noqa: F811
+def test_the_rotor_of_a_collection_turns_and_the_drum_does_not(export, run_file, tmp_path):
     status, out, _ = export(run_file, "mill.pvd", "--what", "mill", "--to", "10 ms")
     assert status == 0 and out.startswith("mill.pvd: 3 frames of drum, walls, shaft, blades, ")
     meshes = [read_vtp(tmp_path / name) for _, name in members(tmp_path / "mill.pvd")]
@@ -251,7 +252,7 @@ def test_the_rotor_of_a_collection_turns_and_the_drum_does_not(export, run_file,
         (["--time", "0.05"], [10]),
     ],
 )
-def test_frames_are_chosen(export, run_file, tmp_path, words, steps):  # noqa: F811
+def test_frames_are_chosen(export, run_file, tmp_path, words, steps):
     status, out, _ = export(run_file, "balls.gsd", *words)
     assert status == 0
     assert f": {len(steps)} frame{'s' * (len(steps) > 1)} of 23 balls" in out
@@ -287,7 +288,7 @@ HAS = "frames 0 to 10, from 0 to 0.05 s"
         (["no/a.gsd"], "no/a.gsd: No such file or directory"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_one_line_and_nothing_is_written(export, run_file, tmp_path, words, line):  # noqa: F811
+def test_what_cannot_be_is_one_line_and_nothing_is_written(export, run_file, tmp_path, words, line):
     status, out, err = export(run_file, *words)
     assert status == (1 if "No such" in line else 2) and out == ""
     assert err.startswith(f"mill export: {line}".replace("RUN", str(run_file))), err
@@ -304,22 +305,20 @@ def test_what_cannot_be_is_one_line_and_nothing_is_written(export, run_file, tmp
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.pvd", "a.csv"])
-def test_a_source_that_is_no_run_is_told(export, tmp_path, content, line, target):  # noqa: F811
+def test_a_source_that_is_no_run_is_told(export, tmp_path, content, line, target):
     (tmp_path / "a.file").write_bytes(content)
     assert export("a.file", target) == (2, "", f"mill export: {line}\n")
     assert names(tmp_path) == ["a.file"]
 
 
-def test_a_table_of_a_study_is_no_mill_either(export, tmp_path):  # noqa: F811
+def test_a_table_of_a_study_is_no_mill_either(export, tmp_path):
     (tmp_path / "my.parquet").write_bytes(b"PAR1\0\0\0")
-    line = (
-        "my.parquet: a table of a study, not a run or a deck; 'mill study my.parquet' shows it\n"
-    )
+    line = "my.parquet: a table of a study, not a run or a deck; 'mill study my.parquet' shows it\n"
     assert export("my.parquet", "a.stl") == (2, "", f"mill export: {line}")
 
 
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.pvd", "a.csv"])
-def test_a_run_without_frames_is_told(export, millsim, small_deck, tmp_path, target):  # noqa: F811
+def test_a_run_without_frames_is_told(export, millsim, small_deck, tmp_path, target):
     words = ("-q", "-s", "run.time=1 ms", "-s", "output.frames=0 s")
     assert millsim("deck.ini", *words).returncode == 0
     line = "deck.h5: no ball states are stored (output.frames = 0 s)"
@@ -333,7 +332,7 @@ def test_a_run_without_frames_is_told(export, millsim, small_deck, tmp_path, tar
 @pytest.mark.parametrize("target", ["a.gsd", "a.pvd", "a.csv"])
 @pytest.mark.parametrize("fault, status", [(KeyboardInterrupt, 130), (OSError(28, "No space left on device"), 1)])  # fmt: skip
 def test_an_export_that_ends_early_leaves_what_was_there(
-    export, run_file, tmp_path, monkeypatch, target, fault, status  # noqa: F811
+    export, run_file, tmp_path, monkeypatch, target, fault, status
 ):  # fmt: skip
     assert export(run_file, target, "--frame", 0)[0] == 0
     before = {n: (tmp_path / n).read_bytes() for n in names(tmp_path) if (tmp_path / n).is_file()}
@@ -362,7 +361,7 @@ sys.exit(main())
 
 
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv"])
-def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):  # noqa: F811
+def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     words = [sys.executable, "-c", FULL, str(run_file), target]
     environment = {**os.environ, "PYTHONPATH": str(root / "tools")}
     done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=environment)
@@ -373,7 +372,7 @@ def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target): 
 
 
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv"])
-def test_the_same_run_gives_the_same_file(export, run_file, tmp_path, target):  # noqa: F811
+def test_the_same_run_gives_the_same_file(export, run_file, tmp_path, target):
     contents = []
     for _ in range(2):
         assert export(run_file, target)[0] == 0
@@ -385,7 +384,7 @@ def test_the_same_run_gives_the_same_file(export, run_file, tmp_path, target):  
 # ---- long ones
 
 
-def test_a_long_export_says_how_far_it_is(export, run_file, monkeypatch):  # noqa: F811
+def test_a_long_export_says_how_far_it_is(export, run_file, monkeypatch):
     from milltools.export import whole
 
     monkeypatch.setattr(whole, "PATIENCE", 0.0)
@@ -408,7 +407,7 @@ sys.exit(status)
 
 
 @pytest.fixture(scope="module")
-def long_run(run_file, tmp_path_factory):  # noqa: F811
+def long_run(run_file, tmp_path_factory):
     """The run with its frames said again, 52 MB of them."""
     import shutil
 
