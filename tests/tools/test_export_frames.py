@@ -232,3 +232,21 @@ def test_the_rotor_of_a_collection_turns_and_the_drum_does_not(export, run_file,
         x, y, z = start[blades].T
         turned = [x, y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)]
         assert points[blades].T == pytest.approx(np.array(turned), abs=1e-8)
+
+
+def test_no_ball_is_in_a_blade_of_its_frame(export, run_file, stored, tmp_path):
+    """Bodies and balls are of one frame of reference, and the rotor turns the way the balls say."""
+    vtk = pytest.importorskip("vtk")
+    assert export(run_file, "mill.pvd", "--what", "mill", "--part", "blades")[0] == 0
+    radius = stored[f"{TRAJECTORY}/diameter"][:] / 2
+    nearest = []
+    for index, (_, name) in enumerate(members(tmp_path / "mill.pvd")):
+        reader = vtk.vtkXMLPolyDataReader()
+        reader.SetFileName(str(tmp_path / name))
+        reader.Update()
+        distance = vtk.vtkImplicitPolyDataDistance()
+        distance.SetInput(reader.GetOutput())
+        centres = frame(stored, index, "position")
+        gaps = [distance.EvaluateFunction(centre) for centre in centres.astype(float)]
+        nearest.append((np.array(gaps) - radius).min())
+    assert min(nearest) > -1e-7
