@@ -118,6 +118,30 @@ def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_pat
     assert run == deck != other
 
 
+def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp_path):
+    found = {}
+    for parts in (("drum",), ("shaft", "blades")):
+        words = [word for part in parts for word in ("--part", part)]
+        for time in ("0 s", "25 ms"):  # a quarter of a turn at 600 rpm
+            done = mill("export", "deck.ini", "mill.stl", *words, "--time", time)
+            assert (done.returncode, done.stderr) == (0, "")
+            at = "0 s" if time == "0 s" else "0.025 s"
+            assert done.stdout.startswith(f"mill.stl: {', '.join(parts)} at {at}: ")
+            found[parts[0], time] = read(tmp_path / "mill.stl")[2]
+    assert (found["drum", "0 s"] == found["drum", "25 ms"]).all()
+    x, y, z = np.moveaxis(found["shaft", "0 s"], -1, 0)
+    quarter = np.stack([x, -z, y], axis=-1)  # +y has come to +z
+    assert found["shaft", "25 ms"] == pytest.approx(quarter, abs=1e-8)
+    assert len(bodies(found["shaft", "25 ms"])) == 1 + 2  # corners that met still do
+
+
+def test_a_frame_of_a_run_is_a_time(millsim, mill, small_deck, tmp_path):
+    assert millsim("deck.ini", "-q", "-s", "run.time=20 ms").returncode == 0
+    assert mill("export", "deck.h5", "frame.stl", "--frame", "3").returncode == 0
+    assert mill("export", "deck.h5", "time.stl", "--time", "15 ms").returncode == 0
+    assert (tmp_path / "frame.stl").read_bytes() == (tmp_path / "time.stl").read_bytes()
+
+
 def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(
     mill, small_deck, tmp_path
 ):

@@ -40,8 +40,8 @@ COMMANDS = (
             "./mill optimize input/figure7.study"),
     Command("study", "what a study found: best designs with confidence, contours, slices, Pareto front, CSV",
             "./mill study figure7.parquet --html figure7.html"),
-    Command("export", "the mill for other programs: its bodies as STL",
-            "./mill export reference.h5 mill.stl"),
+    Command("export", "a run for other programs: OVITO (GSD), ParaView (VTP), tables (CSV), its mill as STL",
+            "./mill export reference.h5 balls.gsd"),
 )  # fmt: skip
 
 

@@ -110,6 +110,13 @@ class Run:
         except (OSError, UnicodeDecodeError) as fault:
             raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
 
+    def rows(self, path: str) -> int:
+        """Length of a dataset, without reading it."""
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{path}")
+        return len(thing)
+
     def attribute(self, path: str, name: str, default=None):
         thing = self._file.get(path)
         value = default if thing is None else thing.attrs.get(name, default)
@@ -244,6 +251,18 @@ class Run:
             )
         return time, value
 
+    def series_names(self) -> list[str]:
+        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind."""
+        found, left = [], [""]
+        while left:
+            name = left.pop()
+            group = self._file.get(f"observables/{name}")
+            if isinstance(group, h5py.Group):
+                if "value" in group:
+                    found.append(name.strip("/"))
+                left += [f"{name}/{member}".strip("/") for member in group if member != "value"]
+        return sorted(found, key=lambda name: (name.count("/"), name))
+
     # ---- statistics of the sampled window
 
     @property
@@ -306,6 +325,11 @@ class Run:
     def balls(self, name: str) -> np.ndarray:
         """What balls keep: "mass" [kg], "diameter" [m], "species", "id"; (N,)."""
         return self.read(f"particles/trajectory/{name}")
+
+    def species_names(self) -> list[str]:
+        """Names of the kinds of balls, by the numbers in balls("species")."""
+        names = self.attribute("particles/trajectory/species", "names", ())
+        return [str(name) for name in names] or ["balls"]
 
     def frame_times(self) -> np.ndarray:
         """Times of the stored frames [s]; empty where output.frames = 0 s."""

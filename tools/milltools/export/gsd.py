@@ -1,0 +1,55 @@
+"""Frames as GSD, HOOMD's schema: for OVITO, HOOMD, freud.
+
+What GSD has a name for goes there (single precision, as the run's own frames). Spins go into log/particles/angular_velocity:
+GSD's own `angmom` is a quaternion in the body's frame, and balls have no orientation to refer it to. The exact time of a
+frame goes into log/time. GSD's box is always periodic, so it is wider than the drum by a ball on each side: balls at opposite
+walls are no neighbours.
+"""
+
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.export import source, whole
+from milltools.profile import Profile
+
+
+def write(arguments):
+    try:
+        import gsd.fl
+        import gsd.hoomd
+    except ImportError:
+        raise UserError("the Python package gsd is missing: tools/setup python", status=1) from None
+    with source.open_run(arguments) as run:
+        chosen = source.many(run, arguments)
+        first, times = _still(run, gsd.hoomd.Frame()), source.stored(run)
+        with whole.file(arguments.file) as draft:
+            draft.touch()  # with the rights that new files have here; gsd would let nobody else read it
+            file = gsd.fl.GSDFile(str(draft), "w", f"{run.program} {run.version}", "hoomd", [1, 4])
+            with gsd.hoomd.HOOMDTrajectory(file) as out:
+                for index in whole.steps(chosen, arguments.file):
+                    out.append(_move(run, first, index, times[index]))
+        return whole.words(arguments.file, len(chosen), first.particles.N)
+
+
+def _still(run, frame):
+    """A frame with all that does not move; what is as in the first frame is not stored again."""
+    diameter = run.balls("diameter")
+    room = 2 * diameter.max()
+    along = run.quantity("drum/length") + room
+    across = 2 * Profile.of(run.deck().get).outermost + room
+    frame.configuration.box = [along, across, across, 0, 0, 0]
+    frame.particles.N = len(diameter)
+    frame.particles.types = run.species_names()
+    frame.particles.typeid = run.balls("species")
+    frame.particles.diameter = diameter.astype(np.float32)
+    frame.particles.mass = run.balls("mass").astype(np.float32)
+    return frame
+
+
+def _move(run, frame, index, time):
+    frame.configuration.step = int(run.read("particles/trajectory/position/step", index))
+    frame.particles.position = run.frame(index, "position")
+    frame.particles.velocity = run.frame(index, "velocity")
+    frame.log["time"] = np.array([time])
+    frame.log["particles/angular_velocity"] = run.frame(index, "angular_velocity")
+    return frame
