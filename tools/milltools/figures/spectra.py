@@ -128,12 +128,13 @@ def _dots(ax, x, y, colour, weight):
 def _look(kind, place, position):
     if position is None:
         return {"color": KIND_COLOUR[kind], "ls": KIND_LINE[kind], "lw": 1.5}
-    colour = run_style(position)["color"]
-    return {
-        "color": INK if colour == "#000000" else colour,
-        "ls": list(KIND_LINE.values())[place],
-        "lw": 1.5,
-    }
+    return {**run_look(position), "ls": list(KIND_LINE.values())[place % len(KIND_LINE)], "lw": 1.5}
+
+
+def run_look(position: int) -> dict:
+    """Look of a run among several, its black the page's ink."""
+    look = run_style(position)
+    return {**look, "color": INK if look["color"] == "#000000" else look["color"]}
 
 
 def _marks(ax, run, drawn, speed, abscissa, weight, share, position):
@@ -230,6 +231,10 @@ class Spectrum(Figure):
                 else f"no {group} in the sampled window"
             )
         return None
+
+    def prepare(self, run, told=None):
+        if self.energetic and not self.why_not(run):
+            energies.read(run, told)
 
     def _kinds(self, runs, kinds):
         if kinds:
