@@ -72,7 +72,7 @@ def _from_log(run, told) -> dict[str, Bins]:
     slices = _slices(run)
     for k, part in enumerate(slices):
         told(k / len(slices))
-        kind = run.read("impacts/kind", part)
+        kind = run.read("impacts/kind", part).astype(np.int64)
         ball, partner = run.read("impacts/ball", part), run.read("impacts/partner", part)
         effective = mass[ball]
         pair = kind == names.index("ball_ball")

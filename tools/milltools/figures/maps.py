@@ -163,7 +163,7 @@ class Map(Figure):
         )
         bar.solids.set_rasterized(True)
         if quantity.scale == "log":
-            log_ticks(bar.ax.yaxis)
+            log_ticks(bar.ax.yaxis, low, high)
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):

@@ -138,10 +138,8 @@ class Draw(OverTime):
         if len(turns):
             ax.stairs(means(time, whole, turns), turns, lw=1.8, **step, label=_named(name, "mean of a revolution"))  # fmt: skip
         self._mean(ax, run, name, colour if name else KIND_COLOUR["ball_drum"])
-        top = float(np.quantile(value, 0.995)) * 1.15
-        ax.set_ylim(
-            min(0.0, float(value.min())), max(top, ax.get_ylim()[1] if position else top) or 1
-        )
+        low, high = ax.get_ylim() if position else (0.0, 0.0)
+        ax.set_ylim(min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max())) or 1)
 
     def _mean(self, ax, run, name, colour):
         mean, error = self.of_window(run)

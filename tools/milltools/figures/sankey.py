@@ -24,7 +24,7 @@ class Band:
     group: str = ""
 
 
-COLUMNS = (1.10, 1.86, 2.84, 3.36)  # x of a label's texts
+COLUMNS = (1.10, 1.84, 2.92, 3.44)  # x of a label's texts
 LEFT = -1.0  # how far labels reach on the other side
 FONT = 8.2  # [pt]
 HAIR = 0.5  # [pt] a band's outline: what is seen of one without width

@@ -139,12 +139,12 @@ def run_look(position: int) -> dict:
 
 def _marks(ax, run, drawn, speed, abscissa, weight, share, position):
     """The rebound floor, and how high a bin with a single impact stands."""
+    if weight == "energy":
+        return
     floor = run.quantity("contact/rebound_floor", 0.0) if run.program == "millsim" else 0.0
     first = position in (None, 0)
     if floor and first and abscissa == "speed" and speed == "normal_speed":
         ax.axvline(floor, **QUIET, lw=0.9, ls=":", label=f"rebound floor, {number(floor)} m/s")
-    if weight == "energy":
-        return
     one = share / drawn[0].duration
     if weight == "count":
         one /= drawn[0].decades[0]
@@ -326,7 +326,7 @@ def _trio(prefix, title, words, **what):
         Spectrum(
             f"{prefix}-power",
             f"{title}: dissipated power",
-            f"At which {words} the energy goes: dissipated power per decade, by contact kind; the area under a curve is its "
+            f"At which {words} the energy goes: dissipated power per decade, all of it, by contact kind; the area under a curve is its "
             "kind's power in the legend, so equal areas are equal powers.",
             weight="energy",
             **what,
