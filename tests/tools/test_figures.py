@@ -7,6 +7,7 @@ import subprocess
 import time
 import xml.etree.ElementTree as ET
 
+import h5py
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -327,6 +328,37 @@ def test_labels_of_the_flow_keep_apart():
     places = sankey.spread([0.1, 0.1, 0.11, 0.5, 0.98, 0.99], 0.05, 0, 1)
     assert np.diff(places).min() > 0.05 - 1e-12
     assert places[3] == near(0.5) and max(places) <= 1
+
+
+@pytest.fixture
+def foreign(folder, tmp_path):
+    """The plain run as a program leaves it that knows the normal loss of an impact alone, and of the rest no parts."""
+    path = tmp_path / "soft.h5"
+    path.write_bytes((folder / "plain.h5").read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["run/program"] = "LIGGGHTS"
+        file.visititems(
+            lambda name, item: (
+                item.attrs.__setitem__("part", "normal") if name.endswith("dissipation") else None
+            )
+        )
+        for kind in KINDS:
+            value = file[f"observables/dissipation_normal/{kind}/value"]
+            value[:] = np.full(value.shape, np.nan)
+    with Run(path) as run:
+        yield run
+
+
+def test_what_another_program_does_not_tell_is_named(foreign):
+    for name in ("speeds-power", "energies-power", "axial-power"):
+        figure = FIGURES[name].draw(foreign)
+        words = " ".join(ax.get_ylabel() for ax in figure.axes)
+        assert "normal part [W" in words
+        assert any("normal part" in head for head in FIGURES[name].tables(foreign)[0].columns)
+    assert "rebound" not in str(spectra.plot(axes(), foreign)[0].axes.get_legend_handles_labels())
+    found = account.account(foreign)
+    assert {part for what, _, part, _ in found.sinks if what == "dissipation"} == {""}
+    assert abs(found.residual) < 1e-9 * found.turnover
 
 
 # ---- maps

@@ -251,8 +251,10 @@ class Spectrum(Figure):
         words = {sampled(run) for run in runs}
         first = f"{labels(runs)[0]}, " if len(runs) == 1 else ""
         subtitle(ax, first + (words.pop() if len(words) == 1 else "each over its own window"))
+        entries = list(zip(*ax.get_legend_handles_labels()))
+        entries.sort(key=lambda entry: len(entry[0].get_xdata()) == 2)  # marks last
         figure.legend(
-            *ax.get_legend_handles_labels(),
+            *zip(*entries),
             loc="outside lower left",
             ncols=2 if len(runs) == 1 else 1,
             handlelength=2.6,
