@@ -454,6 +454,37 @@ def test_a_long_series_is_drawn_in_few_intervals():
     assert len(bounds) <= 301 and (bounds[0], bounds[-1]) == (0, times[-1])
 
 
+HEAD_ON = """
+[run]
+time = 50 ms
+[gravity]
+acceleration = 0 0 0 m/s^2
+[balls]
+count = 2
+diameter = 5 mm
+density = 7800 kg/m^3
+start = two.txt
+[drum]
+radius = 30 mm
+length = 40 mm
+[contact]
+restitution = 1
+"""
+
+
+def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
+    (tmp_path / "deck.ini").write_text(HEAD_ON)
+    (tmp_path / "two.txt").write_text("-0.01 0 0 1 0 0\n0.01 0 0 -1 0 0\n")
+    subprocess.run([PROGRAM, "deck.ini", "-q"], cwd=tmp_path, check=True, capture_output=True)
+    with Run(tmp_path / "deck.h5") as run:
+        assert FIGURES["speeds"].why_not(run) is None
+        assert "slower or faster than the bins" in FIGURES["slip"].why_not(run)
+        assert spectra.bins(run, "all", speed="tangential_speed").rate == near(
+            run.statistic("impacts/all/rate")
+        )
+        spectra.plot(axes(), run, speed="tangential_speed")  # empty, but no fault
+
+
 # ---- inline SVG
 
 
