@@ -105,7 +105,7 @@ def _ball_blocks(run, chosen, times, name):
 def _between(run, path, arguments, slack=0.0):
     """Rows (first, last + 1) whose times, in order at the path, are within --from and --to."""
     low, high = source.window(arguments, slack)
-    rows = range(run.rows(path))
+    rows = range(run.length(path))
     return (
         bisect.bisect_left(rows, low, key=lambda k: run.read(path, k)),
         bisect.bisect_right(rows, high, key=lambda k: run.read(path, k)),
