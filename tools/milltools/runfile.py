@@ -110,6 +110,13 @@ class Run:
         except (OSError, UnicodeDecodeError) as fault:
             raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
 
+    def length(self, path: str) -> int:
+        """Number of rows of a dataset. Missing: UserError."""
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset) or not thing.shape:
+            raise UserError(f"{self.path}: has no rows /{path}")
+        return thing.shape[0]
+
     def attribute(self, path: str, name: str, default=None):
         thing = self._file.get(path)
         value = default if thing is None else thing.attrs.get(name, default)
