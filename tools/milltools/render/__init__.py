@@ -1,0 +1,1 @@
+"""Pictures of a run in 3D."""
