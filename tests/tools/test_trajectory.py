@@ -8,12 +8,12 @@ from milltools.errors import UserError
 from milltools.runfile import Run
 from milltools.trajectory import Flights, Mill, State, Trajectory, stored
 
-FINE, COARSE = 0.25e-3, 2e-3  # [s] frames of the run that is right, and of the one in between which is looked
+FINE, COARSE = 0.5e-3, 2e-3  # [s] frames of the run that is right, and of the one in between which is looked
 
 # one ball that is thrown and bounces on the drum, faster and faster
 BALL = """\
 [run]
-time = 0.4 s
+time = 1.2 s
 [balls]
 count = 1
 diameter = 5 mm
@@ -54,11 +54,10 @@ def runs(millsim, write_deck, tmp_path):
 
 def impacts_in(run, begin, end):
     """How many impacts every ball has between two times."""
-    time, ball, partner, kind = (run.read(f"impacts/{n}") for n in ("time", "ball", "partner", "kind"))  # fmt: skip
-    rows = (time >= begin) & (time < end)
-    pair = rows & (kind == 0)
-    count = len(run.balls("id"))
-    return np.bincount(ball[rows], minlength=count) + np.bincount(partner[pair], minlength=count)
+    first, last = np.searchsorted(run.read("impacts/time"), (begin, end))
+    ball, partner, kind = (run.read(f"impacts/{n}", slice(first, last)) for n in ("ball", "partner", "kind"))  # fmt: skip
+    both = np.concatenate([ball, partner[kind == 0]])
+    return np.bincount(both, minlength=len(run.balls("id")))
 
 
 def compare(coarse, fine):
@@ -88,7 +87,7 @@ def compare(coarse, fine):
     ],
 )
 def test_a_bouncing_ball_is_where_a_run_with_finer_frames_has_it(runs, start):
-    coarse, fine = runs(BALL, start, coarse=20e-3)
+    coarse, fine = runs(BALL, start, coarse=40e-3, fine=4e-3)
     bounces = {"flies": 0, "bounces once": 0, "bounces more": 0}
     for impacts, unknown, place, speed, spin, close in compare(coarse, fine):
         bounces[("flies", "bounces once", "bounces more")[min(impacts[0], 2)]] += 1
@@ -96,7 +95,7 @@ def test_a_bouncing_ball_is_where_a_run_with_finer_frames_has_it(runs, start):
         if not unknown[0]:
             assert place[0] < 4e-8  # float32 of 0.1 m and of 1 m/s for 20 ms
             assert close[0] or (speed[0] < 4e-7 and spin[0] < 2e-5)
-    assert bounces["flies"] > 100 and bounces["bounces once"] > 100
+    assert min(bounces.values()) > 20
 
 
 def test_in_a_mill_no_more_than_one_contact_is_known_and_right(runs):
@@ -109,7 +108,7 @@ def test_in_a_mill_no_more_than_one_contact_is_known_and_right(runs):
         assert place[unknown].max(initial=0) < 5e-3  # a guess, but no ball is thrown out
         flying += (impacts == 0).sum()
         once += (impacts == 1).sum()
-    assert flying > 500 and once > 200
+    assert flying > 500 and once > 50
 
 
 def test_what_is_guessed_is_counted(runs):
@@ -121,7 +120,7 @@ def test_what_is_guessed_is_counted(runs):
     assert (trajectory.asked, trajectory.unknown) == (0, 0)  # stored states are no guess
     for time in trajectory.times[:-1]:
         trajectory.at(time + 10e-3)
-    assert trajectory.asked == len(gaps) == 8
+    assert trajectory.asked == len(gaps) == 24
     assert trajectory.unknown == sum(n > 1 for n in gaps) > 0
 
 
