@@ -110,7 +110,7 @@ def _millsim(folder, changes, watch):
             process.wait()
     if status != 0:
         lines = _lines(said) or [f"it ended with status {status}"]
-        raise UserError(f"the deck cannot be run again: {lines[-1]}", status=1)
+        raise UserError(f"running the deck again failed (--no-rerun does without): {lines[-1]}", status=1)
 
 
 def _lines(said):

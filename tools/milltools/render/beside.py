@@ -113,11 +113,10 @@ class Joiner:
     def join(self, left, right):
         """One picture of two of the same height."""
         joined = np.concatenate([left, self.gap, right], axis=1)
-        for label, begin in zip(self.labels, (0, left.shape[1] + GAP)):
+        for label, end in zip(self.labels, (left.shape[1], joined.shape[1])):
             rows, columns = label.shape[:2]
-            low = joined.shape[0] - rows
-            width = min(columns, joined.shape[1] - begin)
-            joined[low:, begin : begin + width] = label[:, :width]
+            begin = max(0, end - columns)  # the upper right corner: the scene writes nothing there
+            joined[:rows, begin:end] = label[:, columns - (end - begin) :]
         return joined
 
 

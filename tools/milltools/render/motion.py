@@ -108,12 +108,9 @@ def of(run, plan, impacts, allowed, say, watch):
         if not reason:
             until = float(plan.times[-1])
             say(_announce(run, plan, until, wants_log))
-            try:
-                other = stack.enter_context(rerun.again(run, until, plan.step, wants_log, watch))
-                differs = rerun.differs(run, other, until)
-                reason = f"run again, {differs}: made by another version?" if differs else None
-            except UserError as fault:
-                reason = str(fault)
+            other = stack.enter_context(rerun.again(run, until, plan.step, wants_log, watch))
+            differs = rerun.differs(run, other, until)
+            reason = f"run again, {differs}" if differs else None
         if not reason:
             yield Motion(other if plan.step else run, other if wants_log else log)
             return
@@ -130,6 +127,9 @@ def _announce(run, plan, until, impacts):
     needed = rerun.size(run, until, plan.step, impacts)
     cost = rerun.cost(run, until)
     what = " and ".join(["exact states"] * bool(plan.step) + ["impacts"] * impacts)
-    takes = f"about {cost:.0f} s of CPU time and " if cost >= 1 else ""
-    room = f"{needed / 1e9:.2g} GB" if needed > 1e9 else f"{needed / 1e6:.2g} MB"
-    return f"runs the deck again up to {until:.4g} s for {what}: {takes}{room} of temporary disk"
+    takes = [f"about {cost:.0f} s of CPU time"] if cost >= 1 else []
+    if needed > 1e6:
+        size = f"{needed / 1e9:.2g} GB" if needed > 1e9 else f"{needed / 1e6:.3g} MB"
+        takes.append(f"{size} of temporary disk")
+    words = f"runs the deck again up to {until:.4g} s for {what}"
+    return words + (f": {', '.join(takes)}" if takes else "")

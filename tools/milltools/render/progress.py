@@ -21,8 +21,8 @@ class Watch:
 
     def __init__(self, count, quiet=False):
         self.count, self.done, self.quiet = count, 0, quiet
-        self.begin = time.monotonic()
-        self.due = self.begin + FIRST
+        self.first = None  # when the first picture was there: starting takes time of its own
+        self.due = time.monotonic() + FIRST
         self.bar = self.task = None
         console = Console(stderr=True)
         if not quiet and console.is_terminal:
@@ -42,13 +42,17 @@ class Watch:
     def step(self):
         """One picture more."""
         self.done += 1
+        self.first = self.first or time.monotonic()
         if self.bar:
             self.bar.update(self.task, completed=self.done, description=self.line())
-        elif not self.quiet and time.monotonic() >= self.due and self.done < self.count:
+        elif not self.quiet and time.monotonic() >= self.due and 1 < self.done < self.count:
             self.due = time.monotonic() + PLAIN
             say(self.line())
 
     def line(self) -> str:
         """12 of 200 pictures, 4 min left."""
-        left = (time.monotonic() - self.begin) / self.done * (self.count - self.done)
-        return f"{self.done} of {self.count} pictures, {duration(left)} left"
+        words = f"{self.done} of {self.count} pictures"
+        if self.done < 2:
+            return words
+        each = (time.monotonic() - self.first) / (self.done - 1)
+        return f"{words}, {duration(each * (self.count - self.done))} left"

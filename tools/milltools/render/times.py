@@ -138,6 +138,6 @@ def words(slow) -> str:
     """How fast a film plays."""
     if abs(slow - 1) < 0.01:
         return "in real time"
-    if slow > 1:
-        return f"{slow:.3g} times slower than real time"
-    return f"{1 / slow:.3g} times faster than real time"
+    much = max(slow, 1 / slow)
+    number = f"{much:.3g}" if much < 1000 else f"{much:.0f}"
+    return f"{number} times {'slower' if slow > 1 else 'faster'} than real time"
