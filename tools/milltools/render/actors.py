@@ -5,16 +5,19 @@ import math
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers what draws)
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints, vtkUnsignedCharArray
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkPoints, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataNormals
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
-SHADE_RADIUS, SHADE_BIAS = 2.4, 0.16  # how far shade reaches, and its least depth, in radii of a ball
+from milltools.render.camera import Camera
+from milltools.render.shade import View
+
 SHARP = 35.0  # degrees between faces, from which on their edge is one
-# places of the lamps as the camera sees them (right, up, towards it), and their strength
-LAMPS = (((-0.55, 0.85, 0.75), 0.72), ((0.9, 0.15, 0.6), 0.22), ((0.0, -0.2, 1.0), 0.30))
+# lamps as the camera sees them (right, up, towards it), and their strength; the main one throws shadows
+LAMPS = (((-0.75, 0.65, 0.55), 0.42), ((0.9, -0.1, 0.5), 0.12))
+MAIN = 0.62
 
 
 def renderer(background, transparent):
@@ -26,7 +29,7 @@ def renderer(background, transparent):
     if transparent:
         made.SetBackgroundAlpha(0.0)
     made.AutomaticLightCreationOff()
-    for place, strength in LAMPS:
+    for place, strength in (((0, 0, 1), MAIN), *LAMPS):
         lamp = vtkLight()
         lamp.SetLightTypeToCameraLight()
         lamp.SetPosition(*place)
@@ -35,17 +38,17 @@ def renderer(background, transparent):
     return made
 
 
-def shade(renderer, radius, kernel):
-    """Ambient occlusion for balls of a radius [m], from `kernel` points about each place."""
-    renderer.UseSSAOOn()
-    renderer.SetSSAORadius(SHADE_RADIUS * radius)
-    renderer.SetSSAOBias(SHADE_BIAS * radius)
-    renderer.SetSSAOKernelSize(kernel)
-    renderer.SSAOBlurOn()
+def light(camera):
+    """Towards the main lamp, as a unit vector as the camera sees it (right, up, towards it): over the camera's shoulder and into the
+    drum's open end. It changes smoothly as the camera goes around."""
+    right, up, forward = camera.axes
+    into = -forward[0] * np.array([right[0], up[0], -forward[0]])
+    towards = np.array([-0.12, 0.42, 1.0]) + 0.55 * into
+    return towards / np.linalg.norm(towards)
 
 
 def aim(renderer, camera, mill):
-    """Sets the renderer's camera as a camera.Camera says."""
+    """Sets the renderer's camera as a camera.Camera says; returns its clipping range [m]."""
     view = renderer.GetActiveCamera()
     view.SetPosition(*camera.eye)
     view.SetFocalPoint(*camera.target)
@@ -57,7 +60,11 @@ def aim(renderer, camera, mill):
         view.SetViewAngle(camera.angle)
     reach = math.hypot(mill.stub, mill.rim_radius) * 1.02
     middle = -camera.eye @ camera.axes[2]
-    view.SetClippingRange(max(middle - reach, reach / 500), middle + reach)
+    if renderer.GetLights().GetNumberOfItems():
+        renderer.GetLights().GetItemAsObject(0).SetPosition(*light(camera))
+    clipping = max(middle - reach, reach / 500), middle + reach
+    view.SetClippingRange(*clipping)
+    return clipping
 
 
 def pixels(window, size, transparent):
@@ -69,6 +76,47 @@ def pixels(window, size, transparent):
     else:
         window.GetPixelData(0, 0, *last, True, found, 0)
     return vtk_to_numpy(found).reshape(size[1], size[0], -1)[::-1]
+
+
+def depths(window, size):
+    """The depth buffer of what has been drawn, 0..1 float32 (h, w), top row first; a view of VTK's array."""
+    found = vtkFloatArray()
+    window.GetZbufferData(0, 0, size[0] - 1, size[1] - 1, found)
+    return vtk_to_numpy(found).reshape(size[1], size[0])[::-1]
+
+
+class Shadow:
+    """What the strongest lamp sees: a square picture of depths in a corner of the window."""
+
+    def __init__(self, window, size, mill):
+        self._window, self._mill, self._side = window, mill, min(size)
+        self.renderer = vtkRenderer()
+        self.renderer.SetViewport(0, 0, self._side / size[0], self._side / size[1])
+        self.renderer.AutomaticLightCreationOff()
+        self.renderer.DrawOff()
+        window.AddRenderer(self.renderer)
+
+    def look(self, camera):
+        """Sets the lamp for a camera.Camera; returns its shade.View."""
+        right, up, forward = camera.axes
+        towards = light(camera) @ np.array([right, up, -forward])
+        reach = math.hypot(self._mill.stub, self._mill.rim_radius) * 1.02
+        lamp = Camera(2 * reach * towards, np.zeros(3), up, 0.0, 2 * reach)
+        clipping = aim(self.renderer, lamp, self._mill)
+        return View(lamp, (self._side, self._side), clipping)
+
+    def render(self):
+        """The depth buffer (side, side) as the balls and the rotor stand."""
+        others = [r for r in self._window.GetRenderers() if r is not self.renderer]
+        for other in others:
+            other.DrawOff()
+        self.renderer.DrawOn()
+        self._window.Render()
+        found = depths(self._window, (self._side, self._side))
+        self.renderer.DrawOff()
+        for other in others:
+            other.DrawOn()
+        return found
 
 
 class Balls:
@@ -107,7 +155,7 @@ def rotor(mill, colour):
     bodies = [] if mill.shaft() is None else [mill.shaft()]
     if len(mill.blades):
         bodies.append(mill.blade_triangles())
-    return [_solid(body, colour, ambient=0.18, diffuse=0.75, specular=0.35, power=30) for body in bodies]
+    return [_solid(body, colour, ambient=0.12, diffuse=0.72, specular=0.45, power=18) for body in bodies]
 
 
 def rims(mill, colour):
@@ -119,7 +167,7 @@ class Glass:
     """The drum's wall: clear where it is looked through, denser where it is seen edge on, as glass is. `actors`: its far side,
     then its near side."""
 
-    def __init__(self, mill, colour, clear=0.07, edge=0.55):
+    def __init__(self, mill, colour, clear=0.08, edge=0.75):
         self._clear, self._edge = clear, edge
         self._data = _normals(mill.tube(), 60.0)
         points = vtk_to_numpy(self._data.GetPoints().GetData()).astype(float)
@@ -135,7 +183,7 @@ class Glass:
         mapper.SetInputData(self._data)
         actor.SetMapper(mapper)
         actor.ForceTranslucentOn()
-        _surface(actor, ambient=0.55, diffuse=0.45, specular=0.5 if front else 0.0, power=60)
+        _surface(actor, ambient=0.55, diffuse=0.45, specular=0.9 if front else 0.0, power=30)
         actor.GetProperty().SetFrontfaceCulling(not front)
         actor.GetProperty().SetBackfaceCulling(front)
         return actor

@@ -11,21 +11,25 @@ from PIL import Image
 from milltools.errors import UserError
 from milltools.render import window as windows
 from milltools.render.overlay import DARK, LIGHT, Overlay
+from milltools.render.shade import Look, Shade, View
 from milltools.render.shapes import Mill
 
 SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}
 LEAST, MOST = 16, 8192  # pixels of a side
 
 BACKGROUNDS = {  # colours below and above, and the ink of what is written there
-    "studio": ((0.93, 0.945, 0.965), (0.76, 0.81, 0.87), DARK),
+    "studio": ((0.965, 0.97, 0.98), (0.80, 0.845, 0.895), DARK),
     "white": ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), DARK),
     "dark": ((0.13, 0.15, 0.18), (0.05, 0.06, 0.08), LIGHT),
     "transparent": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DARK),
 }
-# larger by `over` and averaged down for clean edges; `kernel` points look for what shades a place
-QUALITIES = {"draft": {"over": 1, "kernel": 16}, "final": {"over": 2, "kernel": 24}}
+# larger by `over` and averaged down for clean edges
+QUALITIES = {
+    "draft": {"over": 1, "look": Look(pairs=2)},
+    "final": {"over": 2, "look": Look(pairs=2)},
+}
 
-METAL, RIM, GLASS = (0.56, 0.58, 0.61), (0.16, 0.20, 0.26), (0.72, 0.80, 0.88)
+METAL, RIM, GLASS = (0.74, 0.76, 0.79), (0.20, 0.25, 0.33), (0.80, 0.87, 0.94)
 
 
 def size_of(text: str) -> tuple[int, int]:
@@ -73,9 +77,13 @@ class Scene:
         self._balls = actors.Balls(diameter / 2)
         self._rotor = actors.rotor(self.mill, METAL)
         self._glass = actors.Glass(self.mill, GLASS)
-        for actor in (self._balls.actor, *self._rotor, *actors.rims(self.mill, RIM), *self._glass.actors):
+        rims = actors.rims(self.mill, RIM)
+        for actor in (self._balls.actor, *self._rotor, *rims, *self._glass.actors):
             self._renderer.AddActor(actor)
-        actors.shade(self._renderer, float(np.median(diameter)) / 2, self._how["kernel"])
+        self._shadow = actors.Shadow(self._window, self._pixels, self.mill)
+        for actor in (self._balls.actor, *self._rotor, *rims):
+            self._shadow.renderer.AddActor(actor)
+        self._radius = float(np.median(diameter)) / 2
         self.look(camera)
 
     def __enter__(self):
@@ -88,18 +96,28 @@ class Scene:
         """Another camera from the next frame on (an orbit has one for every frame)."""
         frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
         self.camera = camera.placed(self.size, frame)
-        self._actors.aim(self._renderer, self.camera, self.mill)
+        clipping = self._actors.aim(self._renderer, self.camera, self.mill)
         self._glass.look(self.camera)
+        eye = View(self.camera, self._pixels, clipping)
+        self._shade = Shade(eye, self._shadow.look(self.camera), self._radius, self._how["look"])
 
     def draw(self, state) -> np.ndarray:
         """The picture of a trajectory.State: (h, w, 3) uint8, top row first; (h, w, 4) on a transparent background."""
         self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
         for actor in self._rotor:
             actor.SetOrientation(math.degrees(self.run.rotor_angle(state.time)), 0, 0)
+        lamp = self._shadow.render()
         self._window.Render()
         picture = self._actors.pixels(self._window, self._pixels, self._transparent)
+        depth = self._actors.depths(self._window, self._pixels)
+        light = self._shade.light(depth, lamp)
         if self._how["over"] > 1:
-            picture = np.array(Image.fromarray(picture).reduce(self._how["over"]))
+            picture = np.asarray(Image.fromarray(picture).reduce(self._how["over"]))
+            light = (light[::2, ::2] + light[1::2, ::2] + light[::2, 1::2] + light[1::2, 1::2]) / 4
+        else:
+            picture = np.array(picture)
+            soften(picture, self._shade.eye.depth(depth), 0.4 * self._radius)
+        picture = darken(picture, smooth(light, self._shade.grid // self._how["over"]))
         if self._over:
             self._over.paste(picture, state.time)
         return picture
@@ -109,6 +127,48 @@ class Scene:
         if self._window is not None:
             self._window.Finalize()
             self._window = None
+
+
+def smooth(light, width):
+    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w)."""
+    for step in (1, 2)[: width.bit_length() - 1]:
+        for axis in (0, 1):
+            light = _pairs(light, step, axis)
+    return light
+
+
+def _pairs(light, step, axis):
+    """Means of values `step` apart along an axis; with the one before for 1, the one behind for 2, so that means of means
+    stay in the middle. At the edge values as they are."""
+    made = light.copy()
+    first, last = ([slice(None)] * 2 for _ in range(2))
+    first[axis], last[axis] = slice(None, -step), slice(step, None)
+    here, there = (last, first) if step == 1 else (first, last)
+    made[tuple(here)] += light[tuple(there)]
+    made[tuple(here)] *= np.float32(0.5)
+    return made
+
+
+def soften(picture, depth, least):
+    """Mixes pixels of `picture` in place where neighbours differ in `depth` by more than `least`: edges without stairs, for a
+    fraction of the cost of a larger picture."""
+    for axis in (0, 1):
+        one, two = ((slice(None, -1), slice(1, None)), (slice(None), slice(None)))
+        a, b = ((one[0], two[0]), (one[1], two[0])) if axis == 0 else ((two[0], one[0]), (two[0], one[1]))
+        edge = np.abs(depth[a] - depth[b]) > least
+        p, q = picture[a][edge].astype(np.uint16), picture[b][edge].astype(np.uint16)
+        picture[a][edge] = (3 * p + q + 2) >> 2
+        picture[b][edge] = (p + 3 * q + 2) >> 2
+
+
+def darken(picture, light):
+    """A picture (h, w, 3 or 4) uint8 with the share `light` (h, w), 0..1, of its own."""
+    share = (light * 256 + 0.5).astype(np.uint16)
+    made = picture[..., :3] * share[..., None]
+    made >>= 8
+    if picture.shape[2] == 3:
+        return made.astype(np.uint8)
+    return np.concatenate([made.astype(np.uint8), picture[..., 3:]], axis=2)
 
 
 def caption(run) -> str:

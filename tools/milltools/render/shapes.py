@@ -13,7 +13,7 @@ from milltools.solids import FACES, blade_corners, circle, prism
 
 FLATNESS = 1 / 1500  # how far a flat may be off the true surface, of the drum's radius
 RIM_WIDTH, RIM_LENGTH = 0.045, 0.045  # of a rim, beyond the wall and along the axis; of the drum's outermost radius
-STUB = 0.16  # the shaft stands out of the drum so far, of its outermost radius
+STUB = 0.10  # the shaft stands out of the drum so far, of its outermost radius
 
 
 @dataclasses.dataclass(frozen=True)
