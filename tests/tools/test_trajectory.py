@@ -8,7 +8,10 @@ from milltools.errors import UserError
 from milltools.runfile import Run
 from milltools.trajectory import Flights, Mill, State, Trajectory, stored
 
-FINE, COARSE = 0.5e-3, 2e-3  # [s] frames of the run that is right, and of the one in between which is looked
+FINE, COARSE = (
+    0.5e-3,
+    2e-3,
+)  # [s] frames of the run that is right, and of the one in between which is looked
 
 # one ball that is thrown and bounces on the drum, faster and faster
 BALL = """\
@@ -74,7 +77,9 @@ def compare(coarse, fine):
             np.abs(getattr(found, name) - getattr(right, name)).max(axis=1)
             for name in ("position", "velocity", "angular_velocity")
         ]
-        close = np.abs(flights.contact - (time - times[gap])) < 1e-6  # before it or after: as may be
+        close = (
+            np.abs(flights.contact - (time - times[gap])) < 1e-6
+        )  # before it or after: as may be
         yield impacts_in(fine, times[gap], times[gap + 1]), flights.unknown, *off, close
 
 

@@ -5,7 +5,6 @@ like it. That is not taken on trust: its energies, counts and frames are compare
 """
 
 import contextlib
-import os
 import pathlib
 import shutil
 import subprocess
@@ -110,7 +109,9 @@ def _millsim(folder, changes, watch):
             process.wait()
     if status != 0:
         lines = _lines(said) or [f"it ended with status {status}"]
-        raise UserError(f"running the deck again failed (--no-rerun does without): {lines[-1]}", status=1)
+        raise UserError(
+            f"running the deck again failed (--no-rerun does without): {lines[-1]}", status=1
+        )
 
 
 def _lines(said):

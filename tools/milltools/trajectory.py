@@ -79,7 +79,9 @@ class Flights:
         self.a, self.b, self.mill = a, b, mill
         self.step = h = b.time - a.time
         if not h > 0:
-            raise UserError(f"frames at {a.time:.9g} s and {b.time:.9g} s: not in the order of time")
+            raise UserError(
+                f"frames at {a.time:.9g} s and {b.time:.9g} s: not in the order of time"
+            )
         g = mill.gravity
         # forward minus backward parabola, `s` seconds after a: offset + rate s
         offset = a.position - b.position + b.velocity * h - g * h**2 / 2

@@ -66,7 +66,10 @@ def _whole(text):
     return value
 
 
-_positive.__name__, _whole.__name__ = "positive number", "number of processes"  # argparse's errors name them
+_positive.__name__, _whole.__name__ = (
+    "positive number",
+    "number of processes",
+)  # argparse's errors name them
 
 
 def run(arguments) -> int:

@@ -55,5 +55,3 @@ def tell_guessed(moving):
             f"between stored frames {100 * moving.guessed:.2g} % of the balls' places are not known "
             "(more than one contact in a gap): a smooth curve joins the frames there"
         )
-
-

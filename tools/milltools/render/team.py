@@ -28,7 +28,10 @@ class Worker:
         self.here, there = multiprocessing.Pipe()
         self.busy = 0
         self.said = tempfile.TemporaryFile()
-        environment = {**os.environ, "LP_NUM_THREADS": "1"}  # of Mesa's: the other cores have their own process
+        environment = {
+            **os.environ,
+            "LP_NUM_THREADS": "1",
+        }  # of Mesa's: the other cores have their own process
         environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
         with there:
             self.process = subprocess.Popen(
