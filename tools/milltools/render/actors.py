@@ -12,12 +12,10 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, v
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
 from milltools.render.camera import Camera
+from milltools.render.lamps import FILL, MAIN, light
 from milltools.render.shade import View
 
 SHARP = 35.0  # degrees between faces, from which on their edge is one
-# lamps as the camera sees them (right, up, towards it), and their strength; the main one throws shadows
-LAMPS = (((-0.75, 0.65, 0.55), 0.42), ((0.9, -0.1, 0.5), 0.12))
-MAIN = 0.62
 
 
 def renderer(background, transparent):
@@ -29,22 +27,13 @@ def renderer(background, transparent):
     if transparent:
         made.SetBackgroundAlpha(0.0)
     made.AutomaticLightCreationOff()
-    for place, strength in (((0, 0, 1), MAIN), *LAMPS):
+    for place, strength in (((0, 0, 1), MAIN), *FILL):
         lamp = vtkLight()
         lamp.SetLightTypeToCameraLight()
         lamp.SetPosition(*place)
         lamp.SetIntensity(strength)
         made.AddLight(lamp)
     return made
-
-
-def light(camera):
-    """Towards the main lamp, as a unit vector as the camera sees it (right, up, towards it): over the camera's shoulder and into the
-    drum's open end. It changes smoothly as the camera goes around."""
-    right, up, forward = camera.axes
-    into = -forward[0] * np.array([right[0], up[0], -forward[0]])
-    towards = np.array([-0.12, 0.42, 1.0]) + 0.55 * into
-    return towards / np.linalg.norm(towards)
 
 
 def aim(renderer, camera, mill):

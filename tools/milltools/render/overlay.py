@@ -89,7 +89,7 @@ class Overlay:
         u = self.unit
         length, thick = round(56 * u), round(2.4 * u)
         small, title = font(round(2.5 * u)), font(round(2.6 * u))
-        head, arrow = round(7.5 * u), round(2.6 * u)
+        head, arrow = round(5.2 * u), round(2.6 * u)
         width = round(max(thick + 8 * u, title.getlength(self.colour.title) + 2))
         image = Image.new("RGBA", (width, head + arrow + length + round(2 * u)), (*self.ink, 0))
         draw = ImageDraw.Draw(image)

@@ -41,9 +41,14 @@ class Mill:
         return self.profile.radius * FLATNESS
 
     @property
+    def rim_width(self) -> float:
+        """[m]; where the wall bulges inwards, less than what it bulges by."""
+        return min(self.profile.outermost * RIM_WIDTH, 0.7 * self.profile.arc_radius)
+
+    @property
     def rim_radius(self) -> float:
-        """Outer radius of the rims [m]."""
-        return self.profile.outermost * (1 + RIM_WIDTH)
+        """Largest radius of the rims [m]."""
+        return self.profile.outermost + self.rim_width
 
     @property
     def rim_length(self) -> float:
@@ -72,26 +77,32 @@ class Mill:
 
     def tube(self) -> np.ndarray:
         """The drum's wall, one layer, seen from outside."""
-        points = self.profile.outline(self.flatness)
-        near, far = (np.insert(points, 0, x, axis=1) for x in (-self.half, self.half))
-        near_next, far_next = np.roll(near, -1, axis=0), np.roll(far, -1, axis=0)
-        return np.concatenate(
-            [
-                np.stack([near, near_next, far_next], axis=1),
-                np.stack([near, far_next, far], axis=1),
-            ]
-        )
+        return _strip(self._wall(-self.half), self._wall(self.half))
 
     def rims(self) -> list[np.ndarray]:
-        """A ring at either end: inside the drum's profile, outside a circle."""
-        hole = self.profile.outline(self.flatness)
-        hole = np.roll(hole, -int(np.argmax(np.hypot(*hole.T))), axis=0)
-        angle = float(np.arctan2(hole[0, 1], hole[0, 0]))
-        rim = circle(self.rim_radius, self.flatness, angle)
-        return [
-            prism(rim, low, low + self.rim_length, hole)
-            for low in (-self.half - self.rim_length, self.half)
-        ]
+        """A band at either end, along the wall and outside of it."""
+        found = []
+        for low in (-self.half - self.rim_length, self.half):
+            high = low + self.rim_length
+            rings = [
+                self._wall(x, beyond) for x, beyond in
+                ((low, 0.0), (low, self.rim_width), (high, self.rim_width), (high, 0.0))
+            ]
+            around = zip(rings, (*rings[1:], rings[0]), strict=True)
+            found.append(np.concatenate([_strip(a, b) for a, b in around]))
+        return found
+
+    def _wall(self, x, beyond=0.0):
+        """Points (N, 3) around the wall at x, `beyond` [m] outside of it."""
+        steps = []
+        for arc in self.profile.arcs():
+            least = 3 if self.profile.circle else 1
+            widest = 2 * np.arccos(max(1 - self.flatness / arc.radius, 0.0))
+            share = np.arange(max(least, int(np.ceil(abs(arc.turn) / widest))))
+            radius = arc.radius + (beyond if arc.outer else -beyond)
+            wider = dataclasses.replace(arc, radius=radius)
+            steps.append(wider.point(share / len(share)))
+        return np.insert(np.concatenate(steps), 0, x, axis=1)
 
     def shaft(self) -> np.ndarray | None:
         """The shaft with its stubs; None without one."""
@@ -112,3 +123,11 @@ class Mill:
             for a, b, c, d in FACES:
                 found += [corner[[a, b, c]], corner[[a, c, d]]]
         return np.array(found).reshape(-1, 3, 3)
+
+
+def _strip(one, two):
+    """Triangles between two closed rings (N, 3) of as many points."""
+    one_next, two_next = np.roll(one, -1, axis=0), np.roll(two, -1, axis=0)
+    return np.concatenate(
+        [np.stack([one, one_next, two_next], axis=1), np.stack([one, two_next, two], axis=1)]
+    )
