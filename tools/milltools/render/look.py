@@ -2,10 +2,6 @@
 
 import contextlib
 import dataclasses
-import pathlib
-import tempfile
-
-import numpy as np
 
 from milltools.runfile import Run
 
@@ -75,30 +71,23 @@ class Traced:
     def __init__(self, look, run):
         self._look, self._run = look, run
         self._cameras = _Cameras(look.camera, run)
-        self._folder = tempfile.TemporaryDirectory(prefix="mill-")
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self._folder.cleanup()
+        pass
 
     def write(self, state, path, fraction=0.0):
-        """The scene of a State as POV-Ray reads it."""
+        """Writes the scene of a State, as POV-Ray reads it, to `path`."""
         from milltools.render import pov
 
-        look = self._look
-        pov.write(self._run, state, path, self._cameras.at(fraction), look.colour, look.size)
+        look, camera = self._look, self._cameras.at(fraction)
+        pov.write(self._run, state, path, camera, look.colour, look.size)
 
     def draw(self, state, fraction=0.0):
         """The picture of a State at a share of the film."""
-        from PIL import Image
-
         from milltools.render import pov
 
-        scene = pathlib.Path(self._folder.name) / "scene.pov"
-        picture = scene.with_suffix(".png")
-        self.write(state, scene, fraction)
-        pov.trace(scene, picture, self._look.size)
-        with Image.open(picture) as image:
-            return np.array(image.convert("RGB"))
+        look, camera = self._look, self._cameras.at(fraction)
+        return pov.draw(self._run, state, camera, look.colour, look.size, look.background)

@@ -9,8 +9,10 @@ DEFAULT = "1080p"
 
 def look(arguments, run, size=None) -> Look:
     """The Look of a run's pictures. UserError for what cannot be shown, before anything is drawn."""
-    from milltools.render import camera, colour, scene
+    from milltools.render import camera, colour, pov, scene
 
+    if arguments.pov and not arguments.file.lower().endswith(".pov"):
+        pov.program()  # before anything is drawn
     text = _camera(arguments)
     camera.of(text, run)  # wrong ones are said here, not by a worker
     limits = _numbers(arguments.limits, "limits", 2) if arguments.limits else None

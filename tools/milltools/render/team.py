@@ -5,6 +5,7 @@ either are on the way at any time, so memory does not grow with the film. A proc
 outlives the command that started it, whatever ends that.
 """
 
+import contextlib
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -18,13 +19,18 @@ import numpy as np
 from milltools.errors import UserError
 from milltools.study.job import GUARD
 
+ONE_CORE = {
+    "LP_NUM_THREADS": "1",
+    "MILL_POVRAY_THREADS": "1",
+}  # the other cores have their own process
 AHEAD = 2  # states a process may have: one in hand, one that waits
 
 
 class Worker:
     """One process that draws."""
 
-    def __init__(self, look):
+    def __init__(self, look, folder):
+        """folder: for what it writes for itself; whoever draws removes it."""
         self.here, there = multiprocessing.Pipe()
         self.busy = 0
         self.said = tempfile.TemporaryFile()
@@ -73,10 +79,10 @@ class Worker:
         return UserError(f"a drawing process died of {how}{': ' + lines[-1] if lines else ''}", status=1)  # fmt: skip
 
     def end(self):
-        """Ends the process, whatever it does."""
+        """Ends the process, whatever it does, and what it has started."""
         self.here.close()
-        if self.process.poll() is None:
-            self.process.kill()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)  # its session is its own
         self.process.wait()
         self.said.close()
 
@@ -85,13 +91,14 @@ def draw(looks, tasks):
     """Yields the picture of every task (fraction, state) of the iterable, in order, uint8 (h, w, 3), drawn by one
     process for each of the `looks`."""
     workers = []
-    try:
-        for look in looks:
-            workers.append(Worker(look))
-        yield from _draw(workers, enumerate(tasks))
-    finally:
-        for worker in workers:
-            worker.end()
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        try:
+            for look in looks:
+                workers.append(Worker(look, folder))
+            yield from _draw(workers, enumerate(tasks))
+        finally:
+            for worker in workers:
+                worker.end()
 
 
 def _draw(workers, tasks):
