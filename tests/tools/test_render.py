@@ -1,73 +1,23 @@
 """mill render makes stills and films of a run, off-screen: the right pictures, at the right times, whole or not at all."""
 
-import json
-import os
 import shutil
-import signal
 import subprocess
-import sys
-import time
 
+import films
 import h5py
 import numpy as np
 import pytest
-from conftest import PROGRAM, ROOT, SMALL
-from PIL import Image
+from films import ENVIRONMENT, MILL, SMALLEST, STEP, frames, off, picture, probe
 
 from milltools.render import motion, times
 from milltools.runfile import Run
 from milltools.trajectory import stored
 
-SMALLEST = ("--size", "160x120", "--quality", "draft", "--limits", "0,3", "--workers", "1")
-STEP = 0.4e-3  # [s] between pictures at --slow 100 and 25 a second
-MILL = (sys.executable, "-m", "milltools")
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
-
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """A folder with the small mill run three ways: run.h5, fine.h5 with a frame every STEP, log.h5 with all impacts."""
-    folder = tmp_path_factory.mktemp("runs")
-    (folder / "deck.ini").write_text(SMALL)
-    for name, change in (
-        ("run", "output.frames=5 ms"),
-        ("fine", f"output.frames={STEP!r} s"),
-        ("log", "output.impacts=all"),
-        ("none", "output.frames=0 s"),
-    ):
-        words = ["-q", "-o", f"{name}.h5", "-s", change, "deck.ini"]
-        subprocess.run([PROGRAM, *words], cwd=folder, check=True, capture_output=True)
-    return folder
-
-
-def probe(path):
-    """(codec, pixel format, width, height, pictures counted, duration [s]) of a film that decodes without a word."""
-    fields = "codec_name,pix_fmt,width,height,nb_read_frames:format=duration"
-    words = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", f"stream={fields}", "-of", "json", path]  # fmt: skip
-    found = json.loads(subprocess.run(words, capture_output=True, check=True).stdout)
-    decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", path, "-f", "null", "-"], capture_output=True)  # fmt: skip
-    assert (decoded.returncode, decoded.stdout, decoded.stderr) == (0, b"", b"")
-    stream = found["streams"][0]
-    names = ("codec_name", "pix_fmt", "width", "height")
-    return (*(stream[name] for name in names), int(stream["nb_read_frames"]), float(found["format"]["duration"]))  # fmt: skip
-
-
-def frames(path):
-    """All pictures of a film, float (n, h, w, 3)."""
-    _, _, width, height, count, _ = probe(path)
-    words = ["ffmpeg", "-v", "error", "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
-    raw = subprocess.run(words, capture_output=True, check=True).stdout
-    return np.frombuffer(raw, np.uint8).reshape(count, height, width, 3).astype(float)
-
-
-def picture(path):
-    with Image.open(path) as image:
-        return np.array(image.convert("RGB")).astype(float)
-
-
-def off(one, two):
-    """Mean difference of two pictures."""
-    return np.abs(one - two).mean()
+    """The runs of films.make_runs, in a folder."""
+    return films.make_runs(tmp_path_factory.mktemp("runs"))
 
 
 # ---- stills
@@ -93,6 +43,16 @@ def test_a_still_between_frames_is_exact(mill, runs, tmp_path):
     done = mill("render", runs / "fine.h5", "b.png", *words)
     assert (done.returncode, done.stderr) == (0, "")  # there it is stored
     assert off(picture(tmp_path / "a.png"), picture(tmp_path / "b.png")) < 0.02
+
+
+def test_a_ray_traced_still_is_there_and_its_scene_too(mill, runs, tmp_path):
+    words = ("--pov", "--size", "160x120", "--limits", "0,3")
+    assert mill("render", runs / "run.h5", "scene.pov", *words).returncode == 0
+    assert (tmp_path / "scene.pov").read_text().count("\nB(") == 20
+    done = mill("render", runs / "run.h5", "traced.png", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    shown = picture(tmp_path / "traced.png")
+    assert shown.shape == (120, 160, 3) and (np.ptp(shown, axis=2) > 100).mean() > 0.01
 
 
 # ---- films
@@ -245,21 +205,10 @@ def test_a_run_without_frames_is_run_again_for_them(runs, the_program):
 # ---- beside a camera
 
 
-@pytest.fixture(scope="module")
-def shots(runs):
-    """camera.mp4: 64x48 pixels, 20 pictures at 25 a second, picture k as bright as 10 k in the middle, with a bright edge."""
-    k = np.arange(20)[:, None, None, None]
-    shots = np.broadcast_to(10 * k, (20, 48, 64, 3)).astype(np.uint8).copy()
-    shots[:, :, :8] = shots[:, :, -8:] = shots[:, :8] = shots[:, -8:] = 255
-    words = "ffmpeg -v error -f rawvideo -pix_fmt rgb24 -s 64x48 -r 25 -i - -pix_fmt yuv420p -crf 1 camera.mp4"
-    subprocess.run(words.split(), input=shots.tobytes(), check=True, cwd=runs)
-    return runs / "camera.mp4"
-
-
 @pytest.fixture
-def camera(shots, tmp_path):
-    """The camera's film, in tmp_path."""
-    return shutil.copy(shots, tmp_path / "camera.mp4")
+def camera(tmp_path):
+    """camera.mp4 in tmp_path."""
+    return films.make_camera(tmp_path / "camera.mp4")
 
 
 def test_simulation_and_camera_go_in_step(mill, runs, camera, tmp_path):
@@ -289,141 +238,3 @@ def test_what_the_camera_took_before_the_run_is_left_out_and_its_end_is_the_film
         plan, first = times.camera(run, 12.3e-3, 1000.0, 25.0, 20, True)
         np.testing.assert_allclose(plan.times, 12.3e-3 + np.arange(20) * 1e-3, atol=1e-12)
         np.testing.assert_allclose(plan.times / plan.step, np.round(plan.times / plan.step))
-
-
-# ---- what ends it
-
-
-def start(start_mill, runs, *words):
-    return start_mill("render", runs / "run.h5", "long.mp4", "--slow", "5000", *SMALLEST, *words)
-
-
-@pytest.fixture
-def start_mill(tmp_path):
-    """start_mill(*arguments) starts the mill command in tmp_path; what still runs is ended after the test."""
-    started = []
-
-    def begin(*arguments):
-        process = subprocess.Popen(
-            [*MILL, *map(str, arguments)], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-        )  # fmt: skip
-        started.append(process)
-        return process
-
-    yield begin
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
-
-
-def children(pid):
-    """{pid: command line} of a process's children that run."""
-    words = ["ps", "-o", "pid=,stat=,args=", "--ppid", str(pid)]
-    lines = subprocess.run(words, capture_output=True, text=True).stdout.splitlines()
-    found = [line.split(None, 2) for line in lines]
-    return {int(number): args for number, state, args in found if "Z" not in state}
-
-
-def drawing(process, folder):
-    """The children of a film that is being drawn; waits until it is."""
-    for _ in range(600):
-        found = children(process.pid)
-        if (folder / "long.mp4.part").exists() and sum("render.worker" in a for a in found.values()) == 2:  # fmt: skip
-            return found
-        assert process.poll() is None
-        time.sleep(0.1)
-    raise AssertionError("nothing is drawn")
-
-
-@pytest.mark.parametrize(
-    "number, line, status",
-    [(signal.SIGINT, "interrupted", 130), (signal.SIGTERM, "stopped", 143)],
-)
-def test_a_signal_leaves_neither_file_nor_process(start_mill, runs, tmp_path, number, line, status):
-    process = start(start_mill, runs, "--workers", "2")
-    helpers = drawing(process, tmp_path)
-    process.send_signal(number)
-    said = process.communicate(timeout=30)[1]
-    assert (process.returncode, said.splitlines()[-1]) == (status, f"mill render: {line}")
-    assert list(tmp_path.iterdir()) == []
-    assert not any(os.path.exists(f"/proc/{pid}") for pid in helpers)
-
-
-@pytest.mark.parametrize("victim", ["render.worker", "ffmpeg"])
-def test_a_helper_that_dies_is_one_line(start_mill, runs, tmp_path, victim):
-    process = start(start_mill, runs, "--workers", "2")
-    helpers = drawing(process, tmp_path)
-    os.kill(next(pid for pid, args in helpers.items() if victim in args), signal.SIGKILL)
-    said = process.communicate(timeout=60)[1].splitlines()[-1]
-    assert process.returncode == 1
-    if victim == "ffmpeg":
-        assert said.startswith("mill render: long.mp4: ffmpeg: it ended with status -9")
-    else:
-        assert said.startswith("mill render: a drawing process died of signal 9 (SIGKILL)")
-    assert list(tmp_path.iterdir()) == []
-    assert not any(os.path.exists(f"/proc/{pid}") for pid in helpers)
-
-
-def test_a_full_disk_is_one_line(mill, runs, tmp_path):
-    (tmp_path / "film.mp4.part").symlink_to("/dev/full")
-    done = mill("render", runs / "run.h5", "film.mp4", "--to", "10 ms", *SMALLEST)
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == "mill render: film.mp4: No space left on device"
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_without_ffmpeg_it_is_said_before_anything_is_drawn(mill, runs, tmp_path):
-    done = mill("render", runs / "run.h5", "film.mp4", env={"PATH": str(tmp_path)})
-    line = "mill render: ffmpeg is not installed: films need it: sudo apt-get install ffmpeg\n"
-    assert (done.returncode, done.stderr) == (1, line)
-
-
-FILM = ("run.h5", "a.mp4")
-BESIDE = (*FILM, "--beside", "camera.mp4")
-
-
-@pytest.mark.parametrize(
-    "words, line",
-    [
-        (("none-there.h5", "a.png"), "none-there.h5: no such file"),
-        (("run.h5", "a.gif"), "a.gif: expected a name ending in .png, .mp4, .webm"),
-        (("run.h5", "a.pov"), "a.pov: expected a name ending in .png, .mp4, .webm; --pov writes scenes"),
-        (("run.h5", "nowhere/a.png"), "nowhere/a.png: its folder nowhere does not exist"),
-        (("run.h5", "a.png", "--time", "1 kg"), "--time: expected a time such as '120 ms', got '1 kg'"),
-        (("run.h5", "a.png", "--time", "51 ms"), "--time: the run's balls are known up to 0.05 s, asked for 0.051 s"),
-        (("run.h5", "a.png", "--slow", "5"), "--slow: only for .mp4 and .webm"),
-        (("run.h5", "a.png", "--eye", "1,2"), "--eye: expected 3 numbers such as 0.3,-0.2,0.1, got '1,2'"),
-        (("run.h5", "a.png", "--target", "0,0,0"), "--target: only with --eye"),
-        (("run.h5", "a.png", "--limits", "3"), "--limits: expected 2 numbers such as 0,4, got '3'"),
-        ((*FILM, "--time", "1 ms"), "--time: only for .png and .pov"),
-        ((*FILM, "--slow", "0"), "argument --slow: invalid positive number value: '0'"),
-        ((*FILM, "--workers", "none"), "argument --workers: invalid number of processes value: 'none'"),
-        ((*FILM, "--from", "30 ms", "--to", "20 ms"), "--to: must be after --from, 0.03 s; got 0.02 s"),
-        ((*FILM, "--from", "41 ms", "--to", "44 ms"), "run.h5: fewer than two frames are stored from 0.041 s to 0.044 s"),
-        ((*FILM, "--slow", "1e8"), "125000001 pictures, 4e-10 s apart, are more than a film has"),
-        ((*FILM, "--crop", "1x1+0+0"), "--crop: only with --beside"),
-        ((*FILM, "--beside", "no.mp4"), "no.mp4: No such file or directory"),
-        ((*FILM, "--beside", "deck.ini"), "deck.ini: ffmpeg finds no video in it"),
-        ((*BESIDE, "--crop", "60x20+10+0"), "--crop: 60x20+10+0 is not within camera.mp4, 64x48 pixels"),
-        ((*BESIDE, "--crop", "left"), "--crop: expected WxH+X+Y in pixels, such as 640x480+20+10, got 'left'"),
-        ((*BESIDE, "--offset", "60 ms"), "--beside: no picture of the camera falls into the run"),
-        (("run.h5", "camera.mp4", "--beside", "camera.mp4"), "camera.mp4: is camera.mp4 itself; give another name"),
-        (("none.h5", "a.png"), "none.h5: no ball states are stored (output.frames = 0 s); --time says when"),
-        (("none.h5", "a.mp4"), "none.h5: no ball states are stored (output.frames = 0 s): --slow N runs the deck again"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_is_one_line(runs, camera, tmp_path, words, line, capsys, monkeypatch):
-    from milltools import __main__
-
-    for name in ("run.h5", "none.h5", "deck.ini"):
-        (tmp_path / name).symlink_to(runs / name)
-    before = sorted(tmp_path.iterdir())
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["mill", "render", *words])
-    assert __main__.main() == 2
-    said = capsys.readouterr()
-    assert said.out == "" and said.err.startswith(f"mill render: {line}"), said.err
-    assert len(said.err.splitlines()) == 1
-    assert sorted(tmp_path.iterdir()) == before

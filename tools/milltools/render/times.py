@@ -58,7 +58,7 @@ def still(run, text, again) -> Plan:
             f"--time: the run's balls are known up to {last:.6g} s, asked for {time:.6g} s"
         )
     time = min(time, last)
-    return _plan(run, np.array([time]), FPS, np.inf, time)
+    return _plan(run, np.array([time]), FPS, np.inf, time or SAME_TIME)
 
 
 def film(run, arguments, again) -> Plan:
