@@ -123,7 +123,9 @@ class Balls:
         size.SetName("radius")
         self._data = vtkPolyData()
         self._data.SetPoints(self._points)
-        self._data.SetVerts(_cells(np.arange(count).reshape(-1, 1)))  # without cells it has no bounds
+        self._data.SetVerts(
+            _cells(np.arange(count).reshape(-1, 1))
+        )  # without cells it has no bounds
         self._data.GetPointData().AddArray(size)
         self._data.GetPointData().SetScalars(self._scalars)
         mapper = vtkOpenGLSphereMapper()
@@ -144,12 +146,17 @@ def rotor(mill, colour):
     bodies = [] if mill.shaft() is None else [mill.shaft()]
     if len(mill.blades):
         bodies.append(mill.blade_triangles())
-    return [_solid(body, colour, ambient=0.12, diffuse=0.72, specular=0.45, power=18) for body in bodies]
+    return [
+        _solid(body, colour, ambient=0.12, diffuse=0.72, specular=0.45, power=18) for body in bodies
+    ]
 
 
 def rims(mill, colour):
     """Actors of the drum's rims."""
-    return [_solid(body, colour, ambient=0.2, diffuse=0.7, specular=0.4, power=25) for body in mill.rims()]
+    return [
+        _solid(body, colour, ambient=0.2, diffuse=0.7, specular=0.4, power=25)
+        for body in mill.rims()
+    ]
 
 
 class Glass:

@@ -83,10 +83,9 @@ class Camera:
             across, depth = points[:, axis], points[:, 2]
             low.append(((across - b * slope * depth).max(), b * slope))
             high.append(((across - a * slope * depth).min(), a * slope))
-        depth = min(
-            (h[0] - l[0]) / (l[1] - h[1]) for l, h in zip(low, high, strict=True)
-        )  # of the eye, along the view
-        eye = [(l[0] + l[1] * depth + h[0] + h[1] * depth) / 2 for l, h in zip(low, high, strict=True)]
+        bounds = list(zip(low, high, strict=True))
+        depth = min((h[0] - w[0]) / (w[1] - h[1]) for w, h in bounds)  # of the eye, along the view
+        eye = [(w[0] + w[1] * depth + h[0] + h[1] * depth) / 2 for w, h in bounds]
         place = np.array([*eye, depth])
         middle = np.append(place[:2], points[:, 2].mean())
         return dataclasses.replace(
@@ -141,7 +140,9 @@ def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> C
     if not all(v.shape == (3,) and np.isfinite(v).all() for v in (eye, target, up)):
         raise UserError("camera: eye, target and up are three numbers each, as in 0.3,-0.2,0.1")
     if not MIN_ANGLE <= angle <= MAX_ANGLE:
-        raise UserError(f"camera: angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}")
+        raise UserError(
+            f"camera: angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}"
+        )
     forward = target - eye
     if not np.linalg.norm(forward) > 0:
         raise UserError("camera: eye and target are the same place")

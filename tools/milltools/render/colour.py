@@ -100,12 +100,16 @@ def of(run, quantity: str, limits=None, cmap: str = MAP) -> Colour:
     if quantity not in QUANTITIES:
         raise UserError(f"colour: expected one of {', '.join(QUANTITIES)}, got {quantity!r}")
     if cmap not in matplotlib.colormaps:
-        raise UserError(f"colour: no colour map {cmap!r}; turbo, viridis and others of matplotlib's")
+        raise UserError(
+            f"colour: no colour map {cmap!r}; turbo, viridis and others of matplotlib's"
+        )
     if limits is None:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)
     if not (np.isfinite([low, high]).all() and low < high):
-        raise UserError(f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}")
+        raise UserError(
+            f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}"
+        )
     return Colour(quantity, (low, high), cmap)
 
 

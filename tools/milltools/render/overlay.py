@@ -101,7 +101,11 @@ class Overlay:
         self._arrow(image, strip[0], (left, head), (thick, arrow), upwards=True)
         for label, share in self._ticks():
             y = top + (1 - share) * (length - 1)
-            draw.line([(left + thick, y), (left + thick + 0.7 * u, y)], fill=self.ink, width=max(1, round(0.15 * u)))
+            draw.line(
+                [(left + thick, y), (left + thick + 0.7 * u, y)],
+                fill=self.ink,
+                width=max(1, round(0.15 * u)),
+            )
             draw.text((left + thick + 1.2 * u, y), label, fill=self.ink, font=small, anchor="lm")
         at = self.size[0] - width - round(2.2 * u), (self.size[1] - image.size[1]) // 2
         return at, image
@@ -112,7 +116,9 @@ class Overlay:
         small, title = font(round(2.5 * u)), font(round(2.6 * u))
         head, arrow = round(4.2 * u), round(2.6 * u)
         left = round(3 * u)
-        image = Image.new("RGBA", (length + arrow + 2 * left, head + thick + round(5 * u)), (*self.ink, 0))
+        image = Image.new(
+            "RGBA", (length + arrow + 2 * left, head + thick + round(5 * u)), (*self.ink, 0)
+        )
         draw = ImageDraw.Draw(image)
         draw.text((left + length / 2, 0), self.colour.title, fill=self.ink, font=title, anchor="ma")
         strip = self._strip(length)

@@ -23,6 +23,8 @@ from milltools.render.shapes import Mill
 FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
 THREADS = "MILL_POVRAY_THREADS"
 MEND = "install povray: sudo apt-get install povray"
+# strengths in linear light, where sums look brighter than those of the other pictures
+POV_MAIN, POV_FILL = 0.8, 0.55
 
 HEAD = """\
 // A mill at t = {time:.9g} s, made by millsim; POV-Ray 3.7. Lengths in m, frame as in the deck.
@@ -37,7 +39,7 @@ camera {{ {camera} }}
   finish {{ ambient 0.12 diffuse 0.7 specular 0.4 roughness 0.02 reflection 0.04 }} }}
 #declare Glass = texture {{ pigment {{ rgbt <0.84, 0.91, 0.97, 0.88> }}
   finish {{ ambient 0.10 diffuse 0.30 specular 0.6 roughness 0.008 }} }}
-#declare Ball = finish {{ ambient 0.22 diffuse 0.70 specular 0.40 roughness 0.012 }}
+#declare Ball = finish {{ ambient 0.12 diffuse 0.74 specular 0.22 roughness 0.006 }}
 #macro B(X, Y, Z, Radius, Red, Green, Blue)
 sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball }} }}
 #end
@@ -86,10 +88,10 @@ def _lights(camera, mill):
     """The lamps of the other pictures: the main one throws shadows, two fill."""
     axes = camera.axes * np.array([[1], [1], [-1]])
     reach = 12 * mill.rim_radius
-    lines = [f"light_source {{ {_vector(reach * (light(camera) @ axes))} rgb 0.85 }}"]
+    lines = [f"light_source {{ {_vector(reach * (light(camera) @ axes))} rgb {POV_MAIN} }}"]
     for place, strength in FILL:
         lines.append(
-            f"light_source {{ {_vector(reach * (np.array(place) @ axes))} rgb {strength} shadowless }}"
+            f"light_source {{ {_vector(reach * (np.array(place) @ axes))} rgb {POV_FILL * strength:.3g} shadowless }}"
         )
     return "\n".join(lines)
 
@@ -172,7 +174,11 @@ def trace(path, png, size, background="studio"):
         if os.environ.get(THREADS, "").isdigit():
             words.append(f"+WT{os.environ[THREADS]}")
         process = subprocess.Popen(
-            words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, cwd=folder
+            words,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            cwd=folder,
         )
         try:
             said = process.communicate()[1].decode(errors="replace")
@@ -181,7 +187,9 @@ def trace(path, png, size, background="studio"):
             process.wait()
             raise
         if process.returncode != 0 or not raw.exists():
-            raise UserError(f"{path}: povray ended with status {process.returncode}: {_reason(said)}", 1)
+            raise UserError(
+                f"{path}: povray ended with status {process.returncode}: {_reason(said)}", 1
+            )
         with Image.open(raw) as image:
             picture = np.array(image.convert("RGBA"))
     if background != "transparent":

@@ -6,11 +6,11 @@ Everything is made once; a frame only moves what moves. One Scene per process: O
 import math
 
 import numpy as np
-from PIL import Image
 
 from milltools.errors import UserError
 from milltools.render import window as windows
 from milltools.render.overlay import DARK, LIGHT, Overlay
+from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
 from milltools.render.shade import Look, Shade, View
 from milltools.render.shapes import Mill
 
@@ -23,6 +23,7 @@ BACKGROUNDS = {  # colours below and above, and the ink of what is written there
     "dark": ((0.13, 0.15, 0.18), (0.05, 0.06, 0.08), LIGHT),
     "transparent": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DARK),
 }
+EDGE = 0.4  # neighbours this much deeper are behind an edge; in radii of a ball
 # larger by `over` and averaged down for clean edges
 QUALITIES = {
     "draft": {"over": 1, "look": Look(pairs=2)},
@@ -64,7 +65,9 @@ class Scene:
         self._over = None
         ink = BACKGROUNDS[background][2]
         if overlay:
-            self._over = Overlay(self.size, colour, caption(run), run.quantity("run/time", 1.0), ink)
+            self._over = Overlay(
+                self.size, colour, caption(run), run.quantity("run/time", 1.0), ink
+            )
         self.mill = Mill.of(run)
         self._pixels = tuple(self._how["over"] * s for s in self.size)
         self._window = windows.open_window(self._pixels)
@@ -110,14 +113,15 @@ class Scene:
         self._window.Render()
         picture = self._actors.pixels(self._window, self._pixels, self._transparent)
         depth = self._actors.depths(self._window, self._pixels)
-        light = self._shade.light(depth, lamp)
-        if self._how["over"] > 1:
-            picture = np.asarray(Image.fromarray(picture).reduce(self._how["over"]))
-            light = (light[::2, ::2] + light[1::2, ::2] + light[::2, 1::2] + light[1::2, 1::2]) / 4
+        light, grid = self._shade.light(depth, lamp), self._shade.grid
+        if self._how["over"] == 2:
+            picture, light, grid = halved(picture), halved_light(light), max(1, grid // 2)
         else:
             picture = np.array(picture)
-            soften(picture, self._shade.eye.depth(depth), 0.4 * self._radius)
-        picture = darken(picture, smooth(light, self._shade.grid // self._how["over"]))
+            soften(picture, self._shade.eye.depth(depth), EDGE * self._radius)
+        picture = darken(picture, smooth(light, grid))
+        if self._transparent:
+            straighten(picture)
         if self._over:
             self._over.paste(picture, state.time)
         return picture
@@ -127,48 +131,6 @@ class Scene:
         if self._window is not None:
             self._window.Finalize()
             self._window = None
-
-
-def smooth(light, width):
-    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w)."""
-    for step in (1, 2)[: width.bit_length() - 1]:
-        for axis in (0, 1):
-            light = _pairs(light, step, axis)
-    return light
-
-
-def _pairs(light, step, axis):
-    """Means of values `step` apart along an axis; with the one before for 1, the one behind for 2, so that means of means
-    stay in the middle. At the edge values as they are."""
-    made = light.copy()
-    first, last = ([slice(None)] * 2 for _ in range(2))
-    first[axis], last[axis] = slice(None, -step), slice(step, None)
-    here, there = (last, first) if step == 1 else (first, last)
-    made[tuple(here)] += light[tuple(there)]
-    made[tuple(here)] *= np.float32(0.5)
-    return made
-
-
-def soften(picture, depth, least):
-    """Mixes pixels of `picture` in place where neighbours differ in `depth` by more than `least`: edges without stairs, for a
-    fraction of the cost of a larger picture."""
-    for axis in (0, 1):
-        one, two = ((slice(None, -1), slice(1, None)), (slice(None), slice(None)))
-        a, b = ((one[0], two[0]), (one[1], two[0])) if axis == 0 else ((two[0], one[0]), (two[0], one[1]))
-        edge = np.abs(depth[a] - depth[b]) > least
-        p, q = picture[a][edge].astype(np.uint16), picture[b][edge].astype(np.uint16)
-        picture[a][edge] = (3 * p + q + 2) >> 2
-        picture[b][edge] = (p + 3 * q + 2) >> 2
-
-
-def darken(picture, light):
-    """A picture (h, w, 3 or 4) uint8 with the share `light` (h, w), 0..1, of its own."""
-    share = (light * 256 + 0.5).astype(np.uint16)
-    made = picture[..., :3] * share[..., None]
-    made >>= 8
-    if picture.shape[2] == 3:
-        return made.astype(np.uint8)
-    return np.concatenate([made.astype(np.uint8), picture[..., 3:]], axis=2)
 
 
 def caption(run) -> str:

@@ -70,13 +70,19 @@ class View:
             (-there[1], 1 / other.scale, other.size[1] / 2),
             (there[2], 1.0, 0.0),
         ):
-            across = np.float32(scale * (right @ axis)) * column + np.float32(scale * (up @ axis)) * row
+            across = (
+                np.float32(scale * (right @ axis)) * column + np.float32(scale * (up @ axis)) * row
+            )
             along = scale * (forward @ axis)
             start = offset + scale * ((self.camera.eye - other.camera.eye) @ axis)
             if self.slope:
-                found.append((across * np.float32(self.slope) + np.float32(along), np.float32(start)))
+                found.append(
+                    (across * np.float32(self.slope) + np.float32(along), np.float32(start))
+                )
             else:
-                found.append((np.float32(along), across * np.float32(self.scale) + np.float32(start)))
+                found.append(
+                    (np.float32(along), across * np.float32(self.scale) + np.float32(start))
+                )
         return found
 
 

@@ -12,7 +12,10 @@ from milltools.profile import Profile
 from milltools.solids import FACES, blade_corners, circle, prism
 
 FLATNESS = 1 / 1500  # how far a flat may be off the true surface, of the drum's radius
-RIM_WIDTH, RIM_LENGTH = 0.045, 0.045  # of a rim, beyond the wall and along the axis; of the drum's outermost radius
+RIM_WIDTH, RIM_LENGTH = (
+    0.045,
+    0.045,
+)  # of a rim, beyond the wall and along the axis; of the drum's outermost radius
 STUB = 0.10  # the shaft stands out of the drum so far, of its outermost radius
 
 
@@ -85,8 +88,13 @@ class Mill:
         for low in (-self.half - self.rim_length, self.half):
             high = low + self.rim_length
             rings = [
-                self._wall(x, beyond) for x, beyond in
-                ((low, 0.0), (low, self.rim_width), (high, self.rim_width), (high, 0.0))
+                self._wall(x, beyond)
+                for x, beyond in (
+                    (low, 0.0),
+                    (low, self.rim_width),
+                    (high, self.rim_width),
+                    (high, 0.0),
+                )
             ]
             around = zip(rings, (*rings[1:], rings[0]), strict=True)
             found.append(np.concatenate([_strip(a, b) for a, b in around]))
