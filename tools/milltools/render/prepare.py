@@ -18,7 +18,9 @@ def look(arguments, run, size=None) -> Look:
     limits = _numbers(arguments.limits, "limits", 2) if arguments.limits else None
     colours = colour.of(run, arguments.colour, limits)
     size = size or scene.size_of(arguments.size or DEFAULT)
-    return Look(run.path, size, arguments.quality, text, colours, pov=arguments.pov)
+    still = arguments.file.lower().endswith((".png", ".pov"))
+    quality = arguments.quality or ("final" if still else "draft")
+    return Look(run.path, size, quality, text, colours, pov=arguments.pov)
 
 
 def _camera(arguments):
