@@ -113,11 +113,11 @@ class Run:
             raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
 
     def length(self, path: str) -> int:
-        """Rows of the dataset at a path, without reading it."""
+        """Rows of the dataset at a path, without reading it. Missing, or a scalar: UserError."""
         thing = self._file.get(path)
-        if not isinstance(thing, h5py.Dataset):
-            raise UserError(f"{self.path}: has no /{path}")
-        return len(thing)
+        if not isinstance(thing, h5py.Dataset) or not thing.shape:
+            raise UserError(f"{self.path}: has no rows /{path}")
+        return thing.shape[0]
 
     def attribute(self, path: str, name: str, default=None):
         thing = self._file.get(path)

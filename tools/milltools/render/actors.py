@@ -1,0 +1,244 @@
+"""What VTK draws: balls, rotor, rims, glass; light, shade, and the way to the pixels. Imported after window.choose()."""
+
+import math
+
+import numpy as np
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers what draws)
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkPoints, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataNormals
+from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer
+from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
+
+from milltools.render.camera import Camera
+from milltools.render.lamps import FILL, MAIN, light
+from milltools.render.shade import View
+
+SHARP = 35.0  # degrees between faces, from which on their edge is one
+
+
+def renderer(background, transparent):
+    """A renderer with its lamps; `background`: colours below and above."""
+    made = vtkRenderer()
+    made.SetBackground(*background[0])
+    made.SetBackground2(*background[1])
+    made.SetGradientBackground(background[0] != background[1])
+    if transparent:
+        made.SetBackgroundAlpha(0.0)
+    made.AutomaticLightCreationOff()
+    for place, strength in (((0, 0, 1), MAIN), *FILL):
+        lamp = vtkLight()
+        lamp.SetLightTypeToCameraLight()
+        lamp.SetPosition(*place)
+        lamp.SetIntensity(strength)
+        made.AddLight(lamp)
+    return made
+
+
+def aim(renderer, camera, mill):
+    """Sets the renderer's camera as a camera.Camera says; returns its clipping range [m]."""
+    view = renderer.GetActiveCamera()
+    view.SetPosition(*camera.eye)
+    view.SetFocalPoint(*camera.target)
+    view.SetViewUp(*camera.axes[1])
+    view.SetParallelProjection(camera.angle == 0)
+    if camera.angle == 0:
+        view.SetParallelScale(camera.height / 2)
+    else:
+        view.SetViewAngle(camera.angle)
+    reach = math.hypot(mill.stub, mill.rim_radius) * 1.02
+    middle = -camera.eye @ camera.axes[2]
+    if renderer.GetLights().GetNumberOfItems():
+        renderer.GetLights().GetItemAsObject(0).SetPosition(*light(camera))
+    clipping = max(middle - reach, reach / 500), middle + reach
+    view.SetClippingRange(*clipping)
+    return clipping
+
+
+def pixels(window, size, transparent):
+    """What has been drawn: (h, w, 3 or 4) uint8, top row first; a view of VTK's array."""
+    found = vtkUnsignedCharArray()
+    last = size[0] - 1, size[1] - 1
+    if transparent:
+        window.GetRGBACharPixelData(0, 0, *last, True, found, 0)
+    else:
+        window.GetPixelData(0, 0, *last, True, found, 0)
+    return vtk_to_numpy(found).reshape(size[1], size[0], -1)[::-1]
+
+
+def depths(window, size):
+    """The depth buffer of what has been drawn, 0..1 float32 (h, w), top row first; a view of VTK's array."""
+    found = vtkFloatArray()
+    window.GetZbufferData(0, 0, size[0] - 1, size[1] - 1, found)
+    return vtk_to_numpy(found).reshape(size[1], size[0])[::-1]
+
+
+class Shadow:
+    """What the strongest lamp sees: a square picture of depths in a corner of the window."""
+
+    def __init__(self, window, size, mill):
+        self._window, self._mill, self._side = window, mill, min(size)
+        self.renderer = vtkRenderer()
+        self.renderer.SetViewport(0, 0, self._side / size[0], self._side / size[1])
+        self.renderer.AutomaticLightCreationOff()
+        self.renderer.DrawOff()
+        window.AddRenderer(self.renderer)
+
+    def look(self, camera):
+        """Sets the lamp for a camera.Camera; returns its shade.View."""
+        right, up, forward = camera.axes
+        towards = light(camera) @ np.array([right, up, -forward])
+        reach = math.hypot(self._mill.stub, self._mill.rim_radius) * 1.02
+        lamp = Camera(2 * reach * towards, np.zeros(3), up, 0.0, 2 * reach)
+        clipping = aim(self.renderer, lamp, self._mill)
+        return View(lamp, (self._side, self._side), clipping)
+
+    def render(self):
+        """The depth buffer (side, side) as the balls and the rotor stand."""
+        others = [r for r in self._window.GetRenderers() if r is not self.renderer]
+        for other in others:
+            other.DrawOff()
+        self.renderer.DrawOn()
+        self._window.Render()
+        found = depths(self._window, (self._side, self._side))
+        self.renderer.DrawOff()
+        for other in others:
+            other.DrawOn()
+        return found
+
+
+class Balls:
+    """One actor for all balls of `radius` (N,) [m]; move() sets their places and colours."""
+
+    def __init__(self, radius):
+        count = len(radius)
+        # single precision is what the mapper takes: it crashes with doubles
+        self._place = np.zeros((count, 3), np.float32)
+        self._colour = np.zeros((count, 3), np.uint8)
+        self._radius = np.ascontiguousarray(radius, np.float32)
+        self._points, self._scalars = vtkPoints(), numpy_to_vtk(self._colour)
+        self._points.SetData(numpy_to_vtk(self._place))
+        size = numpy_to_vtk(self._radius)
+        size.SetName("radius")
+        self._data = vtkPolyData()
+        self._data.SetPoints(self._points)
+        self._data.SetVerts(
+            _cells(np.arange(count).reshape(-1, 1))
+        )  # without cells it has no bounds
+        self._data.GetPointData().AddArray(size)
+        self._data.GetPointData().SetScalars(self._scalars)
+        mapper = vtkOpenGLSphereMapper()
+        mapper.SetInputData(self._data)
+        mapper.SetScaleArray("radius")
+        self.actor = vtkActor()
+        self.actor.SetMapper(mapper)
+        _surface(self.actor, ambient=0.16, diffuse=0.86, specular=0.28, power=45)
+
+    def move(self, place, colour):
+        self._place[:], self._colour[:] = place, colour
+        for changed in (self._points.GetData(), self._points, self._scalars, self._data):
+            changed.Modified()
+
+
+def rotor(mill, colour):
+    """Actors of shaft and blades at angle 0; [] without a rotor."""
+    bodies = [] if mill.shaft() is None else [mill.shaft()]
+    if len(mill.blades):
+        bodies.append(mill.blade_triangles())
+    return [
+        _solid(body, colour, ambient=0.12, diffuse=0.72, specular=0.45, power=18) for body in bodies
+    ]
+
+
+def rims(mill, colour):
+    """Actors of the drum's rims."""
+    return [
+        _solid(body, colour, ambient=0.2, diffuse=0.7, specular=0.4, power=25)
+        for body in mill.rims()
+    ]
+
+
+class Glass:
+    """The drum's wall: clear where it is looked through, denser where it is seen edge on, as glass is. `actors`: its far side,
+    then its near side."""
+
+    def __init__(self, mill, colour, clear=0.08, edge=0.75):
+        self._clear, self._edge = clear, edge
+        self._data = _normals(mill.tube(), 60.0)
+        points = vtk_to_numpy(self._data.GetPoints().GetData()).astype(float)
+        self._points, self._normal = points, vtk_to_numpy(self._data.GetPointData().GetNormals())
+        self._rgba = np.empty((len(points), 4), np.uint8)
+        self._rgba[:, :3] = np.round(255 * np.array(colour))
+        self._scalars = numpy_to_vtk(self._rgba)
+        self._data.GetPointData().SetScalars(self._scalars)
+        self.actors = [self._side(front) for front in (False, True)]
+
+    def _side(self, front):
+        mapper, actor = vtkPolyDataMapper(), vtkActor()
+        mapper.SetInputData(self._data)
+        actor.SetMapper(mapper)
+        actor.ForceTranslucentOn()
+        _surface(actor, ambient=0.55, diffuse=0.45, specular=0.9 if front else 0.0, power=30)
+        actor.GetProperty().SetFrontfaceCulling(not front)
+        actor.GetProperty().SetBackfaceCulling(front)
+        return actor
+
+    def look(self, camera):
+        """How clear it is everywhere, seen from a camera.Camera."""
+        sight = self._points - camera.eye
+        if camera.angle == 0:
+            sight = np.broadcast_to(camera.axes[2], self._points.shape)
+        across = np.abs(np.einsum("ij,ij->i", sight, self._normal)) / np.linalg.norm(sight, axis=1)
+        alpha = self._clear + (self._edge - self._clear) * (1 - across) ** 4
+        self._rgba[:, 3] = np.round(255 * alpha)
+        self._scalars.Modified()
+        self._data.Modified()
+
+
+# ---- triangles
+
+
+def _cells(index):
+    """A vtkCellArray of cells (K, n) of n points each."""
+    cells, count = vtkCellArray(), index.shape[1]
+    offsets = np.arange(0, index.size + 1, count, dtype=np.int64)
+    cells.SetData(
+        numpy_to_vtk(offsets, deep=True), numpy_to_vtk(index.ravel().astype(np.int64), deep=True)
+    )
+    return cells
+
+
+def _normals(triangles, sharp):
+    """Triangles (T, 3, 3) as vtkPolyData with normals, smooth but for edges sharper than `sharp` [degrees]."""
+    data, points = vtkPolyData(), vtkPoints()
+    points.SetData(numpy_to_vtk(triangles.reshape(-1, 3).astype(np.float32), deep=True))
+    data.SetPoints(points)
+    data.SetPolys(_cells(np.arange(3 * len(triangles)).reshape(-1, 3)))
+    joined = vtkCleanPolyData()  # corners that meet become one point
+    joined.SetInputData(data)
+    joined.PointMergingOn()
+    joined.SetTolerance(1e-7)
+    normals = vtkPolyDataNormals()
+    normals.SetInputConnection(joined.GetOutputPort())
+    normals.SetFeatureAngle(sharp)
+    normals.ConsistencyOff()
+    normals.Update()
+    return normals.GetOutput()
+
+
+def _solid(triangles, colour, **surface):
+    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper.SetInputData(_normals(triangles, SHARP))
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*colour)
+    _surface(actor, **surface)
+    return actor
+
+
+def _surface(actor, ambient, diffuse, specular, power):
+    look = actor.GetProperty()
+    look.SetAmbient(ambient)
+    look.SetDiffuse(diffuse)
+    look.SetSpecular(specular)
+    look.SetSpecularPower(power)

@@ -1,0 +1,172 @@
+"""Where a picture is taken from: presets that show a whole mill in a frame of any shape, and free cameras.
+
+The world is the deck's: x along the drum's axis, z up. A preset is a direction; how near the camera goes follows from the
+frame (`Camera.placed`).
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.render.shapes import Mill
+
+# azimuth: from the drum's axis (+x) towards +y, elevation: above the horizon, view angle; all in degrees
+PRESETS = {
+    "front": (-32.0, 17.0, 26.0),
+    "three-quarter": (-58.0, 27.0, 26.0),
+    "end": (0.0, 0.0, 0.0),
+    "orbit": (-32.0, 20.0, 26.0),
+}
+FREE = ("eye", "target", "up", "angle")
+FREE_ANGLE = 30.0  # degrees, if not said
+MIN_ANGLE, MAX_ANGLE = 1.0, 150.0  # degrees
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    """A view from `eye` towards `target` [m] with `up` upwards in the picture, `angle` [degrees] from the lower to the upper edge.
+
+    `angle` 0 is a view without perspective, `height` [m] from edge to edge. `hull` (K, 3): points that shall fill the frame
+    (see placed); None: the camera stands where it stands."""
+
+    eye: np.ndarray
+    target: np.ndarray
+    up: np.ndarray
+    angle: float
+    height: float = 0.0
+    hull: np.ndarray | None = None
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Unit vectors right, up and forward (3, 3) in rows."""
+        forward = self.target - self.eye
+        forward = forward / np.linalg.norm(forward)
+        right = np.cross(forward, self.up)
+        right = right / np.linalg.norm(right)
+        return np.array([right, np.cross(right, forward), forward])
+
+    def placed(self, size, frame=(0.0, 0.0, 1.0, 1.0)) -> "Camera":
+        """The camera moved, not turned, until its hull fills `frame` (left, top, right, bottom; shares of a picture of `size`
+        pixels); itself if it has no hull."""
+        if self.hull is None:
+            return self
+        axes = self.axes
+        points = self.hull @ axes.T
+        aspect = size[0] / size[1]
+        # edges of the frame, counted from the picture's middle, in half heights
+        left, right = ((2 * frame[k] - 1) * aspect for k in (0, 2))
+        bottom, top = 1 - 2 * frame[3], 1 - 2 * frame[1]
+        if self.angle == 0:
+            return self._placed_flat(points, (left, right, bottom, top))
+        return self._placed_deep(points, (left, right, bottom, top))
+
+    def _placed_flat(self, points, edges):
+        left, right, bottom, top = edges
+        low, high = points.min(axis=0), points.max(axis=0)
+        scale = max((high[0] - low[0]) / (right - left), (high[1] - low[1]) / (top - bottom))
+        middle = (low + high) / 2
+        middle[0] -= scale * (left + right) / 2
+        middle[1] -= scale * (bottom + top) / 2
+        target = middle @ self.axes
+        away = 4 * np.linalg.norm(high - low)
+        eye = target - away * self.axes[2]
+        return dataclasses.replace(self, eye=eye, target=target, height=2 * scale, hull=None)
+
+    def _placed_deep(self, points, edges):
+        """A point is in the frame if it lies on the inner side of four planes through the eye: each is a bound linear in
+        the eye, so the nearest eye follows from the extreme points."""
+        slope = math.tan(math.radians(self.angle) / 2)
+        low, high = [], []
+        for axis, (a, b) in enumerate(((edges[0], edges[1]), (edges[2], edges[3]))):
+            across, depth = points[:, axis], points[:, 2]
+            low.append(((across - b * slope * depth).max(), b * slope))
+            high.append(((across - a * slope * depth).min(), a * slope))
+        bounds = list(zip(low, high, strict=True))
+        depth = min((h[0] - w[0]) / (w[1] - h[1]) for w, h in bounds)  # of the eye, along the view
+        eye = [(w[0] + w[1] * depth + h[0] + h[1] * depth) / 2 for w, h in bounds]
+        place = np.array([*eye, depth])
+        middle = np.append(place[:2], points[:, 2].mean())
+        return dataclasses.replace(
+            self, eye=place @ self.axes, target=middle @ self.axes, hull=None
+        )
+
+    def project(self, points, size) -> np.ndarray:
+        """Where `points` (K, 3) [m] are in a picture of `size` pixels: x from the left, y from the top, depth [m]; (K, 3)."""
+        seen = (np.asarray(points, float) - self.eye) @ self.axes.T
+        if self.angle == 0:
+            scale = np.full(len(seen), size[1] / self.height)
+        else:
+            scale = size[1] / 2 / math.tan(math.radians(self.angle) / 2) / seen[:, 2]
+        return np.stack(
+            [size[0] / 2 + seen[:, 0] * scale, size[1] / 2 - seen[:, 1] * scale, seen[:, 2]], axis=1
+        )
+
+
+def of(text: str, run, fraction: float = 0.0) -> Camera:
+    """A camera by name, one of PRESETS, for a milltools.runfile.Run; at `fraction` 0..1 of a film (orbit has gone once around
+    by 1). Or a free one, as "eye=0.3,-0.2,0.1 target=0,0,0 up=0,0,1 angle=30" ([m], [degrees]; eye must be there)."""
+    if "=" in text:
+        return _free(text)
+    if text not in PRESETS:
+        raise UserError(f"camera: expected one of {', '.join(PRESETS)}, or eye=x,y,z; got {text!r}")
+    azimuth, elevation, angle = PRESETS[text]
+    mill = Mill.of(run)
+    hull = mill.hull()
+    if text == "orbit":
+        hull = _swept(hull)
+        azimuth += 360 * fraction
+    a, e = math.radians(azimuth), math.radians(elevation)
+    away = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
+    size = np.abs(hull).max()
+    return Camera(10 * size * away, np.zeros(3), np.array([0.0, 0.0, 1.0]), angle, 0.0, hull)
+
+
+def _swept(hull):
+    """The points that `hull` passes through when it is turned about z; so that an orbit does not come and go."""
+    away, height = np.hypot(hull[:, 0], hull[:, 1]), hull[:, 2]
+    outer = [np.argmax(away), np.argmax(height), np.argmin(height)]
+    outer += [np.argmax(away + s * height) for s in (-1, 1)]
+    angles = np.linspace(0, 2 * math.pi, 72, endpoint=False)
+    return np.array(
+        [(away[k] * math.cos(t), away[k] * math.sin(t), height[k]) for k in outer for t in angles]
+    )
+
+
+def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> Camera:
+    """A camera at a place [m], its view `angle` in degrees. UserError where it sees nothing."""
+    eye, target, up = (np.array(v, float) for v in (eye, target, up))
+    if not all(v.shape == (3,) and np.isfinite(v).all() for v in (eye, target, up)):
+        raise UserError("camera: eye, target and up are three numbers each, as in 0.3,-0.2,0.1")
+    if not MIN_ANGLE <= angle <= MAX_ANGLE:
+        raise UserError(
+            f"camera: angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}"
+        )
+    forward = target - eye
+    if not np.linalg.norm(forward) > 0:
+        raise UserError("camera: eye and target are the same place")
+    if np.linalg.norm(np.cross(forward, up)) < 1e-6 * np.linalg.norm(forward) * np.linalg.norm(up):
+        raise UserError("camera: up points along the view; give another one, such as up=0,1,0")
+    if not up.any():
+        raise UserError("camera: up has no direction")
+    return Camera(eye, target, up, float(angle))
+
+
+def _free(text):
+    """From words key=value."""
+    found = {}
+    for word in text.split():
+        key, _, value = word.partition("=")
+        if key not in FREE:
+            raise UserError(f"camera: unknown {key!r}; one of {', '.join(FREE)}")
+        try:
+            numbers = [float(part) for part in value.split(",")]
+        except ValueError:
+            raise UserError(f"camera: {key}: expected numbers, got {value!r}") from None
+        if len(numbers) != (1 if key == "angle" else 3):
+            raise UserError(f"camera: {key}: wrong number of numbers in {value!r}")
+        found[key] = numbers[0] if key == "angle" else numbers
+    if "eye" not in found:
+        raise UserError("camera: a free camera needs eye=x,y,z")
+    return free(**found)

@@ -1,0 +1,155 @@
+"""What the balls are coloured by: a value for each, limits that hold for a whole film, a colour map."""
+
+import dataclasses
+import functools
+
+import matplotlib
+import numpy as np
+
+from milltools.errors import UserError
+
+MAP = "turbo"
+SHARE = 0.995  # of the balls are within the limits, if not said otherwise
+LOOKED_AT = 12  # frames that the limits are found from
+PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+
+
+def _speed(state, run):
+    return np.linalg.norm(state.velocity, axis=1)
+
+
+def _spin(state, run):
+    return np.linalg.norm(state.angular_velocity, axis=1)
+
+
+def _energy(state, run):
+    return 0.5 * run.balls("mass") * np.einsum("ij,ij->i", state.velocity, state.velocity)
+
+
+def _impact(state, run):
+    if state.value is None:
+        raise UserError(f"{run.path}: the speeds of last impacts are not known")
+    return state.value
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """Its `label` at the bar, its SI `unit`, and how it is had from a state."""
+
+    label: str
+    unit: str
+    values: object
+    frames: tuple = ()  # the stored columns it needs
+
+
+QUANTITIES = {
+    "speed": Quantity("speed", "m/s", _speed, ("velocity",)),
+    "spin": Quantity("spin", "rad/s", _spin, ("angular_velocity",)),
+    "energy": Quantity("kinetic energy", "J", _energy, ("velocity",)),
+    "impact": Quantity("speed of last impact", "m/s", _impact),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Colour:
+    """`quantity` (of QUANTITIES) within `limits` (low, high) [SI], drawn with matplotlib's map `cmap`."""
+
+    quantity: str
+    limits: tuple[float, float]
+    cmap: str = MAP
+
+    def values(self, state, run) -> np.ndarray:
+        """The value of every ball (N,) [SI]; NaN where a ball has none yet."""
+        return QUANTITIES[self.quantity].values(state, run)
+
+    def rgb(self, values) -> np.ndarray:
+        """Colours (N, 3) uint8; beyond the limits that of the limit, NaN grey."""
+        low, high = self.limits
+        share = (np.asarray(values, float) - low) / (high - low)
+        known = np.isfinite(share)
+        index = np.clip(np.where(known, share, 0.0) * 256, 0, 255).astype(int)
+        return np.where(known[:, None], _table(self.cmap)[index], np.uint8(150))
+
+    # ---- for the bar
+
+    @property
+    def scale(self) -> tuple[float, str]:
+        """What a value is divided by to be written, and the unit it then has."""
+        unit, top = QUANTITIES[self.quantity].unit, max(map(abs, self.limits))
+        if unit != "J":
+            return 1.0, unit
+        for factor, prefix in PREFIXES:
+            if top >= factor:
+                return factor, prefix + unit
+        return PREFIXES[-1][0], PREFIXES[-1][1] + unit
+
+    @property
+    def title(self) -> str:
+        """As in "speed [m/s]"."""
+        return f"{QUANTITIES[self.quantity].label} [{self.scale[1]}]"
+
+
+@functools.cache
+def _table(cmap):
+    return (matplotlib.colormaps[cmap](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
+
+
+def of(run, quantity: str, limits=None, cmap: str = MAP) -> Colour:
+    """The colours of a milltools.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
+    within them, from 0 on."""
+    if quantity not in QUANTITIES:
+        raise UserError(f"colour: expected one of {', '.join(QUANTITIES)}, got {quantity!r}")
+    if cmap not in matplotlib.colormaps:
+        raise UserError(
+            f"colour: no colour map {cmap!r}; turbo, viridis and others of matplotlib's"
+        )
+    if limits is None:
+        limits = 0.0, _nice(_top(run, quantity))
+    low, high = map(float, limits)
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise UserError(
+            f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}"
+        )
+    return Colour(quantity, (low, high), cmap)
+
+
+def _top(run, quantity) -> float:
+    """The value that all but a share of the balls stay below in the frames of a run."""
+    if quantity == "impact":
+        return _top_impact(run)
+    times = run.frame_times()
+    if len(times) == 0:
+        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+    # the first frames are of a start, not of the mill
+    chosen = np.unique(np.linspace(min(1, len(times) - 1), len(times) - 1, LOOKED_AT).astype(int))
+    kind = QUANTITIES[quantity]
+    found = []
+    for index in chosen:
+        columns = {name: run.frame(int(index), name).astype(float) for name in kind.frames}
+        found.append(kind.values(_Frame(**columns), run))
+    return float(np.quantile(np.concatenate(found), SHARE))
+
+
+@dataclasses.dataclass(frozen=True)
+class _Frame:
+    velocity: np.ndarray | None = None
+    angular_velocity: np.ndarray | None = None
+
+
+def _top_impact(run) -> float:
+    """From the spectrum of impacts; where nothing was sampled, from the fastest balls."""
+    if run.has("statistics/impacts/all/normal_speed/histogram/count"):
+        histogram = run.histogram("all")
+        total = histogram.count.sum()
+        if total > 0:
+            reached = np.searchsorted(np.cumsum(histogram.count), 0.98 * total)
+            return float(histogram.edges[min(reached + 1, len(histogram.edges) - 1)])
+    return 0.5 * _top(run, "speed")
+
+
+def _nice(top: float) -> float:
+    """The next number of two digits from `top` on, so that the bar ends at a number one can read."""
+    if not top > 0:
+        return 1.0
+    unit = 10.0 ** np.floor(np.log10(top) - 1)
+    return float(np.ceil(top / unit * (1 - 1e-9)) * unit)

@@ -1,0 +1,247 @@
+"""A state as a scene for POV-Ray: true shadows and reflections, the look of the paper's Figure 4.
+
+write() makes the scene, trace() has povray make a picture of it, finish() writes colour bar and time over that; draw() is all three.
+POV-Ray takes any right, up and direction, so the scene keeps the deck's right-handed frame. Colours are linear light there
+(assumed_gamma 1). Only numbers go into a scene, no text of a deck.
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+import numpy as np
+from PIL import Image
+
+from milltools.errors import UserError
+from milltools.render.lamps import FILL, light
+from milltools.render.overlay import Overlay
+from milltools.render.scene import BACKGROUNDS, caption
+from milltools.render.shapes import Mill
+
+FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
+THREADS = "MILL_POVRAY_THREADS"
+MEND = "install povray: sudo apt-get install povray"
+# strengths in linear light, where sums look brighter than those of the other pictures
+POV_MAIN, POV_FILL = 0.8, 0.55
+
+HEAD = """\
+// A mill at t = {time:.9g} s, made by millsim; POV-Ray 3.7. Lengths in m, frame as in the deck.
+// povray +I{{this file}} +W{width} +H{height} {flags}
+#version 3.7;
+global_settings {{ assumed_gamma 1 max_trace_level 6 }}
+camera {{ {camera} }}
+{lights}
+#declare Steel = texture {{ pigment {{ rgb <0.42, 0.43, 0.45> }}
+  finish {{ ambient 0.10 diffuse 0.62 specular 0.35 roughness 0.03 reflection 0.06 }} }}
+#declare Rim = texture {{ pigment {{ rgb <0.030, 0.045, 0.070> }}
+  finish {{ ambient 0.12 diffuse 0.7 specular 0.4 roughness 0.02 reflection 0.04 }} }}
+#declare Glass = texture {{ pigment {{ rgbt <0.84, 0.91, 0.97, 0.88> }}
+  finish {{ ambient 0.10 diffuse 0.30 specular 0.6 roughness 0.008 }} }}
+#declare Ball = finish {{ ambient 0.12 diffuse 0.74 specular 0.22 roughness 0.006 }}
+#macro B(X, Y, Z, Radius, Red, Green, Blue)
+sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball }} }}
+#end
+"""
+
+
+# ---- the scene
+
+
+def write(run, state, path, camera, colour, size):
+    """Writes the scene of a trajectory.State of a milltools.runfile.Run to `path`, for a picture of `size` pixels."""
+    mill = Mill.of(run)
+    placed = camera.placed(size, _overlay(run, colour, size).frame)
+    head = HEAD.format(
+        time=state.time,
+        width=size[0],
+        height=size[1],
+        flags=" ".join(FLAGS),
+        camera=_camera(placed, size),
+        lights=_lights(placed, mill),
+    )
+    turning = _rotor(mill, run.rotor_angle(state.time))
+    parts = [head, *_still(mill), *turning, *_balls(run, state, colour)]
+    _replace(path, "\n".join(parts).encode() + b"\n")
+
+
+def _vector(values):
+    return "<" + ", ".join(f"{v:.8g}" for v in values) + ">"
+
+
+def _camera(camera, size):
+    right, up, forward = camera.axes
+    aspect = size[0] / size[1]
+    if camera.angle == 0:
+        kind, high, direction = "orthographic", camera.height, forward
+    else:
+        kind, high = "perspective", 2 * np.tan(np.radians(camera.angle) / 2)
+        direction = forward
+    return (
+        f"{kind} location {_vector(camera.eye)} direction {_vector(direction)}\n"
+        f"  right {_vector(right * high * aspect)} up {_vector(up * high)}"
+    )
+
+
+def _lights(camera, mill):
+    """The lamps of the other pictures: the main one throws shadows, two fill."""
+    axes = camera.axes * np.array([[1], [1], [-1]])
+    reach = 12 * mill.rim_radius
+    lines = [f"light_source {{ {_vector(reach * (light(camera) @ axes))} rgb {POV_MAIN} }}"]
+    for place, strength in FILL:
+        lines.append(
+            f"light_source {{ {_vector(reach * (np.array(place) @ axes))} rgb {POV_FILL * strength:.3g} shadowless }}"
+        )
+    return "\n".join(lines)
+
+
+def _mesh(triangles, texture, *words):
+    corners = triangles.reshape(-1, 3)
+    points, index = np.unique(np.round(corners, 9), axis=0, return_inverse=True)
+    faces = index.reshape(-1, 3)
+    return "\n".join(
+        [
+            "mesh2 {",
+            f"vertex_vectors {{ {len(points)}, {', '.join(map(_vector, points))} }}",
+            f"face_indices {{ {len(faces)}, {', '.join(f'<{a}, {b}, {c}>' for a, b, c in faces)} }}",
+            f"texture {{ {texture} }} {' '.join(words)} }}",
+        ]
+    )
+
+
+def _still(mill):
+    """Wall and rims."""
+    if mill.profile.circle:
+        ends = f"<{-mill.half:.8g}, 0, 0>, <{mill.half:.8g}, 0, 0>, {mill.profile.radius:.8g}"
+        wall = f"cylinder {{ {ends} open texture {{ Glass }} no_shadow }}"
+    else:
+        wall = _mesh(mill.tube(), "Glass", "no_shadow")
+    return [wall, *(_mesh(rim, "Rim") for rim in mill.rims())]
+
+
+def _rotor(mill, angle):
+    found = []
+    if mill.shaft_radius > 0:
+        ends = f"<{-mill.stub:.8g}, 0, 0>, <{mill.stub:.8g}, 0, 0>, {mill.shaft_radius:.8g}"
+        found.append(f"cylinder {{ {ends} texture {{ Steel }} }}")
+    if mill.blades:
+        c, s = np.cos(angle), np.sin(angle)
+        turned = mill.blade_triangles() @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+        found.append(_mesh(turned, "Steel"))
+    return found
+
+
+def _balls(run, state, colour):
+    linear = (colour.rgb(colour.values(state, run)) / 255.0) ** 2.2
+    rows = np.column_stack([state.position, run.balls("diameter") / 2, linear])
+    return ["B(" + ",".join(f"{v:.6g}" for v in row) + ")" for row in rows]
+
+
+def _replace(path, content):
+    path = pathlib.Path(path)
+    draft = path.with_name(f"{path.name}.part")
+    try:
+        draft.write_bytes(content)
+        os.replace(draft, path)
+    except OSError as fault:
+        draft.unlink(missing_ok=True)
+        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
+
+
+# ---- the picture
+
+
+def program() -> str:
+    """Where povray is. UserError if it is not installed."""
+    found = shutil.which("povray")
+    if found is None:
+        raise UserError(f"no povray to trace the scene: {MEND}", status=1)
+    return found
+
+
+def trace(path, png, size, background="studio"):
+    """Has povray make the picture `png` of `size` pixels of the scene at `path`, on a `background` of scene.BACKGROUNDS."""
+    width, height = size
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        # povray reads its words as an INI file: under names of ours nothing in a path can be taken for one
+        raw = pathlib.Path(folder) / "traced.png"
+        try:
+            shutil.copyfile(path, pathlib.Path(folder) / "scene.pov")
+        except OSError as fault:
+            raise UserError(f"{path}: {fault.strerror or fault}") from None
+        words = [program(), "+Iscene.pov", "+Otraced.png", f"+W{width}", f"+H{height}", *FLAGS]
+        if os.environ.get(THREADS, "").isdigit():
+            words.append(f"+WT{os.environ[THREADS]}")
+        process = subprocess.Popen(
+            words,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            cwd=folder,
+        )
+        try:
+            said = process.communicate()[1].decode(errors="replace")
+        except BaseException:  # Ctrl-C: povray goes with us
+            process.kill()
+            process.wait()
+            raise
+        if process.returncode != 0 or not raw.exists():
+            raise UserError(
+                f"{path}: povray ended with status {process.returncode}: {_reason(said)}", 1
+            )
+        with Image.open(raw) as image:
+            picture = np.array(image.convert("RGBA"))
+    if background != "transparent":
+        picture = _over(picture, BACKGROUNDS[background][:2])
+    _save(picture, png)
+
+
+def _reason(said):
+    """povray's own line of what went wrong, from all it says."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    for line in lines:
+        if "rror" in line:
+            return line
+    return lines[-1] if lines else "it said nothing"
+
+
+def _over(picture, colours):
+    """An RGBA picture over a background, `colours` below and above."""
+    share = np.linspace(0, 1, len(picture))[:, None, None]
+    below, above = (255 * np.array(c) for c in colours)
+    behind = above + (below - above) * share
+    alpha = picture[..., 3:] / 255
+    return np.round(picture[..., :3] * alpha + behind * (1 - alpha)).astype(np.uint8)
+
+
+def _save(picture, png):
+    png = pathlib.Path(png)
+    draft = png.with_name(f"{png.name}.part")
+    try:
+        Image.fromarray(picture).save(draft, format="PNG")
+        os.replace(draft, png)
+    except OSError as fault:
+        draft.unlink(missing_ok=True)
+        raise UserError(f"{png}: {fault.strerror or fault}", status=1) from None
+
+
+def _overlay(run, colour, size):
+    return Overlay(size, colour, caption(run), run.quantity("run/time", 1.0))
+
+
+def finish(picture, run, state, colour):
+    """Writes colour bar and time over a traced picture (h, w, 3 or 4) uint8, in place."""
+    _overlay(run, colour, (picture.shape[1], picture.shape[0])).paste(picture, state.time)
+
+
+def draw(run, state, camera, colour, size, background="studio") -> np.ndarray:
+    """The finished picture (h, w, 3) uint8 of a state, as scene.Scene.draw gives it."""
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        scene, png = pathlib.Path(folder) / "scene.pov", pathlib.Path(folder) / "scene.png"
+        write(run, state, scene, camera, colour, size)
+        trace(scene, png, size, background)
+        with Image.open(png) as image:
+            picture = np.array(image)
+    finish(picture, run, state, colour)
+    return picture

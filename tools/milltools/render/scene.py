@@ -1,0 +1,142 @@
+"""The picture of a mill at a moment: balls as exact spheres, drum, rims and rotor, drawn by VTK into memory.
+
+Everything is made once; a frame only moves what moves. One Scene per process: OSMesa has one current context.
+"""
+
+import math
+
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.render import window as windows
+from milltools.render.overlay import DARK, LIGHT, Overlay
+from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
+from milltools.render.shade import Look, Shade, View
+from milltools.render.shapes import Mill
+
+SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}
+LEAST, MOST = 16, 8192  # pixels of a side
+
+BACKGROUNDS = {  # colours below and above, and the ink of what is written there
+    "studio": ((0.965, 0.97, 0.98), (0.80, 0.845, 0.895), DARK),
+    "white": ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), DARK),
+    "dark": ((0.13, 0.15, 0.18), (0.05, 0.06, 0.08), LIGHT),
+    "transparent": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DARK),
+}
+EDGE = 0.4  # neighbours this much deeper are behind an edge; in radii of a ball
+# larger by `over` and averaged down for clean edges
+QUALITIES = {
+    "draft": {"over": 1, "look": Look(pairs=2)},
+    "final": {"over": 2, "look": Look(pairs=2)},
+}
+
+METAL, RIM, GLASS = (0.74, 0.76, 0.79), (0.20, 0.25, 0.33), (0.80, 0.87, 0.94)
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """(width, height) in pixels of a size by name (of SIZES) or as "1280x720"; both even, or videos could not have it."""
+    if text.lower() in SIZES:
+        return SIZES[text.lower()]
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(p.isascii() and p.isdigit() for p in parts):
+        raise UserError(f"size: expected {', '.join(SIZES)}, or as 1280x720; got {text!r}")
+    size = int(parts[0]), int(parts[1])
+    if not all(LEAST <= s <= MOST and s % 2 == 0 for s in size):
+        raise UserError(f"size: expected even numbers from {LEAST} to {MOST}, got {text!r}")
+    return size
+
+
+class Scene:
+    """Draws states of a milltools.runfile.Run. A context manager; close() does as well.
+
+    `size` (width, height) pixels; `quality` of QUALITIES, `background` of BACKGROUNDS; `camera` a camera.Camera, `colour` a
+    colour.Colour; `overlay`: whether colour bar and time are written over the picture."""
+
+    def __init__(self, run, size, quality, camera, colour, background="studio", overlay=True):
+        self.run, self.size, self.colour = run, tuple(size), colour
+        for name, known, what in (
+            (quality, QUALITIES, "quality"),
+            (background, BACKGROUNDS, "background"),
+        ):
+            if name not in known:
+                raise UserError(f"{what}: expected one of {', '.join(known)}, got {name!r}")
+        self._how = QUALITIES[quality]
+        self._transparent = background == "transparent"
+        self._over = None
+        ink = BACKGROUNDS[background][2]
+        if overlay:
+            self._over = Overlay(
+                self.size, colour, caption(run), run.quantity("run/time", 1.0), ink
+            )
+        self.mill = Mill.of(run)
+        self._pixels = tuple(self._how["over"] * s for s in self.size)
+        self._window = windows.open_window(self._pixels)
+        from milltools.render import actors  # imports vtk, which asks for the kind of window
+
+        self._actors = actors
+        self._renderer = actors.renderer(BACKGROUNDS[background][:2], self._transparent)
+        self._window.AddRenderer(self._renderer)
+        diameter = run.balls("diameter")
+        self._balls = actors.Balls(diameter / 2)
+        self._rotor = actors.rotor(self.mill, METAL)
+        self._glass = actors.Glass(self.mill, GLASS)
+        rims = actors.rims(self.mill, RIM)
+        for actor in (self._balls.actor, *self._rotor, *rims, *self._glass.actors):
+            self._renderer.AddActor(actor)
+        self._shadow = actors.Shadow(self._window, self._pixels, self.mill)
+        for actor in (self._balls.actor, *self._rotor, *rims):
+            self._shadow.renderer.AddActor(actor)
+        self._radius = float(np.median(diameter)) / 2
+        self.look(camera)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.close()
+
+    def look(self, camera):
+        """Another camera from the next frame on (an orbit has one for every frame)."""
+        frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
+        self.camera = camera.placed(self.size, frame)
+        clipping = self._actors.aim(self._renderer, self.camera, self.mill)
+        self._glass.look(self.camera)
+        eye = View(self.camera, self._pixels, clipping)
+        self._shade = Shade(eye, self._shadow.look(self.camera), self._radius, self._how["look"])
+
+    def draw(self, state) -> np.ndarray:
+        """The picture of a trajectory.State: (h, w, 3) uint8, top row first; (h, w, 4) on a transparent background."""
+        self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
+        for actor in self._rotor:
+            actor.SetOrientation(math.degrees(self.run.rotor_angle(state.time)), 0, 0)
+        lamp = self._shadow.render()
+        self._window.Render()
+        picture = self._actors.pixels(self._window, self._pixels, self._transparent)
+        depth = self._actors.depths(self._window, self._pixels)
+        light, grid = self._shade.light(depth, lamp), self._shade.grid
+        if self._how["over"] == 2:
+            picture, light, grid = halved(picture), halved_light(light), max(1, grid // 2)
+        else:
+            picture = np.array(picture)
+            soften(picture, self._shade.eye.depth(depth), EDGE * self._radius)
+        picture = darken(picture, smooth(light, grid))
+        if self._transparent:
+            straighten(picture)
+        if self._over:
+            self._over.paste(picture, state.time)
+        return picture
+
+    def close(self):
+        """Lets go of the window. The scene cannot draw any more."""
+        if self._window is not None:
+            self._window.Finalize()
+            self._window = None
+
+
+def caption(run) -> str:
+    """What the picture is of, as in "4000 balls, 1000 rpm"."""
+    count = len(run.balls("mass"))
+    words = f"{count} ball{'s' if count != 1 else ''}"
+    if run.has_rotor:
+        words += f", {run.rotor_speed * 30 / math.pi:.4g} rpm"
+    return words

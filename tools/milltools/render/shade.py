@@ -1,0 +1,171 @@
+"""Shade worked out from depth pictures: where light from everywhere hardly gets to, and shadows of the one strong lamp.
+
+VTK's own (an ambient occlusion pass, a shadow pass) cost more than all else in a picture, or look bad; from depth it is a few sums
+over arrays. A picture of depths is taken apart into GRID x GRID small ones, each of every fourth row and column. Each looks into other
+directions, and where the picture is put together again a mean over GRID x GRID pixels has seen them all: 16 times as many as each has
+paid for.
+
+Ambient occlusion is Loos and Sloan's volumetric obscurance (I3D 2010): about each place a ball of air, and how much of it is
+behind the surface, summed over lines along the view; half of it is, on a plane. Shadows: a place is dark if the lamp sees something
+nearer there.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+GOLDEN = math.pi * (3 - math.sqrt(5))  # angle between places of a sunflower's seeds
+GRID = 4
+LEAST_REACH = 3.0  # pixels of a small picture that the air about a place must reach; else the grid is made coarser
+
+
+@dataclasses.dataclass(frozen=True)
+class Look:
+    """How dark it gets, and how that is found; lengths in radii of a ball."""
+
+    pairs: int = 2  # of lines through the air about a place, in each of the small pictures
+    reach: float = 2.4  # of the air about a place
+    dark: float = 1.7
+    blur: float = 0.45  # radius over which the looks into the lamp's picture are spread
+    bias: float = 0.35  # what the lamp sees as near as this throws no shadow
+    soft: float = 0.3
+    shadow: float = 0.42  # share of light that a shadow takes
+
+
+class View:
+    """Depth pictures (h, w) of a camera.Camera: from what the window holds to metres, and to places in another view."""
+
+    def __init__(self, camera, size, clipping):
+        self.camera, self.size, self.clipping = camera, size, clipping
+        flat = camera.angle == 0
+        self.slope = 0.0 if flat else 2 * math.tan(math.radians(camera.angle) / 2) / size[1]
+        self.scale = camera.height / size[1] if flat else 0.0  # [m] a pixel
+
+    def depth(self, buffer):
+        """Depth along the view [m] from a depth buffer's 0..1 (any shape), as float32."""
+        near, far = map(np.float32, self.clipping)
+        if self.slope == 0:
+            return near + buffer * (far - near)
+        return near * far / (far - buffer * (far - near))
+
+    @property
+    def middle(self) -> float:
+        return (self.clipping[0] + self.clipping[1]) / 2
+
+    def pixels(self, length):
+        """How many pixels a length [m] is in the middle of the depths."""
+        return length / (self.scale or self.slope * self.middle)
+
+    def into(self, other):
+        """Places in the View `other`, in pixels and metres of depth, from depths z here: u = z * M + B for each of column, row and
+        depth there. [(M, B), ...], M and B (h, w) or numbers. `other` is without perspective."""
+        width, height = self.size
+        column = np.arange(width, dtype=np.float32) - (width - 1) / 2
+        row = (height - 1) / 2 - np.arange(height, dtype=np.float32)[:, None]
+        right, up, forward = self.camera.axes
+        there, found = other.camera.axes, []
+        for axis, scale, offset in (
+            (there[0], 1 / other.scale, other.size[0] / 2),
+            (-there[1], 1 / other.scale, other.size[1] / 2),
+            (there[2], 1.0, 0.0),
+        ):
+            across = (
+                np.float32(scale * (right @ axis)) * column + np.float32(scale * (up @ axis)) * row
+            )
+            along = scale * (forward @ axis)
+            start = offset + scale * ((self.camera.eye - other.camera.eye) @ axis)
+            if self.slope:
+                found.append(
+                    (across * np.float32(self.slope) + np.float32(along), np.float32(start))
+                )
+            else:
+                found.append(
+                    (np.float32(along), across * np.float32(self.scale) + np.float32(start))
+                )
+        return found
+
+
+class Shade:
+    """Shade for pictures of a View `eye`, with a lamp's View `lamp`; `radius` of a ball [m]."""
+
+    def __init__(self, eye, lamp, radius, look=Look()):
+        self.eye, self.lamp, self.radius, self.look = eye, lamp, radius, look
+        self.reach = look.reach * radius
+        self.grid = GRID
+        while self.grid > 1 and eye.pixels(self.reach) < LEAST_REACH * self.grid:
+            self.grid //= 2
+        self.phases = [(p, q) for p in range(self.grid) for q in range(self.grid)]
+        self._maps = eye.into(lamp)
+
+    def light(self, eye_buffer, lamp_buffer):
+        """The light that is left, 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x `grid` pixels."""
+        lamp = self.lamp.depth(np.ascontiguousarray(lamp_buffer))
+        whole = np.empty(eye_buffer.shape, np.float32)
+        for index, (p, q) in enumerate(self.phases):
+            part = slice(p, None, self.grid), slice(q, None, self.grid)
+            buffer = np.ascontiguousarray(eye_buffer[part])
+            depth = self.eye.depth(buffer)
+            left = self._open(depth, index)
+            left *= self._lit(depth, part, lamp, index)
+            left[buffer >= 1] = 1
+            whole[part] = left
+        return whole
+
+    def _open(self, depth, index):
+        """Ambient light. Lines come in pairs, opposite each other: on a plane seen aslant they cancel."""
+        reach, pairs = self.reach, self.look.pairs
+        pixels = self.eye.pixels(reach) / self.grid
+        margin = math.ceil(pixels) + 1
+        padded = np.pad(depth, margin, mode="edge")
+        height, width = depth.shape
+        total, weight = np.zeros_like(depth), 0.0
+        part, other, near = (np.empty_like(depth) for _ in range(3))
+        for k in range(pairs):
+            # every small picture has a line near the middle and one near the edge of the air
+            share = math.sqrt((k + (index + 0.5) / len(self.phases)) / pairs)
+            angle = (k * len(self.phases) + index) * GOLDEN
+            dx, dy = (round(share * pixels * f(angle)) for f in (math.cos, math.sin))
+            half = np.float32(reach * math.sqrt(1 - share * share))
+            one, two = (
+                padded[margin + y : margin + y + height, margin + x : margin + x + width]
+                for x, y in ((dx, dy), (-dx, -dy))
+            )
+            np.subtract(depth, one, out=part)  # > 0: in front of this place
+            np.subtract(depth, two, out=other)
+            np.maximum(part, other, out=near)
+            np.subtract(half + np.float32(reach), near, out=near)
+            near *= np.float32(1 / reach)  # 0: what is far in front is something else
+            np.clip(near, 0, 1, out=near)
+            np.clip(part, -half, half, out=part)
+            part += np.clip(other, -half, half, out=other)
+            part *= near
+            total += part
+            weight += 2 * half
+        total *= np.float32(-self.look.dark / weight)
+        total += 1
+        return np.clip(total, 0.1, 1, out=total)
+
+    def _lit(self, depth, part, lamp, index):
+        """The lamp's light, at every place of the small picture `part`."""
+        look = self.look
+        spread = look.blur * self.radius / self.lamp.scale
+        away = spread * math.sqrt((index + 0.5) / len(self.phases))
+        shifts = away * math.cos(index * GOLDEN), away * math.sin(index * GOLDEN), 0.0
+        column, row, far = (
+            depth * _part(m, part) + (_part(b, part) + np.float32(shift))
+            for (m, b), shift in zip(self._maps, shifts, strict=True)
+        )
+        side = lamp.shape[0]
+        at = np.clip(row, 0, side - 1, out=row).astype(np.int32)
+        at *= side
+        at += np.clip(column, 0, side - 1, out=column).astype(np.int32)
+        far -= lamp.ravel().take(at)
+        far -= np.float32(look.bias * self.radius)
+        far *= np.float32(-look.shadow / (look.soft * self.radius))
+        far += 1
+        return np.clip(far, 1 - look.shadow, 1, out=far)
+
+
+def _part(array, part):
+    return array[part] if np.ndim(array) else array

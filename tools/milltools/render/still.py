@@ -1,0 +1,37 @@
+"""One picture of a run, or the scene of one for POV-Ray."""
+
+import io
+
+from PIL import Image
+
+from milltools import rerun
+from milltools.export import write
+from milltools.render import motion, prepare, times
+from milltools.render.look import Traced
+from milltools.render.progress import say
+from milltools.runfile import Run
+
+
+def make(arguments, path):
+    """Writes the picture that `mill render` was asked for to `path`."""
+    with Run(arguments.run) as run:
+        allowed = not arguments.no_rerun and rerun.why_not(run) is None
+        plan = times.still(run, arguments.time, allowed)
+        look = prepare.look(arguments, run)
+        with motion.of(run, plan, arguments.colour == "impact", not arguments.no_rerun, say, prepare.told(arguments)) as moving:  # fmt: skip
+            (state,) = moving.states(plan.times)
+        prepare.tell_guessed(moving)
+        if path.suffix.lower() == ".pov":
+            with Traced(look, run) as scene:
+                draft = path.with_name(f"{path.name}.part")
+                try:
+                    scene.write(state, draft)
+                    draft.replace(path)
+                finally:
+                    draft.unlink(missing_ok=True)
+            return
+        with look.open() as drawing:
+            picture = drawing.draw(state)
+    content = io.BytesIO()
+    Image.fromarray(picture).save(content, "PNG")
+    write(path, content.getvalue())

@@ -1,0 +1,151 @@
+"""When the pictures of a film are taken, and how fast it plays."""
+
+import dataclasses
+import re
+
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.trajectory import SAME_TIME
+
+UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+FPS = 25.0
+MOST = 1_000_000  # pictures of a film
+FINER = 20  # a re-run has at most that many frames a picture
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """`times` (n,) [s] of the pictures, rising; the film's pictures a second `fps`; `slow`, how many times slower than real
+    time it plays; `step` [s] of a run whose frames are at all those times, 0 if they are stored ones."""
+
+    times: np.ndarray
+    fps: float
+    slow: float
+    step: float = 0.0
+
+
+def seconds(text, what, least=0.0) -> float:
+    """[s] from '123 ms', '1e-3 s', '0.1'; UserError that names `what`."""
+    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([A-Za-z]*)\s*", text)
+    try:
+        value = float(found[1]) * UNITS[found[2]]
+    except (TypeError, KeyError, ValueError):
+        value = np.nan
+    if not least <= value < np.inf:
+        raise UserError(f"{what}: expected a time such as '120 ms', got '{text}'")
+    return value
+
+
+def last_time(run, again) -> float:
+    """The last moment [s] that can be shown; `again`: the deck can be run again."""
+    times = run.frame_times()
+    if not len(times) and not again:
+        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+    return max(float(times[-1]) if len(times) else 0.0, run.time if again else 0.0)
+
+
+def still(run, text, again) -> Plan:
+    """One picture, at a time or of the last frame."""
+    times = run.frame_times()
+    if text is None:
+        if not len(times):
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s); --time says when")  # fmt: skip
+        return Plan(times[-1:], FPS, np.inf)
+    time, last = seconds(text, "--time"), last_time(run, again)
+    if time > last + SAME_TIME:
+        raise UserError(
+            f"--time: the run's balls are known up to {last:.6g} s, asked for {time:.6g} s"
+        )
+    time = min(time, last)
+    return _plan(run, np.array([time]), FPS, np.inf, time or SAME_TIME)
+
+
+def film(run, arguments, again) -> Plan:
+    """The pictures of a film: every stored frame, or with --slow at times of their own."""
+    last = last_time(run, again)
+    begin = seconds(arguments.begin, "--from") if arguments.begin else 0.0
+    end = seconds(arguments.end, "--to") if arguments.end else last
+    if not begin <= end:
+        raise UserError(f"--to: must be after --from, {begin:.6g} s; got {end:.6g} s")
+    if begin > last + SAME_TIME:
+        raise UserError(f"--from: the run's balls are known up to {last:.6g} s")
+    fps, end = arguments.fps or FPS, min(end, last)
+    if arguments.slow is None:
+        return _stored(run, begin, end, fps)
+    step = 1 / (fps * arguments.slow)
+    first = round(begin / step)
+    count = int((end - first * step) / step + 1e-6) + 1
+    return _plan(run, (first + np.arange(_few(count, step))) * step, fps, arguments.slow, step)
+
+
+def _stored(run, begin, end, fps):
+    times = run.frame_times()
+    if not len(times):
+        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again for them")  # fmt: skip
+    times = times[(times >= begin - SAME_TIME) & (times <= end + SAME_TIME)]
+    if len(times) < 2:
+        raise UserError(
+            f"{run.path}: fewer than two frames are stored from {begin:.6g} s to {end:.6g} s: --slow N makes others"
+        )
+    return Plan(times, fps, 1 / (fps * float(np.diff(times).mean())))
+
+
+def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
+    """(the simulation's pictures beside those of a camera, number of the first that has one): picture k of `count` (None:
+    not known) is at offset + k / camera_fps [s]."""
+    last, step = last_time(run, again), 1 / camera_fps
+    first = max(0, int(np.ceil(-offset / step - 1e-6)))
+    stop = int(np.floor((last - offset) / step + 1e-6))
+    if count is not None:
+        stop = min(stop, count - 1)
+    if stop < first:
+        raise UserError(
+            f"--beside: no picture of the camera falls into the run: they begin at {offset:.6g} s, the run ends at {last:.6g} s"
+        )
+    k = np.arange(first, first + _few(stop - first + 1, step))
+    fine = step / next((n for n in range(1, FINER) if _whole(offset / step * n)), FINER)
+    times = np.round((offset + k * step) / fine) * fine  # so that frames every `fine` hold them all
+    return _plan(run, times, play_fps, camera_fps / play_fps, fine), first
+
+
+def until(plan, end) -> Plan:
+    """A plan without what is later than `end` [s]."""
+    times = plan.times[plan.times <= end + SAME_TIME]
+    if not len(times):
+        raise UserError(f"--to: no picture is before {end:.6g} s")
+    return dataclasses.replace(plan, times=times)
+
+
+def _whole(number):
+    return abs(number - round(number)) < 1e-6
+
+
+def _few(count, step):
+    if count > MOST:
+        raise UserError(
+            f"{count} pictures, {step:.3g} s apart, are more than a film has: end earlier (--to)"
+        )
+    return count
+
+
+def _plan(run, times, fps, slow, step):
+    """Frames that are stored need no other run."""
+    stored = run.frame_times()
+    near = np.searchsorted(stored, times - SAME_TIME) if len(stored) else np.zeros(0, int)
+    if (
+        len(stored)
+        and near.max() < len(stored)
+        and (np.abs(stored[near] - times) <= SAME_TIME).all()
+    ):
+        step = 0.0
+    return Plan(times, fps, slow, step)
+
+
+def words(slow) -> str:
+    """How fast a film plays."""
+    if abs(slow - 1) < 0.01:
+        return "in real time"
+    much = max(slow, 1 / slow)
+    number = f"{much:.3g}" if much < 1000 else f"{much:.0f}"
+    return f"{number} times {'slower' if slow > 1 else 'faster'} than real time"

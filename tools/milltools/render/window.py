@@ -1,0 +1,70 @@
+"""A window that is on no screen: VTK draws into memory with Mesa's OSMesa, or with EGL where there is no OSMesa.
+
+VTK itself only warns when it finds neither, and goes on drawing nothing; here that is an error.
+"""
+
+import ctypes
+import os
+
+from milltools.errors import UserError
+
+# How VTK calls a kind of window, and the library it loads for it
+WINDOWS = (
+    ("vtkOSOpenGLRenderWindow", ("libOSMesa.so.8", "libOSMesa.so")),
+    ("vtkEGLRenderWindow", ("libEGL.so.1",)),
+)
+CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
+MEND = "install libosmesa6: sudo apt-get install libosmesa6"
+
+
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def choose() -> str:
+    """The kind of window to be had here, told to VTK; before vtk is imported. UserError if there is none."""
+    for kind, libraries in WINDOWS:
+        if any(map(_loads, libraries)):
+            os.environ[CHOICE] = kind
+            os.environ.setdefault("EGL_PLATFORM", "surfaceless")  # never asks for a display
+            return kind
+    raise UserError(f"nothing to draw with: {MEND}", status=1)
+
+
+def open_window(size):
+    """A vtkRenderWindow of `size` (width, height) pixels that is sure to draw. UserError if nothing comes out."""
+    kind = choose()
+    try:
+        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers the windows)
+        from vtkmodules.vtkCommonCore import vtkObject, vtkVersion
+        from vtkmodules.vtkRenderingCore import vtkRenderWindow
+    except ImportError as fault:
+        raise UserError(f"pictures need VTK: {fault}; install it with tools/setup", 1) from None
+    if (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) < (9, 4):
+        raise UserError(f"pictures need VTK 9.4 or later, this is {vtkVersion.GetVTKVersion()}", 1)
+    vtkObject.GlobalWarningDisplayOff()  # VTK's own words go to the terminal; ours are below
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)
+    window.SetSize(*size)
+    if window.GetClassName() != kind or not _draws(window):
+        raise UserError(f"VTK draws nothing with {kind}: {MEND}", status=1)
+    return window
+
+
+def _draws(window) -> bool:
+    """Whether a coloured background comes back as it was asked for."""
+    from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
+    from vtkmodules.vtkRenderingCore import vtkRenderer
+
+    probe, pixel = vtkRenderer(), vtkUnsignedCharArray()
+    probe.SetBackground(1.0, 0.2, 0.6)
+    window.AddRenderer(probe)
+    window.Render()
+    window.GetPixelData(0, 0, 0, 0, True, pixel, 0)
+    window.RemoveRenderer(probe)
+    return [pixel.GetValue(k) for k in range(pixel.GetNumberOfValues())] == [255, 51, 153]
