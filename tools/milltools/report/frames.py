@@ -2,8 +2,8 @@
 
 Frames are chosen by a stride so that the whole fits the room there is; of very many balls every k-th is taken. A
 position is three uint16 in the box around the drum's inside, so it is off by half a step at most: (upper - lower) / 131070,
-1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 of 0..limit each, faster
-balls count as the limit. A frame of n balls is 9 n bytes, one plane of n bytes after the other:
+1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 each, the 256th of
+0..limit that it lies in; what is beyond the limit counts as the last one. A frame of n balls is 9 n bytes, one plane of n bytes after the other:
 
     x high, x low, y high, y low, z high, z low,     of zigzag(position - position in the frame before)
     speed, spin, energy
@@ -78,8 +78,8 @@ def _pack(run, index, chosen):
         place = quantise(run.frame(k, "position")[chosen], -upper, upper).T
         pieces.append(gzip.compress(planes(place, last)))
         for name, values in balls.values(k).items():
-            level = np.rint(np.clip(values / limits[name], 0, 1) * 255)
-            pieces.append(gzip.compress(level.astype(np.uint8).tobytes()))
+            level = np.clip(values * (256 / limits[name]), 0, 255).astype(np.uint8)
+            pieces.append(gzip.compress(level.tobytes()))
         last = place
     pieces.append(gzip.flush())
     stored = len(run.frame_times())

@@ -4,7 +4,7 @@
 
 const Mill3D = (() => {
   const T = MillThree;
-  const FIELD = 28; // [degrees] of view, up and down
+  const FIELD = 26; // [degrees] of view, up and down
   const TRIANGLES = 1e6; // a frame of balls, at most about so many
 
   /** Bytes of base64 text. */

@@ -12,6 +12,7 @@
 
 (() => {
   const TURN = Math.PI / 36; // by a key
+  const FIRST_VIEW = 'front';
   const QUICK = 40; // [ms] a picture may take for a player to start by itself
   const NO_WEBGL = 'The turning picture needs WebGL 2, which this browser does not offer here.';
   const NO_UNPACKING = 'The turning picture needs a browser from 2023 or later (DecompressionStream).';
@@ -35,7 +36,7 @@
         this.visible = entries[entries.length - 1].isIntersecting;
         if (!this.visible) return;
         if (!this.started) this.start().catch((fault) => this.give_up(`The turning picture failed: ${fault.message}.`));
-        else { this.draw(); this.run(); }
+        else if (this.view) { this.draw(); this.run(); }
       }, { rootMargin: '100px' }).observe(this.part('stage'));
     }
 
@@ -49,7 +50,7 @@
       const text = this.part('data').textContent;
       const frames = await Mill3D.unpack(text, this.frames, head.drawn, head.values.length);
       this.view = new Mill3D.View(canvas, context, head, frames);
-      this.view.name = 'three-quarter';
+      this.view.name = FIRST_VIEW;
       this.part('controls').hidden = false;
       this.figure.classList.add('mp-live');
       this.bind();
@@ -111,9 +112,8 @@
       on(full, 'click', () => (document.fullscreenElement ? document.exitFullscreen() : this.figure.requestFullscreen()));
       new ResizeObserver(() => this.resize()).observe(part('stage'));
       addEventListener('resize', () => this.resize()); // the device's pixels may have changed
-      for (const query of ['(prefers-color-scheme: dark)', 'print']) {
-        matchMedia(query).addEventListener('change', () => this.ink());
-      }
+      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ink());
+      document.addEventListener('themechange', () => this.ink()); // the report's own choice of light and dark
       addEventListener('beforeprint', () => this.picture());
       this.ink();
     }
@@ -157,21 +157,21 @@
     picture() {
       const image = this.part('still');
       if (image.dataset.own || this.lost) return;
+      this.view.ink(false);
       this.view.draw();
       image.src = this.canvas.toDataURL('image/png');
+      this.ink();
     }
 
     // ---- frames
 
     place() {
-      const time = this.head.times[this.frame];
       this.view.place(this.frame, this.by);
       const text = this.head.labels[this.frame];
       const slider = this.part('slider');
       slider.value = this.frame;
       slider.setAttribute('aria-valuetext', text);
       this.part('time').textContent = text;
-      this.shown = time;
     }
 
     draw() {
@@ -248,6 +248,7 @@
       this.part('colour').value = values[this.by].name;
       const bar = this.part('bar');
       bar.setAttribute('aria-label', values[this.by].describe);
+      this.part('title').textContent = values[this.by].label;
       const ticks = this.part('ticks');
       ticks.replaceChildren(...values[this.by].ticks.map(([share, text]) => {
         const tick = document.createElement('span');
@@ -268,7 +269,7 @@
       this.pause();
       this.frame = this.head.first;
       this.place();
-      this.look('three-quarter');
+      this.look(FIRST_VIEW);
     }
 
     positions() { return this.view.positions(); }

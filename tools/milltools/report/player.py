@@ -23,6 +23,8 @@ from milltools.report import frames
 COLOURS = "turbo"
 LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
 PREFIXES = ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+# from where: turned from the drum's axis (+x) towards +y, and above the horizon [degrees], as in mill render
+VIEWS = {"front": (-32, 17), "three-quarter": (-58, 27)}
 NO_SCRIPT = "The turning picture needs JavaScript, which is switched off here."
 ALT = "The balls in the mill, coloured by their speed"
 KEYS = (
@@ -47,7 +49,7 @@ CONTROLS = """\
 <output class="mp-time"></output></div>
 <label>Slow motion <select class="mp-slow">{speeds}</select></label>
 <label>Colour <select class="mp-colour">{quantities}</select></label>
-<div class="mp-scale"><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
+<div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
 <div class="mp-ticks" aria-hidden="true">{ticks}</div></div>
 <div class="mp-views" role="group" aria-label="View">
 <button type="button" data-view="front">Front</button>
@@ -157,7 +159,7 @@ def _labels(times):
     """Times as they are read: all in ms with as many places as they need, at most three."""
     ms = times * 1e3
     places = next((p for p in range(3) if np.allclose(ms, np.round(ms, p), atol=1e-6)), 3)
-    return [f"{t:.{places}f} ms" for t in ms]
+    return [f"t = {t:.{places}f} ms" for t in ms]
 
 
 def _runs(diameters):
@@ -189,15 +191,15 @@ def _views(run):
     gravity = run.vector("gravity/acceleration")
     size = np.linalg.norm(gravity)
     up = -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
-    across = np.cross([1.0, 0, 0], up)  # to the side, level
-    if np.linalg.norm(across) < 1e-6:  # an upright drum
-        across = np.array([0.0, -1.0, 0.0])
-    side = -across / np.linalg.norm(across)
-    quarter = np.array([1.0, 0, 0]) + 0.75 * side + 0.45 * up
-    if abs(up[0]) > 0.9:
-        quarter = side + 0.55 * up
-    views = {"front": side, "three-quarter": quarter, "end": np.array([1.0, 0, 0])}
-    return up.tolist(), {name: [float(c) for c in view] for name, view in views.items()}
+    level = np.eye(3) - np.outer(up, up)  # columns: the axes, made level
+    ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it stands
+    ahead = ahead / np.linalg.norm(ahead)
+    views = {"end": [1.0, 0.0, 0.0]}
+    for name, (azimuth, elevation) in VIEWS.items():
+        a, e = np.radians([azimuth, elevation])
+        along = np.cos(a) * ahead + np.sin(a) * np.cross(up, ahead)
+        views[name] = (np.cos(e) * along + np.sin(e) * up).tolist()
+    return up.tolist(), views
 
 
 def _quantity(name, limit):
@@ -231,10 +233,14 @@ def _controls(head):
         quantities="".join(
             f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]
         ),
+        title=quantity["label"],
         describe=quantity["describe"],
-        gradient="linear-gradient(90deg," + ",".join("rgb({},{},{})".format(*c) for c in stops) + ")",
+        gradient="linear-gradient(90deg,"
+        + ",".join("rgb({},{},{})".format(*c) for c in stops)
+        + ")",
         ticks="".join(
-            f'<span style="left:{100 * share:g}%">{text}</span>' for share, text in quantity["ticks"]
+            f'<span style="left:{100 * share:g}%">{text}</span>'
+            for share, text in quantity["ticks"]
         ),
     )
 
