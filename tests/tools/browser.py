@@ -12,6 +12,7 @@ as long as a module's tests, not a session's: as long as playwright lives, no ot
 import io
 import pathlib
 import shutil
+import time
 
 import matplotlib.image
 import numpy as np
@@ -57,6 +58,13 @@ class Page:
         """The value of a piece of JavaScript; a promise's when it is kept."""
         return self.page.evaluate(script, argument)
 
+    def until(self, script):
+        """Waits until a piece of JavaScript is true (playwright's own way is against a strict page's policy)."""
+        end = time.monotonic() + PATIENCE / 1000
+        while not self.page.evaluate(script):
+            assert time.monotonic() < end, f"never came true: {script}"
+            self.page.wait_for_timeout(20)
+
     def picture(self, selector=None) -> np.ndarray:
         """What is seen, of the window or of one element: (h, w, 3) uint8, top row first."""
         seen = self.page.locator(selector).first if selector else self.page
@@ -77,14 +85,10 @@ def chromium():
         browser.close()
 
 
-@pytest.fixture
-def open_page(chromium):
-    """open_page(file, width=640, height=360, dark=False, motion=False, before="", scripts=True) opens an HTML file from disk
-    in a window of that size [px]: dark or light, `motion` False as for people who prefer none, `before`: JavaScript that is
-    run before the page's own, scripts=False: JavaScript is off. Returns a Page; it is closed after the test."""
+def _opener(chromium):
     contexts = []
 
-    def open_it(file, width=640, height=360, dark=False, motion=False, before="", scripts=True):
+    def open_it(file, width=640, height=480, dark=False, motion=False, before="", scripts=True):
         context = chromium.new_context(
             viewport={"width": width, "height": height},
             color_scheme="dark" if dark else "light",
@@ -99,3 +103,17 @@ def open_page(chromium):
     yield open_it
     for context in contexts:
         context.close()
+
+
+@pytest.fixture
+def open_page(chromium):
+    """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True) opens an HTML file from disk
+    in a window of that size [px]: dark or light, `motion` False as for people who prefer none, `before`: JavaScript that is
+    run before the page's own, scripts=False: JavaScript is off. Returns a Page; it is closed after the test."""
+    yield from _opener(chromium)
+
+
+@pytest.fixture(scope="module")
+def keep_page(chromium):
+    """As open_page, for a page that all tests of a module share."""
+    yield from _opener(chromium)

@@ -192,11 +192,16 @@ const Mill3D = (() => {
       this.renderer.render(this.scene, this.camera);
     }
 
-    /** Milliseconds that one picture takes, waited for. */
-    cost() {
+    /** Promise of the milliseconds that one picture takes. */
+    async cost() {
       const gl = this.renderer.getContext(), begin = performance.now();
       this.draw();
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+      gl.flush();
+      while (done && gl.getSyncParameter(done, gl.SYNC_STATUS) !== gl.SIGNALED) {
+        if (gl.isContextLost()) return Infinity;
+        await new Promise((resolve) => { setTimeout(resolve, 2); });
+      }
       return performance.now() - begin;
     }
 

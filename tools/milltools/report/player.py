@@ -46,7 +46,7 @@ CONTROLS = """\
 <div class="mp-controls" hidden>
 <div class="mp-line"><button type="button" class="mp-play">Play</button>
 <input type="range" class="mp-slider" aria-label="Time" min="0" max="{last}" step="1" value="{first}">
-<output class="mp-time"></output></div>
+<span class="mp-time"></span></div>
 <label>Slow motion <select class="mp-slow">{speeds}</select></label>
 <label>Colour <select class="mp-colour">{quantities}</select></label>
 <div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
