@@ -65,6 +65,16 @@ class Page:
             assert time.monotonic() < end, f"never came true: {script}"
             self.page.wait_for_timeout(20)
 
+    def swipe(self, x, y, right, down):
+        """A finger put down at (x, y) [px], moved by (right, down) in eight steps and lifted; on a page with touch=True."""
+        chromium = self.page.context.new_cdp_session(self.page)
+        for k in range(9):
+            finger = {"x": x + right * k / 8, "y": y + down * k / 8}
+            event = {"type": "touchMove" if k else "touchStart", "touchPoints": [finger]}
+            chromium.send("Input.dispatchTouchEvent", event)
+            self.page.wait_for_timeout(20)
+        chromium.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
     def picture(self, selector=None) -> np.ndarray:
         """What is seen, of the window or of one element: (h, w, 3) uint8, top row first."""
         seen = self.page.locator(selector).first if selector else self.page
@@ -88,12 +98,16 @@ def chromium():
 def _opener(chromium):
     contexts = []
 
-    def open_it(file, width=640, height=480, dark=False, motion=False, before="", scripts=True):
+    def open_it(
+        file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False
+    ):
         context = chromium.new_context(
             viewport={"width": width, "height": height},
             color_scheme="dark" if dark else "light",
             reduced_motion="no-preference" if motion else "reduce",
             java_script_enabled=scripts,
+            has_touch=touch,
+            is_mobile=touch,
         )
         contexts.append(context)
         if before:
@@ -107,9 +121,9 @@ def _opener(chromium):
 
 @pytest.fixture
 def open_page(chromium):
-    """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True) opens an HTML file from disk
-    in a window of that size [px]: dark or light, `motion` False as for people who prefer none, `before`: JavaScript that is
-    run before the page's own, scripts=False: JavaScript is off. Returns a Page; it is closed after the test."""
+    """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False)
+    opens an HTML file from disk in a window of that size [px]: dark or light, `motion` False as for people who prefer none,
+    `before`: JavaScript that is run before the page's own, scripts=False: JavaScript is off, touch=True: a phone. Returns a Page; it is closed after the test."""
     yield from _opener(chromium)
 
 

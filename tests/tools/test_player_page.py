@@ -227,6 +227,15 @@ def test_play_runs_through_the_frames_at_the_pace_that_is_chosen(page):
     assert page.evaluate("millPlayers[0].frame") == frame
 
 
+def test_a_slow_motion_of_a_tenth_shows_a_frame_of_5_ms_for_50_ms(page):
+    page.page.get_by_label("Slow motion").select_option(label="1/10 of real time")
+    seen = page.evaluate(
+        "(p => { p.show(2); p.begin(); p.advance(1000);"
+        " return [1040, 1060, 1090, 1110].map((now) => { p.advance(now); return p.frame; }); })(millPlayers[0])"
+    )
+    assert seen == [2, 3, 3, 4]
+
+
 def test_it_plays_from_the_start_again_after_the_end(page):
     page.evaluate("millPlayers[0].show(10); millPlayers[0].play()")
     page.until("millPlayers[0].frame < 10 && millPlayers[0].playing")
@@ -280,6 +289,25 @@ def test_the_mouse_turns_it_and_the_wheel_scrolls_the_page_until_the_mill_was_cl
     assert np.linalg.norm(turned) == pytest.approx(np.linalg.norm(first))
     mouse.wheel(0, -100)
     page.until(f"Math.hypot(...{eye}) < {0.99 * np.linalg.norm(first)}")
+    assert page.evaluate("scrollY") == 0
+    page.check()
+
+
+def test_a_finger_turns_the_mill_sideways_and_scrolls_the_page_upwards(
+    open_page, tmp_path, fragment
+):
+    file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
+    page = open_page(file, width=360, height=640, touch=True)
+    page.evaluate(THERE)
+    eye = "millPlayers[0].view.camera.position.toArray()"
+    first = page.evaluate(eye)
+    page.swipe(180, 200, 0, -120)
+    page.until("scrollY > 50")
+    page.page.wait_for_timeout(100)
+    assert page.evaluate(eye) == pytest.approx(first)
+    page.evaluate("scrollTo(0, 0)")
+    page.swipe(100, 200, 120, 0)
+    assert np.linalg.norm(np.subtract(page.evaluate(eye), first)) > 0.03
     assert page.evaluate("scrollY") == 0
     page.check()
 

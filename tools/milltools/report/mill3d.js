@@ -256,14 +256,24 @@ const Mill3D = (() => {
       this.controls.rotateUp(up);
     }
 
+    /** Where the eye is and what it looks at, as moveTo takes it. */
+    stand() {
+      return [this.camera.position.clone(), this.controls.target.clone()];
+    }
+
+    moveTo([eye, target]) {
+      this.camera.position.copy(eye);
+      this.controls.target.copy(target);
+      this.controls.update();
+    }
+
     zoom(factor) {
       this.moved = true;
       const { target } = this.controls;
       const away = this.camera.position.clone().sub(target);
       const { minDistance, maxDistance } = this.controls;
       away.setLength(Math.min(Math.max(away.length() / factor, minDistance), maxDistance));
-      this.camera.position.copy(target).add(away);
-      this.controls.update();
+      this.moveTo([away.add(target), target]);
     }
 
     /** Centres as drawn, Float32Array (n, 3) [m]. */

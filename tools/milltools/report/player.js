@@ -96,7 +96,13 @@
       part('stage').addEventListener('wheel', (e) => {
         if (document.activeElement !== canvas && !e.ctrlKey) e.stopPropagation();
       }, { capture: true, passive: true });
-      canvas.addEventListener('pointerdown', () => { this.touched = true; canvas.focus({ preventScroll: true }); });
+      canvas.addEventListener('pointerdown', () => {
+        this.touched = true;
+        this.before = view.stand();
+        canvas.focus({ preventScroll: true });
+      });
+      // a finger that turned out to scroll the page has not turned the mill
+      canvas.addEventListener('pointercancel', () => view.moveTo(this.before));
       canvas.addEventListener('webglcontextlost', () => {
         this.lost = true;
         this.say('The graphics driver has taken the picture away; it comes back by itself, or when the page is reloaded.');
