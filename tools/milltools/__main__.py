@@ -30,6 +30,8 @@ class Command:
 COMMANDS = (
     Command("plot", "one run as a picture: the mill, where the energy goes, how hard the balls hit",
             "./mill plot reference.h5 reference.png"),
+    Command("report", "one run as a page: the balls turning, where the energy goes, spectra, maps, numbers",
+            "./mill report reference.h5"),
     Command("dem", "the same deck as soft spheres, in LIGGGHTS, into a file of the same schema",
             "./mill dem input/simoloyer.ini -o soft.h5"),
     Command("compare", "two or more runs side by side: differences, standard errors, verdicts, pictures",
