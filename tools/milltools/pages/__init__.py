@@ -20,6 +20,13 @@ def lines(text) -> str:
     return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in str(text))
 
 
+def style(*more) -> str:
+    """The house's style sheet, and those of the paths after it."""
+    return "\n".join(
+        pathlib.Path(path).read_text("utf-8") for path in (FOLDER / "style.css", *more)
+    )
+
+
 def environment(*folders) -> jinja2.Environment:
     """Templates of the folders, and the shared ones; whatever they show is escaped, whatever is missing is an error."""
     found = jinja2.Environment(

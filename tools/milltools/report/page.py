@@ -15,12 +15,6 @@ CITE = (
 )
 
 
-def style() -> str:
-    return "\n".join(
-        path.read_text("utf-8") for path in (pages.FOLDER / "style.css", HERE / "report.css")
-    )
-
-
 def maker() -> str:
     """The version of the tools; unknown where there is no engine beside them."""
     try:
@@ -97,7 +91,7 @@ def render(run) -> str:
             title=name,
             kicker=f"{pages.plain(os.path.basename(run.path))} \N{MIDDLE DOT} {pages.plain(run.program)} {pages.plain(run.version)}"
             f" \N{MIDDLE DOT} {pages.plain(run.status)}",
-            style=style(),
+            style=pages.style(HERE / "report.css"),
             contents=[
                 (anchor, words)
                 for anchor, words in CONTENTS
