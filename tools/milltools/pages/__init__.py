@@ -5,14 +5,10 @@ import pathlib
 
 import jinja2
 
+from milltools.compare.text import plain
 from milltools.errors import UserError
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-
-
-def plain(text) -> str:
-    """What a file said on one line, without characters that would steer a terminal or a page."""
-    return "".join(c if c.isprintable() else "?" for c in str(text))
 
 
 def lines(text) -> str:

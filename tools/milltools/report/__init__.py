@@ -6,6 +6,7 @@ player.py the balls; page.py puts it together, beside.py does so with several ru
 
 import os
 
+from milltools.compare import check_writable, replicates
 from milltools.errors import UserError
 
 SUMMARY = (
@@ -17,7 +18,8 @@ SUMMARY = (
 def add_arguments(parser):
     parser.add_argument("runs", nargs="+", metavar="RUN", help="output file of a run")
     parser.add_argument(
-        "-o", "--output", metavar="FILE", help="the page; default: the run's name with .html, beside it; an old one is replaced"
+        "-o", "--output", metavar="FILE",
+        help="the page; default: the (first) run's name with .html, beside it; an old one is replaced",
     )  # fmt: skip
     parser.add_argument(
         "--compare", action="store_true",
@@ -25,21 +27,44 @@ def add_arguments(parser):
     )  # fmt: skip
 
 
+def named_for(files: list[str], compared: bool) -> str:
+    """reference.h5 -> reference.html, compared: reference-compared.html."""
+    return files[0].removesuffix(".h5") + ("-compared.html" if compared else ".html")
+
+
+def check_output(output: str, files: list[str]):
+    """That the page can be written, and is not one of the runs."""
+    for path in files:
+        if os.path.exists(path) and os.path.exists(output) and os.path.samefile(output, path):
+            raise UserError(f"{output}: a run, not a page; choose another name with -o")
+    check_writable(output)
+
+
 def run(arguments) -> int:
-    from milltools import compare  # its words for what cannot be written
+    if not arguments.compare and len(arguments.runs) > 1:
+        raise UserError("a report is of one run; several go on one page with --compare")
+    if arguments.compare and len(arguments.runs) < 2:
+        raise UserError("one run is nothing to compare with; give two or more")
+    sides = [replicates(r) if arguments.compare else [r] for r in arguments.runs]
+    files = [path for side in sides for path in side]
+    output = arguments.output or named_for(files, arguments.compare)
+    check_output(output, files)
+    # imported here: a wrong command line needs neither matplotlib nor scipy
+    from milltools import pages
+    from milltools.report.progress import Watch
     from milltools.runfile import Run
 
-    if len(arguments.runs) > 1 and not arguments.compare:
-        raise UserError("one run makes a report; several need --compare")
-    path = arguments.runs[0]
-    output = arguments.output or path.removesuffix(".h5") + ".html"
-    with Run(path) as opened:
-        if os.path.exists(output) and os.path.samefile(output, path):
-            raise UserError(f"{output}: the run itself; choose another name with -o")
-        compare.check_writable(output)
-        from milltools import pages
-        from milltools.report import page
+    if arguments.compare:
+        from milltools.report import beside
 
-        pages.write(output, page.render(opened))
+        with Watch(beside.steps(sides)) as watch:
+            text = beside.render(sides, watch)
+    else:
+        with Run(files[0]) as opened:
+            from milltools.report import page
+
+            with Watch(page.steps()) as watch:
+                text = page.render(opened, watch)
+    pages.write(output, text)
     print(f"{output}: {os.path.getsize(output) / 1e6:.1f} MB")
     return 0

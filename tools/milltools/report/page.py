@@ -9,10 +9,26 @@ from milltools.errors import UserError
 from milltools.report import facts, notes, pictures, policy, still, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
+MOST_BYTES = 6_000_000  # of the player
 CITE = (
     "millsim: event-driven simulation of high-energy ball mills. The millsim developers.",
     "Reichardt, Wiechert: Design optimization of high energy ball mills by discrete event simulation (2007).",
 )
+FIGURES = (("energy", "Energy"), ("spectra", "Impacts"), ("maps", "Maps"), ("time", "Over time"))
+TITLES = {
+    "energy": "Where the energy goes",
+    "spectra": "How hard they hit",
+    "maps": "Where it happens",
+    "time": "Over time",
+}
+LEADS = {
+    "spectra": "How often the balls meet, how hard, and what that takes of the power, by kind of contact.",
+}
+CONTENTS = (
+    ("balls", "Balls"), ("summary", "Summary"), *FIGURES, ("anomalies", "Anomalies"), ("precision", "Precision"),
+    ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
+)  # fmt: skip
+OPTIONAL = {"energy", "spectra", "maps", "time", "precision"}
 
 
 def maker() -> str:
@@ -21,6 +37,11 @@ def maker() -> str:
         return engine.version()
     except UserError:
         return "?"
+
+
+def theme() -> str:
+    """The script of the switch between light and dark."""
+    return (HERE / "theme.js").read_text("utf-8")
 
 
 def nothing(run) -> str:
@@ -32,17 +53,21 @@ def nothing(run) -> str:
     return ""
 
 
-def balls(run) -> tuple[str, str]:
-    """(fragment, scripts) of the player, or a picture, or why there is neither."""
+def balls(run, most_bytes: int = MOST_BYTES) -> str:
+    """The player, or why there is none."""
     picture = still.picture(run)
     if picture is None:
         return (
             '<p class="missing">No ball states are stored: the deck has output.frames = 0 s, or the run has not come to '
-            "its first checkpoint.</p>",
-            "",
+            "its first checkpoint.</p>"
         )
     source = base64.b64encode(picture).decode()
-    return f'<figure><img alt="The balls" src="data:image/png;base64,{source}"></figure>', ""
+    return f'<figure><img alt="The balls" src="data:image/png;base64,{source}"></figure>'
+
+
+def scripts(fragments: list[str]) -> str:
+    """What all players of a page need once."""
+    return ""
 
 
 def data_link(text: str) -> str:
@@ -51,53 +76,54 @@ def data_link(text: str) -> str:
 
 def cite(run) -> list[str]:
     made = pages.plain(run.version)
-    own = [f"{pages.plain(run.program)} {made}, which made this run."] if run.program != "millsim" else []
-    return [f"{CITE[0]} Version {made}." if not own else CITE[0], CITE[1], *own]
+    if run.program == "millsim":
+        return [f"{CITE[0]} Version {made}.", CITE[1]]
+    return [*CITE, f"{pages.plain(run.program)} {made}, which made this run."]
 
 
-def sections(run) -> list[tuple]:
-    """(anchor, title, lead, pictures) of the sections of figures."""
-    if not facts.sampled(run):
-        return []
-    return [
-        ("spectra", "How hard they hit", "", pictures.spectra(run)),
-        ("maps", "Where it happens", "", pictures.maps(run)),
-    ]
+def sections(runs, watch) -> list[tuple]:
+    """(anchor, title, lead, panels of pictures) of the sections of figures, of one run or several together. Those of one
+    panel begin with one name: "slip", "slip-power"."""
+    found = []
+    for anchor, _ in FIGURES:
+        panels = {}
+        for name in pictures.names(anchor):
+            with watch.step("pictures"):
+                panels.setdefault(name.split("-")[0], []).append(pictures.draw(name, runs))
+        if panels:
+            found.append((anchor, TITLES[anchor], LEADS.get(anchor, ""), list(panels.values())))
+    return found
 
 
-CONTENTS = (
-    ("balls", "Balls"), ("summary", "Summary"), ("energy", "Energy"), ("spectra", "Impacts"), ("maps", "Maps"),
-    ("time", "Over time"), ("anomalies", "Anomalies"), ("precision", "Precision"), ("notes", "Notes"),
-    ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
-)  # fmt: skip
+def steps() -> float:
+    """What render() tells its watch of, all in all."""
+    return 4 + sum(len(pictures.names(anchor)) for anchor, _ in FIGURES)
 
 
-def render(run) -> str:
+def render(run, watch) -> str:
     """The page of an open run as text."""
     name = pages.plain(facts.deck_name(run))
-    fragment, scripts = balls(run)
-    figures = sections(run)
-    precision = tables.precision(run) if run.has_statistics else []
+    made = f"{pages.plain(run.program)} {pages.plain(run.version)}"
+    with watch.step("the balls", 4):
+        fragment = balls(run)
+    figures = sections(run, watch)
+    sampled, shared = facts.sampled(run), scripts([fragment])
+    precision = tables.precision(run) if sampled else []
     there = {anchor for anchor, *_ in figures} | ({"precision"} if precision else set())
-    theme = (HERE / "theme.js").read_text("utf-8")
     deck = run.deck_text()
-    sampled = facts.sampled(run)
     return (
         pages.environment(HERE)
         .get_template("page.html")
         .render(
-            policy=policy.of(fragment, scripts, f"<script>{theme}</script>"),
+            policy=policy.of(fragment, shared, f"<script>{theme()}</script>"),
             maker=maker(),
             title=name,
-            kicker=f"{pages.plain(os.path.basename(run.path))} \N{MIDDLE DOT} {pages.plain(run.program)} {pages.plain(run.version)}"
-            f" \N{MIDDLE DOT} {pages.plain(run.status)}",
+            kicker=" \N{MIDDLE DOT} ".join(
+                (pages.plain(os.path.basename(run.path)), made, pages.plain(run.status))
+            ),
             style=pages.style(HERE / "report.css"),
-            contents=[
-                (anchor, words)
-                for anchor, words in CONTENTS
-                if anchor in there or anchor not in ("energy", "spectra", "maps", "time", "precision")
-            ],
-            verdict=facts.verdict(run),
+            contents=[c for c in CONTENTS if c[0] in there or c[0] not in OPTIONAL],
+            verdict=[said for said in facts.verdict(run) if said],
             notes=[pages.plain(note) for note in notes.notes(run)],
             tiles=facts.tiles(run),
             player=fragment,
@@ -116,7 +142,7 @@ def render(run) -> str:
             deck_file=name if name.endswith(".ini") else f"{name}.ini",
             deck_link=data_link(deck),
             cite=cite(run),
-            scripts=scripts,
-            theme=theme,
+            scripts=shared,
+            theme=theme(),
         )
     )

@@ -1,16 +1,11 @@
-"""The figures of a report, as SVG that is part of the page."""
+"""The figures of a report: those of milltools.figures, as SVG that is part of the page."""
 
 import dataclasses
-import io
-import re
 
-import matplotlib
+from markupsafe import escape
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-from milltools import plot
-from milltools.profile import Profile
+from milltools import figures
+from milltools.errors import UserError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,24 +19,25 @@ class Picture:
     why: str = ""
 
 
-def _svg(figure, prefix):
-    store = io.StringIO()
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix}):
-        figure.savefig(store, format="svg", metadata={"Date": None}, transparent=True)
-    plt.close(figure)
-    text = store.getvalue()
-    return re.sub(r"xmlns:xlink", "xmlns:xlink", text[text.index("<svg") :])
+def names(group: str) -> list[str]:
+    """Of the figures that belong to a group: "spectra", "energy", "maps", "time"."""
+    return [name for name, figure in figures.FIGURES.items() if figure.group == group]
 
 
-def spectra(run) -> list[Picture]:
-    figure, ax = plt.subplots(figsize=(9, 5), layout="constrained")
-    plot.draw_spectra(ax, run)
-    return [Picture("spectra", "Impact speeds", "Impacts per second and decade.", _svg(figure, "s"))]
-
-
-def maps(run) -> list[Picture]:
-    figure, ax = plt.subplots(figsize=(7, 6), layout="constrained")
-    profile = Profile.of(run.deck().get)
-    rim = ax.add_patch(plot.drum_rim(profile))
-    plot.draw_power(ax, run, rim)
-    return [Picture("map", "Dissipated power", "Cross-section.", _svg(figure, "m"))]
+def draw(name: str, runs, prefix: str = "figure") -> Picture:
+    """A figure of one open run, or of several together."""
+    figure = figures.FIGURES[name]
+    runs = runs if isinstance(runs, list) else [runs]
+    for run in runs:
+        why = figure.why_not(run)
+        if why:
+            who = f"{run.path}: " if len(runs) > 1 else ""
+            return Picture(name, figure.title, figure.caption, "", f"{who}{why}")
+    try:
+        drawing = figure.draw(runs, titled=False)
+    except UserError as fault:
+        return Picture(name, figure.title, figure.caption, "", str(fault))
+    markup = figures.svg(drawing, f"{prefix}-{name}")
+    label = escape(f"{figure.title}: {figure.caption}")
+    markup = markup.replace('role="img"', f'role="img" aria-label="{label}"', 1)
+    return Picture(name, figure.title, figure.caption, markup)
