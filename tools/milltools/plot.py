@@ -1,8 +1,12 @@
-"""`mill plot`: one run as a picture.
+"""`mill plot`: runs as pictures.
 
-Left the mill and the balls of the last stored frame, seen along the drum's axis, coloured by speed; in the
-middle where the energy goes; right how often and how hard the balls meet.
+Without --figure the overview of one run: left the mill and the balls of the last stored frame, seen along the drum's axis,
+coloured by speed; in the middle where the energy goes; right how often and how hard the balls meet. With it one of
+milltools.figures, of one run or several, or its numbers.
 """
+
+import contextlib
+import pathlib
 
 import matplotlib
 
@@ -13,38 +17,113 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LogNorm
 from matplotlib.transforms import Affine2D
 
+from milltools import style
 from milltools.errors import UserError
 from milltools.kinds import KINDS
 from milltools.profile import Profile
 from milltools.runfile import KIND_LABEL, Run
 
 SUMMARY = (
-    "Draws one run: the mill and its balls coloured by speed, where the energy goes, and the spectrum of impact "
-    "speeds of each contact kind. The picture's format follows its name (.png, .svg, .pdf)."
+    "Draws runs. Without --figure an overview of one run: the mill and its balls coloured by speed, where the energy "
+    "goes, and the spectrum of impact speeds of each contact kind. With --figure one figure of one run or several, or its "
+    "numbers. The format follows the name of the file: .png, .svg, .pdf, or .csv for the numbers."
 )
+PICTURES = (".png", ".svg", ".pdf")
 
 
 def add_arguments(parser):
-    parser.add_argument("run", help="output file of a run")
-    parser.add_argument("picture", help="where the picture goes; an old one is replaced")
+    parser.add_argument("runs", nargs="*", metavar="run.h5", help="output files of runs")
+    parser.add_argument("file", nargs="?", help="where it goes; an old one is replaced")
+    parser.add_argument("--figure", metavar="NAME", help="one of those that --list names")
+    parser.add_argument(
+        "--list", action="store_true", help="names the figures; of the runs, if given"
+    )
+    parser.add_argument(
+        "--kind",
+        action="append",
+        metavar="KIND",
+        help=f"spectra of this contact kind alone: {', '.join(KINDS)} or all; may be repeated",
+    )
+    parser.add_argument(
+        "--strikes", action="store_true", help="spectra of strikes: re-contacts of a pair merged"
+    )
+    parser.add_argument(
+        "--per-ball", action="store_true", help="spectra divided by the number of balls"
+    )
 
 
 def run(arguments) -> int:
-    with Run(arguments.run) as run:
-        run.need_statistics()
-        figure = draw(run)
-    save(figure, arguments.picture)
+    names = [*arguments.runs, *filter(None, [arguments.file])]
+    if arguments.list:
+        return tell(names)
+    if len(names) < 2:
+        raise UserError("expected a run and the name of a picture; see 'mill plot --help'")
+    *paths, target = names
+    options = {
+        "kinds": arguments.kind,
+        "strikes": arguments.strikes,
+        "per_ball": arguments.per_ball,
+    }
+    options = {name: value for name, value in options.items() if value}
+    with contextlib.ExitStack() as stack:
+        runs = [stack.enter_context(Run(path)) for path in paths]
+        if arguments.figure:
+            return write_figure(arguments.figure, runs, target, options)
+        if len(runs) > 1 or options or pathlib.Path(target).suffix.lower() == ".csv":
+            raise UserError(
+                f"the overview is of one run, as a picture; say which figure: --figure {', '.join(figures().FIGURES)}"
+            )
+        runs[0].need_statistics()
+        figure = draw(runs[0])
+    save(figure, target)
+    return 0
+
+
+def figures():
+    """Imported when they are asked for: who reads this module for the overview has no need of them."""
+    import milltools.figures
+
+    return milltools.figures
+
+
+def find(name):
+    known = figures().FIGURES
+    if name not in known:
+        raise UserError(f"unknown figure '{name}': one of {', '.join(known)}")
+    return known[name]
+
+
+def write_figure(name, runs, target, options) -> int:
+    from milltools.figures import files
+
+    figure = find(name)
+    suffix = pathlib.Path(target).suffix.lower()
+    if suffix == ".csv":
+        files.numbers(figure.tables(runs, **options), target)
+    elif suffix in PICTURES:
+        files.picture(figure.draw(runs, **options), target)
+    else:
+        raise UserError(f"{target}: expected a name that ends in {', '.join(PICTURES)} or .csv")
+    return 0
+
+
+def tell(paths) -> int:
+    """The figures there are; those that a run does not have with the reason."""
+    with contextlib.ExitStack() as stack:
+        runs = [stack.enter_context(Run(path)) for path in paths]
+        for figure in figures().FIGURES.values():
+            reasons = [f"{r.path}: {why}" for r in runs if (why := figure.why_not(r))]
+            print(
+                f"{figure.name:<20} {figure.title}"
+                + "".join(f"\n{'':<20}   not of {r}" for r in reasons)
+            )
     return 0
 
 
 def save(figure, path, dpi=90):
     """Writes a figure and forgets it; a name without a known format, or a full disk, is a UserError."""
     try:
-        figure.savefig(path, dpi=dpi)
-    except ValueError as fault:  # matplotlib lists the formats
-        raise UserError(f"{path}: {fault}") from None
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
+        style.save(figure, path, dpi)
     finally:
         plt.close(figure)
 

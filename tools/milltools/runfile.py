@@ -41,8 +41,8 @@ class Blade:
 
 @dataclasses.dataclass(frozen=True)
 class Histogram:
-    """Impacts by speed: `edges` [m/s] (n + 1,), `count` (n,), `dissipation` [J] (n,), what lies outside them, and
-    `part`: "all" of the energy, or only its "normal" part (programs that cannot tell the rest per impact)."""
+    """Impacts by speed: `edges` [m/s] (n + 1,), `count` (n,), `dissipation` [J] (n,), what lies outside them (number,
+    and energy), and `part`: "all" of the energy, or only its "normal" part (programs that cannot tell the rest per impact)."""
 
     edges: np.ndarray
     count: np.ndarray
@@ -50,6 +50,8 @@ class Histogram:
     underflow: float
     overflow: float
     part: str
+    dissipation_underflow: float = 0.0
+    dissipation_overflow: float = 0.0
 
     def above(self, speed: float) -> float:
         """Number of impacts at or above a speed [m/s]; exact if it is an edge, else log-linear within its bin."""
@@ -109,6 +111,13 @@ class Run:
             return thing.asstr()[index] if thing.dtype.kind == "O" else thing[index]
         except (OSError, UnicodeDecodeError) as fault:
             raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
+
+    def length(self, path: str) -> int:
+        """Rows of the dataset at a path, without reading it."""
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{path}")
+        return len(thing)
 
     def attribute(self, path: str, name: str, default=None):
         thing = self._file.get(path)
@@ -304,6 +313,8 @@ class Run:
             float(self.attribute(f"{path}/count", "underflow", 0)),
             float(self.attribute(f"{path}/count", "overflow", 0)),
             self.attribute(f"{path}/dissipation", "part", "all"),
+            float(self.attribute(f"{path}/dissipation", "underflow", 0)),
+            float(self.attribute(f"{path}/dissipation", "overflow", 0)),
         )
 
     def map(self, name: str, view: str = "cross_section") -> np.ndarray:

@@ -16,23 +16,7 @@ from milltools.compare.maps import LEAST
 from milltools.kinds import KINDS
 from milltools.plot import drum_rim, save, spectrum
 from milltools.runfile import KIND_LABEL
-
-# told apart by all kinds of colour vision (Okabe and Ito), and by the line
-COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-LINES = ("-", "--", "-.", ":")
-
-
-def literal(text: str, most: int = 44) -> str:
-    """A name as matplotlib must show it: no mathematics, no characters that steer, not too long."""
-    text = "".join(c if c.isprintable() else "?" for c in text)
-    if len(text) > most:
-        text = text[: most // 2 - 1] + "..." + text[-(most // 2 - 2) :]
-    return text.replace("\\", "/").replace("$", r"\$")
-
-
-def style(number: int) -> dict:
-    line = LINES[(number // len(COLOURS) + (number > 0)) % len(LINES)]
-    return {"color": COLOURS[number % len(COLOURS)], "ls": line, "lw": 1.4}
+from milltools.style import literal, run_style
 
 
 def draw_spectra(figure, sides):
@@ -47,7 +31,10 @@ def draw_spectra(figure, sides):
             speed, rate = spectrum(histograms[0], duration)
             rate = np.nansum([spectrum(h, duration)[1] for h in histograms], axis=0)
             ax.loglog(
-                speed, np.where(rate > 0, rate, np.nan), **style(number), label=literal(side.label)
+                speed,
+                np.where(rate > 0, rate, np.nan),
+                **run_style(number),
+                label=literal(side.label, 44),
             )
         ax.set_title(KIND_LABEL[kind])
         ax.set_xlim(1e-3, 20)
@@ -84,8 +71,8 @@ def draw_power(figure, sides):
     for number, side in enumerate(sides):
         for k, run in enumerate(side.runs):
             time, work = run.series["rotor_work"]
-            look = {**style(number), "alpha": 1 if len(side.runs) == 1 else 0.6}
-            label = literal(side.label) if k == 0 else None
+            look = {**run_style(number), "alpha": 1 if len(side.runs) == 1 else 0.6}
+            label = literal(side.label, 44) if k == 0 else None
             pieces = np.linspace(time[0], time[-1], min(100, len(time)))
             power = np.diff(np.interp(pieces, time, work)) / np.diff(pieces)
             axes[0].plot((pieces[1:] + pieces[:-1]) / 2, power, **look, label=label)
@@ -112,7 +99,7 @@ def draw_speeds(figure, sides):
             continue
         density = count / count.sum() / np.diff(SPEED_EDGES)
         density[density == 0] = np.nan
-        axes[0].semilogy(middle, density, **style(number), label=literal(side.label))
+        axes[0].semilogy(middle, density, **run_style(number), label=literal(side.label, 44))
         top = max(top, SPEED_EDGES[1 + np.searchsorted(np.cumsum(count), 0.9995 * count.sum())])
     axes[0].set_title("speeds of the balls")
     axes[0].set_xlabel("speed [m/s]")
@@ -130,7 +117,7 @@ def draw_speeds(figure, sides):
 def _draw_price(ax, sides):
     costs = [float(np.mean([run.cost for run in side.runs])) for side in sides]
     known = [c for c in costs if math.isfinite(c) and c > 0]
-    colours = [style(number)["color"] for number in range(len(sides))]
+    colours = [run_style(number)["color"] for number in range(len(sides))]
     bars = ax.barh(range(len(sides)), costs, color=colours, height=0.6)
     ax.bar_label(bars, [f"{c:.3g}" for c in costs], padding=4)
     ax.set_yticks(range(len(sides)), [literal(side.label, 24) for side in sides])

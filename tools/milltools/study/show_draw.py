@@ -10,9 +10,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from milltools import style
 from milltools.errors import UserError
 from milltools.plot import save
 from milltools.study.show_data import Scale, scale_of
+from milltools.style import literal
 
 FORMATS = (".png", ".svg", ".pdf")
 COLOURS = "viridis"  # even for the eye, in grey, and for all kinds of colour vision
@@ -20,30 +22,7 @@ COLOURS = "viridis"  # even for the eye, in grey, and for all kinds of colour vi
 LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
 INK = "#1a1a1a"
-STYLE = {
-    "font.size": 9,
-    "axes.titlesize": 9.5,
-    "axes.labelsize": 9,
-    "legend.fontsize": 8,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "0.35",
-    "axes.axisbelow": True,
-    "svg.hashsalt": "millsim",  # the same picture is the same file
-    "svg.fonttype": "path",
-    "pdf.fonttype": 42,
-    "hatch.linewidth": 0.6,
-}
-
-
-def literal(text, most: int = 60) -> str:
-    """A name as matplotlib must show it: no mathematics, no characters that steer, not too long."""
-    text = "".join(c if c.isprintable() else "?" for c in str(text))
-    if len(text) > most:
-        text = text[: most // 2 - 1] + "..." + text[-(most // 2 - 2) :]
-    return text.replace("\\", "/").replace("$", r"\$")
+STYLE = {**style.STYLE, "svg.fonttype": "path"}
 
 
 def new(width: float, height: float):

@@ -1,0 +1,82 @@
+"""Impacts by speed or energy in bins wide enough to draw, with all that the file counted still in them."""
+
+import dataclasses
+
+import numpy as np
+
+MERGED = 8  # bins of the file in one here: 14.6 a decade of speed; 0.05, 1 and 20 m/s stay edges
+
+
+@dataclasses.dataclass(frozen=True)
+class Bins:
+    """Impacts of one kind in a window: `edges` (n + 1,) of speed [m/s] or energy [J], `count` (n,), `dissipation` (n,) [J],
+    those below the first and above the last edge, the `duration` of the window [s], and the `part` of the dissipation
+    that is known of single impacts, "all" or "normal"."""
+
+    edges: np.ndarray
+    count: np.ndarray
+    dissipation: np.ndarray
+    below: tuple[float, float]  # number, energy [J]
+    above: tuple[float, float]
+    duration: float
+    part: str = "all"
+
+    @property
+    def total(self) -> float:
+        """How many, those outside the bins too."""
+        return float(self.count.sum()) + self.below[0] + self.above[0]
+
+    @property
+    def rate(self) -> float:
+        """[1/s], those outside the bins too."""
+        return self.total / self.duration
+
+    @property
+    def power(self) -> float:
+        """Dissipated [W], those outside the bins too."""
+        return (float(self.dissipation.sum()) + self.below[1] + self.above[1]) / self.duration
+
+    @property
+    def middle(self) -> np.ndarray:
+        """(n,) geometric middles of the bins."""
+        return np.sqrt(self.edges[:-1] * self.edges[1:])
+
+    @property
+    def decades(self) -> np.ndarray:
+        """(n,) widths of the bins."""
+        return np.diff(np.log10(self.edges))
+
+    @property
+    def rate_density(self) -> np.ndarray:
+        """(n,) impacts per second and decade [1/s]."""
+        return self.count / self.duration / self.decades
+
+    @property
+    def power_density(self) -> np.ndarray:
+        """(n,) dissipated power per decade [W]."""
+        return self.dissipation / self.duration / self.decades
+
+    @property
+    def exceedance(self) -> np.ndarray:
+        """(n + 1,) impacts per second at or above each edge [1/s]."""
+        above = np.concatenate([np.cumsum(self.count[::-1])[::-1], [0]]) + self.above[0]
+        return above / self.duration
+
+    def scaled(self, edges) -> "Bins":
+        """The same impacts by another quantity that grows with the first: its values at the edges."""
+        return dataclasses.replace(self, edges=np.asarray(edges, float))
+
+
+def merged(histogram, duration: float, together: int = MERGED) -> Bins:
+    """A histogram of the file in wider bins, `together` in one; the last is narrower where they do not go into it."""
+    first = np.arange(0, len(histogram.count), together)
+    edges = np.append(histogram.edges[first], histogram.edges[-1])
+    return Bins(
+        edges,
+        np.add.reduceat(histogram.count.astype(float), first),
+        np.add.reduceat(histogram.dissipation.astype(float), first),
+        (histogram.underflow, histogram.dissipation_underflow),
+        (histogram.overflow, histogram.dissipation_overflow),
+        float(duration),
+        histogram.part,
+    )

@@ -1,0 +1,109 @@
+"""How much energy an impact brings along its normal: E = m* v_n^2 / 2, with m* the ball's mass against a body of the mill and
+m1 m2 / (m1 + m2) between two balls.
+
+The file counts impacts by speed, not by mass. Where all balls weigh the same, m* is one number for each kind and the bins
+of speed are bins of energy, exactly: edges map to edges. Where they do not, only the log of single impacts
+(output.impacts = all) tells which masses met; it is read by slices. Without it there is no spectrum: to share the counts
+out among the masses would be a guess.
+"""
+
+import math
+import weakref
+
+import numpy as np
+
+from milltools.figures.bins import Bins, merged
+from milltools.kinds import KINDS
+
+SAME = 1e-12  # masses that differ by less are one
+EDGES = 10.0 ** (np.arange(-140, 15) / 7)  # [J] for a log: seven a decade, 1e-20 to 100 J
+SLICE = 1_000_000  # rows of the log at a time: some 50 MB
+
+_logged = weakref.WeakKeyDictionary()  # run -> {kind: Bins}: a log is read once
+
+
+def one_mass(run) -> float | None:
+    """Mass of every ball [kg]; None where they differ."""
+    mass = run.balls("mass")
+    return float(mass[0]) if len(mass) and np.ptp(mass) <= SAME * mass[0] else None
+
+
+def why_not(run, group: str = "impacts") -> str | None:
+    """Why the energies of the impacts are not known; None if they are."""
+    if one_mass(run) is not None:
+        return None
+    if group != "impacts":
+        return "the balls' masses differ, and which of them meet in a strike is not recorded"
+    if not run.has("impacts/time"):
+        return (
+            "the balls' masses differ, and which of them meet is only in the log of single impacts "
+            "(output.impacts = all)"
+        )
+    return None
+
+
+def kinds_known(run) -> tuple[str, ...]:
+    """Rows that have a spectrum: the kinds, and "all" where they share their bins."""
+    return KINDS if one_mass(run) is not None else (*KINDS, "all")
+
+
+def bins(run, kind: str, group: str = "impacts") -> Bins:
+    """Impacts of a kind by available normal energy [J]; see why_not."""
+    mass = one_mass(run)
+    if mass is None:
+        if run not in _logged:
+            _logged[run] = _from_log(run)
+        return _logged[run][kind]
+    effective = mass / 2 if kind == "ball_ball" else mass
+    by_speed = merged(run.histogram(kind, group), run.duration)
+    return by_speed.scaled(0.5 * effective * by_speed.edges**2)
+
+
+def _from_log(run) -> dict[str, Bins]:
+    """Bins of every kind and of all, of the impacts in the sampled window."""
+    mass, names = run.balls("mass").astype(float), list(run.attribute("impacts", "kinds"))
+    size = len(EDGES) + 1  # below and above the edges too
+    count, lost = np.zeros((2, len(names), size))
+    for part in _slices(run):
+        kind = run.read("impacts/kind", part)
+        ball, partner = run.read("impacts/ball", part), run.read("impacts/partner", part)
+        effective = mass[ball]
+        pair = kind == names.index("ball_ball")
+        other = mass[partner[pair]]
+        effective[pair] *= other / (effective[pair] + other)
+        energy = 0.5 * effective * run.read("impacts/normal_speed", part) ** 2
+        cell = kind * size + np.searchsorted(EDGES, energy, side="right")
+        count += np.bincount(cell, minlength=count.size).reshape(count.shape)
+        loss = run.read("impacts/dissipation", part)
+        lost += np.bincount(cell, loss, minlength=lost.size).reshape(lost.shape)
+    part = run.attribute("impacts/dissipation", "part", "all")
+    found = {}
+    for name in (*KINDS, "all"):
+        rows = slice(None) if name == "all" else [names.index(name)]
+        n, e = count[rows].sum(axis=0), lost[rows].sum(axis=0)
+        found[name] = Bins(
+            EDGES, n[1:-1], e[1:-1], (n[0], e[0]), (n[-1], e[-1]), run.duration, part
+        )
+    return found
+
+
+def _slices(run):
+    """Slices of the log that cover the sampled window, and no more: its rows are in the order of time."""
+    rows = run.length("impacts/time")
+    first, last = (_first_at(run, rows, t) for t in run.window)
+    for begin in range(first, last, SLICE):
+        yield slice(begin, min(begin + SLICE, last))
+
+
+def _first_at(run, rows: int, time: float) -> int:
+    """The first row of the log at or after a time, found by halving. A time is met within rounding: the window's end
+    is its begin + duration."""
+    time = math.nextafter(time * (1 - 1e-15), -math.inf)
+    low, high = 0, rows
+    while low < high:
+        middle = (low + high) // 2
+        if run.read("impacts/time", middle) < time:
+            low = middle + 1
+        else:
+            high = middle
+    return low

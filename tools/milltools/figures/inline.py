@@ -1,0 +1,51 @@
+"""A figure as SVG that stands in a page: its ink is the page's own, so that light and dark pages both work."""
+
+import io
+import re
+
+import matplotlib
+
+from milltools.figures.base import LOOK
+from milltools.style import INK
+
+_TAG = re.compile(r"<[^>]*>")  # a ">" in an attribute is written as &gt;
+_ID = re.compile(r'\s+id="([^"]*)"')
+_USED = re.compile(r"url\(#([^)]+)\)|href=\"#([^\"]+)\"")
+DPI = 144  # of the fields of maps, the only thing that is no line
+
+
+def svg(figure, prefix: str) -> str:
+    """Inline SVG of a figure of this package: text as text, no background, INK as currentColor, every id begins with
+    `prefix` (letters, digits, "-", "_"; one of its own for each figure of a page), no width but the page's. What is not of
+    this package, such as names, is escaped by matplotlib; there are no scripts and nothing from elsewhere."""
+    if not re.fullmatch(r"[A-Za-z][\w-]*", prefix):
+        raise ValueError(f"no prefix of an id: {prefix!r}")
+    out = io.StringIO()
+    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    with matplotlib.rc_context(LOOK):
+        figure.savefig(out, format="svg", transparent=True, dpi=DPI, metadata=nothing)
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.S)
+    used = {a or b for a, b in _USED.findall("".join(_TAG.findall(text)))}
+    text = _TAG.sub(lambda tag: _own(tag[0], used, prefix), text)
+    head, body = text.split(">", 1)
+    box = re.search(r'viewBox="[^"]*"', head)[0]
+    points = [float(v) for v in box.split('"')[1].split()]
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {box} '
+        f'class="figure" style="width:100%;max-width:{points[2] * 4 / 3:.0f}px;height:auto" role="img"'
+    )
+    return f"{head}>{_smaller(body)}"
+
+
+def _own(tag: str, used: set, prefix: str) -> str:
+    """A tag with the page's ink and ids that begin with the prefix; ids nobody refers to, names of groups, go."""
+    tag = _ID.sub(lambda m: f' id="{prefix}-{m[1]}"' if m[1] in used else "", tag)
+    tag = tag.replace("url(#", f"url(#{prefix}-").replace('href="#', f'href="#{prefix}-')
+    return tag.replace(INK, "currentColor")
+
+
+def _smaller(body: str) -> str:
+    """Without comments, and without the line ends and indentation between tags."""
+    return re.sub(r">\s+<", "><", re.sub(r"<!--.*?-->", "", body, flags=re.S))

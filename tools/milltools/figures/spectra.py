@@ -1,0 +1,343 @@
+"""Impact spectra: how often the balls meet, how hard, and where in that the power goes.
+
+    from milltools.figures import spectra
+    spectra.plot(ax, run)                                   # impacts per second and decade by normal speed
+    spectra.plot(ax, run, weight="energy")                  # W per decade: the area under a curve is its power
+    spectra.plot(ax, run, abscissa="energy", weight="cumulative", kinds=["ball_blade"])
+
+Spectra are per decade, so that bins of any width give the same curve and the integral over log10 is the total the file
+counts: the number in the legend.
+"""
+
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.figures import energies
+from milltools.figures.base import (
+    LOOK,
+    QUIET,
+    WIDTH,
+    Figure,
+    labels,
+    not_sampled,
+    sampled,
+    subtitle,
+)
+from milltools.figures.bins import Bins, merged
+from milltools.kinds import KINDS
+from milltools.runfile import KIND_LABEL
+from milltools.style import INK, KIND_COLOUR, KIND_LINE, literal, log_ticks, number, run_style
+
+GROUPS = ("impacts", "strikes")
+SPEEDS = {"normal_speed": "normal impact speed", "tangential_speed": "slip speed at impact"}
+WEIGHTS = ("count", "energy", "cumulative")
+SEEN = 1e-4  # share of the impacts that may lie to the left of the picture
+SEEN_POWER = 1e-4  # of the power, on either side
+
+
+def bins(run, kind="all", group="impacts", speed="normal_speed", abscissa="speed") -> Bins:
+    """What a curve is drawn from: impacts of a kind by speed [m/s] or by available normal energy [J]."""
+    if abscissa == "energy":
+        return energies.bins(run, kind, group)
+    return merged(run.histogram(kind, group, speed), run.duration)
+
+
+def plot(
+    ax,
+    run,
+    group="impacts",
+    speed="normal_speed",
+    abscissa="speed",
+    weight="count",
+    kinds=None,
+    per_ball=False,
+    name="",
+    position=None,
+):
+    """Draws the spectra of a run into matplotlib axes, with axis labels, units and limits; returns the lines, one a kind.
+
+    run        an open milltools.runfile.Run
+    group      "impacts" or "strikes" (re-contacts of a pair merged)
+    speed      "normal_speed" (approach) or "tangential_speed" (slip of the surfaces)
+    abscissa   "speed", or "energy": the available normal energy m* v_n^2 / 2
+    weight     "count": impacts per second and decade, both axes logarithmic; "energy": dissipated power per decade, the
+               ordinate linear, so that areas compare; "cumulative": impacts per second at or above
+    kinds      contact kinds, as in kinds.KINDS and "all"; all kinds but "all" if None
+    per_ball   the ordinate divided by the number of balls
+    name, position   for several runs in the same axes: what the lines are called, and the run's number from 0, which
+               sets their colour; without it the kind does
+
+    Call ax.legend() for the legend: lines are labelled with their kind and total. UserError for a word that is not one
+    of the above and for what the run does not have."""
+    kinds = _checked(run, group, speed, abscissa, weight, kinds)
+    share = 1 / len(run.balls("mass")) if per_ball else 1.0
+    drawn, lines = [], []
+    for place, kind in enumerate(kinds):
+        found = bins(run, kind, group, speed, abscissa)
+        x, y = _curve(found, weight, share)
+        look = _look(kind, place, position)
+        total, unit = (found.power, "W") if weight == "energy" else (found.rate, "/s")
+        words = KIND_LABEL[kind] if not name else f"{name}, {KIND_LABEL[kind]}"
+        amount = f"{number(total * share)} {unit}" if found.total else "none"
+        lines += ax.plot(x, y, **look, label=literal(f"{words}: {amount}", 70))
+        _dots(ax, x, y, look["color"], weight)
+        drawn.append(found)
+    _marks(ax, run, drawn, speed, abscissa, weight, share, position)
+    _axes(ax, group, speed, abscissa, weight, per_ball, drawn[0].part)
+    _limits(ax, weight)
+    return lines
+
+
+def _checked(run, group, speed, abscissa, weight, kinds):
+    known = energies.kinds_known(run) if abscissa == "energy" else (*KINDS, "all")
+    kinds = list(KINDS if kinds is None else [kinds] if isinstance(kinds, str) else kinds)
+    for word, words, what in (
+        (group, GROUPS, "group"),
+        (speed, SPEEDS, "speed"),
+        (abscissa, ("speed", "energy"), "abscissa"),
+        (weight, WEIGHTS, "weight"),
+        *((kind, known, "contact kind") for kind in kinds),
+    ):
+        if word not in words:
+            raise UserError(f"unknown {what} '{word}': one of {', '.join(words)}")
+    why = not_sampled(run) or (energies.why_not(run, group) if abscissa == "energy" else None)
+    if why:
+        raise UserError(f"{run.path}: {why}")
+    if abscissa == "energy" and speed != "normal_speed":
+        raise UserError("impact energies are of the normal speed")
+    return kinds
+
+
+def _curve(found: Bins, weight, share):
+    if weight == "cumulative":
+        return found.edges, np.where(found.exceedance > 0, found.exceedance * share, np.nan)
+    density = found.rate_density if weight == "count" else found.power_density
+    return found.middle, np.where(found.count > 0, density * share, np.nan)
+
+
+def _dots(ax, x, y, colour, weight):
+    """Bins between empty ones, which no line reaches."""
+    if weight == "cumulative":
+        return
+    there = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
+    alone = there[1:-1] & ~there[:-2] & ~there[2:]
+    if alone.any():
+        ax.plot(x[alone], y[alone], ".", color=colour, ms=3.5, label="_alone")
+
+
+def _look(kind, place, position):
+    if position is None:
+        return {"color": KIND_COLOUR[kind], "ls": KIND_LINE[kind], "lw": 1.5}
+    colour = run_style(position)["color"]
+    return {
+        "color": INK if colour == "#000000" else colour,
+        "ls": list(KIND_LINE.values())[place],
+        "lw": 1.5,
+    }
+
+
+def _marks(ax, run, drawn, speed, abscissa, weight, share, position):
+    """The rebound floor, and how high a bin with a single impact stands."""
+    floor = run.quantity("contact/rebound_floor", 0.0) if run.program == "millsim" else 0.0
+    first = position in (None, 0)
+    if floor and first and abscissa == "speed" and speed == "normal_speed":
+        ax.axvline(floor, **QUIET, lw=0.9, ls=":", label=f"rebound floor, {number(floor)} m/s")
+    if weight == "energy":
+        return
+    one = share / drawn[0].duration
+    if weight == "count":
+        one /= drawn[0].decades[0]
+    ax.axhline(one, **QUIET, lw=0.9, ls=(0, (1, 2.5)), label="one impact" if first else "_one")
+
+
+def _axes(ax, group, speed, abscissa, weight, per_ball, part):
+    ax.set_xscale("log")
+    log_ticks(ax.xaxis)
+    if weight != "energy":
+        ax.set_yscale("log")
+        log_ticks(ax.yaxis)
+    x = f"{SPEEDS[speed]} [m/s]"
+    if abscissa == "energy":
+        x = "available normal energy ½ m* v² of an impact [J]"
+    ax.set_xlabel(x)
+    each = " and ball" if per_ball else ""
+    ax.set_ylabel(
+        {
+            "count": f"{group} per second{each} and decade [1/s]",
+            "energy": f"dissipated power{' per ball' if per_ball else ''} and decade [W]"
+            if per_ball
+            else "dissipated power per decade [W]",
+            "cumulative": f"{group} per second{each} at or above [1/s]",
+        }[weight]
+        + ("" if part == "all" or weight != "energy" else f", {part} part")
+    )
+    ax.grid(True, **{k.split(".")[1]: LOOK[k] for k in ("grid.color", "grid.alpha")})
+
+
+def _limits(ax, weight):
+    """What is worth looking at of all curves in the axes: the few slowest impacts reach over many decades."""
+    low, high, bottom, top = [], [], [], []
+    for line in ax.lines:
+        x, y = (np.asarray(v, float) for v in line.get_data())
+        there = np.isfinite(y)
+        if len(x) < 20 or not there.any():
+            continue  # a mark, or nothing
+        x, y = x[there], y[there]
+        if weight == "cumulative":
+            begins = x[y <= y.max() * (1 - SEEN)]
+            low.append(begins[0] if len(begins) else x[0])
+            high.append(x[-1])
+        else:
+            share = np.cumsum(np.abs(y)) / np.abs(y).sum()
+            least = SEEN if weight == "count" else SEEN_POWER
+            inside = x[(share > least) & (share - np.diff(share, prepend=0) < 1 - least)]
+            low.append(inside[0])
+            high.append(x[-1] if weight == "count" else inside[-1])
+        bottom.append(y.min())
+        top.append(y.max())
+    if not low:
+        return
+    ax.set_xlim(min(low) / 1.3, max(high) * 1.3)
+    if weight == "energy":
+        ax.set_ylim(min(0, 1.05 * min(bottom)), 1.05 * max(top) or 1)
+        return
+    ax.set_ylim(min(bottom) / 1.6, max(top) * 2)
+
+
+class Spectrum(Figure):
+    """A spectrum of every contact kind; of several runs, of all kinds together or of those asked for."""
+
+    group = "spectra"
+    options = ("kinds", "strikes", "per_ball")
+
+    def __init__(self, name, title, caption, **what):
+        self.name, self.title, self.caption, self.what = name, title, caption, what
+
+    @property
+    def energetic(self) -> bool:
+        return self.what.get("abscissa") == "energy"
+
+    def why_not(self, run, kinds=None, strikes=False, per_ball=False):
+        group = "strikes" if strikes else "impacts"
+        why = not_sampled(run) or (energies.why_not(run, group) if self.energetic else None)
+        if why:
+            return why
+        rows = [kinds] if isinstance(kinds, str) else kinds or ["all"]
+        if not any(int(run.statistic(f"{group}/{kind}/count")) for kind in rows):
+            return (
+                f"no {group} of that kind in the sampled window"
+                if kinds
+                else f"no {group} in the sampled window"
+            )
+        return None
+
+    def _kinds(self, runs, kinds):
+        if kinds:
+            return [kinds] if isinstance(kinds, str) else list(kinds)
+        if len(runs) == 1:
+            return list(KINDS)
+        together = not self.energetic or all("all" in energies.kinds_known(r) for r in runs)
+        return ["all"] if together else ["ball_ball"]
+
+    def paint(self, figure, runs, kinds=None, strikes=False, per_ball=False):
+        group = "strikes" if strikes else "impacts"
+        figure.set_size_inches(WIDTH, 4.1)
+        ax = figure.subplots()
+        kinds = self._kinds(runs, kinds)
+        for k, (run, name) in enumerate(zip(runs, labels(runs))):
+            several = {} if len(runs) == 1 else {"name": name, "position": k}
+            plot(ax, run, group, kinds=kinds, per_ball=per_ball, **self.what, **several)
+        words = {sampled(run) for run in runs}
+        first = f"{labels(runs)[0]}, " if len(runs) == 1 else ""
+        subtitle(ax, first + (words.pop() if len(words) == 1 else "each over its own window"))
+        figure.legend(
+            *ax.get_legend_handles_labels(),
+            loc="outside lower left",
+            ncols=2 if len(runs) == 1 else 1,
+            handlelength=2.6,
+            columnspacing=1.2,
+        )
+
+    def columns(self, run, kinds=None, strikes=False, per_ball=False):
+        group = "strikes" if strikes else "impacts"
+        known = energies.kinds_known(run) if self.energetic else (*KINDS, "all")
+        kinds = known if not kinds else [kinds] if isinstance(kinds, str) else kinds
+        what = {k: v for k, v in self.what.items() if k != "weight"}
+        axis = "available normal energy {} [J]" if self.energetic else "speed {} [m/s]"
+        rows = [
+            _rows(kind, bins(run, kind, group, **what), axis, group)
+            for kind in _checked(
+                run, group, what.get("speed", "normal_speed"), what.get("abscissa", "speed"),
+                "count", kinds,
+            )
+        ]  # fmt: skip
+        together = {head: np.concatenate([row[head] for row in rows]) for head in rows[0]}
+        if per_ball:
+            head = f"{group} per second, ball and decade [1/s]"
+            together[head] = together[f"{group} per second and decade [1/s]"] / len(
+                run.balls("mass")
+            )
+        return together
+
+
+def _rows(kind, found: Bins, axis: str, group: str) -> dict:
+    """A kind's bins from the first to the last that is not empty, with what lies below and above all bins about them."""
+    used = np.flatnonzero(found.count)
+    a, b = (used[0], used[-1] + 1) if len(used) else (0, 0)
+
+    def whole(first, values, last):
+        return np.concatenate([[first], values[a:b], [last]])
+
+    with_edges = np.concatenate([[0.0], found.edges[a : b + 1], [np.inf]])
+    part = "" if found.part == "all" else f", {found.part} part"
+    nan = np.nan
+    return {
+        "kind": np.array([kind] * (b - a + 2)),
+        axis.format("from"): with_edges[:-1],
+        axis.format("to"): with_edges[1:],
+        f"{group} [1]": whole(found.below[0], found.count, found.above[0]),
+        f"{group} per second [1/s]": whole(found.below[0], found.count, found.above[0])
+        / found.duration,
+        f"{group} per second and decade [1/s]": whole(nan, found.rate_density, nan),
+        f"{group} per second at or above [1/s]": np.concatenate(
+            [[found.rate], found.exceedance[a : b + 1]]
+        ),
+        f"dissipated power{part} [W]": whole(found.below[1], found.dissipation, found.above[1])
+        / found.duration,
+        f"dissipated power per decade{part} [W]": whole(nan, found.power_density, nan),
+    }
+
+
+def _trio(prefix, title, words, **what):
+    """The three pictures of one spectrum: how often, with how much power, how often at least."""
+    return (
+        Spectrum(
+            prefix,
+            title,
+            f"How often the balls meet at which {words}: impacts per second and decade, by contact kind; the integral of "
+            "a curve is its kind's rate in the legend. Dotted: the height of a single impact in the window.",
+            **what,
+        ),
+        Spectrum(
+            f"{prefix}-power",
+            f"{title}: dissipated power",
+            f"At which {words} the energy goes: dissipated power per decade, by contact kind; the area under a curve is its "
+            "kind's power in the legend, so equal areas are equal powers.",
+            weight="energy",
+            **what,
+        ),
+        Spectrum(
+            f"{prefix}-exceedance",
+            f"{title}: exceedance",
+            f"How often an impact reaches at least a {words}: impacts per second at or above it, by contact kind.",
+            weight="cumulative",
+            **what,
+        ),
+    )
+
+
+FIGURES = (
+    *_trio("speeds", "Normal impact speeds", "normal speed"),
+    *_trio("slip", "Slip speeds at impact", "slip speed", speed="tangential_speed"),
+    *_trio("energies", "Impact energies", "available normal energy", abscissa="energy"),
+)

@@ -1,0 +1,136 @@
+"""What pictures share: colours, names as matplotlib must show them, numbers and their units, figures into files.
+
+Nothing here chooses a backend or touches matplotlib's own settings, so that a notebook's figures stay its own: who draws
+does it within `with matplotlib.rc_context(STYLE)`.
+"""
+
+import os
+import pathlib
+
+import matplotlib
+import numpy as np
+from matplotlib import ticker
+
+from milltools.errors import UserError
+
+INK = "#1a1a1a"  # lines and letters; the page's own ink in an inline SVG
+# told apart by all kinds of colour vision (Okabe and Ito), and by the line
+COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+LINES = ("-", "--", "-.", ":")
+# of the same, those with a contrast of 3 and more on white as on #111; grey for what is rare
+KIND_COLOUR = {
+    "ball_ball": "#0072b2",
+    "ball_drum": "#d55e00",
+    "ball_wall": "#009e73",
+    "ball_shaft": "#7f7f7f",
+    "ball_blade": "#b8609a",
+    "all": INK,
+}
+KIND_LINE = {
+    "ball_ball": "-",
+    "ball_drum": (0, (6, 1.5)),
+    "ball_wall": (0, (6, 1.5, 1.5, 1.5)),
+    "ball_shaft": (0, (1.5, 1.5)),
+    "ball_blade": (0, (3, 1.2)),
+    "all": "-",
+}
+STYLE = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # one name: it stands in every text of an SVG
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9,
+    "legend.fontsize": 8,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "0.35",
+    "axes.axisbelow": True,
+    "svg.hashsalt": "millsim",  # the same picture is the same file
+    "svg.fonttype": "none",  # text stays text
+    "pdf.fonttype": 42,
+    "hatch.linewidth": 0.6,
+}
+
+
+def literal(text, most: int = 60) -> str:
+    """A name as matplotlib must show it: no mathematics, no characters that steer, not too long."""
+    text = "".join(c if c.isprintable() else "?" for c in str(text))
+    if len(text) > most:
+        text = text[: most // 2 - 1] + "..." + text[-(most // 2 - 2) :]
+    return text.replace("\\", "/").replace("$", r"\$")
+
+
+def run_style(number: int) -> dict:
+    """Look of the line of a run among several."""
+    line = LINES[(number // len(COLOURS) + (number > 0)) % len(LINES)]
+    return {"color": COLOURS[number % len(COLOURS)], "ls": line, "lw": 1.4}
+
+
+# ---- numbers
+
+SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number in plain letters, as in 862, 0.0123 and 7.17×10⁶."""
+    if not np.isfinite(value):
+        return "?"
+    text = f"{value:.{digits}g}"
+    if "e" not in text and (value == 0 or 1e-3 <= abs(value)):
+        return text.replace("-", "−")
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    exponent = int(exponent)
+    if 0 <= exponent < 4:  # 1.23e+03
+        return f"{value:.0f}".replace("-", "−")
+    return f"{mantissa}×10{str(exponent).translate(SUPERSCRIPT)}".replace("-", "−")
+
+
+def decade(value, _=None) -> str:
+    """Label of a tick of a logarithmic axis at a whole decade, in plain letters: matplotlib's own are mathematics."""
+    exponent = np.log10(value)
+    if abs(exponent - round(exponent)) > 1e-6:
+        return ""
+    exponent = int(round(exponent))
+    return f"{value:g}" if -3 <= exponent <= 2 else "10" + str(exponent).translate(SUPERSCRIPT)
+
+
+def log_ticks(axis, most: int = 8):
+    """Whole decades with labels, the lines between without."""
+    axis.set_major_locator(ticker.LogLocator(10, numticks=most))
+    axis.set_major_formatter(ticker.FuncFormatter(decade))
+    axis.set_minor_formatter(ticker.NullFormatter())
+
+
+# ---- files
+
+
+def whole(path, write):
+    """Has write(part) make a file beside `path` that takes its place when it is whole; a fault of the disk is a UserError."""
+    path = pathlib.Path(path)
+    part = path.with_name(f"{path.name}.part")
+    try:
+        write(part)
+        os.replace(part, path)
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def save(figure, path, dpi=90):
+    """Writes a figure, whole or not at all; a name without a known format, or a full disk, is a UserError."""
+    kind = pathlib.Path(path).suffix.lower().lstrip(".") or "png"
+    # no dates: the same picture is the same file
+    dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+
+    def write(name):
+        figure.savefig(name, dpi=dpi, format=kind, metadata=dateless)
+
+    try:
+        with matplotlib.rc_context({"svg.hashsalt": "millsim"}):
+            whole(path, write)
+    except ValueError as fault:  # matplotlib lists the formats
+        raise UserError(f"{path}: {fault}") from None
