@@ -1,0 +1,273 @@
+/* The mill in WebGL: what frames.py packed is unpacked here, and drawn with three.js (vendor/). No page, no buttons:
+   those are player.js's. Lengths in m, angles in rad, the frame of the simulation (x along the drum). */
+'use strict';
+
+const Mill3D = (() => {
+  const T = MillThree;
+  const FIELD = 26; // [degrees] of view, up and down
+  const TRIANGLES = 1e6; // a frame of balls, at most about so many
+
+  /** Bytes of base64 text. */
+  function bytesOf(text) {
+    const raw = atob(text.trim());
+    const bytes = new Uint8Array(raw.length);
+    for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
+    return bytes;
+  }
+
+  /** Promise of {position: Uint16Array (F, n, 3), value: Uint8Array (F, quantities, n)}: frames.py says how they lie. */
+  async function unpack(text, frames, balls, quantities) {
+    const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream('gzip'));
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const row = balls * (6 + quantities);
+    if (bytes.length !== frames * row) throw new Error('the data are not whole');
+    const position = new Uint16Array(frames * balls * 3);
+    const value = new Uint8Array(frames * quantities * balls);
+    for (let f = 0; f < frames; f++) {
+      for (let axis = 0; axis < 3; axis++) {
+        const high = f * row + 2 * axis * balls, low = high + balls;
+        for (let k = 0; k < balls; k++) {
+          const zigzag = (bytes[high + k] << 8) | bytes[low + k];
+          const at = (f * balls + k) * 3 + axis;
+          const before = f ? position[at - 3 * balls] : 0;
+          position[at] = before + ((zigzag >> 1) ^ -(zigzag & 1)); // wraps as it did
+        }
+      }
+      value.set(bytes.subarray(f * row + 6 * balls, (f + 1) * row), f * quantities * balls);
+    }
+    return { position, value };
+  }
+
+  /** sRGB bytes as the linear light that three.js reckons with. */
+  function linear(bytes) {
+    return Float32Array.from(bytes, (b) => {
+      const c = b / 255;
+      return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+    });
+  }
+
+  function surface(points, triangles) {
+    const geometry = new T.BufferGeometry();
+    geometry.setAttribute('position', new T.BufferAttribute(Float32Array.from(points), 3));
+    geometry.setIndex(triangles);
+    geometry.computeVertexNormals();
+    return geometry;
+  }
+
+  /** The wall between both ends: an outline [[y, z], ...] drawn out along x. */
+  function wall(outline, half) {
+    const n = outline.length, points = [], triangles = [];
+    for (const [y, z] of outline) points.push(-half, y, z, half, y, z);
+    for (let k = 0; k < n; k++) {
+      const a = 2 * k, b = 2 * ((k + 1) % n);
+      triangles.push(a, b, a + 1, b, b + 1, a + 1);
+    }
+    return surface(points, triangles);
+  }
+
+  /** A ring around the outline, `thick` square, its inner end at x. */
+  function ring(outline, x, thick) {
+    const n = outline.length, points = [], triangles = [];
+    const across = [[0, 0], [thick, 0], [thick, thick], [0, thick]]; // (along x, outwards)
+    for (let side = 0; side < 4; side++) {
+      for (const [y, z] of outline) {
+        for (const [along, out] of [across[side], across[(side + 1) % 4]]) {
+          const grown = 1 + out / Math.hypot(y, z);
+          points.push(x + along, y * grown, z * grown);
+        }
+      }
+      for (let k = 0; k < n; k++) {
+        const a = 2 * (side * n + k), b = 2 * (side * n + ((k + 1) % n));
+        triangles.push(a, b, a + 1, b, b + 1, a + 1);
+      }
+    }
+    return surface(points, triangles);
+  }
+
+  /** Shaft and blades as at rotor angle 0; turning is rotation.x of the group. */
+  function rotor(head, material) {
+    const group = new T.Group();
+    const { shaft, blades } = head.rotor;
+    if (shaft > 0) {
+      const body = new T.Mesh(new T.CylinderGeometry(shaft, shaft, head.drum.length, 48), material);
+      body.rotation.z = Math.PI / 2;
+      group.add(body);
+    }
+    for (const b of blades) {
+      const box = new T.Mesh(new T.BoxGeometry(b.width, b.tip, b.thickness), material);
+      box.position.y = b.tip / 2;
+      const pitched = new T.Group(); // about the blade's own radial mid-line, y
+      pitched.rotation.y = -b.pitch;
+      pitched.add(box);
+      const placed = new T.Group();
+      placed.rotation.x = b.angle;
+      placed.position.x = b.position;
+      placed.add(pitched);
+      group.add(placed);
+    }
+    return group;
+  }
+
+  class View {
+    /** `context`: a WebGL2 context of `canvas`; `head`: what player.py wrote; `frames`: what unpack() gave. */
+    constructor(canvas, context, head, frames) {
+      this.head = head;
+      this.frames = frames;
+      this.canvas = canvas;
+      this.count = head.drawn;
+      this.renderer = new T.WebGLRenderer({ canvas, context, antialias: true, alpha: true });
+      this.renderer.setClearColor(0x000000, 0);
+      this.scene = new T.Scene();
+      this.camera = new T.PerspectiveCamera(FIELD, 1, 0.01, 10);
+      this.camera.up.fromArray(head.up);
+      this.controls = new T.OrbitControls(this.camera, canvas);
+      this.controls.enableDamping = false;
+      canvas.style.touchAction = 'pan-y'; // a finger that moves up or down scrolls the page
+      this.colours = linear(bytesOf(head.colours));
+      this.#furnish();
+      this.moved = false;
+      this.controls.addEventListener('start', () => { this.moved = true; });
+    }
+
+    #furnish() {
+      const { head, scene } = this;
+      const { outline, length } = head.drum;
+      this.steel = new T.MeshPhongMaterial({ specular: 0x333333, shininess: 25, flatShading: false });
+      this.shell = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, side: T.DoubleSide });
+      this.rim = new T.MeshLambertMaterial({ side: T.DoubleSide });
+      this.reach = Math.max(...outline.map(([y, z]) => Math.hypot(y, z)));
+      const drum = new T.Mesh(wall(outline, length / 2), this.shell);
+      drum.renderOrder = 1; // after the balls: it is seen through
+      const thick = 0.025 * this.reach;
+      scene.add(drum, new T.Mesh(ring(outline, length / 2, thick), this.rim),
+        new T.Mesh(ring(outline, -length / 2, -thick), this.rim));
+      this.rotor = head.rotor ? rotor(head, this.steel) : new T.Group();
+      scene.add(this.rotor, this.#balls());
+      const sun = new T.DirectionalLight(0xffffff, 2.2); // from over the viewer's left shoulder
+      sun.position.set(-0.6, 1, 0.8);
+      this.camera.add(sun, sun.target);
+      const sky = new T.HemisphereLight(0xffffff, 0x8890a0, 1.5);
+      sky.position.fromArray(head.up);
+      scene.add(this.camera, sky);
+    }
+
+    #balls() {
+      const fine = [3, 2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES) ?? 1;
+      const polish = new T.MeshPhongMaterial({ specular: 0x222222, shininess: 40 });
+      const balls = new T.InstancedMesh(new T.IcosahedronGeometry(1, fine), polish, this.count);
+      balls.frustumCulled = false;
+      balls.instanceMatrix.setUsage(T.DynamicDrawUsage);
+      balls.instanceColor = new T.InstancedBufferAttribute(new Float32Array(3 * this.count), 3);
+      balls.instanceColor.setUsage(T.DynamicDrawUsage);
+      const matrix = balls.instanceMatrix.array;
+      let k = 0;
+      for (const [many, diameter] of this.head.runs) {
+        for (const end = k + many; k < end; k++) {
+          matrix[16 * k] = matrix[16 * k + 5] = matrix[16 * k + 10] = diameter / 2;
+          matrix[16 * k + 15] = 1;
+        }
+      }
+      this.balls = balls;
+      return balls;
+    }
+
+    /** Puts balls and rotor as in a frame, coloured by quantity number `by`; draw() shows it. */
+    place(frame, by) {
+      const { head, count, colours } = this;
+      const { position, value } = this.frames;
+      const matrix = this.balls.instanceMatrix.array, colour = this.balls.instanceColor.array;
+      const step = head.upper.map((u, axis) => (u - head.lower[axis]) / 65535);
+      const from = frame * count * 3, level = (frame * head.values.length + by) * count;
+      for (let k = 0; k < count; k++) {
+        for (let axis = 0; axis < 3; axis++) {
+          matrix[16 * k + 12 + axis] = head.lower[axis] + step[axis] * position[from + 3 * k + axis];
+          colour[3 * k + axis] = colours[3 * value[level + k] + axis];
+        }
+      }
+      this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
+      this.rotor.rotation.x = head.angles[frame];
+    }
+
+    draw() {
+      this.renderer.render(this.scene, this.camera);
+    }
+
+    /** Milliseconds that one picture takes, waited for. */
+    cost() {
+      const gl = this.renderer.getContext(), begin = performance.now();
+      this.draw();
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      return performance.now() - begin;
+    }
+
+    /** The colours of drum and rotor, for light or dark surroundings. */
+    ink(dark) {
+      this.steel.color.set(dark ? 0x9aa3b2 : 0x6b7280);
+      this.shell.color.set(dark ? 0xb8c8e6 : 0x52698c);
+      this.shell.opacity = dark ? 0.1 : 0.13;
+      this.rim.color.set(dark ? 0x6f7d95 : 0x8b97aa);
+    }
+
+    resize(width, height, ratio) {
+      this.renderer.setPixelRatio(Math.min(ratio, 2));
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+      if (!this.moved) this.look(this.name);
+    }
+
+    /** A named view of the whole drum: "front", "three-quarter" or "end". */
+    look(name) {
+      const toward = new T.Vector3(...this.head.views[name]).normalize();
+      const right = new T.Vector3(...this.head.up).cross(toward);
+      if (right.length() < 1e-6) right.set(0, 1, 0); // from straight above
+      right.normalize();
+      const up = toward.clone().cross(right);
+      const rise = Math.tan((FIELD * Math.PI) / 360), wide = rise * this.camera.aspect;
+      const half = this.head.drum.length / 2 + 0.03 * this.reach;
+      let distance = 0;
+      for (const [y, z] of this.head.drum.outline) {
+        for (const x of [-half, half]) {
+          const p = new T.Vector3(x, 1.03 * y, 1.03 * z);
+          const out = Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / rise);
+          distance = Math.max(distance, p.dot(toward) + 1.04 * out);
+        }
+      }
+      this.name = name;
+      this.moved = false;
+      this.camera.near = distance / 50;
+      this.camera.far = distance * 20;
+      this.camera.updateProjectionMatrix();
+      this.controls.minDistance = 0.2 * distance;
+      this.controls.maxDistance = 4 * distance;
+      this.controls.target.set(0, 0, 0);
+      this.camera.position.copy(toward.multiplyScalar(distance));
+      this.controls.update();
+    }
+
+    turn(left, up) {
+      this.moved = true;
+      this.controls.rotateLeft(left);
+      this.controls.rotateUp(up);
+    }
+
+    zoom(factor) {
+      this.moved = true;
+      const { target } = this.controls;
+      const away = this.camera.position.clone().sub(target);
+      const { minDistance, maxDistance } = this.controls;
+      away.setLength(Math.min(Math.max(away.length() / factor, minDistance), maxDistance));
+      this.camera.position.copy(target).add(away);
+      this.controls.update();
+    }
+
+    /** Centres as drawn, Float32Array (n, 3) [m]. */
+    positions() {
+      const matrix = this.balls.instanceMatrix.array;
+      return Float32Array.from({ length: 3 * this.count },
+        (_, k) => matrix[16 * Math.floor(k / 3) + 12 + (k % 3)]);
+    }
+  }
+
+  return { View, unpack, bytesOf };
+})();

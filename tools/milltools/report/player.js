@@ -1,0 +1,291 @@
+/* The 3D player of the report: every <figure class="mill-player"> of the page gets its buttons and its life here.
+
+   For scripts and tests, window.millPlayers[k] is the k-th player of the page:
+     ready           promise of true once it is drawn, of false where a picture stands instead
+     frames, frame   how many frames there are, the number of the one that is shown
+     show(k)         pauses and shows frame k            play(), pause(), playing
+     colourBy(name)  "speed", "spin", "energy"           look(name)  "front", "three-quarter", "end"
+     positions()     centres of the balls as drawn, Float32Array (n, 3) [m]
+     levels()        what they are coloured by, Uint8Array (n,): 255 is the end of the colours
+     rotorAngle()    angle of the rotor as drawn [rad]   draws       pictures drawn so far */
+'use strict';
+
+(() => {
+  const TURN = Math.PI / 36; // by a key
+  const FIRST_VIEW = 'front';
+  const QUICK = 40; // [ms] a picture may take for a player to start by itself
+  const NO_WEBGL = 'The turning picture needs WebGL 2, which this browser does not offer here.';
+  const NO_UNPACKING = 'The turning picture needs a browser from 2023 or later (DecompressionStream).';
+
+  class Player {
+    constructor(figure) {
+      const part = (name) => figure.querySelector(`.mp-${name}`);
+      Object.assign(this, { figure, part, frame: 0, playing: false, draws: 0, by: 0, visible: false });
+      this.ready = new Promise((resolve) => { this.settle = resolve; });
+      const head = part('head');
+      if (!head) return this.settle(false); // nothing is stored: the page says so
+      this.head = JSON.parse(head.textContent);
+      this.frames = this.head.times.length;
+      this.frame = this.head.first;
+      this.watch();
+    }
+
+    /** Nothing is unpacked or drawn before the player is first seen, or while it is out of sight. */
+    watch() {
+      new IntersectionObserver((entries) => {
+        this.visible = entries[entries.length - 1].isIntersecting;
+        if (!this.visible) return;
+        if (!this.started) this.start().catch((fault) => this.give_up(`The turning picture failed: ${fault.message}.`));
+        else if (this.view) { this.draw(); this.run(); }
+      }, { rootMargin: '100px' }).observe(this.part('stage'));
+    }
+
+    async start() {
+      this.started = true;
+      if (typeof DecompressionStream === 'undefined') return this.give_up(NO_UNPACKING);
+      const canvas = this.canvas = this.part('canvas');
+      const context = canvas.getContext('webgl2', { alpha: true, antialias: true });
+      if (!context) return this.give_up(NO_WEBGL);
+      const { head } = this;
+      const text = this.part('data').textContent;
+      const frames = await Mill3D.unpack(text, this.frames, head.drawn, head.values.length);
+      this.view = new Mill3D.View(canvas, context, head, frames);
+      this.view.name = FIRST_VIEW;
+      this.part('controls').hidden = false;
+      this.figure.classList.add('mp-live');
+      this.bind();
+      this.place();
+      this.resize();
+      const still = matchMedia('(prefers-reduced-motion: reduce)').matches;
+      this.settle(true);
+      if (!still && this.frames > 1) {
+        this.view.cost(); // the first one compiles
+        if (this.view.cost() < QUICK && !this.touched) this.play();
+      }
+    }
+
+    give_up(why) {
+      this.pause();
+      this.figure.classList.remove('mp-live');
+      this.part('controls').hidden = true;
+      this.say(why);
+      this.settle(false);
+    }
+
+    say(text) {
+      this.part('why').textContent = text;
+      this.part('why').hidden = !text;
+    }
+
+    // ---- buttons, keys, surroundings
+
+    bind() {
+      const { part, view, canvas } = this;
+      const on = (element, event, act) => element.addEventListener(event, (e) => { this.touched = true; act(e); });
+      on(part('play'), 'click', () => (this.playing ? this.pause() : this.play()));
+      on(part('slider'), 'input', () => this.show(Number(part('slider').value)));
+      on(part('slow'), 'change', () => { this.begin(); });
+      on(part('colour'), 'change', () => this.colourBy(part('colour').value));
+      for (const button of this.figure.querySelectorAll('[data-view]')) {
+        on(button, 'click', () => this.look(button.dataset.view));
+      }
+      on(part('reset'), 'click', () => this.reset());
+      on(canvas, 'keydown', (e) => this.key(e));
+      view.controls.addEventListener('change', () => this.draw());
+      // the wheel belongs to the page until the picture was clicked
+      part('stage').addEventListener('wheel', (e) => {
+        if (document.activeElement !== canvas && !e.ctrlKey) e.stopPropagation();
+      }, { capture: true, passive: true });
+      canvas.addEventListener('pointerdown', () => { this.touched = true; canvas.focus({ preventScroll: true }); });
+      canvas.addEventListener('webglcontextlost', () => {
+        this.lost = true;
+        this.say('The graphics driver has taken the picture away; it comes back by itself, or when the page is reloaded.');
+      });
+      canvas.addEventListener('webglcontextrestored', () => {
+        this.lost = false;
+        this.say('');
+        this.draw();
+        this.run();
+      });
+      const full = part('full');
+      full.hidden = !document.fullscreenEnabled;
+      on(full, 'click', () => (document.fullscreenElement ? document.exitFullscreen() : this.figure.requestFullscreen()));
+      new ResizeObserver(() => this.resize()).observe(part('stage'));
+      addEventListener('resize', () => this.resize()); // the device's pixels may have changed
+      matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ink());
+      document.addEventListener('themechange', () => this.ink()); // the report's own choice of light and dark
+      addEventListener('beforeprint', () => this.picture());
+      this.ink();
+    }
+
+    key(event) {
+      if (event.ctrlKey || event.altKey || event.metaKey) return;
+      const { view } = this;
+      const act = {
+        ArrowLeft: () => view.turn(TURN, 0),
+        ArrowRight: () => view.turn(-TURN, 0),
+        ArrowUp: () => view.turn(0, TURN),
+        ArrowDown: () => view.turn(0, -TURN),
+        '+': () => view.zoom(1.1),
+        '=': () => view.zoom(1.1),
+        '-': () => view.zoom(1 / 1.1),
+        ' ': () => (this.playing ? this.pause() : this.play()),
+        ',': () => this.show(Math.max(0, this.frame - 1)),
+        '.': () => this.show(Math.min(this.frames - 1, this.frame + 1)),
+        Home: () => this.reset(),
+      }[event.key];
+      if (!act) return;
+      event.preventDefault();
+      act();
+    }
+
+    /** Light ink on the page means that it is dark, whoever chose that. */
+    ink() {
+      const [r, g, b] = getComputedStyle(this.figure).color.match(/[\d.]+/g).map(Number);
+      this.view.ink(0.3 * r + 0.6 * g + 0.1 * b > 128);
+      this.draw();
+    }
+
+    resize() {
+      const { clientWidth, clientHeight } = this.part('stage');
+      if (!clientWidth || !clientHeight) return;
+      this.view.resize(clientWidth, clientHeight, devicePixelRatio || 1);
+      this.draw();
+    }
+
+    /** For print without a picture of its own: what is seen now. */
+    picture() {
+      const image = this.part('still');
+      if (image.dataset.own || this.lost) return;
+      this.view.ink(false);
+      this.view.draw();
+      image.src = this.canvas.toDataURL('image/png');
+      this.ink();
+    }
+
+    // ---- frames
+
+    place() {
+      this.view.place(this.frame, this.by);
+      const text = this.head.labels[this.frame];
+      const slider = this.part('slider');
+      slider.value = this.frame;
+      slider.setAttribute('aria-valuetext', text);
+      this.part('time').textContent = text;
+    }
+
+    draw() {
+      if (this.lost || !this.visible) return;
+      this.view.draw();
+      this.draws += 1;
+    }
+
+    show(frame) {
+      this.pause();
+      this.frame = frame;
+      this.place();
+      this.draw();
+    }
+
+    play() {
+      this.playing = true;
+      this.button();
+      this.begin();
+      this.run();
+    }
+
+    pause() {
+      this.playing = false;
+      this.button();
+    }
+
+    button() {
+      const button = this.part('play');
+      if (!button) return;
+      button.textContent = this.playing ? 'Pause' : 'Play';
+      button.classList.toggle('mp-playing', this.playing);
+    }
+
+    /** Simulated time runs on from the frame that is shown. */
+    begin() {
+      this.from = { wall: null, time: this.head.times[this.frame] };
+    }
+
+    run() {
+      if (!this.playing || this.looping) return;
+      this.looping = true;
+      this.begin();
+      const tick = (now) => {
+        this.looping = this.playing && this.visible && !this.lost;
+        if (!this.looping) return;
+        this.advance(now);
+        requestAnimationFrame(tick);
+      };
+      requestAnimationFrame(tick);
+    }
+
+    /** Shows the last stored frame before the time that is due: none is made up in between. */
+    advance(now) {
+      const { times, interval } = this.head;
+      this.from.wall ??= now;
+      const due = this.from.time + ((now - this.from.wall) / 1000) * Number(this.part('slow').value);
+      let frame = this.frame;
+      while (frame + 1 < times.length && times[frame + 1] <= due) frame++;
+      const over = due >= times[times.length - 1] + interval;
+      if (over) frame = 0;
+      if (frame === this.frame) return;
+      this.frame = frame;
+      if (over) this.begin();
+      this.place();
+      this.draw();
+    }
+
+    // ---- what is seen
+
+    colourBy(name) {
+      const { values } = this.head;
+      this.by = Math.max(0, values.findIndex((v) => v.name === name));
+      this.part('colour').value = values[this.by].name;
+      const bar = this.part('bar');
+      bar.setAttribute('aria-label', values[this.by].describe);
+      this.part('title').textContent = values[this.by].label;
+      const ticks = this.part('ticks');
+      ticks.replaceChildren(...values[this.by].ticks.map(([share, text]) => {
+        const tick = document.createElement('span');
+        tick.textContent = text;
+        tick.style.left = `${100 * share}%`;
+        return tick;
+      }));
+      this.place();
+      this.draw();
+    }
+
+    look(name) {
+      this.view.look(name);
+      this.draw();
+    }
+
+    reset() {
+      this.pause();
+      this.frame = this.head.first;
+      this.place();
+      this.look(FIRST_VIEW);
+    }
+
+    positions() { return this.view.positions(); }
+
+    levels() {
+      const { value } = this.view.frames, n = this.head.drawn;
+      const at = (this.frame * this.head.values.length + this.by) * n;
+      return value.slice(at, at + n);
+    }
+
+    rotorAngle() { return this.view.rotor.rotation.x; }
+  }
+
+  const begin = () => {
+    window.millPlayers = [...document.querySelectorAll('figure.mill-player')].map((f) => new Player(f));
+  };
+  if (document.readyState === 'loading') document.addEventListener('DOMContentLoaded', begin);
+  else begin();
+})();

@@ -1,0 +1,322 @@
+"""The balls themselves, turning, in 3D: the player of the report, a piece of HTML that needs nothing but itself.
+
+    page = f"<!DOCTYPE html><meta charset=utf-8><section>{fragment(run)}</section>{scripts()}"
+
+The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py says what it gets. It opens from
+file:// and asks the network for nothing. Where there is no WebGL, no JavaScript, or a printer, the picture `still`
+stands there instead, with a line that says why. Everything that comes from a deck is escaped. Frames are shown as they
+are stored: between two of them balls collide many times, so that paths drawn in between would be invented.
+"""
+
+import base64
+import html
+import importlib.resources
+import json
+
+import matplotlib
+import numpy as np
+
+from milltools.errors import UserError
+from milltools.profile import Profile
+from milltools.report import frames
+
+COLOURS = "turbo"
+LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
+PREFIXES = ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+# from where: turned from the drum's axis (+x) towards +y, and above the horizon [degrees], as in mill render
+VIEWS = {"front": (-32, 17), "three-quarter": (-58, 27)}
+NO_SCRIPT = "The turning picture needs JavaScript, which is switched off here."
+ALT = "The balls in the mill, coloured by their speed"
+KEYS = (
+    "The mill in 3D. Arrow keys turn it, plus and minus zoom, space plays and pauses, comma and full stop step "
+    "through the frames, Home resets."
+)
+MARKUP = """\
+<figure class="mill-player" aria-label="{label}">
+<div class="mp-stage">
+<img class="mp-still" alt="{alt}"{still}>
+<canvas class="mp-canvas" tabindex="0" role="application" aria-label="{keys}"></canvas>
+<p class="mp-why" role="status"{quiet}>{why}</p>
+</div>
+<noscript><p>{no_script}</p></noscript>
+{controls}<figcaption>{caption}</figcaption>
+{data}</figure>
+"""
+CONTROLS = """\
+<div class="mp-controls" hidden>
+<div class="mp-line"><button type="button" class="mp-play">Play</button>
+<input type="range" class="mp-slider" aria-label="Time" min="0" max="{last}" step="1" value="{first}">
+<output class="mp-time"></output></div>
+<label>Slow motion <select class="mp-slow">{speeds}</select></label>
+<label>Colour <select class="mp-colour">{quantities}</select></label>
+<div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
+<div class="mp-ticks" aria-hidden="true">{ticks}</div></div>
+<div class="mp-views" role="group" aria-label="View">
+<button type="button" data-view="front">Front</button>
+<button type="button" data-view="three-quarter">Three-quarter</button>
+<button type="button" data-view="end">End</button>
+<button type="button" class="mp-reset">Reset</button>
+<button type="button" class="mp-full">Full screen</button></div>
+</div>
+"""
+
+
+def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
+    """The player of a milltools.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left out,
+    then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
+    picture = ""
+    if still is not None:
+        source = base64.b64encode(still).decode()
+        picture = f' data-own="yes" src="data:image/png;base64,{source}"'
+    try:
+        packed = frames.pack(run, _room(run, most_bytes - len(picture)))
+    except UserError:
+        if len(run.frame_times()):
+            raise
+        why = "No ball states are stored in this run: output.frames is 0 s."
+        return _figure(picture, "", "", "", why=why)
+    head = _head(run, packed)
+    blob = base64.b64encode(packed.data).decode()
+    data = f'<script type="application/json" class="mp-head">{_json(head)}</script>\n'
+    data += f'<script type="text/plain" class="mp-data">{blob}</script>\n'
+    return _figure(picture, _controls(head), html.escape(_caption(run, packed, head)), data)
+
+
+def scripts() -> str:
+    """Style and scripts of all players of a page: to be put into it once, anywhere."""
+    folder = importlib.resources.files("milltools.report")
+    texts = [
+        (folder / name).read_text("utf-8")
+        for name in ("vendor/three.min.js", "mill3d.js", "player.js")
+    ]
+    style = (folder / "player.css").read_text("utf-8")
+    return f"<style>{style}</style>\n" + "".join(f"<script>{text}</script>\n" for text in texts)
+
+
+def _figure(picture, controls, caption, data, why=""):
+    return MARKUP.format(
+        label="The mill in 3D",
+        alt=ALT,
+        still=picture,
+        keys=KEYS,
+        why=html.escape(why),
+        quiet="" if why else " hidden",
+        no_script=NO_SCRIPT,
+        controls=controls,
+        caption=caption,
+        data=data,
+    )
+
+
+def _room(run, most_bytes):
+    """Bytes of data that become at most `most_bytes` of HTML, with all the rest."""
+    diameters = run.balls("diameter")
+    changes = int(np.count_nonzero(np.diff(diameters))) if len(diameters) else 0
+    rest = 14_000 + 20 * min(changes, frames.MOST_BALLS) + 60 * frames.MOST_FRAMES
+    return max(0, (most_bytes - rest) * 3 // 4)
+
+
+def _json(thing) -> str:
+    """JSON that stands in a <script> whatever its texts are."""
+    text = json.dumps(thing, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+# ---- what the scripts get
+
+
+def _head(run, packed):
+    times = run.frame_times()[packed.index]
+    quantities = [_quantity(name, packed.limits[name]) for name in packed.limits]
+    up, views = _views(run)
+    outline = Profile.of(run.deck().get).outline()
+    begin = run.quantity("run/sample_from", 0.0)
+    later = np.flatnonzero(times >= begin * (1 - 1e-9))
+    table = matplotlib.colormaps[COLOURS](np.arange(256), bytes=True)[:, :3]
+    return {
+        "drawn": len(packed.chosen),
+        "times": times.tolist(),
+        "labels": _labels(times),
+        "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
+        "angles": [float(run.rotor_angle(t)) for t in times],
+        "first": int(later[0]) if len(later) else 0,
+        "lower": packed.lower.tolist(),
+        "upper": packed.upper.tolist(),
+        "runs": _runs(run.balls("diameter")[packed.chosen]),
+        "values": quantities,
+        "colours": base64.b64encode(table.tobytes()).decode(),
+        "drum": {
+            "length": run.quantity("drum/length"),
+            "outline": [[round(float(c), 7) for c in corner] for corner in outline],
+        },
+        "rotor": _rotor(run),
+        "up": up,
+        "views": views,
+    }
+
+
+def _labels(times):
+    """Times as they are read: all in ms with as many places as they need, at most three."""
+    ms = times * 1e3
+    places = next((p for p in range(3) if np.allclose(ms, np.round(ms, p), atol=1e-6)), 3)
+    return [f"t = {t:.{places}f} ms" for t in ms]
+
+
+def _runs(diameters):
+    """[[how many, diameter], ...] along the rows."""
+    starts = np.flatnonzero(np.diff(diameters, prepend=np.nan))
+    many = np.diff(starts, append=len(diameters))
+    return [[int(n), float(diameters[k])] for n, k in zip(many, starts, strict=True)]
+
+
+def _rotor(run):
+    if not run.has_rotor:
+        return None
+    blades = [
+        {
+            "position": b.position,
+            "angle": b.angle,
+            "tip": b.tip_radius,
+            "width": b.width,
+            "thickness": b.thickness,
+            "pitch": b.pitch,
+        }
+        for b in run.blades()
+    ]
+    return {"shaft": run.quantity("rotor/shaft_radius"), "blades": blades}
+
+
+def _views(run):
+    """What is up (against gravity, else +z), and from where the named views look."""
+    gravity = run.vector("gravity/acceleration")
+    size = np.linalg.norm(gravity)
+    up = -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    level = np.eye(3) - np.outer(up, up)  # columns: the axes, made level
+    ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it stands
+    ahead = ahead / np.linalg.norm(ahead)
+    views = {"end": [1.0, 0.0, 0.0]}
+    for name, (azimuth, elevation) in VIEWS.items():
+        a, e = np.radians([azimuth, elevation])
+        along = np.cos(a) * ahead + np.sin(a) * np.cross(up, ahead)
+        views[name] = (np.cos(e) * along + np.sin(e) * up).tolist()
+    return up.tolist(), views
+
+
+def _quantity(name, limit):
+    """A choice of colour, with the ticks of its bar as [share, text]."""
+    unit = frames.UNITS[name]
+    scale, prefix = next(((s, p) for s, p in PREFIXES if limit >= s), PREFIXES[-1])
+    if unit != "J":
+        scale, prefix = 1, ""
+    end, unit = limit / scale, prefix + unit
+    ticks = [[share, f"{share * end:.4g}"] for share in (0, 0.25, 0.5, 0.75, 1)]
+    ticks[-1][1] = f"≥ {end:.4g} {unit}"
+    return {
+        "name": name,
+        "label": LABELS[name],
+        "limit": limit,
+        "ticks": ticks,
+        "describe": f"Colours: {LABELS[name]} from 0, dark blue, to {end:.4g} {unit} and more, dark red",
+    }
+
+
+# ---- what stands on the page
+
+
+def _controls(head):
+    quantity = head["values"][0]
+    stops = matplotlib.colormaps[COLOURS](np.linspace(0, 1, 17), bytes=True)[:, :3]
+    return CONTROLS.format(
+        last=len(head["times"]) - 1,
+        first=head["first"],
+        speeds=_speeds(head["interval"]),
+        quantities="".join(
+            f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]
+        ),
+        title=quantity["label"],
+        describe=quantity["describe"],
+        gradient="linear-gradient(90deg,"
+        + ",".join("rgb({},{},{})".format(*c) for c in stops)
+        + ")",
+        ticks="".join(
+            f'<span style="left:{100 * share:g}%">{text}</span>'
+            for share, text in quantity["ticks"]
+        ),
+    )
+
+
+def _speeds(interval):
+    """<option>s: simulated seconds a second, from one to thirty frames a second, some ten of them chosen."""
+    if interval <= 0:
+        return '<option value="1">1</option>'
+    factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]
+    useful = [f for f in factors if 1 <= f / interval * (1 + 1e-9) <= 31] or [interval]
+    chosen = min(useful, key=lambda f: abs(np.log(f / interval / 10)))
+    return "".join(
+        f'<option value="{f:.10g}"{" selected" if f == chosen else ""}>{_factor(f)}</option>'
+        for f in useful
+    )
+
+
+def _factor(factor):
+    if factor > 1:
+        return f"{factor:.4g} × real time"
+    return f"1/{1 / factor:.4g} of real time" if factor < 1 else "real time"
+
+
+def _caption(run, packed, head):
+    """What is seen, what is left out, and why nothing moves between frames."""
+    words = [_balls(run, packed) + "."]
+    every = len(packed.index), packed.stored
+    if every[0] < every[1]:
+        stride = int(packed.index[1]) if every[0] > 1 else every[1]
+        words.append(f"Every {_ordinal(stride)} stored frame is here, {every[0]} of {every[1]}.")
+    if len(packed.index) > 1:
+        words.append(_between(run, head["interval"]))
+    words.append(
+        "Drag to turn; after a click the wheel zooms, arrow keys turn, + and − zoom, space plays."
+    )
+    return " ".join(words)
+
+
+def _balls(run, packed):
+    names = run.attribute("particles/trajectory/species", "names", [])
+    names = [n.decode() if isinstance(n, bytes) else str(n) for n in names]
+    species, diameter = run.balls("species"), run.balls("diameter")
+    kinds = []
+    for k in np.unique(species):
+        own = diameter[species == k]
+        name = names[k] if k < len(names) else "balls"
+        size = f"{own.min() * 1e3:.4g}"
+        if own.max() > own.min():
+            size += f" to {own.max() * 1e3:.4g}"
+        noun = "balls" if name == "balls" else f"balls “{name}”"
+        kinds.append(f"{len(own)} {noun} of {size} mm")
+    text = ", ".join(kinds)
+    if len(packed.chosen) < packed.balls:
+        step = int(packed.chosen[1]) if len(packed.chosen) > 1 else packed.balls
+        text += f"; every {_ordinal(step)} ball is drawn, {len(packed.chosen)} of {packed.balls}"
+    return text
+
+
+def _between(run, interval):
+    text = f"Frames are {interval * 1e3:.4g} ms apart"
+    facts = []
+    if run.has_statistics and run.duration > 0:
+        rate = 2 * float(run.statistic("impacts/ball_ball/rate"))
+        rate += sum(
+            float(run.statistic(f"impacts/{kind}/rate"))
+            for kind in ("ball_drum", "ball_wall", "ball_shaft", "ball_blade")
+        )
+        facts.append(f"a ball has {rate * interval / len(run.balls('diameter')):.2g} impacts")
+    if run.rotor_speed:
+        turn = np.degrees(abs(run.rotor_speed) * interval)
+        facts.append(f"the rotor turns by {turn:.3g}°")
+    if facts:
+        text += f"; from one to the next {' and '.join(facts)}"
+    return text + ". What lies between is not drawn, since it is not stored."
+
+
+def _ordinal(n: int) -> str:
+    ending = "th" if n % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(n % 10, "th")
+    return f"{n}{ending}"
