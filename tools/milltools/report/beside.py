@@ -6,7 +6,7 @@ from milltools import pages
 from milltools.compare import load, rows
 from milltools.compare.page import shown
 from milltools.compare.text import percent, title
-from milltools.report import page, pictures, policy
+from milltools.report import page, player, policy
 from milltools.runfile import Run
 
 MOST_BYTES = 6_000_000  # of all players together
@@ -61,7 +61,7 @@ def render(files: list[list[str]], watch) -> str:
                 players.append((pages.plain(side.label), page.balls(run, MOST_BYTES // len(runs))))
         figures = page.sections(runs, watch)
         cite = list(dict.fromkeys(line for run in runs for line in page.cite(run)))
-    scripts, theme = page.scripts([fragment for _, fragment in players]), page.theme()
+    scripts, theme = player.scripts(), page.theme()
     there = {anchor for anchor, *_ in figures}
     names = ", ".join(f"{side.letter}: {side.name}" for side in sides)
     template = pages.environment(page.HERE).get_template("beside.html")

@@ -6,7 +6,7 @@ import pathlib
 
 from milltools import engine, pages
 from milltools.errors import UserError
-from milltools.report import facts, notes, pictures, policy, still, tables
+from milltools.report import facts, notes, pictures, player, policy, still, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
 MOST_BYTES = 6_000_000  # of the player
@@ -54,20 +54,8 @@ def nothing(run) -> str:
 
 
 def balls(run, most_bytes: int = MOST_BYTES) -> str:
-    """The player, or why there is none."""
-    picture = still.picture(run)
-    if picture is None:
-        return (
-            '<p class="missing">No ball states are stored: the deck has output.frames = 0 s, or the run has not come to '
-            "its first checkpoint.</p>"
-        )
-    source = base64.b64encode(picture).decode()
-    return f'<figure><img alt="The balls" src="data:image/png;base64,{source}"></figure>'
-
-
-def scripts(fragments: list[str]) -> str:
-    """What all players of a page need once."""
-    return ""
+    """The player with its still picture, or why there is none."""
+    return player.fragment(run, most_bytes, still.picture(run))
 
 
 def data_link(text: str) -> str:
@@ -107,7 +95,7 @@ def render(run, watch) -> str:
     with watch.step("the balls", 4):
         fragment = balls(run)
     figures = sections(run, watch)
-    sampled, shared = facts.sampled(run), scripts([fragment])
+    sampled, shared = facts.sampled(run), player.scripts()
     precision = tables.precision(run) if sampled else []
     there = {anchor for anchor, *_ in figures} | ({"precision"} if precision else set())
     deck = run.deck_text()
