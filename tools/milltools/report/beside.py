@@ -12,7 +12,7 @@ from milltools.runfile import Run
 MOST_BYTES = 6_000_000  # of all players together
 TOLD = ("rotor_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
-    ("verdict", "Runs"), ("balls", "Balls"), ("tables", "Differences"), *page.FIGURES, ("notes", "To know first"),
+    ("verdict", "Runs"), ("notes", "To know first"), ("balls", "Balls"), ("tables", "Differences"), *page.FIGURES,
     ("deck", "Decks"), ("cite", "Cite"),
 )  # fmt: skip
 
