@@ -88,6 +88,18 @@ def number(value: float, digits: int = 3) -> str:
     return f"{mantissa}×10{str(exponent).translate(SUPERSCRIPT)}".replace("-", "−")
 
 
+PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
+
+
+def quantity(value: float, unit: str) -> str:
+    """A number of three digits with its unit and prefix, as in 862 W and 31.4 µW."""
+    if value == 0 or not np.isfinite(value):
+        return f"{number(value)} {unit}"
+    power = int(np.floor(np.log10(float(f"{abs(value):.2e}")) / 3)) * 3
+    power = min(max(power, min(PREFIXES)), max(PREFIXES))
+    return f"{number(value / 10.0**power)} {PREFIXES[power]}{unit}"
+
+
 def decade(value, _=None) -> str:
     """Label of a tick of a logarithmic axis at a whole decade, in plain letters: matplotlib's own are mathematics."""
     exponent = np.log10(value)

@@ -1,0 +1,119 @@
+"""The energy account of a window: where power comes from and where it goes, from the time series (docs/file-format.md,
+/observables). In every row
+
+    rotor work = change of the energies + dissipation,
+
+so differences of two rows over the time between balance to rounding; what is left over is the balance error.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from milltools.kinds import KINDS
+
+ENERGIES = {
+    "kinetic_energy": "kinetic energy",
+    "rotational_energy": "rotational energy",
+    "potential_energy": "potential energy",
+    "elastic_energy": "elastic energy",
+}
+NOTHING = 1e-12  # of the turnover: a flow below it is rounding
+
+
+@dataclasses.dataclass(frozen=True)
+class Account:
+    """Mean powers [W] between two times (from, to) [s]: of the `rotor` on the balls (None without one), into the
+    `energies` by name (> 0: it grows), and `dissipation` by kind: (normal, tangential), tangential None where only the sum
+    is known, which then stands first."""
+
+    window: tuple[float, float]
+    rotor: float | None
+    energies: dict[str, float]
+    dissipation: dict[str, tuple[float, float | None]]
+
+    @property
+    def lost(self) -> float:
+        """All that is dissipated [W]."""
+        return sum(a + (b or 0.0) for a, b in self.dissipation.values())
+
+    @property
+    def residual(self) -> float:
+        """What came in and went nowhere [W]: the balance error."""
+        return (self.rotor or 0.0) - sum(self.energies.values()) - self.lost
+
+    @property
+    def flows(self) -> list[tuple[str, str, str, float]]:
+        """(what, kind, part, power > 0 [W]) of everything that gives ("from") and takes ("to"), as pairs of lists in
+        `sources` and `sinks`."""
+        return self.sources + self.sinks
+
+    @property
+    def turnover(self) -> float:
+        """All that the sources give [W]: 100 %."""
+        return sum(power for *_, power in self.sources)
+
+    @property
+    def sources(self):
+        return [(what, kind, part, p) for what, kind, part, p in self._signed() if p > 0]
+
+    @property
+    def sinks(self):
+        return [(what, kind, part, -p) for what, kind, part, p in self._signed() if p < 0]
+
+    def _signed(self):
+        """(what, kind or "", part or "", power: > 0 it gives, < 0 it takes), without what is mere rounding."""
+        terms = [] if self.rotor is None else [("rotor", "", "", self.rotor)]
+        for kind, (normal, tangential) in self.dissipation.items():
+            terms.append(("dissipation", kind, "normal" if tangential is not None else "", -normal))
+            if tangential is not None:
+                terms.append(("dissipation", kind, "tangential", -tangential))
+        terms += [(name, "", "", -power) for name, power in self.energies.items()]
+        terms.append(("residual", "", "", -self.residual))
+        most = max(abs(power) for *_, power in terms)
+        return [term for term in terms if abs(term[3]) > NOTHING * most]
+
+
+def why_not(run) -> str | None:
+    """Why there is no account of the sampled window; None if there is."""
+    for name in ("rotor_work", "kinetic_energy", *(f"dissipation/{k}" for k in KINDS)):
+        if not run.has_series(name):
+            return f"the file has no series /observables/{name}"
+        if not np.isfinite(run.series(name)[1]).all():
+            return f"the run does not tell its {name.replace('_', ' ')}"
+    begin, end = window(run)
+    if not end > begin:
+        return "no two rows of the time series lie in the sampled window (output.series)"
+    return None
+
+
+def window(run) -> tuple[float, float]:
+    """The sampled window as far as there are rows of the time series [s]."""
+    time = run.series("rotor_work")[0]
+    begin, end = run.window
+    if not len(time):
+        return begin, begin
+    return max(begin, float(time[0])), min(end, float(time[-1]))
+
+
+def account(run) -> Account:
+    """Of the sampled window; between rows of the series they are taken as straight."""
+    begin, end = window(run)
+
+    def power(name):
+        if not run.has_series(name):
+            return 0.0
+        time, value = run.series(name)
+        low, high = np.interp([begin, end], time, value)
+        return float(high - low) / (end - begin)
+
+    energies = {name: power(name) for name in ENERGIES if run.has_series(name)}
+    energies = {name: value for name, value in energies.items() if np.isfinite(value)}
+    dissipation = {}
+    for kind in KINDS:
+        total, normal = power(f"dissipation/{kind}"), np.nan
+        if run.has_series(f"dissipation_normal/{kind}"):
+            normal = power(f"dissipation_normal/{kind}")
+        known = np.isfinite(normal)
+        dissipation[kind] = (normal, total - normal) if known else (total, None)
+    return Account((begin, end), power("rotor_work") if run.has_rotor else None, energies, dissipation)

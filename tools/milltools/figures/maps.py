@@ -1,0 +1,264 @@
+"""Where it happens: fields over the cross-section (y, z), averaged along the axis, and over the axial cut (x, r), averaged
+around it. Densities are per volume of the mill: of a cell that the wall cuts, its part within the drum counts, as in the
+file's solid fraction. Cells where there was nothing are blank."""
+
+import dataclasses
+import functools
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+
+from milltools.figures import outlines
+from milltools.figures.base import WIDTH, Figure, labels, not_sampled, sampled, subtitle
+from milltools.style import log_ticks
+from milltools.tally import Maps
+
+VIEWS = {
+    "cross_section": ("y", "z", ("x", "y", "z")),
+    "axial": ("x", "r", ("x", "r", "phi")),
+}
+ARROWS = 20  # about so many along the longer side
+ENDS = (0.01, 0.995)  # shares of the volume below and above the ends of a colour scale
+RANGE = 1e4  # a logarithmic scale shows no more than that
+
+
+@functools.lru_cache
+def colours(name: str) -> ListedColormap:
+    """A map of matplotlib's without its black end, which on a dark page is as good as blank."""
+    return ListedColormap(matplotlib.colormaps[name](np.linspace(0.12, 1, 256)), name)
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    head: str  # of its column, unit included
+    label: str  # of its colour scale, on the picture
+    scale: str  # "log" or "linear"
+    cmap: str
+    impacts: bool  # from impacts, or from the balls
+
+
+QUANTITIES = {
+    "rate": Quantity(
+        "impacts per time and volume [1/(m3 s)]",
+        "number of collisions [1/(m³ s)]", "log", "inferno", True),
+    "impact-speed": Quantity(
+        "mean normal impact speed [m/s]", "mean collision velocity, normal [m/s]", "linear", "viridis", True),
+    "power": Quantity(
+        "dissipated power per volume [W/m3]", "dissipated power density [W/m³]", "log", "inferno", True),
+    "solid": Quantity("solid fraction [1]", "solid fraction [1]", "linear", "viridis", False),
+    "velocity": Quantity(
+        "mean speed [m/s]", "speed of the mean flow [m/s]", "linear", "viridis", False),
+}  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Field:
+    """Edges (n + 1,), (m + 1,) [m] of the cells of a view, their volumes within the drum (n, m) [m^3], and each of
+    QUANTITIES (n, m), NaN where there was nothing; `flow` (3, n, m) [m/s] is the mean velocity, `count` (n, m) of impacts."""
+
+    edges: tuple[np.ndarray, np.ndarray]
+    volume: np.ndarray
+    count: np.ndarray
+    values: dict[str, np.ndarray]
+    flow: np.ndarray
+    part: str
+
+
+def field(run, view: str) -> Field:
+    """A view of a run's maps."""
+    edges = run.edges(view)
+    count = run.map("impact_count", view).astype(float)
+    volume = _volume(run, view, edges)
+    fraction = run.map("solid_fraction", view).astype(float)
+    flow = np.array([run.map(f"velocity_{axis}", view) for axis in VIEWS[view][2]], float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        met = count > 0
+        room = np.where(volume > 0, volume, np.nan) * run.duration
+        values = {
+            "rate": np.where(met, count / room, np.nan),
+            "impact-speed": np.where(met, run.map("normal_speed_sum", view) / count, np.nan),
+            "power": np.where(met, run.map("dissipation", view) / room, np.nan),
+            "solid": np.where(fraction > 0, fraction, np.nan),
+            "velocity": np.where(fraction > 0, np.sqrt((flow**2).sum(axis=0)), np.nan),
+        }
+    part = run.attribute(f"statistics/maps/{view}/dissipation", "part", "all")
+    return Field(edges, volume, count, values, flow, part)
+
+
+def _volume(run, view, edges):
+    """Of the cells within the drum [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
+    maps = Maps(outlines.profile_of(run), run.quantity("drum/length"))
+    found = maps.cross if view == "cross_section" else maps.axial
+    shape = tuple(len(e) - 1 for e in edges)
+    first, second = (np.diff(e) for e in edges)
+    whole = (
+        np.outer(first, second) * run.quantity("drum/length")
+        if view == "cross_section"
+        else np.outer(first, np.pi * np.diff(edges[1] ** 2))
+    )
+    if found.n != shape:  # not millsim's cells
+        return whole
+    room = found.room.reshape(shape)
+    return np.where((room <= 0) & (run.map("impact_count", view) > 0), whole, room)
+
+
+def limits(fields, name) -> tuple[float, float]:
+    """Ends of a colour scale that serves all fields: what a share ENDS of the volume is below."""
+    value = np.concatenate([f.values[name].ravel() for f in fields])
+    volume = np.concatenate([f.volume.ravel() for f in fields])
+    log = QUANTITIES[name].scale == "log"
+    good = np.isfinite(value) & (volume > 0) & ((value > 0) if log else True)
+    if not good.any():
+        return (1.0, 10.0) if log else (0.0, 1.0)
+    order = np.argsort(value[good])
+    value, share = value[good][order], np.cumsum(volume[good][order])
+    low, high = value[np.minimum(np.searchsorted(share / share[-1], ENDS), len(value) - 1)]
+    if log:
+        return min(max(low, high / RANGE), high / 2), high
+    return 0.0, high or 1.0
+
+
+class Map(Figure):
+    group = "maps"
+
+    def __init__(self, name, view, quantity, title, caption):
+        self.name, self.view, self.quantity = name, view, quantity
+        self.title, self.caption = title, caption
+
+    def why_not(self, run):
+        why = not_sampled(run)
+        if why:
+            return why
+        if not run.has(f"statistics/maps/{self.view}"):
+            return "the file has no maps"
+        if QUANTITIES[self.quantity].impacts:
+            return None if run.map("impact_count", self.view).any() else "no impacts in the sampled window"
+        return None if int(run.statistic("maps/samples")) else "no snapshot of the balls in the sampled window"
+
+    def paint(self, figure, runs):
+        quantity, fields = QUANTITIES[self.quantity], [field(run, self.view) for run in runs]
+        low, high = limits(fields, self.quantity)
+        norm = LogNorm(low, high, clip=False) if quantity.scale == "log" else Normalize(low, high)
+        figure.set_size_inches(WIDTH, 0.4 + len(runs) * self._height(runs))
+        axes = figure.subplots(len(runs), 1, squeeze=False, sharex=True)[:, 0]
+        for ax, run, name, found in zip(axes, runs, labels(runs), fields):
+            image = self._panel(ax, run, found, norm)
+            subtitle(ax, f"{name}, {sampled(run)}")
+        axes[-1].set_xlabel(f"{VIEWS[self.view][0]} [m]")
+        part = fields[0].part
+        words = quantity.label + (f", {part} part" if self.quantity == "power" and part != "all" else "")
+        bar = figure.colorbar(image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02)
+        bar.solids.set_rasterized(True)
+        if quantity.scale == "log":
+            log_ticks(bar.ax.yaxis)
+        bar.ax.grid(False)
+
+    def _panel(self, ax, run, found, norm):
+        value = found.values[self.quantity]
+        if isinstance(norm, LogNorm):  # a loss that is negative, of slow impacts at the rebound floor, is below the scale
+            value = np.where(value <= 0, norm.vmin / 2, value)
+        outline = outlines.section if self.view == "cross_section" else outlines.axial
+        rim = outline(ax, run)
+        image = ax.pcolormesh(
+            *found.edges, value.T, norm=norm, cmap=colours(QUANTITIES[self.quantity].cmap), rasterized=True, zorder=1,
+        )  # fmt: skip
+        image.set_clip_path(rim)
+        if self.quantity == "velocity":
+            self._arrows(ax, found)
+        ax.set_aspect("equal")
+        ax.set_ylabel(f"{VIEWS[self.view][1]} [m]")
+        ax.locator_params(nbins=5)
+        ax.grid(False)
+        return image
+
+    def _arrows(self, ax, found):
+        """The part of the mean velocity in the plane, averaged over squares of cells by the volume of the balls in them."""
+        planar = (1, 2) if self.view == "cross_section" else (0, 1)
+        weight = np.nan_to_num(found.values["solid"]) * found.volume
+        step = max(1, round(max(weight.shape) / ARROWS))
+        sums = [_blocks(w, step) for w in (weight, *(weight * np.nan_to_num(found.flow[k]) for k in planar))]
+        middle = [0.5 * (e[:-1] + e[1:]) for e in found.edges]
+        places = np.meshgrid(*middle, indexing="ij")
+        at = [_blocks(np.where(weight > 0, weight * p, 0), step) for p in places]
+        room = _blocks(found.volume, step)
+        there = sums[0] > 0.005 * np.maximum(room, 1e-300)  # not the odd ball's
+        u, v = (s[there] / sums[0][there] for s in sums[1:])
+        top = np.quantile(np.hypot(u, v), 0.98) if there.any() else 0
+        if not top:
+            return
+        span = step * float(np.diff(found.edges[0][:2])[0])
+        ax.quiver(
+            at[0][there] / sums[0][there], at[1][there] / sums[0][there], u, v,
+            angles="xy", scale_units="xy", scale=top / (1.5 * span), units="xy", width=0.14 * span, pivot="mid",
+            headwidth=3.4, headlength=3.6, headaxislength=3.2, fc="#fafafa", ec="#101010", lw=0.35, zorder=2,
+        )  # fmt: skip
+
+    def _extend(self, fields, low, high):
+        values = np.concatenate([f.values[self.quantity].ravel() for f in fields])
+        values = values[np.isfinite(values)]
+        over, under = (values > high).any(), (values < low).any()
+        return "both" if over and under else "max" if over else "min" if under else "neither"
+
+    def _height(self, runs):
+        if self.view == "cross_section":
+            return 3.65
+        across = max(outlines.profile_of(r).outermost / r.quantity("drum/length") for r in runs)
+        return min(max(3.3 * across, 0.8), 4.5) + 0.75
+
+    def columns(self, run):
+        found = field(run, self.view)
+        first, second, components = VIEWS[self.view]
+        mesh = {}
+        for k, (name, edge) in enumerate(zip((first, second), found.edges)):
+            for word, part in (("from", edge[:-1]), ("to", edge[1:])):
+                mesh[f"{name} {word} [m]"] = np.meshgrid(
+                    *[part if j == k else e[:-1] for j, e in enumerate(found.edges)], indexing="ij"
+                )[k].ravel()
+        inside = found.volume.ravel() > 0
+        part = "" if found.part == "all" else f", {found.part} part"
+        table = {
+            **mesh,
+            "volume in the drum [m3]": found.volume.ravel(),
+            "impacts [1]": found.count.ravel(),
+        }
+        for name, quantity in QUANTITIES.items():
+            head = quantity.head.replace(" per volume", f"{part} per volume") if name == "power" else quantity.head
+            table[head] = found.values[name].ravel()
+        for axis, values in zip(components, found.flow):
+            table[f"mean velocity {axis} [m/s]"] = values.ravel()
+        return {head: values[inside] for head, values in table.items()}
+
+
+def _blocks(values, step):
+    """Sums over squares of step x step cells, the last ones cut off."""
+    first, second = (np.arange(0, n, step) for n in values.shape)
+    return np.add.reduceat(np.add.reduceat(values, first, axis=0), second, axis=1)
+
+
+_WORDS = {
+    "rate": ("number of collisions", "How often the balls meet where: impacts per second and volume, logarithmic."),
+    "impact-speed": ("collision velocity", "How hard: the mean normal speed of the impacts in a cell."),
+    "power": ("dissipated power", "Where the energy goes: dissipated power per volume, logarithmic."),
+    "solid": ("solid fraction", "Where the balls are: the share of the volume they fill, averaged over time."),
+    "velocity": ("mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows."),
+}  # fmt: skip
+_ROUND = {
+    "axial": ("Axial cut", "axial", "Averaged around the axis; x along it, r away from it."),
+    "cross_section": ("Cross-section", "section", "Averaged along the axis, as seen along -x."),
+}
+_SIGNS = (
+    " Dashed: what the blades sweep over; grey: the shaft; blank: nothing was there in the window."
+)
+
+FIGURES = tuple(
+    Map(
+        f"{short}-{quantity}",
+        view,
+        quantity,
+        f"{place}: {words}",
+        f"{caption} {where}{_SIGNS}",
+    )
+    for view, (place, short, where) in _ROUND.items()
+    for quantity, (words, caption) in _WORDS.items()
+)
