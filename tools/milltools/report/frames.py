@@ -46,19 +46,27 @@ class Packed:
     limits: dict[str, float]
 
 
+def planned(run) -> Packed:
+    """What pack() would give if room were no question, without the data."""
+    stored, balls = _counts(run)
+    index = np.arange(0, stored, -(-stored // MOST_FRAMES))
+    chosen = np.arange(0, balls, -(-balls // MOST_BALLS))
+    limits = dict.fromkeys(UNITS, 0.123456)
+    return Packed(b"", index, stored, chosen, balls, *_box(run), limits)
+
+
 def pack(run, room: int) -> Packed:
     """The frames of a milltools.runfile.Run in at most `room` bytes of data, but one frame of one ball at least."""
-    stored, balls = len(run.frame_times()), len(run.balls("diameter"))
-    if not stored or not balls:
-        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
-    frames = min(stored, FEWEST_FRAMES)
-    share = min(1.0, MOST_BALLS / balls, max(room, 1) / (PRICE * balls * frames))
-    step = math.ceil(1 / share - 1e-9)
-    drawn = -(-balls // step)
-    stride = math.ceil(stored / min(MOST_FRAMES, max(1, room // (PRICE * drawn))))
+    stored, balls = _counts(run)
+    room = max(room, 1)
+    wanted = PRICE * balls * min(stored, FEWEST_FRAMES)
+    step = max(math.ceil(balls / MOST_BALLS), round(wanted / room), 1)
+    chosen = np.arange(0, balls, step)
+    stride = _stride(stored, room, PRICE * len(chosen))
+    stride = _stride(stored, room, _price(run, stride, chosen))
     while True:
         packed = _pack(run, np.arange(0, stored, stride), np.arange(0, balls, step))
-        excess = len(packed.data) / max(room, 1)
+        excess = len(packed.data) / room
         if excess <= 1 or (len(packed.index) == 1 and len(packed.chosen) == 1):
             return packed
         if len(packed.index) > 1:
@@ -67,24 +75,51 @@ def pack(run, room: int) -> Packed:
             step = max(step + 1, math.ceil(step * excess))
 
 
-def _pack(run, index, chosen):
+def _stride(stored, room, price):
+    """So that frames of `price` bytes fit."""
+    return math.ceil(stored / min(MOST_FRAMES, max(1, room // price)))
+
+
+def _price(run, stride, chosen):
+    """Bytes of a frame, by two in the middle of the run."""
+    stored, _ = _counts(run)
+    first = max(0, min(stored // 2, stored - 1 - stride))
+    one = len(_pack(run, [first], chosen).data)
+    two = len(_pack(run, [first, min(first + stride, stored - 1)], chosen).data)
+    return max(two - one, 1)
+
+
+def _counts(run):
+    """How many frames and balls are stored."""
+    stored, balls = len(run.frame_times()), len(run.balls("diameter"))
+    if not stored or not balls:
+        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+    return stored, balls
+
+
+def _box(run):
+    """Lower and upper corner of the box around the drum's inside (3,) [m]."""
     half, reach = run.quantity("drum/length") / 2, Profile.of(run.deck().get).outermost
     upper = np.array([half, reach, reach])
+    return -upper, upper
+
+
+def _pack(run, index, chosen):
+    lower, upper = _box(run)
     balls = _Balls(run, chosen)
     limits = balls.limits(index)
     gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip, without a time: the same bytes always
     pieces, last = [], np.zeros((3, len(chosen)), np.uint16)
     for k in index:
-        place = quantise(run.frame(k, "position")[chosen], -upper, upper).T
+        place = quantise(run.frame(k, "position")[chosen], lower, upper).T
         pieces.append(gzip.compress(planes(place, last)))
         for name, values in balls.values(k).items():
             level = np.clip(values * (256 / limits[name]), 0, 255).astype(np.uint8)
             pieces.append(gzip.compress(level.tobytes()))
         last = place
     pieces.append(gzip.flush())
-    stored = len(run.frame_times())
-    total = len(run.balls("diameter"))
-    return Packed(b"".join(pieces), index, stored, chosen, total, -upper, upper, limits)
+    stored, total = _counts(run)
+    return Packed(b"".join(pieces), index, stored, chosen, total, lower, upper, limits)
 
 
 def quantise(position, lower, upper):

@@ -69,17 +69,14 @@ def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> st
         source = base64.b64encode(still).decode()
         picture = f' data-own="yes" src="data:image/png;base64,{source}"'
     try:
-        packed = frames.pack(run, _room(run, most_bytes - len(picture)))
+        bare = len(_whole(run, frames.planned(run), picture).encode())
+        packed = frames.pack(run, (most_bytes - bare) // 4 * 3)
     except UserError:
         if len(run.frame_times()):
             raise
         why = "No ball states are stored in this run: output.frames is 0 s."
         return _figure(picture, "", "", "", why=why)
-    head = _head(run, packed)
-    blob = base64.b64encode(packed.data).decode()
-    data = f'<script type="application/json" class="mp-head">{_json(head)}</script>\n'
-    data += f'<script type="text/plain" class="mp-data">{blob}</script>\n'
-    return _figure(picture, _controls(head), html.escape(_caption(run, packed, head)), data)
+    return _whole(run, packed, picture)
 
 
 def scripts() -> str:
@@ -108,12 +105,12 @@ def _figure(picture, controls, caption, data, why=""):
     )
 
 
-def _room(run, most_bytes):
-    """Bytes of data that become at most `most_bytes` of HTML, with all the rest."""
-    diameters = run.balls("diameter")
-    changes = int(np.count_nonzero(np.diff(diameters))) if len(diameters) else 0
-    rest = 14_000 + 20 * min(changes, frames.MOST_BALLS) + 60 * frames.MOST_FRAMES
-    return max(0, (most_bytes - rest) * 3 // 4)
+def _whole(run, packed, picture):
+    head = _head(run, packed)
+    blob = base64.b64encode(packed.data).decode()
+    data = f'<script type="application/json" class="mp-head">{_json(head)}</script>\n'
+    data += f'<script type="text/plain" class="mp-data">{blob}</script>\n'
+    return _figure(picture, _controls(head), html.escape(_caption(run, packed, head)), data)
 
 
 def _json(thing) -> str:
@@ -209,8 +206,10 @@ def _quantity(name, limit):
     if unit != "J":
         scale, prefix = 1, ""
     end, unit = limit / scale, prefix + unit
-    ticks = [[share, f"{share * end:.4g}"] for share in (0, 0.25, 0.5, 0.75, 1)]
-    ticks[-1][1] = f"≥ {end:.4g} {unit}"
+    power = 10.0 ** np.floor(np.log10(end))
+    step = next(m * power for m in (0.2, 0.25, 0.5, 1, 2, 5) if end / (m * power) <= 5 + 1e-9)
+    between = [k * step for k in range(6) if k * step < 0.87 * end]  # the last word is a long one
+    ticks = [[round(v / end, 4), f"{v:.4g}"] for v in between] + [[1, f"≥ {end:.4g} {unit}"]]
     return {
         "name": name,
         "label": LABELS[name],

@@ -1,0 +1,101 @@
+"""Pages in a real browser, as they open from disk: `pytest_plugins = ["browser"]` at the top of a test module.
+
+    def test_it_opens(open_page):
+        page = open_page(file)
+        assert page.evaluate("document.title") == "mill"
+        page.check()  # no error in its console, nothing asked of a network
+
+The browser is the system's chromium, without a window and with WebGL in software; without one the tests are skipped. It lives
+as long as a module's tests, not a session's: as long as playwright lives, no other test may run an event loop of its own.
+"""
+
+import io
+import pathlib
+import shutil
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+FLAGS = (
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+)
+PATIENCE = 60_000  # [ms] software WebGL on a busy machine
+
+
+class Page:
+    """A page of playwright (`.page`), with what went wrong in it (`.errors`) and what it asked for (`.requests`)."""
+
+    def __init__(self, context, file):
+        self.page = context.new_page()
+        self.page.set_default_timeout(PATIENCE)
+        self.address = pathlib.Path(file).resolve().as_uri()
+        self.errors, self.requests = [], []
+        self.page.on("console", self._console)
+        self.page.on("pageerror", lambda fault: self.errors.append(f"page: {fault}"))
+        self.page.on("request", self._request)
+        self.page.goto(self.address)
+
+    def _console(self, message):
+        if message.type in ("error", "warning", "assert"):
+            self.errors.append(f"{message.type}: {message.text}")
+
+    def _request(self, request):
+        own = request.url.partition("#")[0] == self.address
+        if not own and not request.url.startswith(("data:", "blob:")):
+            self.requests.append(request.url)
+
+    def check(self):
+        """Nothing went wrong, and nothing was asked for but the page itself."""
+        assert (self.errors, self.requests) == ([], [])
+
+    def evaluate(self, script, argument=None):
+        """The value of a piece of JavaScript; a promise's when it is kept."""
+        return self.page.evaluate(script, argument)
+
+    def picture(self, selector=None) -> np.ndarray:
+        """What is seen, of the window or of one element: (h, w, 3) uint8, top row first."""
+        seen = self.page.locator(selector).first if selector else self.page
+        picture = matplotlib.image.imread(io.BytesIO(seen.screenshot(timeout=PATIENCE)))
+        return np.rint(picture[..., :3] * 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """The browser; skipped where there is none."""
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("no chromium (tools/setup browser)")
+    api = pytest.importorskip("playwright.sync_api", reason="no playwright (tools/setup test)")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(chromium):
+    """open_page(file, width=640, height=360, dark=False, motion=False, before="", scripts=True) opens an HTML file from disk
+    in a window of that size [px]: dark or light, `motion` False as for people who prefer none, `before`: JavaScript that is
+    run before the page's own, scripts=False: JavaScript is off. Returns a Page; it is closed after the test."""
+    contexts = []
+
+    def open_it(file, width=640, height=360, dark=False, motion=False, before="", scripts=True):
+        context = chromium.new_context(
+            viewport={"width": width, "height": height},
+            color_scheme="dark" if dark else "light",
+            reduced_motion="no-preference" if motion else "reduce",
+            java_script_enabled=scripts,
+        )
+        contexts.append(context)
+        if before:
+            context.add_init_script(before)
+        return Page(context, file)
+
+    yield open_it
+    for context in contexts:
+        context.close()

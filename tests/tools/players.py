@@ -1,0 +1,76 @@
+"""Small runs for the tests of the player, and what its data are by the words of milltools/report/frames.py alone."""
+
+import base64
+import gzip
+import json
+import re
+
+import h5py
+import numpy as np
+from conftest import SMALL
+
+from milltools.report import player
+
+MIXED = SMALL.replace(
+    "[balls]\ncount = 20\ndiameter = 5 mm\n",
+    "[balls.coarse]\ncount = 120\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
+    "[balls.fine]\ncount = 80\ndiameter = 3 mm\n",
+)
+LONE = (  # one blade, and a ball of half a millimetre that hides nothing
+    SMALL.replace("count = 20\ndiameter = 5 mm", "count = 1\ndiameter = 0.5 mm")
+    .replace("count = 2\n", "count = 1\n", 1)
+    .replace("shaft_radius = 5 mm", "shaft_radius = 5 mm\nangle = 20 deg")
+)
+PAGE = """\
+<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>mill</title>
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:">
+<style>:root {{ color-scheme: light dark }} body {{ margin: 0; background: Canvas; color: CanvasText }} .tall {{ height: 2000px }}</style>
+</head><body>{0}</body></html>
+"""
+
+
+def write_page(path, *fragments):
+    """A page of players and nothing else, as strict about what it loads as the report."""
+    path.write_text(PAGE.format("".join(fragments) + player.scripts()), "utf-8")
+    return path
+
+
+def part(fragment, name):
+    """Content of the <script> of a fragment with the class mp-NAME."""
+    return re.search(rf'<script [^>]*class="mp-{name}">(.*?)</script>', fragment, re.DOTALL)[1]
+
+
+def head(fragment):
+    return json.loads(part(fragment, "head"))
+
+
+def decode(fragment):
+    """(position (F, n, 3) [m], levels by quantity (F, n)): planes, zigzag and differences undone one after the other."""
+    facts = head(fragment)
+    raw = gzip.decompress(base64.b64decode(part(fragment, "data"), validate=True))
+    frames, balls = len(facts["times"]), facts["drawn"]
+    rows = np.frombuffer(raw, np.uint8).reshape(frames, 6 + len(facts["values"]), balls)
+    places, now = [], np.zeros((3, balls), int)
+    for row in rows.astype(int):
+        zigzag = 256 * row[0:6:2] + row[1:6:2]
+        change = np.where(zigzag % 2, -(zigzag + 1) // 2, zigzag // 2)
+        now = (now + change) % 65536
+        places.append(now)
+    lower, upper = np.array(facts["lower"]), np.array(facts["upper"])
+    position = lower + np.stack(places).transpose(0, 2, 1) * (upper - lower) / 65535
+    levels = {v["name"]: rows[:, 6 + k] for k, v in enumerate(facts["values"])}
+    return position, levels
+
+
+def stored(run, name, index):
+    """The frames `index` of a run as float64 (F, N, 3)."""
+    return np.stack([run.frame(int(k), name) for k in index]).astype(float)
+
+
+def change(path, **datasets):
+    """Puts other values into a run, "__" for "/" in their names."""
+    with h5py.File(path, "r+") as file:
+        for name, value in datasets.items():
+            file[name.replace("__", "/")][...] = value
+    return path

@@ -1,0 +1,244 @@
+"""What the 3D player of the report is given: the frames of the run, within a thousandth of a pixel, in the room there is."""
+
+import hashlib
+import html.parser
+import importlib.resources
+import json
+import shutil
+import subprocess
+
+import h5py
+import numpy as np
+import players
+import pytest
+from conftest import PROGRAM, SMALL
+
+from milltools.report import frames, player
+from milltools.runfile import Run
+
+VENDOR = importlib.resources.files("milltools.report") / "vendor"
+
+
+def make(folder, deck, *options):
+    (folder / "deck.ini").write_text(deck)
+    words = [w for o in options for w in ("-s", o)]
+    done = subprocess.run([PROGRAM, "-q", "deck.ini", *words], cwd=folder, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    return folder / "deck.h5"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """A run of 120 balls of 5 mm and 80 of 3 mm, 11 frames."""
+    return make(tmp_path_factory.mktemp("mixed"), players.MIXED)
+
+
+@pytest.fixture
+def copy(file, tmp_path):
+    return shutil.copy(file, tmp_path / "copy.h5")
+
+
+@pytest.fixture
+def mixed(file):
+    with Run(file) as run:
+        yield run
+
+
+@pytest.fixture
+def run_of(tmp_path):
+    """run_of(deck, *options): the open run of a deck."""
+    opened = []
+
+    def open_it(deck, *options):
+        opened.append(Run(make(tmp_path, deck, *options)))
+        return opened[-1]
+
+    yield open_it
+    for run in opened:
+        run.close()
+
+
+# ---- the data
+
+
+def test_the_positions_are_those_of_the_run_within_two_micrometres(mixed):
+    position, _ = players.decode(player.fragment(mixed))
+    there = players.stored(mixed, "position", range(11))
+    assert position.shape == there.shape
+    half_a_step = np.array([0.04, 0.06, 0.06]) / 65535 / 2
+    assert (abs(position - there) <= half_a_step * (1 + 1e-6)).all()
+    assert abs(position - there).max() < 2e-6
+
+
+def test_a_drum_of_262_mm_is_still_within_two_micrometres(run_of):
+    run = run_of(SMALL, "drum.radius=131 mm", "drum.length=200 mm", "run.time=10 ms")
+    position, _ = players.decode(player.fragment(run))
+    assert abs(position - players.stored(run, "position", range(3))).max() < 2e-6
+
+
+def test_the_colours_are_of_speed_spin_and_kinetic_energy(mixed):
+    fragment = player.fragment(mixed)
+    _, levels = players.decode(fragment)
+    speed = np.linalg.norm(players.stored(mixed, "velocity", range(11)), axis=2)
+    spin = np.linalg.norm(players.stored(mixed, "angular_velocity", range(11)), axis=2)
+    energy = mixed.balls("mass") * speed**2 / 2
+    assert [v["name"] for v in players.head(fragment)["values"]] == ["speed", "spin", "energy"]
+    for choice, values in zip(players.head(fragment)["values"], (speed, spin, energy), strict=True):
+        limit = choice["limit"]
+        level = levels[choice["name"]]
+        assert (
+            abs((level + 0.5) * limit / 256 - np.minimum(values, limit)).max() < 0.51 * limit / 256
+        )
+        assert 0.005 < (values > limit).mean() + 0.01 and (values > limit).mean() < 0.02
+        assert level.max() > 120  # the colours are made use of
+
+
+def test_any_step_between_two_frames_is_packed_without_loss():
+    random = np.random.default_rng(7)
+    steps = random.integers(0, 65536, (6, 3, 50)).astype(np.uint16)
+    steps[1:3] = np.array([[[65535]], [[0]]], np.uint16)  # the farthest there is
+    now = np.zeros((3, 50), int)
+    for before, after in zip(steps, steps[1:], strict=False):
+        now = before.astype(int)
+        raw = np.frombuffer(frames.planes(after, before), np.uint8).reshape(6, 50).astype(int)
+        zigzag = 256 * raw[0::2] + raw[1::2]
+        change = np.where(zigzag % 2, -(zigzag + 1) // 2, zigzag // 2)
+        assert ((now + change) % 65536 == after).all()
+
+
+def test_times_angles_and_sizes_are_those_of_the_run(mixed):
+    head = players.head(player.fragment(mixed))
+    assert head["times"] == mixed.frame_times().tolist()
+    assert head["labels"][3] == "t = 15 ms"
+    turn = 600 / 60 * 2 * np.pi  # a second
+    assert head["angles"] == pytest.approx(turn * mixed.frame_times())  # nowhere set back by a turn
+    assert head["runs"] == [[120, 0.005], [80, 0.003]]
+    assert len(head["rotor"]["blades"]) == 2 and head["rotor"]["shaft"] == 0.005
+
+
+def test_a_mill_without_a_rotor_has_none_here(run_of):
+    still = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
+    head = players.head(player.fragment(run_of(still, "run.time=10 ms")))
+    assert head["rotor"] is None and head["angles"] == [0, 0, 0]
+    assert np.hypot(*np.array(head["drum"]["outline"]).T) == pytest.approx(0.03, abs=1e-7)
+
+
+def test_the_wall_of_a_wavy_mill_bulges(run_of):
+    wavy = ["drum.profile=wavy", "drum.buckles=6", "drum.buckle_height=2 mm", "run.time=10 ms"]
+    head = players.head(player.fragment(run_of(SMALL, *wavy)))
+    away = np.hypot(*np.array(head["drum"]["outline"]).T)
+    assert (away.min(), away.max()) == pytest.approx((0.028, 0.032), abs=0.03 / 2000)
+    assert head["upper"] == pytest.approx([0.02, 0.032, 0.032])
+
+
+def test_up_is_against_gravity_whichever_way_that_is(run_of):
+    run = run_of(SMALL, "gravity.acceleration=-9.81 0 0 m/s^2", "run.time=10 ms")
+    head = players.head(player.fragment(run))
+    assert head["up"] == [1, 0, 0]
+    assert all(abs(np.linalg.norm(view) - 1) < 1e-12 for view in head["views"].values())
+
+
+def test_the_same_run_gives_the_same_bytes(mixed):
+    assert player.fragment(mixed) == player.fragment(mixed)
+
+
+# ---- the room there is
+
+
+@pytest.mark.parametrize("most", [60_000, 45_000, 36_000])
+def test_a_fragment_fits_the_room_it_is_given(run_of, most):
+    run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
+    fragment = player.fragment(run, most_bytes=most)
+    assert 0.5 * most < len(fragment.encode()) <= most
+    head, (position, _) = players.head(fragment), players.decode(fragment)
+    stride = round(head["times"][1] / 1e-3)
+    assert stride > 1 and head["times"] == pytest.approx(np.arange(0, 51, stride) * 1e-3)
+    thinned = 150 // head["drawn"]
+    there = players.stored(run, "position", range(0, 51, stride))[:, ::thinned]
+    assert abs(position - there).max() < 1e-6
+    assert "stored frame is here" in fragment
+
+
+def test_at_most_three_hundred_frames_are_there(run_of):
+    run = run_of(SMALL, "output.frames=0.1 ms", "balls.count=5")
+    head = players.head(player.fragment(run))
+    assert len(head["times"]) == 251
+    assert "Every 2nd stored frame is here, 251 of 501." in player.fragment(run)
+
+
+def test_of_very_many_balls_every_kth_is_drawn_and_the_page_says_so(mixed, monkeypatch):
+    monkeypatch.setattr(frames, "MOST_BALLS", 70)
+    fragment = player.fragment(mixed)
+    position, _ = players.decode(fragment)
+    assert abs(position - players.stored(mixed, "position", range(11))[:, ::3]).max() < 1e-6
+    assert players.head(fragment)["runs"] == [[40, 0.005], [27, 0.003]]
+    assert "every 3rd ball is drawn, 67 of 200" in fragment
+
+
+def test_a_still_counts_as_well(run_of):
+    run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
+    fragment = player.fragment(run, most_bytes=80_000, still=b"\x89PNG" + bytes(20_000))
+    assert len(fragment.encode()) <= 80_000
+    assert 'src="data:image/png;base64,iVBOR' in fragment
+
+
+# ---- the page
+
+
+def test_a_run_without_frames_says_so_and_shows_the_still(run_of):
+    fragment = player.fragment(run_of(SMALL, "output.frames=0 s"), still=b"\x89PNG")
+    assert "No ball states are stored in this run: output.frames is 0 s." in fragment
+    assert "data:image/png;base64,iVBO" in fragment and "<script" not in fragment
+
+
+def test_what_is_seen_is_said(mixed):
+    fragment = player.fragment(mixed)
+    assert "120 balls “coarse” of 5 mm, 80 balls “fine” of 3 mm." in fragment
+    assert "Frames are 5 ms apart" in fragment
+    assert "the rotor turns by 18°" in fragment
+
+
+def test_no_name_in_a_file_becomes_part_of_the_page(copy):
+    evil = "</script><script>alert(1)</script><!--"
+    with h5py.File(copy, "r+") as file:
+        names = file["particles/trajectory/species"].attrs
+        del names["names"]
+        names.create("names", [evil, "fine"], dtype=h5py.string_dtype())
+    with Run(copy) as run:
+        fragment = player.fragment(run)
+    seen = []
+
+    class Reader(html.parser.HTMLParser):
+        def handle_starttag(self, tag, attributes):
+            seen.append((tag, dict(attributes).get("class")))
+
+        def handle_comment(self, data):
+            seen.append(("comment", data))
+
+    Reader().feed(fragment)
+    scripts = [name for tag, name in seen if tag == "script"]
+    assert scripts == ["mp-head", "mp-data"]
+    assert not any(tag == "comment" for tag, _ in seen)
+    assert "&lt;script&gt;alert(1)" in fragment
+
+
+@pytest.mark.parametrize("text", ["</script>", "<!--", "<script>", "\u2028", "a&b"])
+def test_json_stands_in_a_script_whatever_its_texts_are(text):
+    written = player._json({"name": text})
+    assert "<" not in written and written.isascii()
+    assert json.loads(written) == {"name": text}
+
+
+def test_the_scripts_hold_the_licence_and_end_where_they_should():
+    scripts = player.scripts()
+    assert scripts.count("</script>") == scripts.count("<script>") == 3
+    assert "<!--" not in scripts
+    assert "three.js 0.187.0" in scripts
+    licence = (VENDOR / "three-LICENSE.txt").read_text("utf-8")
+    assert licence.startswith("The MIT License") and licence.strip() in scripts
+
+
+def test_the_vendored_bundle_is_the_one_its_readme_tells_of():
+    readme = (VENDOR / "README.md").read_text("utf-8")
+    digest = hashlib.sha256((VENDOR / "three.min.js").read_bytes()).hexdigest()
+    assert f"{digest}  three.min.js" in readme
