@@ -62,7 +62,6 @@ def render(files: list[list[str]], watch) -> str:
         figures = page.sections(runs, watch)
         cite = list(dict.fromkeys(line for run in runs for line in page.cite(run)))
     scripts, theme = player.scripts(), page.theme()
-    there = {anchor for anchor, *_ in figures}
     names = ", ".join(f"{side.letter}: {side.name}" for side in sides)
     template = pages.environment(page.HERE).get_template("beside.html")
     return template.render(
@@ -71,11 +70,7 @@ def render(files: list[list[str]], watch) -> str:
         title="Runs compared",
         kicker=pages.plain(names),
         style=pages.style(page.HERE / "report.css"),
-        contents=[
-            (anchor, words)
-            for anchor, words in CONTENTS
-            if anchor in there or (anchor, words) not in page.FIGURES
-        ],
+        contents=CONTENTS,
         verdict=[pages.plain(sentence(table)) for table in tables],
         sides=sides,
         differ=rows.deck_differences(sides),

@@ -1,6 +1,7 @@
 """A run as one page: everything in one file that opens from disk, everything from the run escaped."""
 
 import base64
+import dataclasses
 import os
 import pathlib
 
@@ -22,13 +23,15 @@ TITLES = {
     "time": "Over time",
 }
 LEADS = {
+    "energy": "",
     "spectra": "How often the balls meet, how hard, and what that takes of the power, by kind of contact.",
+    "maps": "Averaged around the axis (axial cut) and along it (cross-section), over the sampled window.",
+    "time": "",
 }
 CONTENTS = (
     ("balls", "Balls"), ("summary", "Summary"), *FIGURES, ("anomalies", "Anomalies"), ("precision", "Precision"),
     ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
-OPTIONAL = {"energy", "spectra", "maps", "time", "precision"}
 
 
 def maker() -> str:
@@ -69,17 +72,32 @@ def cite(run) -> list[str]:
     return [*CITE, f"{pages.plain(run.program)} {made}, which made this run."]
 
 
-def sections(runs, watch) -> list[tuple]:
-    """(anchor, title, lead, panels of pictures) of the sections of figures, of one run or several together. Those of one
-    panel begin with one name: "slip", "slip-power"."""
+@dataclasses.dataclass(frozen=True)
+class Section:
+    """Figures under one heading, in panels; those of one panel begin with one name: "slip", "slip-power". Where none of them
+    can be drawn there are no panels, and `missing` says why."""
+
+    anchor: str
+    title: str
+    lead: str
+    panels: list[list[pictures.Picture]]
+    missing: str
+
+
+def sections(runs, watch) -> list[Section]:
+    """The sections of figures, of one run or several together."""
     found = []
     for anchor, _ in FIGURES:
         panels = {}
         for name in pictures.names(anchor):
             with watch.step("pictures"):
                 panels.setdefault(name.split("-")[0], []).append(pictures.draw(name, runs))
-        if panels:
-            found.append((anchor, TITLES[anchor], LEADS.get(anchor, ""), list(panels.values())))
+        drawn = [one for panel in panels.values() for one in panel]
+        missing = "; ".join(dict.fromkeys(one.why for one in drawn))
+        if any(one.svg for one in drawn):
+            missing = ""
+        shown = [] if missing else list(panels.values())
+        found.append(Section(anchor, TITLES[anchor], LEADS[anchor], shown, pages.plain(missing)))
     return found
 
 
@@ -97,7 +115,6 @@ def render(run, watch) -> str:
     figures = sections(run, watch)
     sampled, shared = facts.sampled(run), player.scripts()
     precision = tables.precision(run) if sampled else []
-    there = {anchor for anchor, *_ in figures} | ({"precision"} if precision else set())
     deck = run.deck_text()
     return (
         pages.environment(HERE)
@@ -110,7 +127,7 @@ def render(run, watch) -> str:
                 (pages.plain(os.path.basename(run.path)), made, pages.plain(run.status))
             ),
             style=pages.style(HERE / "report.css"),
-            contents=[c for c in CONTENTS if c[0] in there or c[0] not in OPTIONAL],
+            contents=[c for c in CONTENTS if precision or c[0] != "precision"],
             verdict=[said for said in facts.verdict(run) if said],
             notes=[pages.plain(note) for note in notes.notes(run)],
             tiles=facts.tiles(run),
