@@ -68,7 +68,7 @@ def charge(run) -> str:
     """4000 balls of 5 mm and 7800 kg/m^3."""
     kinds = []
     for section in run.sections():
-        if section == "balls" or section.startswith("balls."):
+        if run.has(f"deck/{section}/diameter"):
             kinds.append(
                 f"{count(run.quantity(f'{section}/count'))}"
                 + (f" {plain(section.removeprefix('balls.'))}" if section != "balls" else "")

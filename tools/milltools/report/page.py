@@ -58,6 +58,9 @@ def nothing(run) -> str:
 
 def balls(run, most_bytes: int = MOST_BYTES) -> str:
     """The player with its still picture, or why there is none."""
+    if not len(run.frame_times()):
+        why = "output.frames is 0 s" if run.time > 0 else "it has not come to its first checkpoint"
+        return f'<p class="missing">No ball states are stored in this run: {why}.</p>'
     return player.fragment(run, most_bytes, still.picture(run))
 
 
