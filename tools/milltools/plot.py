@@ -7,6 +7,8 @@ milltools.figures, of one run or several, or its numbers.
 
 import contextlib
 import pathlib
+import sys
+import time
 
 import matplotlib
 
@@ -98,13 +100,56 @@ def write_figure(name, runs, target, options) -> int:
 
     figure = find(name)
     suffix = pathlib.Path(target).suffix.lower()
+    if suffix not in (*PICTURES, ".csv"):
+        raise UserError(f"{target}: expected a name that ends in {', '.join(PICTURES)} or .csv")
+    for one in runs:
+        with Watch() as told:
+            figure.prepare(one, told)
     if suffix == ".csv":
         files.numbers(figure.tables(runs, **options), target)
-    elif suffix in PICTURES:
-        files.picture(figure.draw(runs, **options), target)
     else:
-        raise UserError(f"{target}: expected a name that ends in {', '.join(PICTURES)} or .csv")
+        files.picture(figure.draw(runs, **options), target)
     return 0
+
+
+class Watch:
+    """How far the reading of a long log is, on standard error: a bar on a terminal, a line now and then elsewhere, nothing
+    in the first seconds."""
+
+    QUIET, PLAIN = (
+        2.0,
+        10.0,
+    )  # [s] before anything is said, between lines where there is no terminal
+
+    def __enter__(self):
+        self.bar, self.begin = None, time.monotonic()
+        self.said = self.begin
+        return self
+
+    def __exit__(self, *exception):
+        if self.bar:
+            self.bar.stop()
+
+    def __call__(self, share):
+        now = time.monotonic()
+        if now - self.begin < self.QUIET:
+            return
+        if not self.bar:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            console = Console(stderr=True)
+            self.bar = Progress(console=console, transient=True, disable=not console.is_terminal)
+            self.task = self.bar.add_task("reading the log of impacts", total=1.0)
+            self.bar.start()
+        self.bar.update(self.task, completed=share)
+        if self.bar.disable and share > 0 and now - self.said > self.PLAIN:
+            self.said = now
+            left = (now - self.begin) * (1 / share - 1)
+            print(
+                f"mill plot: log of impacts, {100 * share:.0f} %, {left:.0f} s left",
+                file=sys.stderr,
+            )
 
 
 def tell(paths) -> int:

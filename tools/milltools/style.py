@@ -17,9 +17,9 @@ INK = "#1a1a1a"  # lines and letters; the page's own ink in an inline SVG
 # told apart by all kinds of colour vision (Okabe and Ito), and by the line
 COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINES = ("-", "--", "-.", ":")
-# of the same, those with a contrast of 3 and more on white as on #111; grey for what is rare
+# near them, with a contrast of 3 and more on white as on #111; grey for what is rare
 KIND_COLOUR = {
-    "ball_ball": "#0072b2",
+    "ball_ball": "#1f86c9",
     "ball_drum": "#d55e00",
     "ball_wall": "#009e73",
     "ball_shaft": "#7f7f7f",
@@ -109,11 +109,16 @@ def decade(value, _=None) -> str:
     return f"{value:g}" if -3 <= exponent <= 2 else "10" + str(exponent).translate(SUPERSCRIPT)
 
 
-def log_ticks(axis, most: int = 8):
-    """Whole decades with labels, the lines between without."""
-    axis.set_major_locator(ticker.LogLocator(10, numticks=most))
-    axis.set_major_formatter(ticker.FuncFormatter(decade))
+def log_ticks(axis, low: float = 0.0, high: float = np.inf, most: int = 8):
+    """Labels at whole decades, of an axis from `low` to `high` that holds few of them at 2 and 5 times these too."""
+    few = low > 0 and high < 100 * low
+    axis.set_major_locator(ticker.LogLocator(10, (1, 2, 5) if few else (1,), numticks=most))
+    axis.set_major_formatter(ticker.FuncFormatter(_some if few else decade))
     axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def _some(value, _=None) -> str:
+    return decade(value) or number(value)
 
 
 # ---- files

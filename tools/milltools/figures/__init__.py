@@ -10,10 +10,13 @@
 `draw` and `tables` take one open Run or a list of them. See base.Figure; `mill plot` is this on the command line.
 """
 
-from milltools.figures import flow, maps, spectra
+from milltools.figures import flow, maps, overtime, spectra
 from milltools.figures.base import Figure, Table
 from milltools.figures.inline import svg
 
-FIGURES: dict[str, Figure] = {figure.name: figure for figure in (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES)}
+FIGURES: dict[str, Figure] = {
+    figure.name: figure
+    for figure in (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES, *overtime.FIGURES)
+}
 
 __all__ = ["FIGURES", "Figure", "Table", "svg"]

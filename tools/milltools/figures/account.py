@@ -116,4 +116,6 @@ def account(run) -> Account:
             normal = power(f"dissipation_normal/{kind}")
         known = np.isfinite(normal)
         dissipation[kind] = (normal, total - normal) if known else (total, None)
-    return Account((begin, end), power("rotor_work") if run.has_rotor else None, energies, dissipation)
+    return Account(
+        (begin, end), power("rotor_work") if run.has_rotor else None, energies, dissipation
+    )

@@ -66,6 +66,9 @@ class Figure:
         """Why it cannot be drawn of this run, as part of a sentence; None if it can."""
         raise NotImplementedError
 
+    def prepare(self, run, told=None):
+        """Does now what takes long, so that draw and tables do not; told(share) hears how far it is. Never needed."""
+
     def draw(self, runs, titled: bool = True, **options) -> Canvas:
         """The figure of one open Run or of several, side by side or overlaid; UserError where it cannot be drawn.
         `titled=False` leaves out what a page says itself: the title."""

@@ -51,21 +51,28 @@ def bins(run, kind: str, group: str = "impacts") -> Bins:
     """Impacts of a kind by available normal energy [J]; see why_not."""
     mass = one_mass(run)
     if mass is None:
-        if run not in _logged:
-            _logged[run] = _from_log(run)
+        read(run)
         return _logged[run][kind]
     effective = mass / 2 if kind == "ball_ball" else mass
     by_speed = merged(run.histogram(kind, group), run.duration)
     return by_speed.scaled(0.5 * effective * by_speed.edges**2)
 
 
-def _from_log(run) -> dict[str, Bins]:
+def read(run, told=None):
+    """Reads the log of single impacts, where it is needed, for all that follows; told(share) hears how far it is."""
+    if one_mass(run) is None and run not in _logged:
+        _logged[run] = _from_log(run, told or (lambda share: None))
+
+
+def _from_log(run, told) -> dict[str, Bins]:
     """Bins of every kind and of all, of the impacts in the sampled window."""
     mass, names = run.balls("mass").astype(float), list(run.attribute("impacts", "kinds"))
     size = len(EDGES) + 1  # below and above the edges too
     count, lost = np.zeros((2, len(names), size))
-    for part in _slices(run):
-        kind = run.read("impacts/kind", part)
+    slices = _slices(run)
+    for k, part in enumerate(slices):
+        told(k / len(slices))
+        kind = run.read("impacts/kind", part).astype(np.int64)
         ball, partner = run.read("impacts/ball", part), run.read("impacts/partner", part)
         effective = mass[ball]
         pair = kind == names.index("ball_ball")
@@ -87,12 +94,11 @@ def _from_log(run) -> dict[str, Bins]:
     return found
 
 
-def _slices(run):
+def _slices(run) -> list[slice]:
     """Slices of the log that cover the sampled window, and no more: its rows are in the order of time."""
     rows = run.length("impacts/time")
     first, last = (_first_at(run, rows, t) for t in run.window)
-    for begin in range(first, last, SLICE):
-        yield slice(begin, min(begin + SLICE, last))
+    return [slice(at, min(at + SLICE, last)) for at in range(first, last, SLICE)]
 
 
 def _first_at(run, rows: int, time: float) -> int:

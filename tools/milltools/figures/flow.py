@@ -25,18 +25,19 @@ class Flow(Figure):
         why = not_sampled(run) or why_not(run)
         if why:
             return why
-        return None if account(run).turnover > 0 else "no energy was turned over in the sampled window"
+        return (
+            None if account(run).turnover > 0 else "no energy was turned over in the sampled window"
+        )
 
     def paint(self, figure, runs):
         accounts = [account(run) for run in runs]
         rows = [max(len(a.sinks), 6) for a in accounts]
-        heights = [0.75 + 0.185 * n for n in rows]
+        heights = [0.75 + 0.195 * n for n in rows]
         figure.set_size_inches(WIDTH, 0.35 + sum(heights))
         axes = figure.subplots(len(runs), 1, squeeze=False, height_ratios=heights)[:, 0]
         for ax, name, found, height in zip(axes, labels(runs), accounts, heights):
             panel(ax, found, height)
-            begin, end = found.window
-            subtitle(ax, f"{name}, mean of {number(begin, 4)} to {number(end, 4)} s; 100 % = {quantity(found.turnover, 'W')}")
+            subtitle(ax, f"{name}, {_words(found)}")
 
     def columns(self, run):
         found = account(run)
@@ -55,6 +56,13 @@ class Flow(Figure):
         }
 
 
+def _words(found: Account) -> str:
+    begin, end = found.window
+    off = abs(found.residual) / found.turnover
+    error = "<0.001 %" if off < 1e-5 else f"{number(100 * off)} %"
+    return f"mean of {number(begin, 4)} to {number(end, 4)} s; 100 % = {quantity(found.turnover, 'W')}, balance error {error}"
+
+
 def panel(ax, found: Account, height: float):
     """One account in axes of its own, `height` [inch] high."""
     whole = found.turnover
@@ -63,7 +71,7 @@ def panel(ax, found: Account, height: float):
     for term in found.sinks:
         sinks.append(_sink(term, whole, first=term[1] not in seen))
         seen.add(term[1])
-    line = 0.155 / (height - 0.45)
+    line = 0.168 / (height - 0.45)
     extent = sankey.draw(ax, sources, sinks, line=line)
     ax.set_axis_off()
     ax.set_xlim(sankey.LEFT, sankey.COLUMNS[-1])
@@ -90,8 +98,12 @@ def _sink(term, whole, first) -> sankey.Band:
     what, kind, part, power = term
     if what == "dissipation":
         label = (KIND_LABEL[kind] if first else "", part)
-        return sankey.Band(power, KIND_COLOUR[kind], PARTS[part], (*label, *_numbers(power, whole)), kind)
-    words = {"rotor": "rotor, braked", "residual": "balance error"}.get(what) or f"{ENERGIES[what]}, rising"
+        return sankey.Band(
+            power, KIND_COLOUR[kind], PARTS[part], (*label, *_numbers(power, whole)), kind
+        )
+    words = {"rotor": "rotor, braked", "residual": "balance error"}.get(
+        what
+    ) or f"{ENERGIES[what]}, rising"
     return sankey.Band(power, STORED, 0.7, (words, "", *_numbers(power, whole)), what)
 
 

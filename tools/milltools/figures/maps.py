@@ -133,8 +133,16 @@ class Map(Figure):
         if not run.has(f"statistics/maps/{self.view}"):
             return "the file has no maps"
         if QUANTITIES[self.quantity].impacts:
-            return None if run.map("impact_count", self.view).any() else "no impacts in the sampled window"
-        return None if int(run.statistic("maps/samples")) else "no snapshot of the balls in the sampled window"
+            return (
+                None
+                if run.map("impact_count", self.view).any()
+                else "no impacts in the sampled window"
+            )
+        return (
+            None
+            if int(run.statistic("maps/samples"))
+            else "no snapshot of the balls in the sampled window"
+        )
 
     def paint(self, figure, runs):
         quantity, fields = QUANTITIES[self.quantity], [field(run, self.view) for run in runs]
@@ -147,16 +155,22 @@ class Map(Figure):
             subtitle(ax, f"{name}, {sampled(run)}")
         axes[-1].set_xlabel(f"{VIEWS[self.view][0]} [m]")
         part = fields[0].part
-        words = quantity.label + (f", {part} part" if self.quantity == "power" and part != "all" else "")
-        bar = figure.colorbar(image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02)
+        words = quantity.label + (
+            f", {part} part" if self.quantity == "power" and part != "all" else ""
+        )
+        bar = figure.colorbar(
+            image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02
+        )
         bar.solids.set_rasterized(True)
         if quantity.scale == "log":
-            log_ticks(bar.ax.yaxis)
+            log_ticks(bar.ax.yaxis, low, high)
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
         value = found.values[self.quantity]
-        if isinstance(norm, LogNorm):  # a loss that is negative, of slow impacts at the rebound floor, is below the scale
+        if isinstance(
+            norm, LogNorm
+        ):  # a loss that is negative, of slow impacts at the rebound floor, is below the scale
             value = np.where(value <= 0, norm.vmin / 2, value)
         outline = outlines.section if self.view == "cross_section" else outlines.axial
         rim = outline(ax, run)
@@ -165,7 +179,9 @@ class Map(Figure):
         )  # fmt: skip
         image.set_clip_path(rim)
         if self.quantity == "velocity":
-            self._arrows(ax, found)
+            arrows = self._arrows(ax, found)
+            if arrows:
+                arrows.set_clip_path(rim)
         ax.set_aspect("equal")
         ax.set_ylabel(f"{VIEWS[self.view][1]} [m]")
         ax.locator_params(nbins=5)
@@ -177,7 +193,10 @@ class Map(Figure):
         planar = (1, 2) if self.view == "cross_section" else (0, 1)
         weight = np.nan_to_num(found.values["solid"]) * found.volume
         step = max(1, round(max(weight.shape) / ARROWS))
-        sums = [_blocks(w, step) for w in (weight, *(weight * np.nan_to_num(found.flow[k]) for k in planar))]
+        sums = [
+            _blocks(w, step)
+            for w in (weight, *(weight * np.nan_to_num(found.flow[k]) for k in planar))
+        ]
         middle = [0.5 * (e[:-1] + e[1:]) for e in found.edges]
         places = np.meshgrid(*middle, indexing="ij")
         at = [_blocks(np.where(weight > 0, weight * p, 0), step) for p in places]
@@ -186,9 +205,12 @@ class Map(Figure):
         u, v = (s[there] / sums[0][there] for s in sums[1:])
         top = np.quantile(np.hypot(u, v), 0.98) if there.any() else 0
         if not top:
-            return
+            return None
+        long = np.hypot(u, v) > 0.04 * top  # shorter ones are dots
+        there[there] = long
+        u, v = u[long], v[long]
         span = step * float(np.diff(found.edges[0][:2])[0])
-        ax.quiver(
+        return ax.quiver(
             at[0][there] / sums[0][there], at[1][there] / sums[0][there], u, v,
             angles="xy", scale_units="xy", scale=top / (1.5 * span), units="xy", width=0.14 * span, pivot="mid",
             headwidth=3.4, headlength=3.6, headaxislength=3.2, fc="#fafafa", ec="#101010", lw=0.35, zorder=2,
@@ -223,7 +245,11 @@ class Map(Figure):
             "impacts [1]": found.count.ravel(),
         }
         for name, quantity in QUANTITIES.items():
-            head = quantity.head.replace(" per volume", f"{part} per volume") if name == "power" else quantity.head
+            head = (
+                quantity.head.replace(" per volume", f"{part} per volume")
+                if name == "power"
+                else quantity.head
+            )
             table[head] = found.values[name].ravel()
         for axis, values in zip(components, found.flow):
             table[f"mean velocity {axis} [m/s]"] = values.ravel()

@@ -24,9 +24,9 @@ class Band:
     group: str = ""
 
 
-COLUMNS = (1.09, 1.72, 2.50, 2.90)  # x of a label's texts
-LEFT = -0.80  # how far labels reach on the other side
-FONT = 7.5  # [pt]
+COLUMNS = (1.10, 1.84, 2.92, 3.44)  # x of a label's texts
+LEFT = -1.0  # how far labels reach on the other side
+FONT = 8.2  # [pt]
 HAIR = 0.5  # [pt] a band's outline: what is seen of one without width
 
 
@@ -135,6 +135,8 @@ def _label_left(ax, sources, left, extent, line):
     wishes = [(a + b) / 2 for a, b in left]
     places = spread(wishes, line, line / 2, max(extent, line * len(sources)) - line / 2)
     for band, wish, place in zip(sources, wishes, places):
-        ax.plot([-0.05, -0.02, 0], [place, wish, wish], color=INK, alpha=0.55, lw=0.6, clip_on=False)
-        text = f"{band.label[0]}\n{'  '.join(band.label[1:])}"
+        ax.plot(
+            [-0.05, -0.02, 0], [place, wish, wish], color=INK, alpha=0.55, lw=0.6, clip_on=False
+        )
+        text = f"{band.label[0]}\n{', '.join(band.label[1:])}"
         ax.text(-0.07, place, text, ha="right", va="center", fontsize=FONT, clip_on=False)

@@ -128,22 +128,23 @@ def _dots(ax, x, y, colour, weight):
 def _look(kind, place, position):
     if position is None:
         return {"color": KIND_COLOUR[kind], "ls": KIND_LINE[kind], "lw": 1.5}
-    colour = run_style(position)["color"]
-    return {
-        "color": INK if colour == "#000000" else colour,
-        "ls": list(KIND_LINE.values())[place],
-        "lw": 1.5,
-    }
+    return {**run_look(position), "ls": list(KIND_LINE.values())[place % len(KIND_LINE)], "lw": 1.5}
+
+
+def run_look(position: int) -> dict:
+    """Look of a run among several, its black the page's ink."""
+    look = run_style(position)
+    return {**look, "color": INK if look["color"] == "#000000" else look["color"]}
 
 
 def _marks(ax, run, drawn, speed, abscissa, weight, share, position):
     """The rebound floor, and how high a bin with a single impact stands."""
+    if weight == "energy":
+        return
     floor = run.quantity("contact/rebound_floor", 0.0) if run.program == "millsim" else 0.0
     first = position in (None, 0)
     if floor and first and abscissa == "speed" and speed == "normal_speed":
         ax.axvline(floor, **QUIET, lw=0.9, ls=":", label=f"rebound floor, {number(floor)} m/s")
-    if weight == "energy":
-        return
     one = share / drawn[0].duration
     if weight == "count":
         one /= drawn[0].decades[0]
@@ -230,6 +231,10 @@ class Spectrum(Figure):
                 else f"no {group} in the sampled window"
             )
         return None
+
+    def prepare(self, run, told=None):
+        if self.energetic and not self.why_not(run):
+            energies.read(run, told)
 
     def _kinds(self, runs, kinds):
         if kinds:
@@ -321,7 +326,7 @@ def _trio(prefix, title, words, **what):
         Spectrum(
             f"{prefix}-power",
             f"{title}: dissipated power",
-            f"At which {words} the energy goes: dissipated power per decade, by contact kind; the area under a curve is its "
+            f"At which {words} the energy goes: dissipated power per decade, all of it, by contact kind; the area under a curve is its "
             "kind's power in the legend, so equal areas are equal powers.",
             weight="energy",
             **what,

@@ -1,0 +1,268 @@
+"""How a run goes on in time: the rotor's power and torque, the energy of the charge, how often the balls meet.
+
+Means over an interval are differences of cumulative series over the time between, so they are exact, however short or long
+the interval; between two rows a series is taken as straight.
+"""
+
+import math
+
+import numpy as np
+
+from milltools.figures.base import QUIET, WIDTH, Figure, labels, number
+from milltools.figures.spectra import run_look
+from milltools.kinds import KINDS
+from milltools.runfile import KIND_LABEL
+from milltools.style import INK, KIND_COLOUR, KIND_LINE, literal, log_ticks
+
+MOST = 300  # intervals of the fine means: more is a blur, and a large file
+
+
+def intervals(time) -> np.ndarray:
+    """Bounds of the fine intervals: the rows of a series, or as many of them as a picture can show, evenly chosen."""
+    if len(time) <= MOST + 1:
+        return time
+    return time[np.linspace(0, len(time) - 1, MOST + 1).round().astype(int)]
+
+
+def means(time, cumulative, bounds) -> np.ndarray:
+    """Mean rates between `bounds` of a cumulative series."""
+    return np.diff(np.interp(bounds, time, cumulative)) / np.diff(bounds)
+
+
+def revolutions(run, time) -> np.ndarray:
+    """Bounds of whole revolutions of the rotor within the series, one of them where the sampled window begins, so that those
+    in the window are the file's blocks; empty without a turning rotor, or where less than one went round."""
+    speed = abs(run.rotor_speed)
+    if not speed or len(time) < 2:
+        return np.empty(0)
+    period = 2 * math.pi / speed
+    start = run.window[0] if run.has_statistics else 0.0
+    slack = 1e-9 * max(period, time[-1])
+    first = math.ceil((time[0] - start - slack) / period)
+    last = math.floor((time[-1] - start + slack) / period)
+    together = max(1, math.ceil((last - first) / MOST))  # of a long run several in one
+    bounds = start + period * np.arange(first, last + 1, together)
+    return np.clip(bounds, time[0], time[-1]) if len(bounds) > 1 else np.empty(0)
+
+
+class OverTime(Figure):
+    """Lines over time, the sampled window shaded."""
+
+    group = "time"
+    ylabel = ""
+
+    def paint(self, figure, runs):
+        figure.set_size_inches(WIDTH, 3.3)
+        ax = figure.subplots()
+        self.shade(ax, runs)
+        for k, (run, name) in enumerate(zip(runs, labels(runs))):
+            self.lines(ax, run, name if len(runs) > 1 else "", k)
+        ax.set_xlabel("time [s]")
+        ax.set_ylabel(self.ylabel)
+        ax.set_xlim(0, max(run.series(self.series)[0][-1] for run in runs))
+        handles, texts = ax.get_legend_handles_labels()
+        if handles:
+            figure.legend(handles, texts, loc="outside lower left", ncols=2, handlelength=2.4, columnspacing=1.2)  # fmt: skip
+        if len(runs) == 1:
+            ax.set_title(literal(labels(runs)[0]), loc="left", fontsize=8, **QUIET)
+
+    series = "kinetic_energy"
+
+    def shade(self, ax, runs):
+        """The sampled window, where there is one and it is the same of all."""
+        windows = {run.window for run in runs if run.has_statistics and run.duration > 0}
+        if len(windows) == 1:
+            ax.axvspan(
+                *windows.pop(), color=INK, alpha=0.07, lw=0, zorder=0, label="sampled window"
+            )
+
+    def why_not(self, run):
+        for name in self.needed(run):
+            if not run.has_series(name):
+                return f"the file has no series /observables/{name}"
+            time, value = run.series(name)
+            if len(time) < 2:
+                return "fewer than two rows of the time series are stored (output.series)"
+            if not np.isfinite(value).all():
+                return f"the run does not tell its {name.split('/')[0].replace('_', ' ')}"
+        return None
+
+    def needed(self, run):
+        return [self.series]
+
+    def lines(self, ax, run, name, position):
+        raise NotImplementedError
+
+
+def _named(name, words):
+    return literal(f"{name}, {words}" if name else words, 60)
+
+
+class Draw(OverTime):
+    """What the rotor gives: mean over short intervals, over whole revolutions, and over the window with its error."""
+
+    def __init__(self, name, title, series, statistic, unit, caption):
+        self.name, self.title, self.series, self.caption = name, title, series, caption
+        self.statistic, self.unit = statistic, unit
+        self.ylabel = f"{title[0].lower()}{title[1:]} [{unit}]"
+
+    def why_not(self, run):
+        return super().why_not(run) if run.has_rotor else "the mill has no rotor"
+
+    def cumulative(self, run):
+        """(time, integral over it) of the quantity."""
+        time, value = run.series(self.series)
+        if self.series == "rotor_torque":  # the mean over the interval before each row
+            value = np.concatenate([[0.0], np.cumsum(value[1:] * np.diff(time))])
+        return time, value
+
+    def of_window(self, run):
+        """(mean, standard error) over the sampled window; NaN where it is not known."""
+        if not (run.has_statistics and run.duration > 0):
+            return math.nan, math.nan
+        return tuple(float(run.statistic(f"rotor/{self.statistic}{e}")) for e in ("", "_error"))
+
+    def parts(self, run):
+        """(what a mean is over, bounds) of the fine and of the coarse means."""
+        time = run.series(self.series)[0]
+        return ("interval", intervals(time)), ("revolution", revolutions(run, time))
+
+    def lines(self, ax, run, name, position):
+        time, whole = self.cumulative(run)
+        colour = run_look(position)["color"] if name else KIND_COLOUR["ball_ball"]
+        (_, fine), (_, turns) = self.parts(run)
+        value = means(time, whole, fine)
+        step = {"baseline": None, "color": colour}
+        words = f"mean of {number(1e3 * float(np.median(np.diff(fine))))} ms"
+        ax.stairs(value, fine, lw=0.7, alpha=0.6, **step, label=_named(name, words))
+        if len(turns):
+            ax.stairs(means(time, whole, turns), turns, lw=1.8, **step, label=_named(name, "mean of a revolution"))  # fmt: skip
+        self._mean(ax, run, name, colour if name else KIND_COLOUR["ball_drum"])
+        low, high = ax.get_ylim() if position else (0.0, 0.0)
+        ax.set_ylim(min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max())) or 1)
+
+    def _mean(self, ax, run, name, colour):
+        mean, error = self.of_window(run)
+        if not math.isfinite(mean):
+            return
+        begin, end = run.window
+        words = f"window: {number(mean)} {self.unit}"
+        if math.isfinite(error):
+            words = f"window: {number(mean)} ± {number(error, 2)} {self.unit}"
+            ax.fill_between([begin, end], mean - error, mean + error, color=colour, alpha=0.3, lw=0)
+        ax.plot(
+            [begin, end],
+            [mean] * 2,
+            color=colour,
+            lw=1.2,
+            ls=(0, (5, 2)),
+            label=_named(name, words),
+        )
+
+    def columns(self, run):
+        time, whole = self.cumulative(run)
+        rows = []
+        for what, bounds in self.parts(run):
+            rows += [
+                (what, a, b, v, math.nan)
+                for a, b, v in zip(bounds[:-1], bounds[1:], means(time, whole, bounds) if len(bounds) else ())
+            ]  # fmt: skip
+        mean, error = self.of_window(run)
+        if math.isfinite(mean):
+            rows.append(("window", *run.window, mean, error))
+        what, begin, end, value, error = (np.array(column) for column in zip(*rows))
+        return {
+            "mean over": what,
+            "from [s]": begin,
+            "to [s]": end,
+            f"{self.statistic} [{self.unit}]": value,
+            f"standard error [{self.unit}]": error,
+        }
+
+
+class Energy(OverTime):
+    name, title = "energy", "Kinetic energy"
+    caption = "Kinetic energy of all balls over time: of their motion, and of their spin. Shaded: the sampled window."
+    ylabel = "kinetic energy of the balls [J]"
+    SERIES = {"kinetic_energy": "translation", "rotational_energy": "rotation"}
+
+    def needed(self, run):
+        return list(self.SERIES)
+
+    def thinned(self, run, name):
+        time, value = run.series(name)
+        rows = np.searchsorted(time, intervals(time))
+        return time[rows], value[rows]
+
+    def lines(self, ax, run, name, position):
+        for k, (series, words) in enumerate(self.SERIES.items()):
+            colour = (
+                run_look(position)["color"]
+                if name
+                else (KIND_COLOUR["ball_ball"], KIND_COLOUR["ball_drum"])[k]
+            )
+            ax.plot(*self.thinned(run, series), color=colour, lw=1.4, ls=("-", (0, (4, 1.5)))[k], label=_named(name, words))  # fmt: skip
+        ax.set_ylim(bottom=0)
+
+    def columns(self, run):
+        time = self.thinned(run, "kinetic_energy")[0]
+        values = {
+            f"{words} [J]": self.thinned(run, series)[1] for series, words in self.SERIES.items()
+        }
+        return {"time [s]": time, **values}
+
+
+class Collisions(OverTime):
+    name, title = "collisions", "Collision rate"
+    caption = (
+        "Impacts per second over time, by contact kind, logarithmic. Shaded: the sampled window."
+    )
+    ylabel = "impacts per second [1/s]"
+    series = "collisions/ball_ball"
+
+    def needed(self, run):
+        return [f"collisions/{kind}" for kind in KINDS]
+
+    def why_not(self, run):
+        why = super().why_not(run)
+        if why:
+            return why
+        none = not any(run.series(name)[1].any() for name in self.needed(run))
+        return "no impact was counted" if none else None
+
+    def rates(self, run, kind):
+        """(bounds, rates) [s], [1/s] of a kind, or of "all"."""
+        kinds = KINDS if kind == "all" else [kind]
+        time = run.series(f"collisions/{kinds[0]}")[0]
+        bounds = intervals(time)
+        return bounds, sum(means(time, run.series(f"collisions/{k}")[1], bounds) for k in kinds)
+
+    def lines(self, ax, run, name, position):
+        for kind in ["all"] if name else KINDS:
+            bounds, rate = self.rates(run, kind)
+            if not rate.any():
+                continue
+            look = (
+                run_look(position) if name else {"color": KIND_COLOUR[kind], "ls": KIND_LINE[kind]}
+            )
+            middle = (bounds[1:] + bounds[:-1]) / 2
+            ax.plot(middle, np.where(rate > 0, rate, np.nan), **{**look, "lw": 1.2}, label=_named(name, KIND_LABEL[kind]))  # fmt: skip
+        ax.set_yscale("log")
+        log_ticks(ax.yaxis)
+
+    def columns(self, run):
+        bounds, _ = self.rates(run, "all")
+        rates = {f"{kind} [1/s]": self.rates(run, kind)[1] for kind in (*KINDS, "all")}
+        return {"from [s]": bounds[:-1], "to [s]": bounds[1:], **rates}
+
+
+_CAPTION = (
+    "{} of the rotor on the balls: means over short intervals (thin), over whole revolutions (thick), and over the sampled "
+    "window (shaded) with its standard error from the scatter of the revolutions."
+)
+FIGURES = (
+    Draw("power", "Power of the rotor", "rotor_work", "power", "W", _CAPTION.format("Power")),
+    Draw("torque", "Torque of the rotor", "rotor_torque", "torque", "N m", _CAPTION.format("Torque")),
+    Energy(),
+    Collisions(),
+)  # fmt: skip
