@@ -8,7 +8,7 @@ import shlex
 import numpy as np
 
 from milltools.pages import plain
-from milltools.report.numbers import MISSING, SPACE, Number, count, scaled, with_error
+from milltools.report.numbers import MISSING, SPACE, Number, count, scaled, small, with_error
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--part")
 FEW_BLOCKS = 8
@@ -142,7 +142,7 @@ def energy_error(run) -> str:
     """Of the energy turned over; a dash where it is not known."""
     if not run.has("run/energy_balance_error"):
         return MISSING
-    return f"{float(run.read('run/energy_balance_error')):.1e}"
+    return str(small(run.read("run/energy_balance_error")))
 
 
 def _rotor_sentence(run) -> str:
@@ -180,7 +180,7 @@ def _trust_sentence(run) -> str:
     if found is not None:
         words.append(
             "no anomalies" if not found
-            else "anomalies: " + joined([f"{a.name} {a.times} times" for a in found])
+            else "anomalies: " + joined([f"{a.times} \N{MULTIPLICATION SIGN} {a.name}" for a in found])
         )  # fmt: skip
     text = "; ".join(words)
     return text[:1].upper() + text[1:] + "." if text else ""

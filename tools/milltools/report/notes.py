@@ -91,9 +91,11 @@ def _hard_spheres(run) -> list[str]:
                 "meant for 0.7 and more; in dense beds below that their power no longer agrees with soft spheres."
             )
             break
-    if run.has("run/reliefs") and run.read("run/reliefs"):
+    reliefs = int(run.read("run/reliefs")) if run.has("run/reliefs") else 0
+    if reliefs:
+        times = "once" if reliefs == 1 else f"{reliefs} times"
         found.append(
-            f"Pinched balls were let go {run.read('run/reliefs')} times. The thousands of contacts before each spoil counts and "
+            f"Pinched balls were let go {times}. The thousands of contacts before each spoil counts and "
             "medians (strikes less); wider gaps around the blades help, though chains of balls may still be pressed."
         )
     floored = (
@@ -114,6 +116,11 @@ def how_far(run) -> list[str]:
         found = [f"Stopped at {until}; the file holds everything up to then."]
     elif run.status == "failed":
         found = [f"The run failed, at {until}; the file holds everything up to its last checkpoint."]
+    elif run.status == "running" and run.time == 0:
+        found = [
+            "The run has not come to its first checkpoint: the file holds its deck and nothing else. If it is not running any "
+            "more, it has to be started again."
+        ]
     elif run.status == "running":
         found = [
             f"The run is not complete: this is what the file held at its last checkpoint, at {until}. If it is not running "

@@ -6,6 +6,9 @@ import math
 PREFIX = {-4: "p", -3: "n", -2: "\N{MICRO SIGN}", -1: "m", 0: "", 1: "k", 2: "M", 3: "G", 4: "T"}
 SPACE = "\N{NO-BREAK SPACE}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
+SUPERSCRIPT = "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ZERO}\N{SUPERSCRIPT ONE}\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}" + "".join(
+    chr(0x2070 + digit) for digit in range(4, 10)
+)
 MISSING = "\N{EN DASH}"
 
 
@@ -47,6 +50,16 @@ def scaled(value: float, unit: str) -> Number:
     if scale is None:
         return Number(f"{value:.3e}{SPACE}{unit}".rstrip(SPACE), value)
     return Number(f"{value / 1000.0 ** scale[0]:.{scale[1]}f}{_tail(scale[0], unit)}", value)
+
+
+def small(value: float) -> Number:
+    """1.5e-15 -> "1.5 x 10^-15", as it is printed."""
+    value = float(value)
+    if value == 0 or not math.isfinite(value):
+        return Number("0" if value == 0 else MISSING, value)
+    digits, exponent = f"{value:.1e}".split("e")
+    raised = str(int(exponent)).translate(str.maketrans("-0123456789", SUPERSCRIPT))
+    return Number(f"{digits}{THIN}\N{MULTIPLICATION SIGN}{THIN}10{raised}", value)
 
 
 def count(value) -> Number:

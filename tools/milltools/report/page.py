@@ -142,7 +142,9 @@ def render(run, watch) -> str:
             balance=tables.balance(run),
             figures=figures,
             anomalies=facts.anomalies(run),
-            program=pages.plain(run.program),
+            uncounted=f"{pages.plain(run.program)} does not count them."
+            if run.time > 0
+            else "None counted yet: the run has not come to its first checkpoint.",
             precision=precision,
             how=tables.how(run, os.path.getsize(run.path)),
             everything=tables.everything(run),

@@ -5,7 +5,7 @@ import math
 from milltools.kinds import KINDS
 from milltools.pages import lines, plain
 from milltools.report import facts
-from milltools.report.numbers import Number, count, scaled, share, with_error
+from milltools.report.numbers import Number, count, scaled, share, small, with_error
 from milltools.runfile import KIND_LABEL
 
 CONTACT_HEADS = (
@@ -85,7 +85,7 @@ def balance(run) -> list[tuple[str, object, str]]:
     found += _energy_row(run, "elastic_energy", "energy in the springs of contacts")
     if run.has("run/energy_balance_error") and run.has("run/energy_turnover"):
         turned, error = (float(run.read(f"run/energy_{n}")) for n in ("turnover", "balance_error"))
-        remark = f"of {scaled(turned, 'J')} turned over ({error:.1e})"
+        remark = f"of {scaled(turned, 'J')} turned over ({small(error)})"
         found.append(("energy error", scaled(error * turned, "J"), remark))
     return found
 
