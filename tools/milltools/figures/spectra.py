@@ -161,17 +161,14 @@ def _axes(ax, group, speed, abscissa, weight, per_ball, part):
     if abscissa == "energy":
         x = "available normal energy ½ m* v² of an impact [J]"
     ax.set_xlabel(x)
-    each = " and ball" if per_ball else ""
-    ax.set_ylabel(
-        {
-            "count": f"{group} per second{each} and decade [1/s]",
-            "energy": f"dissipated power{' per ball' if per_ball else ''} and decade [W]"
-            if per_ball
-            else "dissipated power per decade [W]",
-            "cumulative": f"{group} per second{each} at or above [1/s]",
-        }[weight]
-        + ("" if part == "all" or weight != "energy" else f", {part} part")
-    )
+    ball = " and ball" if per_ball else ""
+    power = "dissipated power per decade" + ball + (f", {part} part" if part != "all" else "")
+    words = {
+        "count": f"{group} per second{ball.replace(' and', ',')} and decade [1/s]",
+        "energy": f"{power} [W]",
+        "cumulative": f"{group} per second{ball} at or above [1/s]",
+    }
+    ax.set_ylabel(words[weight])
     ax.grid(True, **{k.split(".")[1]: LOOK[k] for k in ("grid.color", "grid.alpha")})
 
 
@@ -185,15 +182,13 @@ def _limits(ax, weight):
             continue  # a mark, or nothing: elastic contacts dissipate none
         x, y = x[there], y[there]
         if weight == "cumulative":
-            begins = x[y <= y.max() * (1 - SEEN)]
-            low.append(begins[0] if len(begins) else x[0])
-            high.append(x[-1])
+            seen = x[y <= y.max() * (1 - SEEN)]
         else:
-            share = np.cumsum(np.abs(y)) / np.abs(y).sum()
+            share = np.cumsum(np.abs(y)) / (np.abs(y).sum() or 1)
             least = SEEN if weight == "count" else SEEN_POWER
-            inside = x[(share > least) & (share - np.diff(share, prepend=0) < 1 - least)]
-            low.append(inside[0])
-            high.append(x[-1] if weight == "count" else inside[-1])
+            seen = x[(share > least) & (share - np.diff(share, prepend=0) < 1 - least)]
+        low.append(seen[0] if len(seen) else x[0])
+        high.append(seen[-1] if len(seen) and weight == "energy" else x[-1])
         bottom.append(y.min())
         top.append(y.max())
     if not low:
@@ -223,6 +218,7 @@ class Spectrum(Figure):
         why = not_sampled(run) or (energies.why_not(run, group) if self.energetic else None)
         if why:
             return why
+        _checked(run, group, "normal_speed", "speed", "count", kinds)
         rows = [kinds] if isinstance(kinds, str) else kinds or ["all"]
         if not any(int(run.statistic(f"{group}/{kind}/count")) for kind in rows):
             return (
