@@ -12,6 +12,7 @@ as long as a module's tests, not a session's: as long as playwright lives, no ot
 import io
 import pathlib
 import shutil
+import time
 
 import matplotlib.image
 import numpy as np
@@ -57,6 +58,23 @@ class Page:
         """The value of a piece of JavaScript; a promise's when it is kept."""
         return self.page.evaluate(script, argument)
 
+    def until(self, script):
+        """Waits until a piece of JavaScript is true (playwright's own way is against a strict page's policy)."""
+        end = time.monotonic() + PATIENCE / 1000
+        while not self.page.evaluate(script):
+            assert time.monotonic() < end, f"never came true: {script}"
+            self.page.wait_for_timeout(20)
+
+    def swipe(self, x, y, right, down):
+        """A finger put down at (x, y) [px], moved by (right, down) in eight steps and lifted; on a page with touch=True."""
+        chromium = self.page.context.new_cdp_session(self.page)
+        for k in range(9):
+            finger = {"x": x + right * k / 8, "y": y + down * k / 8}
+            event = {"type": "touchMove" if k else "touchStart", "touchPoints": [finger]}
+            chromium.send("Input.dispatchTouchEvent", event)
+            self.page.wait_for_timeout(20)
+        chromium.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
     def picture(self, selector=None) -> np.ndarray:
         """What is seen, of the window or of one element: (h, w, 3) uint8, top row first."""
         seen = self.page.locator(selector).first if selector else self.page
@@ -77,19 +95,19 @@ def chromium():
         browser.close()
 
 
-@pytest.fixture
-def open_page(chromium):
-    """open_page(file, width=640, height=360, dark=False, motion=False, before="", scripts=True) opens an HTML file from disk
-    in a window of that size [px]: dark or light, `motion` False as for people who prefer none, `before`: JavaScript that is
-    run before the page's own, scripts=False: JavaScript is off. Returns a Page; it is closed after the test."""
+def _opener(chromium):
     contexts = []
 
-    def open_it(file, width=640, height=360, dark=False, motion=False, before="", scripts=True):
+    def open_it(
+        file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False
+    ):
         context = chromium.new_context(
             viewport={"width": width, "height": height},
             color_scheme="dark" if dark else "light",
             reduced_motion="no-preference" if motion else "reduce",
             java_script_enabled=scripts,
+            has_touch=touch,
+            is_mobile=touch,
         )
         contexts.append(context)
         if before:
@@ -99,3 +117,17 @@ def open_page(chromium):
     yield open_it
     for context in contexts:
         context.close()
+
+
+@pytest.fixture
+def open_page(chromium):
+    """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False)
+    opens an HTML file from disk in a window of that size [px]: dark or light, `motion` False as for people who prefer none,
+    `before`: JavaScript that is run before the page's own, scripts=False: JavaScript is off, touch=True: a phone. Returns a Page; it is closed after the test."""
+    yield from _opener(chromium)
+
+
+@pytest.fixture(scope="module")
+def keep_page(chromium):
+    """As open_page, for a page that all tests of a module share."""
+    yield from _opener(chromium)

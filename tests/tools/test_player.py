@@ -149,7 +149,7 @@ def test_the_same_run_gives_the_same_bytes(mixed):
 def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     run = run_of(SMALL, "balls.count=150", "output.frames=1 ms", "balls.diameter=4 mm")
     fragment = player.fragment(run, most_bytes=most)
-    assert 0.5 * most < len(fragment.encode()) <= most
+    assert 0.4 * most < len(fragment.encode()) <= most  # strides are whole numbers
     head, (position, _) = players.head(fragment), players.decode(fragment)
     stride = round(head["times"][1] / 1e-3)
     assert stride > 1 and head["times"] == pytest.approx(np.arange(0, 51, stride) * 1e-3)
@@ -160,10 +160,9 @@ def test_a_fragment_fits_the_room_it_is_given(run_of, most):
 
 
 def test_at_most_three_hundred_frames_are_there(run_of):
-    run = run_of(SMALL, "output.frames=0.1 ms", "balls.count=5")
-    head = players.head(player.fragment(run))
-    assert len(head["times"]) == 251
-    assert "Every 2nd stored frame is here, 251 of 501." in player.fragment(run)
+    fragment = player.fragment(run_of(SMALL, "output.frames=0.15 ms", "balls.count=5"))
+    assert len(players.head(fragment)["times"]) == 167
+    assert "Every 2nd stored frame is here, 167 of 334." in fragment
 
 
 def test_of_very_many_balls_every_kth_is_drawn_and_the_page_says_so(mixed, monkeypatch):

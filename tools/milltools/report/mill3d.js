@@ -192,11 +192,16 @@ const Mill3D = (() => {
       this.renderer.render(this.scene, this.camera);
     }
 
-    /** Milliseconds that one picture takes, waited for. */
-    cost() {
+    /** Promise of the milliseconds that one picture takes. */
+    async cost() {
       const gl = this.renderer.getContext(), begin = performance.now();
       this.draw();
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+      gl.flush();
+      while (done && gl.getSyncParameter(done, gl.SYNC_STATUS) !== gl.SIGNALED) {
+        if (gl.isContextLost()) return Infinity;
+        await new Promise((resolve) => { setTimeout(resolve, 2); });
+      }
       return performance.now() - begin;
     }
 
@@ -251,14 +256,24 @@ const Mill3D = (() => {
       this.controls.rotateUp(up);
     }
 
+    /** Where the eye is and what it looks at, as moveTo takes it. */
+    stand() {
+      return [this.camera.position.clone(), this.controls.target.clone()];
+    }
+
+    moveTo([eye, target]) {
+      this.camera.position.copy(eye);
+      this.controls.target.copy(target);
+      this.controls.update();
+    }
+
     zoom(factor) {
       this.moved = true;
       const { target } = this.controls;
       const away = this.camera.position.clone().sub(target);
       const { minDistance, maxDistance } = this.controls;
       away.setLength(Math.min(Math.max(away.length() / factor, minDistance), maxDistance));
-      this.camera.position.copy(target).add(away);
-      this.controls.update();
+      this.moveTo([away.add(target), target]);
     }
 
     /** Centres as drawn, Float32Array (n, 3) [m]. */

@@ -14,6 +14,7 @@
   const TURN = Math.PI / 36; // by a key
   const FIRST_VIEW = 'front';
   const QUICK = 40; // [ms] a picture may take for a player to start by itself
+  const HICCUP = 300; // [ms] longer waits between two pictures count as this
   const NO_WEBGL = 'The turning picture needs WebGL 2, which this browser does not offer here.';
   const NO_UNPACKING = 'The turning picture needs a browser from 2023 or later (DecompressionStream).';
 
@@ -58,10 +59,9 @@
       this.resize();
       const still = matchMedia('(prefers-reduced-motion: reduce)').matches;
       this.settle(true);
-      if (!still && this.frames > 1) {
-        this.view.cost(); // the first one compiles
-        if (this.view.cost() < QUICK && !this.touched) this.play();
-      }
+      if (still || this.frames < 2) return;
+      await this.view.cost(); // the first one compiles
+      if ((await this.view.cost()) < QUICK && !this.touched) this.play();
     }
 
     give_up(why) {
@@ -84,7 +84,7 @@
       const on = (element, event, act) => element.addEventListener(event, (e) => { this.touched = true; act(e); });
       on(part('play'), 'click', () => (this.playing ? this.pause() : this.play()));
       on(part('slider'), 'input', () => this.show(Number(part('slider').value)));
-      on(part('slow'), 'change', () => { this.begin(); });
+      on(part('slow'), 'change', () => this.begin());
       on(part('colour'), 'change', () => this.colourBy(part('colour').value));
       for (const button of this.figure.querySelectorAll('[data-view]')) {
         on(button, 'click', () => this.look(button.dataset.view));
@@ -96,7 +96,13 @@
       part('stage').addEventListener('wheel', (e) => {
         if (document.activeElement !== canvas && !e.ctrlKey) e.stopPropagation();
       }, { capture: true, passive: true });
-      canvas.addEventListener('pointerdown', () => { this.touched = true; canvas.focus({ preventScroll: true }); });
+      canvas.addEventListener('pointerdown', () => {
+        this.touched = true;
+        this.before = view.stand();
+        canvas.focus({ preventScroll: true });
+      });
+      // a finger that turned out to scroll the page has not turned the mill
+      canvas.addEventListener('pointercancel', () => view.moveTo(this.before));
       canvas.addEventListener('webglcontextlost', () => {
         this.lost = true;
         this.say('The graphics driver has taken the picture away; it comes back by itself, or when the page is reloaded.');
@@ -208,7 +214,8 @@
 
     /** Simulated time runs on from the frame that is shown. */
     begin() {
-      this.from = { wall: null, time: this.head.times[this.frame] };
+      this.clock = this.head.times[this.frame];
+      this.last = null;
     }
 
     run() {
@@ -224,18 +231,20 @@
       requestAnimationFrame(tick);
     }
 
-    /** Shows the last stored frame before the time that is due: none is made up in between. */
+    /** Shows the last stored frame before the time it is: none is made up in between. */
     advance(now) {
       const { times, interval } = this.head;
-      this.from.wall ??= now;
-      const due = this.from.time + ((now - this.from.wall) / 1000) * Number(this.part('slow').value);
+      const passed = Math.min(now - (this.last ?? now), HICCUP) / 1000;
+      this.last = now;
+      this.clock += passed * Number(this.part('slow').value);
       let frame = this.frame;
-      while (frame + 1 < times.length && times[frame + 1] <= due) frame++;
-      const over = due >= times[times.length - 1] + interval;
-      if (over) frame = 0;
+      while (frame + 1 < times.length && times[frame + 1] <= this.clock) frame++;
+      if (this.clock >= times[times.length - 1] + interval) {
+        frame = 0;
+        this.clock = times[0];
+      }
       if (frame === this.frame) return;
       this.frame = frame;
-      if (over) this.begin();
       this.place();
       this.draw();
     }

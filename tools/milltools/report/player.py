@@ -27,6 +27,7 @@ PREFIXES = ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 VIEWS = {"front": (-32, 17), "three-quarter": (-58, 27)}
 NO_SCRIPT = "The turning picture needs JavaScript, which is switched off here."
 ALT = "The balls in the mill, coloured by their speed"
+HINT = "Drag to turn; after a click the wheel zooms, arrow keys turn, + and − zoom, space plays."
 KEYS = (
     "The mill in 3D. Arrow keys turn it, plus and minus zoom, space plays and pauses, comma and full stop step "
     "through the frames, Home resets."
@@ -39,14 +40,14 @@ MARKUP = """\
 <p class="mp-why" role="status"{quiet}>{why}</p>
 </div>
 <noscript><p>{no_script}</p></noscript>
-{controls}<figcaption>{caption}</figcaption>
+{controls}<figcaption>{caption} <span class="mp-hint">{hint}</span></figcaption>
 {data}</figure>
 """
 CONTROLS = """\
 <div class="mp-controls" hidden>
 <div class="mp-line"><button type="button" class="mp-play">Play</button>
 <input type="range" class="mp-slider" aria-label="Time" min="0" max="{last}" step="1" value="{first}">
-<output class="mp-time"></output></div>
+<span class="mp-time"></span></div>
 <label>Slow motion <select class="mp-slow">{speeds}</select></label>
 <label>Colour <select class="mp-colour">{quantities}</select></label>
 <div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
@@ -101,6 +102,7 @@ def _figure(picture, controls, caption, data, why=""):
         no_script=NO_SCRIPT,
         controls=controls,
         caption=caption,
+        hint=HINT if controls else "",
         data=data,
     )
 
@@ -272,9 +274,6 @@ def _caption(run, packed, head):
         words.append(f"Every {_ordinal(stride)} stored frame is here, {every[0]} of {every[1]}.")
     if len(packed.index) > 1:
         words.append(_between(run, head["interval"]))
-    words.append(
-        "Drag to turn; after a click the wheel zooms, arrow keys turn, + and − zoom, space plays."
-    )
     return " ".join(words)
 
 
@@ -307,13 +306,20 @@ def _between(run, interval):
             float(run.statistic(f"impacts/{kind}/rate"))
             for kind in ("ball_drum", "ball_wall", "ball_shaft", "ball_blade")
         )
-        facts.append(f"a ball has {rate * interval / len(run.balls('diameter')):.2g} impacts")
+        many = rate * interval / len(run.balls("diameter"))
+        facts.append(f"a ball has {_plain(many)} impact{'s' * (_plain(many) != '1')}")
     if run.rotor_speed:
-        turn = np.degrees(abs(run.rotor_speed) * interval)
-        facts.append(f"the rotor turns by {turn:.3g}°")
+        turn = abs(run.rotor_speed) * interval / (2 * np.pi)
+        angle = f"{360 * turn:.3g}°" if turn < 1.5 else f"{_plain(turn)} turns"
+        facts.append(f"the rotor turns by {angle}")
     if facts:
         text += f"; from one to the next {' and '.join(facts)}"
     return text + ". What lies between is not drawn, since it is not stored."
+
+
+def _plain(value: float) -> str:
+    """Two digits that count, never as a power of ten."""
+    return f"{float(f'{value:.2g}'):,.10g}".replace(",", " ")
 
 
 def _ordinal(n: int) -> str:

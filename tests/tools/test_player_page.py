@@ -1,0 +1,464 @@
+"""The 3D player of the report in a browser: what is drawn is what was stored, and every button and key does its work."""
+
+import io
+import shutil
+import subprocess
+
+import matplotlib.image
+import numpy as np
+import players
+import pytest
+from conftest import PROGRAM
+
+from milltools.report import player
+from milltools.runfile import Run
+
+pytest_plugins = ["browser"]
+
+CANVAS = ".mp-canvas"
+THERE = "millPlayers[0].ready"
+
+
+def red(width=16, height=9):
+    """A still to be told from everything else."""
+    store = io.BytesIO()
+    matplotlib.image.imsave(store, np.full((height, width, 3), (255, 0, 0), np.uint8))
+    return store.getvalue()
+
+
+def simulate(folder, deck, *options):
+    (folder / "deck.ini").write_text(deck)
+    words = [w for o in options for w in ("-s", o)]
+    done = subprocess.run([PROGRAM, "-q", "deck.ini", *words], cwd=folder, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    return folder / "deck.h5"
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """A run of 120 balls of 5 mm and 80 of 3 mm, 11 frames."""
+    return simulate(tmp_path_factory.mktemp("mixed"), players.MIXED)
+
+
+@pytest.fixture(scope="module")
+def fragment(file):
+    with Run(file) as run:
+        return player.fragment(run, still=red())
+
+
+@pytest.fixture(scope="module")
+def mixed(fragment, tmp_path_factory):
+    """Its page."""
+    return players.write_page(tmp_path_factory.mktemp("page") / "mixed.html", fragment)
+
+
+@pytest.fixture(scope="module")
+def shared(keep_page, mixed):
+    page = keep_page(mixed)
+    assert page.evaluate(THERE) is True
+    return page
+
+
+@pytest.fixture
+def page(shared):
+    """The page, opened once and set back for every test: front view, colours of speed, frame 9 of 0 to 10."""
+    shared.page.set_viewport_size({"width": 640, "height": 480})
+    shared.page.emulate_media(media="screen", color_scheme="light", reduced_motion="reduce")
+    shared.until("document.querySelector('.mp-canvas').width === 640")
+    shared.evaluate(
+        "millPlayers[0].reset(); millPlayers[0].colourBy('speed'); millPlayers[0].show(9)"
+    )
+    yield shared
+    shared.check()
+
+
+@pytest.fixture
+def page_of(tmp_path):
+    """page_of(run file) writes a page and returns its path."""
+
+    def write(path, **options):
+        with Run(path) as run:
+            return players.write_page(tmp_path / "page.html", player.fragment(run, **options))
+
+    return write
+
+
+def coloured(picture):
+    """(h, w) bool: where a picture has strong colours, as only balls have."""
+    return np.ptp(picture.astype(int), axis=2) > 60
+
+
+# ---- what is drawn
+
+
+def test_the_balls_are_seen_and_nothing_is_asked_of_a_network(open_page, mixed):
+    page = open_page(mixed)
+    assert page.evaluate(THERE) is True
+    assert not page.evaluate("millPlayers[0].playing")  # who prefers no motion starts it himself
+    page.evaluate("millPlayers[0].show(9)")
+    picture = page.picture(CANVAS)
+    assert picture.shape == (360, 640, 3)
+    assert 0.03 < coloured(picture).mean() < 0.8
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 1000
+    page.check()
+
+
+def test_the_balls_stand_where_the_run_has_them_in_every_frame(page, fragment, file):
+    drawn = page.evaluate(
+        "[...Array(millPlayers[0].frames).keys()].map((k) => { millPlayers[0].show(k);"
+        " return [[...millPlayers[0].positions()], [...millPlayers[0].levels()], millPlayers[0].rotorAngle()]; })"
+    )
+    position, levels = players.decode(fragment)
+    with Run(file) as run:
+        there = players.stored(run, "position", range(11))
+        angles = [run.rotor_angle(t) for t in run.frame_times()]
+    for k, (centres, level, angle) in enumerate(drawn):
+        centres = np.reshape(centres, (-1, 3))
+        assert abs(centres - position[k]).max() < 1e-8  # single precision
+        assert abs(centres - there[k]).max() < 2e-6
+        assert level == levels["speed"][k].tolist()
+        assert angle == pytest.approx(angles[k])
+
+
+def test_balls_of_a_kind_have_its_size(open_page, tmp_path, file, page_of):
+    """Two balls alone, side by side seen from the end: the bigger one covers (5/3)^2 of the smaller one's pixels."""
+    path = shutil.copy(file, tmp_path / "two.h5")
+    place = np.zeros((11, 200, 3), np.float32)
+    place[:, :, 0] = -0.015  # behind these two
+    place[:, 0], place[:, -1] = (0.015, 0.02, 0), (0.015, -0.02, 0)
+    speed = np.zeros((11, 200, 3), np.float32)
+    speed[:, [0, -1], 0] = 5
+    trajectory = "particles__trajectory__"
+    players.change(
+        path, **{f"{trajectory}position__value": place, f"{trajectory}velocity__value": speed}
+    )
+    page = open_page(page_of(path))
+    page.evaluate(THERE)
+    page.evaluate("millPlayers[0].look('end')")
+    seen = page.picture(CANVAS)
+    ball = coloured(seen) & (seen[..., 0].astype(int) > seen[..., 2])  # red ones only
+    half = ball.shape[1] // 2
+    small, big = ball[:, :half].sum(), ball[:, half:].sum()  # +y is right, seen from +x
+    assert small > 100
+    assert big / small == pytest.approx((5 / 3) ** 2, rel=0.2)
+
+
+def test_colours_follow_the_map(open_page, tmp_path, file, page_of):
+    """All balls of frame k at the speed of k tenths: the colour seen is nearest to the map's own there."""
+    path = shutil.copy(file, tmp_path / "speeds.h5")
+    speed = np.zeros((11, 200, 3), np.float32)
+    speed[:, :, 1] = np.arange(11)[:, None]
+    players.change(path, particles__trajectory__velocity__value=speed)
+    page = open_page(page_of(path))
+    page.evaluate(THERE)
+    assert page.page.locator(".mp-ticks span").last.inner_text() == "≥ 10 m/s"
+    shares = np.array([1, 3, 5, 7, 9]) / 10
+    table = matplotlib.colormaps["turbo"](shares)[:, :3]
+    table = table / np.linalg.norm(table, axis=1)[:, None]
+    for expected, share in enumerate(shares):
+        page.evaluate("(k) => millPlayers[0].show(k)", round(10 * share))
+        seen = page.picture(CANVAS)
+        mean = seen[coloured(seen)].astype(float).mean(axis=0)
+        assert np.argmax(table @ (mean / np.linalg.norm(mean))) == expected
+
+
+def test_a_blade_points_where_the_rotor_is(open_page, tmp_path, page_of):
+    """One blade seen from the end: its grey leans as the angle says, from +y (right) towards +z (up)."""
+    page = open_page(page_of(simulate(tmp_path, players.LONE)))
+    page.evaluate(THERE)
+    page.evaluate("millPlayers[0].look('end')")
+    for frame in (0, 3, 8):
+        page.evaluate("(k) => millPlayers[0].show(k)", frame)
+        seen = page.picture(CANVAS).astype(int)
+        steel = seen.sum(axis=2) < 480
+        y, x = np.mgrid[0:360, 0:640] + 0.5
+        across, up = x - 320, 180 - y
+        away = np.hypot(across, up) / (0.5 * 360 / 1.1)  # about the drum's radius
+        tip = steel & (away > 0.35) & (away < 0.65)
+        assert tip.sum() > 30
+        angle = np.arctan2(up[tip].mean(), across[tip].mean())
+        expected = np.radians(20 + 18 * frame)
+        assert abs((angle - expected + np.pi) % (2 * np.pi) - np.pi) < np.radians(4)
+    page.check()
+
+
+# ---- buttons and keys
+
+
+def test_the_slider_moves_the_balls(page, fragment):
+    slider, before = page.page.get_by_role("slider", name="Time"), page.picture(CANVAS)
+    slider.fill("7")
+    assert page.page.locator(".mp-time").inner_text() == "t = 35 ms"
+    assert slider.get_attribute("aria-valuetext") == "t = 35 ms"
+    shown = np.reshape(page.evaluate("[...millPlayers[0].positions()]"), (-1, 3))
+    assert abs(shown - players.decode(fragment)[0][7]).max() < 1e-8
+    after = page.picture(CANVAS)
+    assert (abs(after.astype(int) - before) > 40).any(axis=2).mean() > 0.02
+    slider.press("ArrowRight")
+    assert page.evaluate("millPlayers[0].frame") == 8
+
+
+def test_the_choice_of_colours_changes_balls_and_bar(page, fragment):
+    speed = page.picture(CANVAS)
+    ends = []
+    for name, label in (("spin", "spin"), ("energy", "kinetic energy"), ("speed", "speed")):
+        page.page.locator(".mp-colour").select_option(label=label)
+        assert (
+            page.evaluate("[...millPlayers[0].levels()]")
+            == players.decode(fragment)[1][name][9].tolist()
+        )
+        ends.append(page.page.locator(".mp-ticks span").last.inner_text())
+        assert label in page.page.locator(".mp-bar").get_attribute("aria-label")
+        same = (page.picture(CANVAS) == speed).all()
+        assert same == (name == "speed")
+    assert [end.split()[-1] for end in ends] == ["rad/s", "µJ", "m/s"]
+
+
+def test_play_runs_through_the_frames_at_the_pace_that_is_chosen(page):
+    assert page.page.get_by_label("Slow motion").locator("option:checked").inner_text() == (
+        "1/20 of real time"
+    )
+    page.page.get_by_label("Slow motion").select_option(label="1/10 of real time")
+    page.page.get_by_role("button", name="Play").click()
+    page.until("millPlayers[0].frame >= 4")
+    page.page.get_by_role("button", name="Pause").click()
+    frame = page.evaluate("millPlayers[0].frame")
+    page.page.wait_for_timeout(300)
+    assert page.evaluate("millPlayers[0].frame") == frame
+
+
+def test_a_slow_motion_of_a_tenth_shows_a_frame_of_5_ms_for_50_ms(page):
+    page.page.get_by_label("Slow motion").select_option(label="1/10 of real time")
+    seen = page.evaluate(
+        "(p => { p.show(2); p.begin(); p.advance(1000);"
+        " return [1040, 1060, 1090, 1110].map((now) => { p.advance(now); return p.frame; }); })(millPlayers[0])"
+    )
+    assert seen == [2, 3, 3, 4]
+
+
+def test_it_plays_from_the_start_again_after_the_end(page):
+    page.evaluate("millPlayers[0].show(10); millPlayers[0].play()")
+    page.until("millPlayers[0].frame < 10 && millPlayers[0].playing")
+
+
+def test_the_keyboard_does_what_the_mouse_does(page):
+    page.page.locator(CANVAS).focus()
+    keys = page.page.keyboard
+    eye = "millPlayers[0].view.camera.position.toArray()"
+    seen = [page.evaluate(eye)]
+    for key in ("ArrowLeft", "ArrowUp", "+", "-", "ArrowRight", "ArrowDown"):
+        keys.press(key)
+        seen.append(page.evaluate(eye))
+    away = np.linalg.norm(seen, axis=1)
+    assert seen[1] != seen[0] and seen[2][2] > seen[1][2]
+    assert away[3] < 0.95 * away[0] and away[4] == pytest.approx(away[0])
+    assert seen[-1] == pytest.approx(seen[0])
+    keys.press("Home")
+    keys.press(".")
+    keys.press(".")
+    keys.press(",")
+    assert page.evaluate("millPlayers[0].frame") == 1
+    keys.press("Space")
+    assert page.evaluate("millPlayers[0].playing")
+    keys.press("Space")
+    assert not page.evaluate("millPlayers[0].playing")
+    keys.press("ArrowLeft")
+    keys.press("Home")
+    assert page.evaluate("millPlayers[0].frame") == 0
+    assert page.evaluate(eye) == pytest.approx(seen[0])
+
+
+def test_the_mouse_turns_it_and_the_wheel_scrolls_the_page_until_the_mill_was_clicked(
+    open_page, tmp_path, fragment
+):
+    file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
+    page = open_page(file)
+    page.evaluate(THERE)
+    eye = "millPlayers[0].view.camera.position.toArray()"
+    mouse, first = page.page.mouse, page.evaluate(eye)
+    mouse.move(320, 150)
+    mouse.wheel(0, 100)
+    page.until("scrollY > 50")
+    assert page.evaluate(eye) == first
+    page.evaluate("scrollTo(0, 0)")
+    mouse.down()
+    mouse.move(360, 160)
+    mouse.up()
+    turned = page.evaluate(eye)
+    assert turned != first
+    assert np.linalg.norm(turned) == pytest.approx(np.linalg.norm(first))
+    mouse.wheel(0, -100)
+    page.until(f"Math.hypot(...{eye}) < {0.99 * np.linalg.norm(first)}")
+    assert page.evaluate("scrollY") == 0
+    page.check()
+
+
+def test_a_finger_turns_the_mill_sideways_and_scrolls_the_page_upwards(
+    open_page, tmp_path, fragment
+):
+    file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
+    page = open_page(file, width=360, height=640, touch=True)
+    page.evaluate(THERE)
+    eye = "millPlayers[0].view.camera.position.toArray()"
+    first = page.evaluate(eye)
+    page.swipe(180, 200, 0, -120)
+    page.until("scrollY > 50")
+    page.page.wait_for_timeout(100)
+    assert page.evaluate(eye) == pytest.approx(first)
+    page.evaluate("scrollTo(0, 0)")
+    page.swipe(100, 200, 120, 0)
+    assert np.linalg.norm(np.subtract(page.evaluate(eye), first)) > 0.03
+    assert page.evaluate("scrollY") == 0
+    page.check()
+
+
+def test_every_view_shows_the_whole_drum_and_each_another_side(page):
+    pictures = []
+    for name in ("Front", "Three-quarter", "End"):
+        page.page.get_by_role("button", name=name, exact=True).click()
+        pictures.append(page.picture(CANVAS))
+        seen = coloured(pictures[-1])
+        border = np.concatenate([seen[0], seen[-1], seen[:, 0], seen[:, -1]])
+        assert seen.mean() > 0.05 and not border.any()
+    assert all((a != b).any() for a, b in zip(pictures, pictures[1:], strict=False))
+
+
+# ---- surroundings
+
+
+def test_it_starts_by_itself_only_for_who_likes_motion_and_rests_out_of_sight(
+    open_page, tmp_path, fragment
+):
+    file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
+    page = open_page(file, motion=True, before="performance.now = () => 0")  # a fast machine
+    page.evaluate(THERE)
+    page.until("millPlayers[0].playing && millPlayers[0].draws > 4")
+    page.evaluate("scrollTo(0, 2000)")
+    page.until("!millPlayers[0].visible")
+    page.page.wait_for_timeout(100)
+    draws = page.evaluate("millPlayers[0].draws")
+    page.page.wait_for_timeout(400)
+    assert page.evaluate("millPlayers[0].draws") == draws
+    page.evaluate("scrollTo(0, 0)")
+    page.until(f"millPlayers[0].draws > {draws + 2}")
+    page.check()
+
+
+def test_a_player_below_is_not_even_unpacked_before_it_is_seen(open_page, tmp_path, fragment):
+    file = players.write_page(tmp_path / "tall.html", '<div class="tall"></div>', fragment)
+    page = open_page(file)
+    page.page.wait_for_timeout(200)
+    assert page.evaluate("millPlayers[0].view === undefined")
+    page.evaluate("scrollTo(0, 4000)")
+    assert page.evaluate(THERE) is True
+
+
+def test_two_players_on_a_page_do_not_mind_each_other(open_page, tmp_path, fragment):
+    page = open_page(players.write_page(tmp_path / "two.html", fragment, fragment), height=900)
+    assert page.evaluate("Promise.all(millPlayers.map((p) => p.ready))") == [True, True]
+    first, second = (page.page.locator(CANVAS).nth(k) for k in (0, 1))
+    before = second.screenshot()
+    page.page.get_by_role("slider", name="Time").first.fill("6")
+    page.page.locator(".mp-colour").first.select_option("spin")
+    assert page.evaluate("millPlayers.map((p) => p.frame)") == [6, 0]
+    assert page.evaluate("millPlayers.map((p) => p.by)") == [1, 0]
+    assert second.screenshot() == before != first.screenshot()
+    page.check()
+
+
+def test_it_follows_the_window_and_never_grows_wider(page):
+    page.page.set_viewport_size({"width": 360, "height": 640})
+    page.until("document.querySelector('.mp-canvas').width === 360")
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+    assert page.picture(CANVAS).shape == (360, 360, 3)
+    assert coloured(page.picture(CANVAS)).mean() > 0.1
+
+
+def test_light_and_dark_are_told_apart(page):
+    drums = []
+    for scheme in ("light", "dark"):
+        page.page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
+        page.page.wait_for_timeout(50)
+        seen = page.picture(CANVAS)
+        assert (seen[2:20, 2:20].mean() < 80) == (scheme == "dark")
+        drums.append(page.evaluate("millPlayers[0].view.shell.color.getHex()"))
+    assert drums[0] < drums[1]
+
+
+def test_a_lost_context_is_said_and_comes_back(page):
+    before = page.picture(CANVAS)
+    page.evaluate(
+        "window.gl = millPlayers[0].view.renderer.getContext().getExtension('WEBGL_lose_context'); gl.loseContext()"
+    )
+    page.until("millPlayers[0].lost")
+    assert "graphics driver" in page.page.get_by_role("status").inner_text()
+    page.evaluate("millPlayers[0].show(3)")
+    page.evaluate("gl.restoreContext()")
+    page.until("!millPlayers[0].lost")
+    assert not page.page.get_by_role("status").is_visible()
+    page.evaluate("millPlayers[0].show(9)")
+    assert abs(page.picture(CANVAS).astype(int) - before).mean() < 1
+
+
+# ---- where it cannot be
+
+
+@pytest.mark.parametrize(
+    "missing, words",
+    [
+        ("HTMLCanvasElement.prototype.getContext = () => null", "needs WebGL 2"),
+        ("delete window.DecompressionStream", "DecompressionStream"),
+    ],
+)
+def test_what_a_browser_lacks_leaves_the_still_and_a_line(open_page, mixed, missing, words):
+    page = open_page(mixed, before=missing)
+    assert page.evaluate(THERE) is False
+    assert words in page.page.get_by_role("status").inner_text()
+    assert page.page.locator(".mp-still").is_visible()
+    assert not page.page.locator(".mp-controls").is_visible()
+    seen = page.picture(".mp-stage").astype(int)
+    assert ((seen[..., 0] > 200) & (seen[..., 1] < 60)).mean() > 0.8
+    page.check()
+
+
+def test_without_scripts_there_is_the_still_and_a_line(open_page, mixed):
+    page = open_page(mixed, scripts=False)
+    assert page.page.locator(".mp-still").is_visible()
+    assert "needs JavaScript" in page.page.locator("figure").inner_text()
+    assert not page.page.locator(".mp-controls").is_visible()
+
+
+def test_damaged_data_leave_the_still_and_a_line(open_page, tmp_path, fragment):
+    data = players.part(fragment, "data")
+    page = open_page(players.write_page(tmp_path / "a.html", fragment.replace(data, data[:400])))
+    assert page.evaluate(THERE) is False
+    assert "failed" in page.page.get_by_role("status").inner_text()
+    assert page.page.locator(".mp-still").is_visible()
+    page.check()
+
+
+def test_on_paper_there_is_the_still(page):
+    page.page.emulate_media(media="print", reduced_motion="reduce")
+    assert page.page.locator(".mp-still").is_visible()
+    assert not page.page.locator(CANVAS).is_visible()
+    assert not page.page.locator(".mp-controls").is_visible()
+
+
+def test_on_paper_without_a_still_there_is_what_was_seen(open_page, tmp_path, file, page_of):
+    page = open_page(page_of(file))
+    page.evaluate(THERE)
+    page.evaluate("millPlayers[0].show(9)")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.page.emulate_media(media="print", reduced_motion="reduce")
+    page.until("document.querySelector('.mp-still').naturalWidth === 640")
+    assert coloured(page.picture(".mp-stage")).mean() > 0.03
+    assert page.page.locator(".mp-bar").is_visible()
+    assert not page.page.get_by_role("button").first.is_visible()
+
+
+def test_a_run_without_frames_has_the_still_and_no_player(open_page, tmp_path, page_of):
+    page = open_page(page_of(simulate(tmp_path, players.LONE, "output.frames=0 s"), still=red()))
+    assert page.evaluate(THERE) is False
+    assert "No ball states are stored" in page.page.get_by_role("status").inner_text()
+    assert page.page.locator(".mp-still").is_visible()
+    page.check()
