@@ -26,7 +26,9 @@ def sentence(table) -> str:
             error = percent(row.difference_error, "")
             error = f" \N{PLUS-MINUS SIGN} {error}" if error else ""
             words.append(f"{row.label} {percent(row.difference)}{error} % ({row.verdict})")
-    judged = {mood: sum(row.mood == mood for row in table.rows) for mood in ("agree", "differ", "open")}
+    judged = {
+        mood: sum(row.mood == mood for row in table.rows) for mood in ("agree", "differ", "open")
+    }
     return (
         f"{title(table)}: {'; '.join(words)}. Of {len(table.rows)} quantities {judged['agree']} agree, "
         f"{judged['differ']} differ, {judged['open']} are open."
@@ -39,7 +41,9 @@ def decks(sides) -> list[tuple[str, str, str, str]]:
     for side in sides:
         with Run(side.first.path) as run:
             text = run.deck_text()
-        found.append((pages.plain(side.label), f"{side.letter}.ini", page.data_link(text), pages.lines(text)))
+        found.append(
+            (pages.plain(side.label), f"{side.letter}.ini", page.data_link(text), pages.lines(text))
+        )
     return found
 
 
@@ -65,7 +69,9 @@ def render(files: list[list[str]], watch) -> str:
     names = ", ".join(f"{side.letter}: {side.name}" for side in sides)
     template = pages.environment(page.HERE).get_template("beside.html")
     return template.render(
-        policy=policy.of(*(fragment for _, fragment in players), scripts, f"<script>{theme}</script>"),
+        policy=policy.of(
+            *(fragment for _, fragment in players), scripts, f"<script>{theme}</script>"
+        ),
         maker=page.maker(),
         title="Runs compared",
         kicker=pages.plain(names),

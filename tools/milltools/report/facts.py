@@ -79,7 +79,13 @@ def charge(run) -> str:
 
 
 def joined(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1] if words else ""
+    return (
+        words[0]
+        if len(words) == 1
+        else ", ".join(words[:-1]) + " and " + words[-1]
+        if words
+        else ""
+    )
 
 
 def mill(run) -> str:
@@ -173,9 +179,7 @@ def _speed_sentence(run) -> str:
 def _trust_sentence(run) -> str:
     words = []
     if run.has("run/energy_balance_error"):
-        words.append(
-            f"the energy account is off by {energy_error(run)} of the energy turned over"
-        )
+        words.append(f"the energy account is off by {energy_error(run)} of the energy turned over")
     found = anomalies(run)
     if found is not None:
         words.append(
@@ -220,6 +224,10 @@ def tiles(run) -> list[tuple[str, str, str]]:
     if list_of is not None:
         total = sum(a.times.value for a in list_of)
         found.append(
-            ("anomalies", str(count(total)) if total else "none", "counted, see below" if total else "")
+            (
+                "anomalies",
+                str(count(total)) if total else "none",
+                "counted, see below" if total else "",
+            )
         )
     return found

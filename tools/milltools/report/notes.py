@@ -115,7 +115,9 @@ def how_far(run) -> list[str]:
     if run.status == "stopped":
         found = [f"Stopped at {until}; the file holds everything up to then."]
     elif run.status == "failed":
-        found = [f"The run failed, at {until}; the file holds everything up to its last checkpoint."]
+        found = [
+            f"The run failed, at {until}; the file holds everything up to its last checkpoint."
+        ]
     elif run.status == "running" and run.time == 0:
         found = [
             "The run has not come to its first checkpoint: the file holds its deck and nothing else. If it is not running any "

@@ -42,7 +42,9 @@ class Watch:
             if now - self.said > PLAIN:
                 self.said = now
                 left = (now - self.begin) * (self.total / self.done - 1) if self.done else 0
-                text = f"mill report: {what}, {100 * self.done / self.total:.0f} %, {left:.0f} s left"
+                text = (
+                    f"mill report: {what}, {100 * self.done / self.total:.0f} %, {left:.0f} s left"
+                )
                 print(text, file=sys.stderr, flush=True)
             return
         if not self.bar:

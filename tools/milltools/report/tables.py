@@ -55,9 +55,7 @@ def strikes(run) -> str:
     if not window > 0 or not run.has("statistics/strikes/all/count"):
         return ""
     times, rate = run.statistic("strikes/all/count"), run.statistic("strikes/all/rate")
-    return (
-        f"{count(times)} strikes ({scaled(rate, '/s')}) when re-contacts of a pair within {scaled(window, 's')} are merged."
-    )
+    return f"{count(times)} strikes ({scaled(rate, '/s')}) when re-contacts of a pair within {scaled(window, 's')} are merged."
 
 
 def _energy_row(run, name, label):
@@ -106,9 +104,15 @@ def precision(run) -> list[tuple[str, object, str]]:
         if not run.has(f"statistics/precision/{name}/value"):
             continue
         mean, error = value(f"{name}/value"), value(f"{name}/standard_error")
-        known = f"{100 * error / abs(mean):.2g} % of it" if mean and math.isfinite(error) else "error not known"
+        known = (
+            f"{100 * error / abs(mean):.2g} % of it"
+            if mean and math.isfinite(error)
+            else "error not known"
+        )
         found.append((label, with_error(mean, error, unit), known))
-    found.append(("start-up cut away", scaled(value("warm_up"), "s"), "the sampled window begins there"))
+    found.append(
+        ("start-up cut away", scaled(value("warm_up"), "s"), "the sampled window begins there")
+    )
     batches = f"{value('batches'):.0f} of them"
     found.append(("length of a batch", scaled(value("batch"), "s"), batches))
     settled = "yes" if value("settled") else "not known"
