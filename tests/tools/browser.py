@@ -31,7 +31,8 @@ PATIENCE = 60_000  # [ms] software WebGL on a busy machine
 class Page:
     """A page of playwright (`.page`), with what went wrong in it (`.errors`) and what it asked for (`.requests`)."""
 
-    def __init__(self, context, file):
+    def __init__(self, context, file, scripts=True):
+        self.scripts = scripts
         self.page = context.new_page()
         self.page.set_default_timeout(PATIENCE)
         self.address = pathlib.Path(file).resolve().as_uri()
@@ -78,6 +79,10 @@ class Page:
     def picture(self, selector=None) -> np.ndarray:
         """What is seen, of the window or of one element: (h, w, 3) uint8, top row first."""
         seen = self.page.locator(selector).first if selector else self.page
+        if self.scripts:  # what was asked for is drawn at the browser's next picture
+            self.page.evaluate(
+                "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+            )
         picture = matplotlib.image.imread(io.BytesIO(seen.screenshot(timeout=PATIENCE)))
         return np.rint(picture[..., :3] * 255).astype(np.uint8)
 
@@ -112,7 +117,7 @@ def _opener(chromium):
         contexts.append(context)
         if before:
             context.add_init_script(before)
-        return Page(context, file)
+        return Page(context, file, scripts)
 
     yield open_it
     for context in contexts:

@@ -2,12 +2,15 @@
 
 import base64
 import gzip
+import io
 import json
 import re
+import subprocess
 
 import h5py
+import matplotlib.image
 import numpy as np
-from conftest import SMALL
+from conftest import PROGRAM, SMALL
 
 from milltools.report import player
 
@@ -28,6 +31,27 @@ PAGE = """\
 <style>:root {{ color-scheme: light dark }} body {{ margin: 0; background: Canvas; color: CanvasText }} .tall {{ height: 2000px }}</style>
 </head><body>{0}</body></html>
 """
+
+
+def simulate(folder, deck, *options):
+    """Runs a deck in a folder, with "section.key=value" set, and returns its file."""
+    (folder / "deck.ini").write_text(deck)
+    words = [word for option in options for word in ("-s", option)]
+    done = subprocess.run([PROGRAM, "-q", "deck.ini", *words], cwd=folder, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    return folder / "deck.h5"
+
+
+def red(width=16, height=9):
+    """A still to be told from everything else, a PNG."""
+    store = io.BytesIO()
+    matplotlib.image.imsave(store, np.full((height, width, 3), (255, 0, 0), np.uint8))
+    return store.getvalue()
+
+
+def coloured(picture):
+    """(h, w) bool: where a picture has strong colours, as only balls have."""
+    return np.ptp(picture.astype(int), axis=2) > 60
 
 
 def write_page(path, *fragments):

@@ -5,13 +5,12 @@ import html.parser
 import importlib.resources
 import json
 import shutil
-import subprocess
 
 import h5py
 import numpy as np
 import players
 import pytest
-from conftest import PROGRAM, SMALL
+from conftest import SMALL
 
 from milltools.report import frames, player
 from milltools.runfile import Run
@@ -19,18 +18,10 @@ from milltools.runfile import Run
 VENDOR = importlib.resources.files("milltools.report") / "vendor"
 
 
-def make(folder, deck, *options):
-    (folder / "deck.ini").write_text(deck)
-    words = [w for o in options for w in ("-s", o)]
-    done = subprocess.run([PROGRAM, "-q", "deck.ini", *words], cwd=folder, capture_output=True)
-    assert done.returncode == 0, done.stderr
-    return folder / "deck.h5"
-
-
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     """A run of 120 balls of 5 mm and 80 of 3 mm, 11 frames."""
-    return make(tmp_path_factory.mktemp("mixed"), players.MIXED)
+    return players.simulate(tmp_path_factory.mktemp("mixed"), players.MIXED)
 
 
 @pytest.fixture
@@ -50,7 +41,7 @@ def run_of(tmp_path):
     opened = []
 
     def open_it(deck, *options):
-        opened.append(Run(make(tmp_path, deck, *options)))
+        opened.append(Run(players.simulate(tmp_path, deck, *options)))
         return opened[-1]
 
     yield open_it

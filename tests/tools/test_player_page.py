@@ -1,14 +1,11 @@
 """The 3D player of the report in a browser: what is drawn is what was stored, and every button and key does its work."""
 
-import io
 import shutil
-import subprocess
 
-import matplotlib.image
+import matplotlib
 import numpy as np
 import players
 import pytest
-from conftest import PROGRAM
 
 from milltools.report import player
 from milltools.runfile import Run
@@ -19,31 +16,16 @@ CANVAS = ".mp-canvas"
 THERE = "millPlayers[0].ready"
 
 
-def red(width=16, height=9):
-    """A still to be told from everything else."""
-    store = io.BytesIO()
-    matplotlib.image.imsave(store, np.full((height, width, 3), (255, 0, 0), np.uint8))
-    return store.getvalue()
-
-
-def simulate(folder, deck, *options):
-    (folder / "deck.ini").write_text(deck)
-    words = [w for o in options for w in ("-s", o)]
-    done = subprocess.run([PROGRAM, "-q", "deck.ini", *words], cwd=folder, capture_output=True)
-    assert done.returncode == 0, done.stderr
-    return folder / "deck.h5"
-
-
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     """A run of 120 balls of 5 mm and 80 of 3 mm, 11 frames."""
-    return simulate(tmp_path_factory.mktemp("mixed"), players.MIXED)
+    return players.simulate(tmp_path_factory.mktemp("mixed"), players.MIXED)
 
 
 @pytest.fixture(scope="module")
 def fragment(file):
     with Run(file) as run:
-        return player.fragment(run, still=red())
+        return player.fragment(run, still=players.red())
 
 
 @pytest.fixture(scope="module")
@@ -83,24 +65,43 @@ def page_of(tmp_path):
     return write
 
 
-def coloured(picture):
-    """(h, w) bool: where a picture has strong colours, as only balls have."""
-    return np.ptp(picture.astype(int), axis=2) > 60
+@pytest.fixture(scope="module")
+def painted(keep_page, file, tmp_path_factory):
+    """A page without a still of the run changed: from frame 1 on all balls of frame k are k m/s fast; in frame 0 a big and
+    a small ball alone are fast, at y = 20 and -20 mm before all others."""
+    folder = tmp_path_factory.mktemp("painted")
+    path = shutil.copy(file, folder / "painted.h5")
+    speed = np.zeros((11, 200, 3), np.float32)
+    speed[:, :, 1] = np.arange(11)[:, None]
+    speed[0, [0, -1], 1] = 10
+    with Run(path) as run:
+        place = players.stored(run, "position", range(11)).astype(np.float32)
+    place[0, :, 0] = -0.015
+    place[0, 0], place[0, -1] = (0.015, 0.02, 0), (0.015, -0.02, 0)
+    trajectory = "particles__trajectory__"
+    players.change(
+        path, **{f"{trajectory}position__value": place, f"{trajectory}velocity__value": speed}
+    )
+    with Run(path) as run:
+        page = keep_page(players.write_page(folder / "page.html", player.fragment(run)))
+    assert page.evaluate(THERE) is True
+    return page
 
 
 # ---- what is drawn
 
 
-def test_the_balls_are_seen_and_nothing_is_asked_of_a_network(open_page, mixed):
-    page = open_page(mixed)
-    assert page.evaluate(THERE) is True
-    assert not page.evaluate("millPlayers[0].playing")  # who prefers no motion starts it himself
-    page.evaluate("millPlayers[0].show(9)")
+def test_the_balls_are_seen_and_nothing_is_asked_of_a_network(page):
     picture = page.picture(CANVAS)
     assert picture.shape == (360, 640, 3)
-    assert 0.03 < coloured(picture).mean() < 0.8
+    assert 0.03 < players.coloured(picture).mean() < 0.8
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 1000
     page.check()
+
+
+def test_it_does_not_start_by_itself_for_who_prefers_no_motion(page):
+    assert not page.evaluate("millPlayers[0].playing")
+    assert page.evaluate("millPlayers[0].draws") > 0
 
 
 def test_the_balls_stand_where_the_run_has_them_in_every_frame(page, fragment, file):
@@ -120,54 +121,37 @@ def test_the_balls_stand_where_the_run_has_them_in_every_frame(page, fragment, f
         assert angle == pytest.approx(angles[k])
 
 
-def test_balls_of_a_kind_have_its_size(open_page, tmp_path, file, page_of):
-    """Two balls alone, side by side seen from the end: the bigger one covers (5/3)^2 of the smaller one's pixels."""
-    path = shutil.copy(file, tmp_path / "two.h5")
-    place = np.zeros((11, 200, 3), np.float32)
-    place[:, :, 0] = -0.015  # behind these two
-    place[:, 0], place[:, -1] = (0.015, 0.02, 0), (0.015, -0.02, 0)
-    speed = np.zeros((11, 200, 3), np.float32)
-    speed[:, [0, -1], 0] = 5
-    trajectory = "particles__trajectory__"
-    players.change(
-        path, **{f"{trajectory}position__value": place, f"{trajectory}velocity__value": speed}
-    )
-    page = open_page(page_of(path))
-    page.evaluate(THERE)
-    page.evaluate("millPlayers[0].look('end')")
-    seen = page.picture(CANVAS)
-    ball = coloured(seen) & (seen[..., 0].astype(int) > seen[..., 2])  # red ones only
+def test_balls_of_a_kind_have_its_size(painted):
+    """Of the two red balls, seen from the end, the bigger one covers (5/3)^2 of the smaller one's pixels."""
+    painted.evaluate("millPlayers[0].show(0); millPlayers[0].look('end')")
+    seen = painted.picture(CANVAS)
+    ball = players.coloured(seen) & (seen[..., 0].astype(int) > seen[..., 2])
     half = ball.shape[1] // 2
     small, big = ball[:, :half].sum(), ball[:, half:].sum()  # +y is right, seen from +x
     assert small > 100
     assert big / small == pytest.approx((5 / 3) ** 2, rel=0.2)
 
 
-def test_colours_follow_the_map(open_page, tmp_path, file, page_of):
-    """All balls of frame k at the speed of k tenths: the colour seen is nearest to the map's own there."""
-    path = shutil.copy(file, tmp_path / "speeds.h5")
-    speed = np.zeros((11, 200, 3), np.float32)
-    speed[:, :, 1] = np.arange(11)[:, None]
-    players.change(path, particles__trajectory__velocity__value=speed)
-    page = open_page(page_of(path))
-    page.evaluate(THERE)
-    assert page.page.locator(".mp-ticks span").last.inner_text() == "≥ 10 m/s"
-    shares = np.array([1, 3, 5, 7, 9]) / 10
+def test_colours_follow_the_map(painted):
+    """The colour seen at the speed of k tenths is nearest to the map's own there."""
+    assert painted.page.locator(".mp-ticks span").last.inner_text() == "≥ 10 m/s"
+    shares = np.array([2, 5, 8]) / 10
     table = matplotlib.colormaps["turbo"](shares)[:, :3]
     table = table / np.linalg.norm(table, axis=1)[:, None]
     for expected, share in enumerate(shares):
-        page.evaluate("(k) => millPlayers[0].show(k)", round(10 * share))
-        seen = page.picture(CANVAS)
-        mean = seen[coloured(seen)].astype(float).mean(axis=0)
+        painted.evaluate("(k) => millPlayers[0].show(k)", round(10 * share))
+        seen = painted.picture(CANVAS)
+        mean = seen[players.coloured(seen)].astype(float).mean(axis=0)
         assert np.argmax(table @ (mean / np.linalg.norm(mean))) == expected
+    painted.check()
 
 
 def test_a_blade_points_where_the_rotor_is(open_page, tmp_path, page_of):
     """One blade seen from the end: its grey leans as the angle says, from +y (right) towards +z (up)."""
-    page = open_page(page_of(simulate(tmp_path, players.LONE)))
+    page = open_page(page_of(players.simulate(tmp_path, players.LONE)))
     page.evaluate(THERE)
     page.evaluate("millPlayers[0].look('end')")
-    for frame in (0, 3, 8):
+    for frame in (1, 8):
         page.evaluate("(k) => millPlayers[0].show(k)", frame)
         seen = page.picture(CANVAS).astype(int)
         steel = seen.sum(axis=2) < 480
@@ -268,17 +252,13 @@ def test_the_keyboard_does_what_the_mouse_does(page):
     assert page.evaluate(eye) == pytest.approx(seen[0])
 
 
-def test_the_mouse_turns_it_and_the_wheel_scrolls_the_page_until_the_mill_was_clicked(
-    open_page, tmp_path, fragment
-):
-    file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
-    page = open_page(file)
-    page.evaluate(THERE)
+def test_the_mouse_turns_it_and_the_wheel_scrolls_the_page_until_the_mill_was_clicked(page):
+    page.evaluate("document.activeElement.blur()")
     eye = "millPlayers[0].view.camera.position.toArray()"
     mouse, first = page.page.mouse, page.evaluate(eye)
     mouse.move(320, 150)
     mouse.wheel(0, 100)
-    page.until("scrollY > 50")
+    page.until("scrollY > 20")
     assert page.evaluate(eye) == first
     page.evaluate("scrollTo(0, 0)")
     mouse.down()
@@ -290,7 +270,6 @@ def test_the_mouse_turns_it_and_the_wheel_scrolls_the_page_until_the_mill_was_cl
     mouse.wheel(0, -100)
     page.until(f"Math.hypot(...{eye}) < {0.99 * np.linalg.norm(first)}")
     assert page.evaluate("scrollY") == 0
-    page.check()
 
 
 def test_a_finger_turns_the_mill_sideways_and_scrolls_the_page_upwards(
@@ -317,7 +296,7 @@ def test_every_view_shows_the_whole_drum_and_each_another_side(page):
     for name in ("Front", "Three-quarter", "End"):
         page.page.get_by_role("button", name=name, exact=True).click()
         pictures.append(page.picture(CANVAS))
-        seen = coloured(pictures[-1])
+        seen = players.coloured(pictures[-1])
         border = np.concatenate([seen[0], seen[-1], seen[:, 0], seen[:, -1]])
         assert seen.mean() > 0.05 and not border.any()
     assert all((a != b).any() for a, b in zip(pictures, pictures[1:], strict=False))
@@ -326,31 +305,22 @@ def test_every_view_shows_the_whole_drum_and_each_another_side(page):
 # ---- surroundings
 
 
-def test_it_starts_by_itself_only_for_who_likes_motion_and_rests_out_of_sight(
-    open_page, tmp_path, fragment
-):
-    file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
+def test_it_starts_when_it_comes_into_sight_and_rests_when_it_leaves(open_page, tmp_path, fragment):
+    file = players.write_page(tmp_path / "tall.html", '<div class="tall"></div>', fragment)
     page = open_page(file, motion=True, before="performance.now = () => 0")  # a fast machine
-    page.evaluate(THERE)
-    page.until("millPlayers[0].playing && millPlayers[0].draws > 4")
-    page.evaluate("scrollTo(0, 2000)")
+    page.page.wait_for_timeout(100)
+    assert page.evaluate("millPlayers[0].view === undefined")  # nothing is even unpacked
+    page.evaluate("scrollTo(0, 4000)")
+    page.until("millPlayers[0].playing && millPlayers[0].frame > 1")
+    page.evaluate("scrollTo(0, 0)")
     page.until("!millPlayers[0].visible")
     page.page.wait_for_timeout(100)
     draws = page.evaluate("millPlayers[0].draws")
     page.page.wait_for_timeout(400)
     assert page.evaluate("millPlayers[0].draws") == draws
-    page.evaluate("scrollTo(0, 0)")
+    page.evaluate("scrollTo(0, 4000)")
     page.until(f"millPlayers[0].draws > {draws + 2}")
     page.check()
-
-
-def test_a_player_below_is_not_even_unpacked_before_it_is_seen(open_page, tmp_path, fragment):
-    file = players.write_page(tmp_path / "tall.html", '<div class="tall"></div>', fragment)
-    page = open_page(file)
-    page.page.wait_for_timeout(200)
-    assert page.evaluate("millPlayers[0].view === undefined")
-    page.evaluate("scrollTo(0, 4000)")
-    assert page.evaluate(THERE) is True
 
 
 def test_two_players_on_a_page_do_not_mind_each_other(open_page, tmp_path, fragment):
@@ -371,7 +341,7 @@ def test_it_follows_the_window_and_never_grows_wider(page):
     page.until("document.querySelector('.mp-canvas').width === 360")
     assert page.evaluate("document.documentElement.scrollWidth") == 360
     assert page.picture(CANVAS).shape == (360, 360, 3)
-    assert coloured(page.picture(CANVAS)).mean() > 0.1
+    assert players.coloured(page.picture(CANVAS)).mean() > 0.1
 
 
 def test_light_and_dark_are_told_apart(page):
@@ -444,20 +414,21 @@ def test_on_paper_there_is_the_still(page):
     assert not page.page.locator(".mp-controls").is_visible()
 
 
-def test_on_paper_without_a_still_there_is_what_was_seen(open_page, tmp_path, file, page_of):
-    page = open_page(page_of(file))
-    page.evaluate(THERE)
-    page.evaluate("millPlayers[0].show(9)")
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    page.page.emulate_media(media="print", reduced_motion="reduce")
-    page.until("document.querySelector('.mp-still').naturalWidth === 640")
-    assert coloured(page.picture(".mp-stage")).mean() > 0.03
-    assert page.page.locator(".mp-bar").is_visible()
-    assert not page.page.get_by_role("button").first.is_visible()
+def test_on_paper_without_a_still_there_is_what_was_seen(painted):
+    painted.evaluate("millPlayers[0].show(9)")
+    painted.evaluate("dispatchEvent(new Event('beforeprint'))")
+    painted.page.emulate_media(media="print", reduced_motion="reduce")
+    painted.until("document.querySelector('.mp-still').naturalWidth === 640")
+    assert players.coloured(painted.picture(".mp-stage")).mean() > 0.03
+    assert painted.page.locator(".mp-bar").is_visible()
+    assert not painted.page.get_by_role("button").first.is_visible()
+    painted.page.emulate_media(media="screen", reduced_motion="reduce")
 
 
 def test_a_run_without_frames_has_the_still_and_no_player(open_page, tmp_path, page_of):
-    page = open_page(page_of(simulate(tmp_path, players.LONE, "output.frames=0 s"), still=red()))
+    page = open_page(
+        page_of(players.simulate(tmp_path, players.LONE, "output.frames=0 s"), still=players.red())
+    )
     assert page.evaluate(THERE) is False
     assert "No ball states are stored" in page.page.get_by_role("status").inner_text()
     assert page.page.locator(".mp-still").is_visible()

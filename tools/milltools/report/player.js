@@ -180,10 +180,16 @@
       this.part('time').textContent = text;
     }
 
+    /** At the browser's next picture, once however often it is asked for. */
     draw() {
-      if (this.lost || !this.visible) return;
-      this.view.draw();
-      this.draws += 1;
+      if (this.asked || this.lost || !this.visible) return;
+      this.asked = true;
+      requestAnimationFrame(() => {
+        this.asked = false;
+        if (this.lost) return;
+        this.view.draw();
+        this.draws += 1;
+      });
     }
 
     show(frame) {
