@@ -7,6 +7,7 @@ import subprocess
 import time
 import xml.etree.ElementTree as ET
 
+import h5py
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -329,6 +330,37 @@ def test_labels_of_the_flow_keep_apart():
     assert places[3] == near(0.5) and max(places) <= 1
 
 
+@pytest.fixture
+def foreign(folder, tmp_path):
+    """The plain run as a program leaves it that knows the normal loss of an impact alone, and of the rest no parts."""
+    path = tmp_path / "soft.h5"
+    path.write_bytes((folder / "plain.h5").read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["run/program"] = "LIGGGHTS"
+        file.visititems(
+            lambda name, item: (
+                item.attrs.__setitem__("part", "normal") if name.endswith("dissipation") else None
+            )
+        )
+        for kind in KINDS:
+            value = file[f"observables/dissipation_normal/{kind}/value"]
+            value[:] = np.full(value.shape, np.nan)
+    with Run(path) as run:
+        yield run
+
+
+def test_what_another_program_does_not_tell_is_named(foreign):
+    for name in ("speeds-power", "energies-power", "axial-power"):
+        figure = FIGURES[name].draw(foreign)
+        words = " ".join(ax.get_ylabel() for ax in figure.axes)
+        assert "normal part [W" in words
+        assert any("normal part" in head for head in FIGURES[name].tables(foreign)[0].columns)
+    assert "rebound" not in str(spectra.plot(axes(), foreign)[0].axes.get_legend_handles_labels())
+    found = account.account(foreign)
+    assert {part for what, _, part, _ in found.sinks if what == "dissipation"} == {""}
+    assert abs(found.residual) < 1e-9 * found.turnover
+
+
 # ---- maps
 
 
@@ -420,6 +452,37 @@ def test_a_long_series_is_drawn_in_few_intervals():
     times = np.arange(100_001) * 1e-3
     bounds = overtime.intervals(times)
     assert len(bounds) <= 301 and (bounds[0], bounds[-1]) == (0, times[-1])
+
+
+HEAD_ON = """
+[run]
+time = 50 ms
+[gravity]
+acceleration = 0 0 0 m/s^2
+[balls]
+count = 2
+diameter = 5 mm
+density = 7800 kg/m^3
+start = two.txt
+[drum]
+radius = 30 mm
+length = 40 mm
+[contact]
+restitution = 1
+"""
+
+
+def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
+    (tmp_path / "deck.ini").write_text(HEAD_ON)
+    (tmp_path / "two.txt").write_text("-0.01 0 0 1 0 0\n0.01 0 0 -1 0 0\n")
+    subprocess.run([PROGRAM, "deck.ini", "-q"], cwd=tmp_path, check=True, capture_output=True)
+    with Run(tmp_path / "deck.h5") as run:
+        assert FIGURES["speeds"].why_not(run) is None
+        assert "slower or faster than the bins" in FIGURES["slip"].why_not(run)
+        assert spectra.bins(run, "all", speed="tangential_speed").rate == near(
+            run.statistic("impacts/all/rate")
+        )
+        spectra.plot(axes(), run, speed="tangential_speed")  # empty, but no fault
 
 
 # ---- inline SVG

@@ -140,14 +140,14 @@ def whole(path, write):
 def save(figure, path, dpi=90):
     """Writes a figure, whole or not at all; a name without a known format, or a full disk, is a UserError."""
     kind = pathlib.Path(path).suffix.lower().lstrip(".") or "png"
+    known = figure.canvas.get_supported_filetypes()
+    if kind not in known:
+        raise UserError(f"{path}: no picture can be written as '{kind}': one of {', '.join(known)}")
     # no dates: the same picture is the same file
     dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
 
     def write(name):
         figure.savefig(name, dpi=dpi, format=kind, metadata=dateless)
 
-    try:
-        with matplotlib.rc_context({"svg.hashsalt": "millsim"}):
-            whole(path, write)
-    except ValueError as fault:  # matplotlib lists the formats
-        raise UserError(f"{path}: {fault}") from None
+    with matplotlib.rc_context({"svg.hashsalt": "millsim"}):
+        whole(path, write)

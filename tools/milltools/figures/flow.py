@@ -103,7 +103,7 @@ def _sink(term, whole, first) -> sankey.Band:
         )
     words = {"rotor": "rotor, braked", "residual": "balance error"}.get(
         what
-    ) or f"{ENERGIES[what]}, rising"
+    ) or f"{ENERGIES[what]} rises"
     return sankey.Band(power, STORED, 0.7, (words, "", *_numbers(power, whole)), what)
 
 

@@ -149,15 +149,18 @@ class Map(Figure):
         low, high = limits(fields, self.quantity)
         norm = LogNorm(low, high, clip=False) if quantity.scale == "log" else Normalize(low, high)
         figure.set_size_inches(WIDTH, 0.4 + len(runs) * self._height(runs))
-        axes = figure.subplots(len(runs), 1, squeeze=False, sharex=True)[:, 0]
+        axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
         for ax, run, name, found in zip(axes, runs, labels(runs), fields):
             image = self._panel(ax, run, found, norm)
             subtitle(ax, f"{name}, {sampled(run)}")
+        x, y = ([ax.get_xlim() for ax in axes], [ax.get_ylim() for ax in axes])
+        for ax in axes:  # mills of different size on one scale
+            ax.set(xlim=(min(x)[0], max(x, key=lambda v: v[1])[1]))
+            ax.set(ylim=(min(y)[0], max(y, key=lambda v: v[1])[1]))
         axes[-1].set_xlabel(f"{VIEWS[self.view][0]} [m]")
-        part = fields[0].part
-        words = quantity.label + (
-            f", {part} part" if self.quantity == "power" and part != "all" else ""
-        )
+        words = quantity.label
+        if self.quantity == "power" and fields[0].part != "all":
+            words = words.replace(" [", f", {fields[0].part} part [")
         bar = figure.colorbar(
             image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02
         )
@@ -225,8 +228,9 @@ class Map(Figure):
     def _height(self, runs):
         if self.view == "cross_section":
             return 3.65
-        across = max(outlines.profile_of(r).outermost / r.quantity("drum/length") for r in runs)
-        return min(max(3.3 * across, 0.8), 4.5) + 0.75
+        radius = max(outlines.profile_of(run).outermost for run in runs)
+        length = max(run.quantity("drum/length") for run in runs)
+        return min(max(3.3 * radius / length, 0.8), 4.5) + 0.75
 
     def columns(self, run):
         found = field(run, self.view)

@@ -191,7 +191,8 @@ def _limits(ax, weight):
         high.append(seen[-1] if len(seen) and weight == "energy" else x[-1])
         bottom.append(y.min())
         top.append(y.max())
-    if not low:
+    if not low:  # nothing within the bins
+        ax.set(xlim=(1e-3, 10), ylim=(1e-3, 1))
         return
     ax.set_xlim(min(low) / 1.3, max(high) * 1.3)
     if weight == "energy":
@@ -220,12 +221,12 @@ class Spectrum(Figure):
             return why
         _checked(run, group, "normal_speed", "speed", "count", kinds)
         rows = [kinds] if isinstance(kinds, str) else kinds or ["all"]
+        of_kind = " of that kind" if kinds else ""
         if not any(int(run.statistic(f"{group}/{kind}/count")) for kind in rows):
-            return (
-                f"no {group} of that kind in the sampled window"
-                if kinds
-                else f"no {group} in the sampled window"
-            )
+            return f"no {group}{of_kind} in the sampled window"
+        speed = self.what.get("speed", "normal_speed")
+        if not any(run.histogram(kind, group, speed).count.any() for kind in rows):
+            return f"all {group}{of_kind} are slower or faster than the bins of the file"
         return None
 
     def prepare(self, run, told=None):
@@ -251,8 +252,10 @@ class Spectrum(Figure):
         words = {sampled(run) for run in runs}
         first = f"{labels(runs)[0]}, " if len(runs) == 1 else ""
         subtitle(ax, first + (words.pop() if len(words) == 1 else "each over its own window"))
+        entries = list(zip(*ax.get_legend_handles_labels()))
+        entries.sort(key=lambda entry: len(entry[0].get_xdata()) == 2)  # marks last
         figure.legend(
-            *ax.get_legend_handles_labels(),
+            *zip(*entries),
             loc="outside lower left",
             ncols=2 if len(runs) == 1 else 1,
             handlelength=2.6,
