@@ -99,7 +99,8 @@ def sections(runs, watch) -> list[Section]:
         missing = "; ".join(dict.fromkeys(one.why for one in drawn))
         if any(one.svg for one in drawn):
             missing = ""
-        shown = [] if missing else list(panels.values())
+        shown = [drawn] if max(map(len, panels.values()), default=1) == 1 else list(panels.values())
+        shown = [] if missing else shown
         found.append(Section(anchor, TITLES[anchor], LEADS[anchor], shown, pages.plain(missing)))
     return found
 
