@@ -51,7 +51,7 @@ mill: always
 help:
 	@echo 'make           build ./millsim, and ./mill with its Python packages in .venv'
 	@echo 'make millsim   build ./millsim alone'
-	@echo 'make run       install what is missing, build, run the reference mill'
+	@echo 'make run       install what is missing, build, run the reference mill, write its report'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
 	@echo 'make golden    three decks store the same bits whatever the optimisation, and those frozen in tests/golden'
@@ -102,6 +102,7 @@ run:
 	@tools/setup build
 	@$(MAKE) $(PARALLEL) all
 	./millsim --force -o reference.h5 input/simoloyer.ini
+	@./mill report reference.h5 || echo 'make run: no report, for the reason above; the run is whole, in reference.h5'
 
 test:
 	@tools/setup build test dem slurm render pov browser

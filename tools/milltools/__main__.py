@@ -30,6 +30,8 @@ class Command:
 COMMANDS = (
     Command("plot", "runs as pictures: an overview, or figures of spectra, energy, maps, power, and their numbers",
             "./mill plot reference.h5 reference.png"),
+    Command("report", "one run as a page: the balls turning, where the energy goes, spectra, maps, numbers",
+            "./mill report reference.h5"),
     Command("render", "pictures and films of a run in 3D, slow motion too, also beside a camera's film",
             "./mill render reference.h5 movie.mp4 --slow 50"),
     Command("dem", "the same deck as soft spheres, in LIGGGHTS, into a file of the same schema",

@@ -124,6 +124,20 @@ class Run:
         value = default if thing is None else thing.attrs.get(name, default)
         return value.decode() if isinstance(value, bytes) else value
 
+    def datasets(self, group: str) -> list[tuple[str, str, str]]:
+        """(path, unit, description) of all datasets below a group, in the order of their paths."""
+        found = []
+
+        def note(name, thing):
+            if isinstance(thing, h5py.Dataset):
+                path = f"{group}/{name}"
+                unit, words = (self.attribute(path, key, "") for key in ("unit", "description"))
+                found.append((path, unit, words))
+
+        if self.has(group):
+            self._file[group].visititems(note)
+        return found
+
     # ---- who, what, how far
 
     @property

@@ -4,6 +4,7 @@ import io
 import re
 
 import matplotlib
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from milltools.figures.base import LOOK
 from milltools.style import INK
@@ -20,11 +21,7 @@ def svg(figure, prefix: str) -> str:
     this package, such as names, is escaped by matplotlib; there are no scripts and nothing from elsewhere."""
     if not re.fullmatch(r"[A-Za-z][\w-]*", prefix):
         raise ValueError(f"no prefix of an id: {prefix!r}")
-    out = io.StringIO()
-    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    with matplotlib.rc_context(LOOK):
-        figure.savefig(out, format="svg", transparent=True, dpi=DPI, metadata=nothing)
-    text = out.getvalue()
+    text = _drawn(figure)
     text = text[text.index("<svg") :]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.S)
     used = {a or b for a, b in _USED.findall("".join(_TAG.findall(text)))}
@@ -37,6 +34,21 @@ def svg(figure, prefix: str) -> str:
         f'class="figure" style="width:100%;max-width:{points[2] * 4 / 3:.0f}px;height:auto" role="img"'
     )
     return f"{head}>{_smaller(body)}"
+
+
+def _drawn(figure) -> str:
+    """The figure as matplotlib writes it. Figure.savefig would draw it once more for its layout: a third of the time."""
+    out, nothing = io.StringIO(), dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    with matplotlib.rc_context(LOOK):
+        canvas, engine = FigureCanvasSVG(figure), figure.get_layout_engine()
+        figure.dpi = DPI
+        if engine:
+            engine.execute(figure)
+            figure.set_layout_engine("none")
+        for patch in (figure.patch, *(ax.patch for ax in figure.axes)):
+            patch.set(facecolor="none", edgecolor="none")
+        canvas.print_svg(out, metadata=nothing)
+    return out.getvalue()
 
 
 def _own(tag: str, used: set, prefix: str) -> str:

@@ -178,8 +178,8 @@ def _limits(ax, weight):
     for line in ax.lines:
         x, y = (np.asarray(v, float) for v in line.get_data())
         there = np.isfinite(y)
-        if len(x) < 20 or not there.any():
-            continue  # a mark, or nothing
+        if len(x) < 20 or not np.any(y[there]):
+            continue  # a mark, or nothing: elastic contacts dissipate none
         x, y = x[there], y[there]
         if weight == "cumulative":
             seen = x[y <= y.max() * (1 - SEEN)]

@@ -1,12 +1,12 @@
 """A study as one page: text, tables and pictures in one file that opens from disk; everything from the study escaped."""
 
 import base64
-import importlib.resources
 import io
+import pathlib
 
-import jinja2
 import matplotlib.pyplot as plt
 
+from milltools import pages
 from milltools.study import show, show_beside, show_text
 
 
@@ -57,9 +57,9 @@ def render(view, objective, sensitivities=(), beside=None, wanted=None, **option
         )
         pictures.insert(0, (f"Beside {beside.name}", " ".join(told), embedded(figure)))
     aims = [objective] + [o for o in view.objectives if o is not objective]
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    source = importlib.resources.files(__package__).joinpath("show_page.html").read_text("utf-8")
-    return environment.from_string(source).render(
+    template = pages.environment(pathlib.Path(__file__).parent).get_template("show_page.html")
+    return template.render(
+        style=pages.style(),
         name=show_text.plain(view.name),
         head=[proper(line) for line in show_text.head_lines(view) + show_text.progress_lines(view)],
         optima=[

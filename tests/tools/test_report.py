@@ -1,0 +1,520 @@
+"""mill report: one page that holds the run's numbers and needs nothing but itself, whatever the run holds."""
+
+import html.parser
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import h5py
+import pytest
+from conftest import PROGRAM, ROOT, SMALL
+
+pytest_plugins = ["browser"]
+
+SECTIONS = ["verdict", "balls", "summary", "energy", "spectra", "maps", "time", "anomalies", "notes", "how", "deck", "cite"]  # fmt: skip
+EVIL = "<script>alert(1)</script>"
+IMAGE = '"><img src=x onerror=alert(2)>'
+
+
+class Reader(html.parser.HTMLParser):
+    """What a page holds: `tags` with their attributes, `text` without that of scripts and styles, `data` of <data>."""
+
+    VOID = {"meta", "img", "input", "br", "link"}
+
+    def __init__(self, page):
+        super().__init__()
+        self.tags, self.data, self.rows, self.open, self.pieces = [], [], {}, [], []
+        self.feed(page)
+        self.text = " ".join(" ".join(self.pieces).split())
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.head = None
+        if tag == "data":
+            self.data.append(float(dict(attributes)["value"]))
+            if self.head:
+                self.rows.setdefault(self.head, []).append(self.data[-1])
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}> at {self.getpos()}"
+
+    def handle_data(self, text):
+        if not {"script", "style"} & set(self.open):
+            self.pieces.append(text)
+            if self.open[-1:] == ["th"] and "tr" in self.open:
+                self.head = text
+
+    def ids(self, tag):
+        return [a["id"] for t, a in self.tags if t == tag and "id" in a]
+
+
+def report(folder, *words, timeout=300):
+    """The mill command in a folder."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
+    return subprocess.run(
+        [sys.executable, "-m", "milltools", "report", *map(str, words)],
+        cwd=folder, capture_output=True, text=True, timeout=timeout, env=environment, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with small.h5, the run of the small mill, and two of it that ended before anything was sampled: frames.h5,
+    which has the balls, and nothing.h5, which has not. Reports of these take little time."""
+    made = tmp_path_factory.mktemp("report")
+    (made / "small.ini").write_text(SMALL)
+    for name, sets in {
+        "small": ["run.time=0.4 s"],
+        "frames": [
+            "run.time=0.2 s",
+            "run.sample_from=0.19 s",
+            "run.max_collisions=40",
+            "output.series=1 s",
+        ],
+        "nothing": [
+            "run.time=0.2 s",
+            "run.sample_from=0.19 s",
+            "run.max_collisions=40",
+            "output.series=1 s",
+            "output.frames=0 s",
+        ],
+    }.items():
+        words = [word for option in sets for word in ("-s", option)]
+        subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"{name}.h5", *words], cwd=made, check=True, capture_output=True)  # fmt: skip
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    """The report of the small mill: path, text, Reader."""
+    done = report(folder, "small.h5")
+    assert done.returncode == 0, done.stderr
+    assert all(
+        re.match(r"mill report: .* \d+ %, \d+ s left$", line) for line in done.stderr.splitlines()
+    )
+    path = folder / "small.html"
+    assert done.stdout == f"small.html: {path.stat().st_size / 1e6:.1f} MB\n"
+    text = path.read_text("utf-8")
+    return path, text, Reader(text)
+
+
+@pytest.fixture(scope="module")
+def nothing(folder):
+    """The report of the run in which nothing was sampled: text, Reader."""
+    done = report(folder, "nothing.h5")
+    assert done.returncode == 0, done.stderr
+    text = (folder / "nothing.html").read_text("utf-8")
+    return text, Reader(text)
+
+
+@pytest.fixture
+def changed(folder, tmp_path):
+    """changed(change, name, source) copies a run, lets `change` work on the open file, and returns (page's text, Reader) of
+    its report."""
+
+    def make(change, name="copy.h5", source="nothing.h5"):
+        shutil.copy(folder / source, tmp_path / name)
+        with h5py.File(tmp_path / name, "r+") as file:
+            change(file)
+        done = report(tmp_path, name, "-o", "page.html")
+        assert done.returncode == 0, done.stderr
+        text = (tmp_path / "page.html").read_text("utf-8")
+        return text, Reader(text)
+
+    return make
+
+
+# ---- what is on the page
+
+
+def test_it_has_every_section_in_the_order_a_reader_wants(page):
+    assert page[2].ids("section") == SECTIONS
+
+
+def test_it_is_small_enough_to_be_mailed(page):
+    assert page[0].stat().st_size < 10e6
+
+
+def test_every_number_of_the_contact_table_is_the_files(page, folder):
+    with h5py.File(folder / "small.h5") as file:
+        statistics = file["statistics"]
+        total = statistics["impacts/all/dissipated_power"][()]
+        for kind, head in {"ball_ball": "ball-ball", "ball_drum": "ball-drum", "all": "all"}.items():  # fmt: skip
+            row, normal = statistics[f"impacts/{kind}"], statistics[f"impacts/{kind}/normal_speed"]
+            power = row["dissipated_power"][()]
+            assert page[2].rows[head] == [
+                row["count"][()],
+                row["rate"][()],
+                normal["median"][()],
+                normal["median_above_50mm_s"][()],
+                normal["mean"][()],
+                statistics[f"floor_share/{kind}"][()],
+                power,
+                power / total,
+            ]
+
+
+def test_rotor_power_and_its_error_are_the_files_on_one_scale(page, folder):
+    with h5py.File(folder / "small.h5") as file:
+        power, error = (file[f"statistics/rotor/power{e}"][()] for e in ("", "_error"))
+    assert page[2].rows["rotor power"] == [power]
+    found = re.search(r"The rotor puts ([\d.]+).±.([\d.]+).mW into", page[2].text)
+    assert float(found[1]) == pytest.approx(1e3 * power, rel=1e-3)
+    assert float(found[2]) == pytest.approx(1e3 * error, abs=2e-1)
+
+
+def test_the_verdict_says_what_was_run_in_numbers(page):
+    words = page[2].text
+    assert (
+        "20 balls of 5 mm and 7800 kg/m³ in a round drum, 60 mm wide and 40 mm long inside" in words
+    )
+    assert "with a rotor of 2 blades at 600 rpm" in words
+    assert "simulated for 400.0 ms and sampled for 400.0 ms, from 0 s to 400.0 ms" in words
+    assert "no anomalies" in words
+
+
+def test_the_deck_stands_there_and_can_be_saved(page, folder):
+    with h5py.File(folder / "small.h5") as file:
+        deck = file["deck/text"].asstr()[()]
+    assert html.escape(deck, quote=True).replace("&#x27;", "&#39;") in page[1]
+    link = next(a for t, a in page[2].tags if t == "a" and "download" in a)
+    import base64
+
+    assert base64.b64decode(link["href"].split("base64,")[1]).decode() == deck
+    assert link["download"] == "small.ini"
+
+
+def test_spectra_maps_account_and_time_are_drawings_in_the_page(page):
+    text, names = page[1], page[2].ids("figure")
+    for name in ("speeds", "slip", "energies", "flow", "axial-rate", "section-power", "power"):
+        assert f"figure-{name}" in names
+    assert text.count("<svg") >= 20
+
+
+def test_ids_are_given_once(page):
+    ids = [a["id"] for _, a in page[2].tags if "id" in a]
+    assert sorted(set(ids)) == sorted(ids)
+
+
+def test_links_within_the_page_lead_somewhere(page):
+    ids = {a["id"] for _, a in page[2].tags if "id" in a}
+    for tag, attributes in page[2].tags:
+        address = attributes.get("href", attributes.get("xlink:href", ""))
+        assert not address.startswith("#") or address[1:] in ids, (tag, address)
+
+
+def test_it_loads_nothing(page):
+    for tag, attributes in page[2].tags:
+        for name in ("src", "href", "xlink:href", "srcset", "action", "data"):
+            assert re.match(r"#|data:|$", attributes.get(name) or ""), (tag, attributes)
+    assert not re.search(r"url\(\s*['\"]?(?!#|data:)", page[1].split("</head>")[0])
+    assert "@import" not in page[1].split("</head>")[0]
+    policy = next(a["content"] for t, a in page[2].tags if a.get("http-equiv"))
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+
+
+def test_it_is_the_same_every_time(folder, nothing):
+    assert report(folder, "nothing.h5", "-o", "again.html").returncode == 0
+    assert (folder / "again.html").read_text("utf-8") == nothing[0]
+
+
+def test_it_knows_its_landmarks_headings_and_pictures(page):
+    tags = [t for t, _ in page[2].tags]
+    assert [tags.count(t) for t in ("main", "h1", "header", "nav")] == [1, 1, 1, 1]
+    levels = [int(t[1]) for t in tags if re.fullmatch("h[1-6]", t)]
+    assert all(b - a <= 1 for a, b in zip(levels, levels[1:], strict=False))
+    assert all(a.get("alt") for t, a in page[2].tags if t == "img")
+    assert all(a.get("aria-label") for t, a in page[2].tags if t == "svg")
+    assert next(a for t, a in page[2].tags if t == "html")["lang"] == "en"
+
+
+# ---- nothing from a run is more than text
+
+
+def test_whatever_a_run_says_stays_text(changed):
+    def spoil(file):
+        for name in ("command", "version", "compiler", "status"):
+            del file[f"run/{name}"]
+        file["run/command"] = f"millsim '{EVIL}.ini' -s {IMAGE}"
+        file["run/version"], file["run/compiler"] = EVIL, IMAGE
+        file["run/status"] = EVIL
+        file["run/notes"] = f"{EVIL}\n\x1b[31m{IMAGE}"
+        text = file["deck/text"].asstr()[()]
+        del file["deck/text"]
+        file["deck/text"] = text + f"# {EVIL}</pre>{IMAGE}\n"
+        section = file["deck"].create_group(f"balls.{IMAGE}")
+        for key in file["deck/balls"]:
+            section[key] = file[f"deck/balls/{key}"][()]
+        file["particles/trajectory/species"].attrs["names"] = [f"{EVIL}{IMAGE}"]
+        file["run"][IMAGE] = 1.0
+
+    text, reader = changed(spoil, "x<b>&amp;.h5", "frames.h5")
+    assert EVIL not in text and IMAGE not in text and "onerror=alert(2)>" not in text
+    assert "\x1b" not in text
+    assert reader.text.count(EVIL) >= 4 and IMAGE in reader.text
+    assert not [a for t, a in reader.tags if t == "img" and a.get("src") == "x"]
+    scripts = [a for t, a in reader.tags if t == "script"]
+    assert len(scripts) == 6  # three of the player, its two pieces of data, the switch of colours
+    assert "x<b>&amp;.h5" in reader.text
+
+
+def test_only_scripts_of_the_page_itself_may_run(changed, nothing):
+    """What stands in a deck is in no hash of the policy."""
+
+    def spoil(file):
+        del file["deck/text"]
+        file["deck/text"] = "<script>document.title = 'taken'</script>"
+
+    policies = [
+        next(a["content"] for t, a in reader.tags if a.get("http-equiv"))
+        for reader in (changed(spoil)[1], nothing[1])
+    ]
+    assert policies[0] == policies[1]
+
+
+# ---- runs that hold less, or more
+
+
+def test_without_samples_it_says_so_and_shows_the_rest(nothing):
+    words = nothing[1].text
+    assert nothing[1].ids("section") == SECTIONS
+    assert "Nothing was sampled: the run has not got beyond run.sample_from = 0.19 s." in words
+    assert "Not drawn: nothing sampled" in words
+    assert "kinetic energy" in nothing[1].rows
+
+
+def test_without_frames_it_says_why_there_are_no_balls(nothing):
+    assert "No ball states are stored in this run: output.frames is 0 s." in nothing[1].text
+    assert "canvas" not in [t for t, _ in nothing[1].tags]
+
+
+def test_a_run_at_work_is_told_of_as_far_as_it_is(start_millsim, write_deck, tmp_path):
+    write_deck()
+    process = start_millsim("deck.ini", "-q", "-s", "run.time=1000 s", "-o", "young.h5")
+    end = time.monotonic() + 30
+    while not (tmp_path / "young.h5").exists():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    done = report(tmp_path, "young.h5")
+    assert done.returncode == 0, done.stderr
+    reader = Reader((tmp_path / "young.html").read_text("utf-8"))
+    assert "has not come to its first checkpoint" in reader.text
+    assert "[drum]" in reader.text
+
+
+def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path):
+    gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", SMALL, flags=re.S)
+    write_deck(gas)
+    sets = ["balls.speed=1 m/s", "contact.restitution=1", "contact.friction=0"]
+    sets += ["run.sample_from=0.04 s", "output.series=1 s"]
+    done = millsim("deck.ini", "-q", *(word for s in sets for word in ("-s", s)))
+    assert done.returncode == 0, done.stderr
+    done = report(tmp_path, "deck.h5")
+    assert done.returncode == 0 and "Warning" not in done.stderr, done.stderr
+    reader = Reader((tmp_path / "deck.html").read_text("utf-8"))
+    assert "without a rotor" in reader.text and "rotor power" not in reader.rows
+
+
+def test_anomalies_are_named_counted_and_explained(changed):
+    def pinch(file):
+        file["run/reliefs"][()] = 7
+        file["run/overlaps"][()] = 2
+        file["run/largest_overlap"][()] = 3e-8
+
+    _, reader = changed(pinch)
+    assert reader.rows["pinched balls let go"] == [7] and reader.rows["overlaps"] == [2]
+    assert "The deepest: 30.00 nm" in reader.text
+
+
+def test_another_programs_run_says_what_it_is(changed):
+    def soft(file):
+        file["run/program"] = "LIGGGHTS"
+        file["run/notes"] = "Soft spheres."
+        for name in ("not_closing", "reliefs", "smoothed", "overlaps"):
+            del file[f"run/{name}"]
+
+    _, reader = changed(soft)
+    assert "LIGGGHTS does not count them." in reader.text and "Soft spheres." in reader.text
+    assert "which made this run" in reader.text
+
+
+# ---- the command
+
+
+def test_the_default_name_is_the_runs(page):
+    assert page[0].name == "small.html"
+
+
+@pytest.mark.parametrize(
+    "words, status, line",
+    [
+        (["missing.h5"], 2, "missing.h5: no such file"),
+        (["small.ini"], 2, "small.ini: not a readable HDF5 file: "),
+        (["small.h5", "nothing.h5"], 2, "a report is of one run; several go on one page with --compare"),
+        (["--compare", "small.h5"], 2, "one run is nothing to compare with; give two or more"),
+        (["small.h5", "-o", "nowhere/x.html"], 1, "nowhere/x.html: No such file or directory"),
+        (["small.h5", "-o", "small.h5"], 2, "small.h5: a run, not a page; choose another name with -o"),
+        (["small.h5", "-o", "."], 1, ".: a folder, not a file"),
+    ],
+)  # fmt: skip
+def test_wrong_usage_is_one_line_and_nothing_is_written(folder, words, status, line):
+    before = sorted(p.name for p in folder.iterdir())
+    done = report(folder, *words)
+    assert (done.returncode, done.stdout) == (status, "")
+    assert done.stderr.startswith(f"mill report: {line}") and done.stderr.count("\n") == 1
+    assert sorted(p.name for p in folder.iterdir()) == before
+
+
+def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
+    shutil.copy(folder / "nothing.h5", tmp_path / "a.h5")
+    (tmp_path / "a.html").write_text("old")
+    os.symlink("/dev/full", tmp_path / "a.html.part")
+    done = report(tmp_path, "a.h5")
+    assert (done.returncode, done.stderr) == (1, "mill report: a.html: No space left on device\n")
+    assert (tmp_path / "a.html").read_text() == "old"
+
+
+# ---- several runs
+
+
+@pytest.fixture(scope="module")
+def compared(folder):
+    """The page of two runs of the small mill: path, Reader."""
+    for seed in (1, 2):
+        words = ["-s", f"run.seed={seed}", "-s", "run.time=0.8 s", "-s", "output.frames=20 ms"]
+        subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"seed{seed}.h5", *words], cwd=folder, check=True, capture_output=True)  # fmt: skip
+    done = report(folder, "--compare", "seed1.h5", "seed2.h5")
+    assert done.returncode == 0, done.stderr
+    path = folder / "seed1-compared.html"
+    assert done.stdout == f"seed1-compared.html: {path.stat().st_size / 1e6:.1f} MB\n"
+    return path, Reader(path.read_text("utf-8"))
+
+
+def test_a_comparison_has_the_rows_of_mill_compare(compared, folder):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+    words = [
+        sys.executable,
+        "-m",
+        "milltools",
+        "compare",
+        "seed1.h5",
+        "seed2.h5",
+        "--csv",
+        "table.csv",
+    ]
+    subprocess.run(words, cwd=folder, check=True, capture_output=True, env=environment)
+    import csv
+
+    with open(folder / "table.csv") as file:
+        for row in csv.DictReader(file):
+            assert row["label"] in compared[1].text and row["verdict"] in compared[1].text
+    assert "B against A: rotor power" in compared[1].text
+
+
+def test_a_comparison_shows_the_balls_of_both(compared):
+    figures = [a for t, a in compared[1].tags if t == "figure" and a.get("class") == "mill-player"]
+    assert len(figures) == 2
+    assert compared[0].stat().st_size < 10e6
+
+
+def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
+    opened = open_page(compared[0], width=1000, height=800)
+    for k in (0, 1):  # they begin when they are seen
+        opened.evaluate(f"document.querySelectorAll('.mill-player')[{k}].scrollIntoView()")
+        opened.until(
+            f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')"
+        )
+    opened.check()
+
+
+# ---- in a browser
+
+
+def test_it_opens_from_disk_without_errors_or_requests(page, open_page):
+    opened = open_page(page[0], width=1000, height=800)
+    opened.until("document.querySelector('.mp-live') !== null")
+    assert opened.evaluate("document.title") == "small.ini"
+    opened.check()
+
+
+def test_on_a_phone_nothing_but_tables_scrolls_sideways(page, open_page):
+    opened = open_page(page[0], width=360, height=640)
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 360
+    reach = "Math.max(...[...document.querySelectorAll('p, h1, h2, dl, figcaption, nav, pre')].map(e => e.getBoundingClientRect().right))"
+    assert opened.evaluate(reach) <= 360
+
+
+def ground(opened):
+    """Lightness of the page's ground and of its ink, 0 to 1."""
+    return [
+        sum(int(v) for v in re.findall(r"\d+", opened.evaluate(f"getComputedStyle(document.body).{what}"))[:3]) / 765
+        for what in ("backgroundColor", "color")
+    ]  # fmt: skip
+
+
+def test_dark_is_dark_and_light_is_light(page, open_page):
+    dark, light = (ground(open_page(page[0], dark=dark)) for dark in (True, False))
+    assert dark[0] < 0.15 and dark[1] > 0.8
+    assert light[0] > 0.95 and light[1] < 0.2
+
+
+def test_drawings_take_the_ink_of_the_page(page, open_page):
+    opened = open_page(page[0], dark=True)
+    ink = opened.evaluate(
+        "getComputedStyle(document.querySelector('#figure-speeds svg text')).fill.match(/\\d+/g).slice(0, 3).map(Number)"
+    )
+    assert min(ink) > 200
+
+
+def test_the_switch_turns_the_page_dark_and_back(page, open_page):
+    opened = open_page(page[0])
+    opened.page.select_option("#theme", "dark")
+    assert ground(opened)[0] < 0.15
+    opened.page.select_option("#theme", "light")
+    assert ground(opened)[0] > 0.95
+    opened.check()
+
+
+def test_keys_alone_reach_the_controls_and_change_the_spectra(page, open_page):
+    opened = open_page(page[0], width=1000, height=800)
+    opened.until("document.querySelector('.mp-live') !== null")
+    reached = []
+    for _ in range(60):
+        opened.page.keyboard.press("Tab")
+        what = "document.activeElement.id || document.activeElement.className || document.activeElement.getAttribute('href')"
+        reached.append(opened.evaluate(what))
+        if reached[-1] == "spectra-1":
+            break
+    assert {"skip", "theme", "#deck", "mp-play", "mp-slider"} <= set(reached)
+    shown = "getComputedStyle(document.getElementById('figure-slip').closest('.panel')).display"
+    assert opened.evaluate(shown) == "none"
+    opened.page.keyboard.press("ArrowRight")
+    assert opened.evaluate(shown) == "block"
+
+
+def test_paper_is_white_and_shows_all_spectra_without_controls(page, open_page):
+    opened = open_page(page[0], width=700, height=900, dark=True)
+    opened.page.emulate_media(media="print")
+    assert ground(opened)[0] == 1.0
+    hidden = "getComputedStyle(document.querySelector('{}')).display"
+    for what in (".theme", "nav", ".choice", ".mp-controls"):
+        assert opened.evaluate(hidden.format(what)) == "none"
+    assert (
+        opened.evaluate("document.getElementById('figure-slip').getBoundingClientRect().height")
+        > 50
+    )
+
+
+def test_without_scripts_the_still_picture_stands_there(page, open_page):
+    opened = open_page(page[0], scripts=False)
+    picture = opened.picture(".mp-stage")
+    assert picture.std() > 10

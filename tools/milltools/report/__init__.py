@@ -1,0 +1,70 @@
+"""`mill report`: a run, or several side by side, as one page that opens from disk.
+
+facts.py says what a run has to say in words, tables.py in rows, notes.py what to know first, pictures.py has the figures,
+player.py the balls; page.py puts it together, beside.py does so with several runs.
+"""
+
+import os
+
+from milltools.compare import check_writable, replicates
+from milltools.errors import UserError
+
+SUMMARY = (
+    "Writes a run as one HTML page that needs no network: what was run, how hard and where the balls hit, where the energy "
+    "goes, the deck, and the balls themselves, turning. With --compare several runs on one page, with differences and verdicts."
+)
+
+
+def add_arguments(parser):
+    parser.add_argument("runs", nargs="+", metavar="RUN", help="output file of a run")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE",
+        help="the page; default: the (first) run's name with .html, beside it; an old one is replaced",
+    )  # fmt: skip
+    parser.add_argument(
+        "--compare", action="store_true",
+        help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: a1.h5,a2.h5",
+    )  # fmt: skip
+
+
+def named_for(files: list[str], compared: bool) -> str:
+    """reference.h5 -> reference.html, compared: reference-compared.html."""
+    return files[0].removesuffix(".h5") + ("-compared.html" if compared else ".html")
+
+
+def check_output(output: str, files: list[str]):
+    """That the page can be written, and is not one of the runs."""
+    for path in files:
+        if os.path.exists(path) and os.path.exists(output) and os.path.samefile(output, path):
+            raise UserError(f"{output}: a run, not a page; choose another name with -o")
+    check_writable(output)
+
+
+def run(arguments) -> int:
+    if not arguments.compare and len(arguments.runs) > 1:
+        raise UserError("a report is of one run; several go on one page with --compare")
+    if arguments.compare and len(arguments.runs) < 2:
+        raise UserError("one run is nothing to compare with; give two or more")
+    sides = [replicates(r) if arguments.compare else [r] for r in arguments.runs]
+    files = [path for side in sides for path in side]
+    output = arguments.output or named_for(files, arguments.compare)
+    check_output(output, files)
+    # imported here: a wrong command line needs neither matplotlib nor scipy
+    from milltools import pages
+    from milltools.report.progress import Watch
+    from milltools.runfile import Run
+
+    if arguments.compare:
+        from milltools.report import beside
+
+        with Watch(beside.steps(sides)) as watch:
+            text = beside.render(sides, watch)
+    else:
+        with Run(files[0]) as opened:
+            from milltools.report import page
+
+            with Watch(page.steps()) as watch:
+                text = page.render(opened, watch)
+    pages.write(output, text)
+    print(f"{output}: {os.path.getsize(output) / 1e6:.1f} MB")
+    return 0

@@ -1,0 +1,67 @@
+"""One picture of the balls, for where there is no WebGL and for paper: VTK's where it can draw, else matplotlib's."""
+
+import io
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+from milltools import plot
+from milltools.errors import UserError
+from milltools.profile import Profile
+
+SIZE = 960, 540
+
+
+def picture(run) -> bytes | None:
+    """The last stored frame as a PNG; None where the run has no frames."""
+    if not len(run.frame_times()):
+        return None
+    return _scene(run) or _flat(run)
+
+
+def _scene(run) -> bytes | None:
+    """As `mill render` draws it; None where nothing here can draw in 3D without a display."""
+    try:
+        from PIL import Image
+
+        from milltools.render import camera, colour, scene
+        from milltools.trajectory import State
+    except ImportError:
+        return None
+    place, velocity, spin = (
+        run.frame(-1, name).astype(float) for name in ("position", "velocity", "angular_velocity")
+    )
+    state = State(float(run.frame_times()[-1]), place, velocity, spin, None)
+    try:
+        look = camera.of("three-quarter", run), colour.of(run, "speed")
+        with scene.Scene(run, SIZE, "draft", *look, background="studio") as drawing:
+            pixels = drawing.draw(state)
+    except UserError:
+        return None
+    return _png(Image.fromarray(pixels))
+
+
+def _flat(run) -> bytes:
+    """Seen along the axis, the ones in front last."""
+    figure, ax = plt.subplots(figsize=(8, 6.4), layout="constrained")
+    profile = Profile.of(run.deck().get)
+    ax.add_patch(plot.drum_rim(profile))
+    ax.set_aspect("equal")
+    reach = 1.02 * profile.outermost
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-reach, reach)
+    ax.set_xlabel("y [m]")
+    ax.set_ylabel("z [m]")
+    plot.draw_balls(ax, run)
+    store = io.BytesIO()
+    figure.savefig(store, format="png", dpi=100)
+    plt.close(figure)
+    return store.getvalue()
+
+
+def _png(image) -> bytes:
+    store = io.BytesIO()
+    image.save(store, format="png")
+    return store.getvalue()
