@@ -26,6 +26,10 @@ KIND_LABEL = {
 }
 
 
+MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+PRECISION = {MEDIAN: "precision/median_above_50mm_s", "rotor/power": "precision/rotor_power"}
+
+
 @dataclasses.dataclass(frozen=True)
 class Blade:
     """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z, the rotor's own angle
@@ -95,6 +99,10 @@ class Run:
     def close(self):
         self._file.close()
 
+    @property
+    def closed(self) -> bool:
+        return not self._file
+
     # ---- reading
 
     def has(self, path: str) -> bool:
@@ -102,13 +110,29 @@ class Run:
 
     def read(self, path: str, index=(), why: str = ""):
         """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
-        thing = self._file.get(path)
-        if not isinstance(thing, h5py.Dataset):
-            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
+        thing = self._dataset(path, why)
         try:
             return thing.asstr()[index] if thing.dtype.kind == "O" else thing[index]
         except (OSError, UnicodeDecodeError) as fault:
             raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
+
+    def names(self, path: str) -> list[str]:
+        """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
+        thing = None if self.closed else self._file.get(path)
+        return sorted(thing) if isinstance(thing, h5py.Group) else []
+
+    def layout(self, path: str) -> tuple[tuple[int, ...], np.dtype]:
+        """(shape, type) of the dataset at a path, without reading it. Missing: UserError."""
+        thing = self._dataset(path)
+        return thing.shape, thing.dtype
+
+    def _dataset(self, path: str, why: str = ""):
+        if self.closed:
+            raise UserError(f"{self.path}: was closed: load it again")
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
+        return thing
 
     def attribute(self, path: str, name: str, default=None):
         thing = self._file.get(path)
@@ -279,6 +303,16 @@ class Run:
         return self.read(
             f"statistics/{path}", why="" if self.has_statistics else "no statistics yet"
         )
+
+    def standard_error(self, path: str) -> float:
+        """Of a scalar under /statistics, in its unit; NaN if the run does not tell."""
+        places = [f"{path}_error"]
+        if path in PRECISION:
+            places.insert(0, f"{PRECISION[path]}/standard_error")
+        for place in places:
+            if self.has(f"statistics/{place}"):
+                return float(self.statistic(place))
+        return float("nan")
 
     def histogram(self, row: str, group: str = "impacts", speed: str = "normal_speed") -> Histogram:
         """Impacts (or `strikes`) of a kind or "all" by normal or tangential speed."""
