@@ -6,6 +6,7 @@ import os
 import pathlib
 import pty
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -49,10 +50,10 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
                 f"{output}: exists already; force=True overwrites it, resume=True goes on with an interrupted run, "
                 "milltools.load opens it"
             )
-    folder = tempfile.TemporaryDirectory(prefix="mill-", ignore_cleanup_errors=True)
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
-        source, place, start = _source(deck, pathlib.Path(folder.name))
-        target = output.absolute() if output else pathlib.Path(folder.name) / "run.h5"
+        source, place, start = _source(deck, folder)
+        target = output.absolute() if output else folder / "run.h5"
         words = [*engine.guard(), engine.program().absolute(), "--json", "--output", target]
         words += [flag for flag, on in (("--force", force), ("--resume", resume)) if on]
         for one in sets if place is None else _placed(sets, start):
@@ -69,13 +70,13 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
             warnings.warn(note, stacklevel=2)
         return Result(output) if output else Result(target, folder)
     except BaseException as fault:
-        folder.cleanup()
+        shutil.rmtree(folder, ignore_errors=True)
         if isinstance(fault, KeyboardInterrupt) and output and output.exists():
             fault.add_note(f"{output} holds everything up to then; resume=True goes on")
         raise
     finally:
         if output:
-            folder.cleanup()
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _source(deck, folder: pathlib.Path):

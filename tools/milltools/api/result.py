@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import pathlib
+import shutil
+import weakref
 from typing import TYPE_CHECKING
 
 from milltools.api import decks, show
@@ -34,7 +36,8 @@ class Result:
 
     def __init__(self, path, _folder=None):
         self.file = Run(os.fspath(path))  # the reader below all this: milltools.runfile.Run
-        self._folder = _folder  # a temporary one that lives as long as this
+        # a temporary folder lives as long as this
+        self._clear = _folder and weakref.finalize(self, shutil.rmtree, _folder, ignore_errors=True)
 
     def __enter__(self) -> Result:
         return self
@@ -45,8 +48,8 @@ class Result:
     def close(self):
         """Closes the file; a temporary one goes with it."""
         self.file.close()
-        if self._folder:
-            self._folder.cleanup()
+        if self._clear:
+            self._clear()
 
     def __repr__(self) -> str:
         return f"<run {self.name}, closed>" if self.file.closed else show.as_text(self)
@@ -64,7 +67,7 @@ class Result:
     @property
     def name(self) -> str:
         """The file's path as given; "temporary" where it goes with this result."""
-        return "temporary" if self._folder else self.file.path
+        return "temporary" if self._clear else self.file.path
 
     @property
     def status(self) -> str:
