@@ -482,7 +482,7 @@ def test_resuming_what_is_complete_gives_it(small_deck, tmp_path):
 
 def test_a_temporary_output_goes_with_its_result(small_deck):
     result = milltools.run(small_deck)
-    assert result.path.exists() and result.name == "temporary"
+    assert result.path.exists() and result.name == "deck (temporary)"
     folder = result.path.parent
     result.close()
     assert not folder.exists()

@@ -53,7 +53,7 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
         source, place, start = _source(deck, folder)
-        target = output.absolute() if output else folder / "run.h5"
+        target = output.absolute() if output else folder / _name(deck, sets)
         words = [*engine.guard(), engine.program().absolute(), "--json", "--output", target]
         words += [flag for flag, on in (("--force", force), ("--resume", resume)) if on]
         for one in sets if place is None else _placed(sets, start):
@@ -92,6 +92,13 @@ def _source(deck, folder: pathlib.Path):
         raise TypeError(f"deck: expected a path, a text or a dictionary, got {type(deck).__name__}")
     (folder / NAME).write_text(text, encoding="utf-8")
     return NAME, folder, decks.start_of(text)
+
+
+def _name(deck, sets) -> str:
+    """Of a temporary output: what is run, as figures and summaries call it."""
+    path = isinstance(deck, str | os.PathLike) and os.path.exists(deck)
+    words = [pathlib.Path(deck).stem if path else "deck", *sets]
+    return " ".join(words).replace("/", " per ").encode()[:200].decode(errors="ignore") + ".h5"
 
 
 def _placed(sets, start):

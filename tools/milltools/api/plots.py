@@ -1,14 +1,41 @@
 """Figures of a run for scripts and notebooks: those of `mill plot` and of the report."""
 
-from milltools.figures import spectra
+import importlib
+import os
+
+from milltools.errors import UserError
+from milltools.figures import FIGURES, spectra
+from milltools.figures.base import styled
 
 
 def spectrum(run, ax, options):
-    """The impact spectra in axes of one's own, or in new ones of pyplot."""
-    run.need_statistics()
-    if ax is None:
+    """The impact spectra in axes of one's own, or in new ones of pyplot with a legend."""
+    with styled():
+        if ax is not None:
+            spectra.plot(ax, run, **options)
+            return ax
         import matplotlib.pyplot as plt
 
-        ax = plt.subplots(layout="constrained")[1]
-    spectra.plot(ax, run, **options)
+        figure, ax = plt.subplots(layout="constrained")
+        try:
+            spectra.plot(ax, run, **options)
+        except BaseException:
+            plt.close(figure)  # or a notebook shows it, empty
+            raise
+        ax.legend(fontsize="small")
     return ax
+
+
+def draw(name, runs, options):
+    """A figure by its name in FIGURES."""
+    if name not in FIGURES:
+        raise UserError(f"unknown figure '{name}': one of {', '.join(FIGURES)}")
+    _shown_inline()
+    return FIGURES[name].draw(runs, **options)
+
+
+def _shown_inline():
+    """A notebook's backend teaches it to show figures when it is imported, which drawing without pyplot does not do."""
+    backend = os.environ.get("MPLBACKEND", "")
+    if "inline" in backend:
+        importlib.import_module(backend.removeprefix("module://"))

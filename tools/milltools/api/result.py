@@ -66,8 +66,8 @@ class Result:
 
     @property
     def name(self) -> str:
-        """The file's path as given; "temporary" where it goes with this result."""
-        return "temporary" if self._clear else self.file.path
+        """The file's path as given; where it is temporary, its name alone."""
+        return f"{self.path.stem} (temporary)" if self._clear else self.file.path
 
     @property
     def status(self) -> str:
@@ -177,19 +177,15 @@ class Result:
 
     def plot_spectrum(self, ax: Axes | None = None, **options) -> Axes:
         """Draws the impact spectra into axes, new ones by default, and returns them. Options: group, speed, abscissa
-        ("speed" or "energy"), weight ("count", "energy" or "cumulative"), kinds."""
+        ("speed" or "energy"), weight ("count", "energy" or "cumulative"), kinds; for several runs in the same axes name, and
+        position, its number from 0, which sets the colour (milltools.figures.spectra.plot)."""
         from milltools.api import plots
 
         return plots.spectrum(self.file, ax, options)
 
-    def plot_maps(self) -> Figure:
-        """Maps of the sampled window, where impacts happen and how hard they are."""
+    def plot(self, name: str, *others: Result, **options) -> Figure:
+        """A figure of `mill plot --figure` by its name, such as "section-power"; milltools.figures.FIGURES has them all. Of
+        several runs where `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
         from milltools.api import plots
 
-        return plots.maps(self.file)
-
-    def plot_overview(self) -> Figure:
-        """The picture of `mill plot`: the mill and its balls, where the energy goes, how hard the balls hit."""
-        from milltools.api import plots
-
-        return plots.overview(self.file)
+        return plots.draw(name, [self.file, *(other.file for other in others)], options)
