@@ -116,6 +116,11 @@ class Run:
         except (OSError, UnicodeDecodeError) as fault:
             raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
 
+    def attribute(self, path: str, name: str, default=None):
+        thing = self._file.get(path)
+        value = default if thing is None else thing.attrs.get(name, default)
+        return value.decode() if isinstance(value, bytes) else value
+
     def names(self, path: str) -> list[str]:
         """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
         thing = None if self.closed else self._file.get(path)
@@ -133,11 +138,6 @@ class Run:
         if not isinstance(thing, h5py.Dataset):
             raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
         return thing
-
-    def attribute(self, path: str, name: str, default=None):
-        thing = self._file.get(path)
-        value = default if thing is None else thing.attrs.get(name, default)
-        return value.decode() if isinstance(value, bytes) else value
 
     # ---- who, what, how far
 
