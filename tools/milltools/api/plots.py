@@ -3,14 +3,16 @@
 import importlib
 import os
 
+import matplotlib
+
 from milltools.errors import UserError
 from milltools.figures import FIGURES, spectra
-from milltools.figures.base import styled
+from milltools.figures.base import LOOK
 
 
 def spectrum(run, ax, options):
     """The impact spectra in axes of one's own, or in new ones of pyplot with a legend."""
-    with styled():
+    with matplotlib.rc_context(LOOK):
         if ax is not None:
             spectra.plot(ax, run, **options)
             return ax

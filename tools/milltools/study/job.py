@@ -65,7 +65,7 @@ def run(job, reader=None) -> dict:
         words = [word for text in job["set"] for word in ("-s", text)]
         # relative names: a message shows the deck's, and none is too long
         command = [
-            *engine.guard(),
+            *GUARD,
             job["program"],
             "-q",
             "-o",
@@ -92,6 +92,7 @@ def run(job, reader=None) -> dict:
 # ---- the process
 
 
+GUARD = engine.guard()
 _running: set[subprocess.Popen] = set()
 _lock = threading.Lock()
 _ended = False
