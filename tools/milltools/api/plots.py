@@ -12,19 +12,22 @@ from milltools.figures.base import LOOK
 
 def spectrum(run, ax, options):
     """The impact spectra in axes of one's own, or in new ones of pyplot with a legend."""
-    with matplotlib.rc_context(LOOK):
-        if ax is not None:
+    if ax is not None:
+        with matplotlib.rc_context(LOOK):
             spectra.plot(ax, run, **options)
-            return ax
-        import matplotlib.pyplot as plt
+        return ax
+    import matplotlib.pyplot as plt
 
+    with matplotlib.rc_context(LOOK):
         figure, ax = plt.subplots(layout="constrained")
+        live = plt.isinteractive()  # a notebook's backend says so with the first figure; the context takes it back
         try:
             spectra.plot(ax, run, **options)
         except BaseException:
             plt.close(figure)  # or a notebook shows it, empty
             raise
         ax.legend(fontsize="small")
+    matplotlib.interactive(live)
     return ax
 
 
