@@ -22,6 +22,7 @@ from milltools.errors import UserError
 
 LONG = 2.0  # [s] a run that is over before shows no progress
 NAME = "deck.ini"  # of a deck that is no file
+NAME_MOST = 46  # letters in the name of a temporary output: what fits above a figure
 PATIENCE = 120.0  # [s] that an interrupted run has to bring what it has to the disk
 WARNING = "warning: "
 
@@ -61,13 +62,9 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
         try:
             notes = _execute([*words, "--", source], place, _wanted(progress))
         except UserError as fault:
-            if isinstance(deck, Mapping):  # its lines are ours
-                raise UserError(
-                    re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", str(fault)), fault.status
-                ) from None
-            raise
+            raise UserError(_own(deck, str(fault)), fault.status) from None
         for note in notes:
-            warnings.warn(note, stacklevel=2)
+            warnings.warn(_own(deck, note), stacklevel=2)
         return Result(output) if output else Result(target, folder)
     except BaseException as fault:
         shutil.rmtree(folder, ignore_errors=True)
@@ -95,10 +92,12 @@ def _source(deck, folder: pathlib.Path):
 
 
 def _name(deck, sets) -> str:
-    """Of a temporary output: what is run, as figures and summaries call it."""
-    path = isinstance(deck, str | os.PathLike) and os.path.exists(deck)
-    words = [pathlib.Path(deck).stem if path else "deck", *sets]
-    return " ".join(words).replace("/", " per ").encode()[:200].decode(errors="ignore") + ".h5"
+    """Of a temporary output: what is run, in few words, as figures and summaries call it."""
+    words = [one.partition(".")[2] for one in sets]
+    if isinstance(deck, str | os.PathLike) and os.path.exists(deck):
+        words.insert(0, pathlib.Path(deck).stem)
+    name = ", ".join(words or ["deck"]).replace("/", " per ")
+    return (name if len(name) <= NAME_MOST else name[: NAME_MOST - 3] + "...") + ".h5"
 
 
 def _placed(sets, start):
@@ -109,6 +108,13 @@ def _placed(sets, start):
         key, _, value = one.partition("=")
         file = key == decks.START and value != "random"
         yield f"{key}={os.path.abspath(value)}" if file else one
+
+
+def _own(deck, line: str) -> str:
+    """A line of millsim's without the line numbers of a text that we wrote."""
+    return (
+        re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", line) if isinstance(deck, Mapping) else line
+    )
 
 
 def _wanted(progress) -> bool:

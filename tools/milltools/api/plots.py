@@ -20,13 +20,15 @@ def spectrum(run, ax, options):
 
     with matplotlib.rc_context(LOOK):
         figure, ax = plt.subplots(layout="constrained")
-        live = plt.isinteractive()  # a notebook's backend says so with the first figure; the context takes it back
+        live = (
+            plt.isinteractive()
+        )  # a notebook's backend says so with the first figure; the context takes it back
         try:
             spectra.plot(ax, run, **options)
         except BaseException:
             plt.close(figure)  # or a notebook shows it, empty
             raise
-        ax.legend(fontsize="small")
+        figure.legend(fontsize="small", loc="outside lower left", ncols=2)
     matplotlib.interactive(live)
     return ax
 
