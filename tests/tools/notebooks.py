@@ -15,7 +15,7 @@ from nbclient import NotebookClient
 from PIL import Image
 
 KEPT = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
-COLOURS = 96
+COLOURS = 256
 TIMEOUT = 120  # [s] a cell
 
 
@@ -40,6 +40,8 @@ def strip(notebook):
     notebook.metadata = nbformat.from_dict(KEPT)
     for number, cell in enumerate(notebook.cells, 1):
         cell.metadata = nbformat.from_dict({})
+        if "outputs" in cell:  # the progress of a run that took long comes and goes
+            cell.outputs = [one for one in cell.outputs if "\r" not in one.get("text", "")]
         cell.id = f"cell-{number}"
         for output in cell.get("outputs", ()):
             output.metadata = nbformat.from_dict({})

@@ -22,7 +22,7 @@ from milltools.errors import UserError
 
 LONG = 2.0  # [s] a run that is over before shows no progress
 NAME = "deck.ini"  # of a deck that is no file
-NAME_MOST = 46  # letters in the name of a temporary output: what fits above a figure
+NAME_MOST = 32  # letters in the name of a temporary output: what fits above a figure
 PATIENCE = 120.0  # [s] that an interrupted run has to bring what it has to the disk
 WARNING = "warning: "
 
