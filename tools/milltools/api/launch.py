@@ -21,6 +21,7 @@ from milltools.api.result import Result
 from milltools.errors import UserError
 
 LONG = 2.0  # [s] a run that is over before shows no progress
+PAUSE = 0.5  # [s] between two looks at it
 NAME = "deck.ini"  # of a deck that is no file
 NAME_MOST = 32  # letters in the name of a temporary output: what fits above a figure
 PATIENCE = 120.0  # [s] that an interrupted run has to bring what it has to the disk
@@ -196,7 +197,7 @@ class _Said:
 
     def __init__(self, shown: bool):
         self.shown, self.lines, self.width = shown, [], 0
-        self.begin = time.monotonic()
+        self.due = time.monotonic() + LONG
         self.out = sys.stdout if _notebook() else sys.stderr
 
     def listen(self, stream):
@@ -215,7 +216,8 @@ class _Said:
     def _take(self, line):
         if line.startswith("millsim: "):
             self.lines.append(line.removeprefix("millsim: "))
-        elif line and self.shown and time.monotonic() - self.begin > LONG:
+        elif line and self.shown and time.monotonic() > self.due:
+            self.due = time.monotonic() + PAUSE
             print("\r" + line.ljust(self.width), end="", file=self.out, flush=True)
             self.width = len(line)
 
