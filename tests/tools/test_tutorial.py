@@ -71,7 +71,7 @@ def checkout(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def blocks():
-    code = pages.blocks(PAGE, "sh")
+    code = [block.text for block in pages.blocks(PAGE, "sh")]
     shortened("\n".join(code), BLOCKS)
     for long, short in BLOCKS.items():
         code = [block.replace(long, short) for block in code]
