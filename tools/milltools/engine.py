@@ -1,5 +1,6 @@
 """Where ./millsim is, and what it says of itself."""
 
+import functools
 import os
 import pathlib
 import shutil
@@ -20,9 +21,26 @@ def program() -> pathlib.Path:
     if os.access(ROOT / "millsim", os.X_OK):
         return ROOT / "millsim"
     found = shutil.which("millsim")
-    if not found:
-        raise UserError(f"millsim is not built: run 'make' in {ROOT}", status=1)
-    return pathlib.Path(found)
+    if found:
+        return pathlib.Path(found)
+    if (ROOT / "src/main.c").exists():
+        raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
+    raise UserError(
+        "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
+        "or set the environment variable MILLSIM to where it is",
+        status=1,
+    )
+
+
+@functools.cache
+def guard() -> tuple[str, ...]:
+    """The words in front of a command that end it with the process (thread) that started it: Linux only."""
+    setpriv = shutil.which("setpriv")
+    if not setpriv:
+        return ()
+    words = (setpriv, "--pdeathsig", "KILL")
+    known = subprocess.run([*words, "true"], capture_output=True).returncode == 0
+    return (*words, "--") if known else ()
 
 
 def version() -> str:

@@ -26,6 +26,10 @@ KIND_LABEL = {
 }
 
 
+MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+PRECISION = {MEDIAN: "precision/median_above_50mm_s", "rotor/power": "precision/rotor_power"}
+
+
 @dataclasses.dataclass(frozen=True)
 class Blade:
     """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z, the rotor's own angle
@@ -97,6 +101,10 @@ class Run:
     def close(self):
         self._file.close()
 
+    @property
+    def closed(self) -> bool:
+        return not self._file
+
     # ---- reading
 
     def has(self, path: str) -> bool:
@@ -104,9 +112,7 @@ class Run:
 
     def read(self, path: str, index=(), why: str = ""):
         """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
-        thing = self._file.get(path)
-        if not isinstance(thing, h5py.Dataset):
-            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
+        thing = self._dataset(path, why)
         try:
             return thing.asstr()[index] if thing.dtype.kind == "O" else thing[index]
         except (OSError, UnicodeDecodeError) as fault:
@@ -114,10 +120,10 @@ class Run:
 
     def length(self, path: str) -> int:
         """Rows of the dataset at a path, without reading it. Missing, or a scalar: UserError."""
-        thing = self._file.get(path)
-        if not isinstance(thing, h5py.Dataset) or not thing.shape:
-            raise UserError(f"{self.path}: has no rows /{path}")
-        return thing.shape[0]
+        shape = self.layout(path)[0]
+        if not shape:
+            raise UserError(f"{self.path}: /{path} has no rows: it is one value")
+        return shape[0]
 
     def attribute(self, path: str, name: str, default=None):
         thing = self._file.get(path)
@@ -137,6 +143,24 @@ class Run:
         if self.has(group):
             self._file[group].visititems(note)
         return found
+
+    def names(self, path: str) -> list[str]:
+        """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
+        thing = None if self.closed else self._file.get(path)
+        return sorted(thing) if isinstance(thing, h5py.Group) else []
+
+    def layout(self, path: str) -> tuple[tuple[int, ...], np.dtype]:
+        """(shape, type) of the dataset at a path, without reading it. Missing: UserError."""
+        thing = self._dataset(path)
+        return thing.shape, thing.dtype
+
+    def _dataset(self, path: str, why: str = ""):
+        if self.closed:
+            raise UserError(f"{self.path}: was closed: load it again")
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
+        return thing
 
     # ---- who, what, how far
 
@@ -314,6 +338,16 @@ class Run:
         return self.read(
             f"statistics/{path}", why="" if self.has_statistics else "no statistics yet"
         )
+
+    def standard_error(self, path: str) -> float:
+        """Of a scalar under /statistics, in its unit; NaN if the run does not tell."""
+        places = [f"{path}_error"]
+        if path in PRECISION:
+            places.insert(0, f"{PRECISION[path]}/standard_error")
+        for place in places:
+            if self.has(f"statistics/{place}"):
+                return float(self.statistic(place))
+        return float("nan")
 
     def histogram(self, row: str, group: str = "impacts", speed: str = "normal_speed") -> Histogram:
         """Impacts (or `strikes`) of a kind or "all" by normal or tangential speed."""

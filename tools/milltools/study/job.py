@@ -15,17 +15,15 @@ import subprocess
 import tempfile
 import threading
 
+from milltools import engine
 from milltools.errors import UserError
 from milltools.kinds import KINDS
 from milltools.runfile import Run
 
-MEDIAN, POWER = "impacts/all/normal_speed/median_above_50mm_s", "rotor/power"
-PRECISION = {MEDIAN: "precision/median_above_50mm_s", POWER: "precision/rotor_power"}
 PINCHED = (
     3e4  # contacts that a ball has had in an instant when a blade lets it go (docs/physics.md)
 )
 SPOILT = 0.02  # of all contacts
-ERRORS = "_error"  # "rotor/power" has its standard error in "rotor/power_error"
 
 
 class Lost(Exception):
@@ -94,15 +92,7 @@ def run(job, reader=None) -> dict:
 # ---- the process
 
 
-def _guard():
-    """The words in front of a command that end it with the process (thread) that started it: Linux only."""
-    setpriv = shutil.which("setpriv")
-    if not setpriv or subprocess.run([setpriv, "--pdeathsig", "KILL", "true"], capture_output=True).returncode:  # fmt: skip
-        return []
-    return [setpriv, "--pdeathsig", "KILL", "--"]
-
-
-GUARD = _guard()
+GUARD = engine.guard()
 _running: set[subprocess.Popen] = set()
 _lock = threading.Lock()
 _ended = False
@@ -172,22 +162,11 @@ def read(job, path) -> dict:
         with Run(path) as run:
             for name in (*job["objectives"], *job["record"]):
                 row[name] = float(run.read(f"statistics/{name}"))
-                row[f"{name}:error"] = standard_error(run, name)
+                row[f"{name}:error"] = run.standard_error(name)
             row.update(_facts(run))
     except (UserError, TypeError) as fault:
         return empty(job, "failed", str(fault).replace(f"{path}: ", ""))
     return row
-
-
-def standard_error(run, path) -> float:
-    """Of a scalar of /statistics, NaN if the run does not tell."""
-    for where in (
-        f"{PRECISION[path]}/standard_error" if path in PRECISION else None,
-        path + ERRORS,
-    ):
-        if where and run.has(f"statistics/{where}"):
-            return float(run.read(f"statistics/{where}"))
-    return math.nan
 
 
 def _facts(run) -> dict:
