@@ -1,7 +1,7 @@
 """`mill report`: a run, or several side by side, as one page that opens from disk.
 
 facts.py says what a run has to say in words, tables.py in rows, notes.py what to know first, pictures.py has the figures,
-player.py the balls; page.py puts it together, beside.py does so with several runs.
+player.py the balls, finer.py frames close enough for them; page.py puts it together, beside.py does so with several runs.
 """
 
 import os
@@ -9,6 +9,7 @@ import os
 from milltools.compare import check_writable, replicates
 from milltools.errors import UserError
 
+RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
     "Writes a run as one HTML page that needs no network: what was run, how hard and where the balls hit, where the energy "
     "goes, the deck, and the balls themselves, turning. With --compare several runs on one page, with differences and verdicts."
@@ -24,6 +25,11 @@ def add_arguments(parser):
     parser.add_argument(
         "--compare", action="store_true",
         help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: a1.h5,a2.h5",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rerun", choices=RERUN, default="auto",
+        help="whether the deck is run again, bit for bit the same, where stored frames are too far apart for the balls to "
+        "be seen moving; auto: if it takes no more than half a minute",
     )  # fmt: skip
 
 
@@ -58,13 +64,13 @@ def run(arguments) -> int:
         from milltools.report import beside
 
         with Watch(beside.steps(sides)) as watch:
-            text = beside.render(sides, watch)
+            text = beside.render(sides, watch, arguments.rerun)
     else:
         with Run(files[0]) as opened:
             from milltools.report import page
 
             with Watch(page.steps()) as watch:
-                text = page.render(opened, watch)
+                text = page.render(opened, watch, arguments.rerun)
     pages.write(output, text)
     print(f"{output}: {os.path.getsize(output) / 1e6:.1f} MB")
     return 0

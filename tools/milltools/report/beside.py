@@ -52,7 +52,7 @@ def steps(files) -> float:
     return 3 + 3 * len(files) + page.steps() - 4
 
 
-def render(files: list[list[str]], watch) -> str:
+def render(files: list[list[str]], watch, rerun: str = "auto") -> str:
     """The page of sides, each a list of replicates."""
     with watch.step("reading the runs", 3):
         sides = load.sides(files)
@@ -62,7 +62,8 @@ def render(files: list[list[str]], watch) -> str:
         players = []
         for side, run in zip(sides, runs):
             with watch.step("the balls", 3):
-                players.append((pages.plain(side.label), page.balls(run, MOST_BYTES // len(runs))))
+                room = MOST_BYTES // len(runs)
+                players.append((pages.plain(side.label), page.balls(run, watch, rerun, room)))
         figures = page.sections(runs, watch)
         cite = list(dict.fromkeys(line for run in runs for line in page.cite(run)))
     scripts, theme = player.scripts(), page.theme()

@@ -7,7 +7,7 @@ import pathlib
 
 from milltools import engine, pages
 from milltools.errors import UserError
-from milltools.report import facts, notes, pictures, player, policy, still, tables
+from milltools.report import facts, finer, notes, pictures, player, policy, still, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
 MOST_BYTES = 6_000_000  # of the player
@@ -56,12 +56,13 @@ def nothing(run) -> str:
     return ""
 
 
-def balls(run, most_bytes: int = MOST_BYTES) -> str:
-    """The player with its still picture, or why there is none."""
+def balls(run, watch, rerun: str, most_bytes: int = MOST_BYTES) -> str:
+    """The player with its still picture, or why there is none; `rerun`: one of report.RERUN."""
     if not len(run.frame_times()):
         why = "output.frames is 0 s" if run.time > 0 else "it has not come to its first checkpoint"
         return f'<p class="missing">No ball states are stored in this run: {why}.</p>'
-    return player.fragment(run, most_bytes, still.picture(run))
+    with finer.frames_of(run, most_bytes, rerun, watch.say, watch.tell) as shown:
+        return player.fragment(shown, most_bytes, still.picture(shown))
 
 
 def data_link(text: str) -> str:
@@ -110,12 +111,12 @@ def steps() -> float:
     return 4 + sum(len(pictures.names(anchor)) for anchor, _ in FIGURES)
 
 
-def render(run, watch) -> str:
+def render(run, watch, rerun: str = "auto") -> str:
     """The page of an open run as text."""
     name = pages.plain(facts.deck_name(run))
     made = f"{pages.plain(run.program)} {pages.plain(run.version)}"
     with watch.step("the balls", 4):
-        fragment = balls(run)
+        fragment = balls(run, watch, rerun)
     figures = sections(run, watch)
     sampled, shared = facts.sampled(run), player.scripts()
     precision = tables.precision(run) if sampled else []

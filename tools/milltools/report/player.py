@@ -19,6 +19,7 @@ import numpy as np
 from milltools.errors import UserError
 from milltools.profile import Profile
 from milltools.report import frames
+from milltools.report.finer import Finer
 
 COLOURS = "turbo"
 LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
@@ -136,6 +137,7 @@ def _head(run, packed):
         "drawn": len(packed.chosen),
         "times": times.tolist(),
         "labels": _labels(times),
+        "smooth": isinstance(run, Finer),
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         "angles": [float(run.rotor_angle(t)) for t in times],
         "first": int(later[0]) if len(later) else 0,
@@ -230,7 +232,7 @@ def _controls(head):
     return CONTROLS.format(
         last=len(head["times"]) - 1,
         first=head["first"],
-        speeds=_speeds(head["interval"]),
+        speeds=_speeds(head["interval"], 20 if head["smooth"] else 10),
         quantities="".join(
             f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]
         ),
@@ -246,13 +248,13 @@ def _controls(head):
     )
 
 
-def _speeds(interval):
-    """<option>s: simulated seconds a second, from one to thirty frames a second, some ten of them chosen."""
+def _speeds(interval, rate):
+    """<option>s: simulated seconds a second, from one to thirty frames a second, some `rate` of them chosen."""
     if interval <= 0:
         return '<option value="1">1</option>'
     factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]
     useful = [f for f in factors if 1 <= f / interval * (1 + 1e-9) <= 31] or [interval]
-    chosen = min(useful, key=lambda f: abs(np.log(f / interval / 10)))
+    chosen = min(useful, key=lambda f: abs(np.log(f / interval / rate)))
     return "".join(
         f'<option value="{f:.10g}"{" selected" if f == chosen else ""}>{_factor(f)}</option>'
         for f in useful
@@ -314,6 +316,8 @@ def _between(run, interval):
         facts.append(f"the rotor turns by {angle}")
     if facts:
         text += f"; from one to the next {' and '.join(facts)}"
+    if isinstance(run, Finer):
+        return f"{text}. They come of running the deck again, to the same bits: stored are fewer."
     return text + ". What lies between is not drawn, since it is not stored."
 
 

@@ -29,12 +29,17 @@ class Watch:
 
     @contextlib.contextmanager
     def step(self, what: str, share: float = 1.0):
-        self._tell(what)
+        self.tell(what)
         yield
         self.done = min(self.total, self.done + share)
-        self._tell(what)
+        self.tell(what)
 
-    def _tell(self, what):
+    def say(self, line: str):
+        """A line that stays."""
+        self.console.print(f"mill report: {line}", markup=False, highlight=False, soft_wrap=True)
+
+    def tell(self, what: str):
+        """What is being done now, or how far that is."""
         now = time.monotonic()
         if now - self.begin < PATIENCE:
             return
