@@ -17,6 +17,7 @@ import numpy as np
 
 GOLDEN = math.pi * (3 - math.sqrt(5))  # angle between places of a sunflower's seeds
 GRID = 4
+COARSE = 2.0  # depths of the lamp's picture are this many of its pixels off, on what is seen aslant
 LEAST_REACH = 3.0  # pixels of a small picture that the air about a place must reach; else the grid is made coarser
 
 
@@ -167,7 +168,7 @@ class Shade:
         at *= side
         at += np.clip(column, 0, side - 1, out=column).astype(np.int32)
         far -= lamp.ravel().take(at)
-        far -= np.float32(look.bias * self.radius)
+        far -= np.float32(look.bias * self.radius + COARSE * self.lamp.scale)
         far *= np.float32(-look.shadow / (look.soft * self.radius))
         far += 1
         return np.clip(far, 1 - look.shadow, 1, out=far)
