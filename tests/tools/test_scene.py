@@ -217,6 +217,17 @@ def test_the_same_state_gives_the_same_picture(runs):
     assert (one == two).all()
 
 
+@pytest.mark.parametrize("view", ["front", "end"])
+def test_a_picture_put_together_from_tiles_has_no_seams(runs, monkeypatch, view):
+    run = runs("mill")
+    whole, _ = picture(run, stored(run), view, background="studio")
+    monkeypatch.setattr(scene, "TILE", 8000)
+    assert scene.tiles(SIZE, 1)[1] > 1
+    tiled, _ = picture(run, stored(run), view, background="studio")
+    far = np.abs(whole.astype(int) - tiled).max(axis=2)
+    assert (far > 8).mean() < 0.005  # the lamp's picture is coarser
+
+
 @pytest.mark.parametrize(
     ("options", "named"),
     [({"quality": "best"}, "quality"), ({"background": "pink"}, "background")],

@@ -18,22 +18,65 @@ from milltools.render.shade import View
 SHARP = 35.0  # degrees between faces, from which on their edge is one
 
 
-def renderer(background, transparent):
-    """A renderer with its lamps; `background`: colours below and above."""
-    made = vtkRenderer()
-    made.SetBackground(*background[0])
-    made.SetBackground2(*background[1])
-    made.SetGradientBackground(background[0] != background[1])
-    if transparent:
-        made.SetBackgroundAlpha(0.0)
-    made.AutomaticLightCreationOff()
+def _lamps(renderer):
+    renderer.AutomaticLightCreationOff()
     for place, strength in (((0, 0, 1), MAIN), *FILL):
         lamp = vtkLight()
         lamp.SetLightTypeToCameraLight()
         lamp.SetPosition(*place)
         lamp.SetIntensity(strength)
-        made.AddLight(lamp)
-    return made
+        renderer.AddLight(lamp)
+
+
+class Eye:
+    """What the camera sees, in `count` x `count` tiles of the window's size: what VTK holds for a pixel is many times what the
+    finished picture does. `background`: colours below and above."""
+
+    def __init__(self, window, tile, count, background, transparent):
+        self._window, self._tile, self._count = window, tile, count
+        self._background, self._transparent = np.array(background), transparent
+        self.renderer = vtkRenderer()
+        self.renderer.SetGradientBackground(background[0] != background[1])
+        if transparent:
+            self.renderer.SetBackgroundAlpha(0.0)
+        _lamps(self.renderer)
+        window.AddRenderer(self.renderer)
+
+    def look(self, camera, mill):
+        """Sets the view for a camera.Camera; returns its shade.View."""
+        self._camera = camera
+        clipping = aim(self.renderer, camera, mill)
+        self.renderer.GetLights().GetItemAsObject(0).SetPosition(*light(camera))
+        return View(camera, tuple(self._count * side for side in self._tile), clipping)
+
+    def tiles(self):
+        """Draws tile by tile: (rows, columns) as slices, colours (h, w, 3 or 4) uint8 and depth buffer (h, w) of each."""
+        width, height = self._tile
+        for row in range(self._count):
+            for column in range(self._count):
+                self._turn_to(row, column)
+                self._window.Render()
+                place = (
+                    slice(row * height, (row + 1) * height),
+                    slice(column * width, (column + 1) * width),
+                )
+                colours = pixels(self._window, self._tile, self._transparent)
+                yield place, colours, depths(self._window, self._tile)
+
+    def _turn_to(self, row, column):
+        view, count, camera = self.renderer.GetActiveCamera(), self._count, self._camera
+        view.SetWindowCenter(2 * column + 1 - count, count - 1 - 2 * row)  # in half tiles
+        if camera.angle == 0:
+            view.SetParallelScale(camera.height / 2 / count)
+        else:
+            half = math.tan(math.radians(camera.angle) / 2) / count
+            view.SetViewAngle(2 * math.degrees(math.atan(half)))
+        below, above = self._background
+        shares = (count - row - 1) / count, (count - row) / count
+        for share, setter in zip(
+            shares, (self.renderer.SetBackground, self.renderer.SetBackground2), strict=True
+        ):
+            setter(*(below + share * (above - below)))
 
 
 def aim(renderer, camera, mill):
@@ -49,8 +92,6 @@ def aim(renderer, camera, mill):
         view.SetViewAngle(camera.angle)
     reach = math.hypot(mill.stub, mill.rim_radius) * 1.02
     middle = -camera.eye @ camera.axes[2]
-    if renderer.GetLights().GetNumberOfItems():
-        renderer.GetLights().GetItemAsObject(0).SetPosition(*light(camera))
     clipping = max(middle - reach, reach / 500), middle + reach
     view.SetClippingRange(*clipping)
     return clipping

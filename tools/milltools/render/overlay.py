@@ -90,11 +90,12 @@ class Overlay:
         length, thick = round(56 * u), round(2.4 * u)
         small, title = font(round(2.5 * u)), font(round(2.6 * u))
         head, arrow = round(5.2 * u), round(2.6 * u)
-        width = round(max(thick + 8 * u, title.getlength(self.colour.title) + 2))
+        beside = max(small.getlength(label) for label, _ in self._ticks()) + 1.6 * u
+        width = round(max(thick + beside, title.getlength(self.colour.title) + 2))
         image = Image.new("RGBA", (width, head + arrow + length + round(2 * u)), (*self.ink, 0))
         draw = ImageDraw.Draw(image)
         draw.text((width, 0), self.colour.title, fill=self.ink, font=title, anchor="ra")
-        left, top = width - thick - round(6.5 * u), head + arrow
+        left, top = width - thick - round(beside), head + arrow
         strip = self._strip(length)[::-1]
         block = np.repeat(strip[:, None, :], thick, axis=1)
         image.paste(Image.fromarray(block), (left, top))

@@ -11,7 +11,7 @@ from milltools.errors import UserError
 from milltools.render import window as windows
 from milltools.render.overlay import DARK, LIGHT, Overlay
 from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
-from milltools.render.shade import Look, Shade, View
+from milltools.render.shade import Look, Shade
 from milltools.render.shapes import Mill
 
 SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}
@@ -23,6 +23,7 @@ BACKGROUNDS = {  # colours below and above, and the ink of what is written there
     "dark": ((0.13, 0.15, 0.18), (0.05, 0.06, 0.08), LIGHT),
     "transparent": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DARK),
 }
+TILE = 2_100_000  # pixels that VTK draws at a time; each costs it some 60 bytes
 EDGE = 0.4  # neighbours this much deeper are behind an edge; in radii of a ball
 # larger by `over` and averaged down for clean edges
 QUALITIES = {
@@ -44,6 +45,15 @@ def size_of(text: str) -> tuple[int, int]:
     if not all(LEAST <= s <= MOST and s % 2 == 0 for s in size):
         raise UserError(f"size: expected even numbers from {LEAST} to {MOST}, got {text!r}")
     return size
+
+
+def tiles(size, over):
+    """((width, height), count): tiles, count x count of them, that a picture drawn `over` times larger is put together from."""
+    width, height = (over * side for side in size)
+    count = over
+    while width * height > count**2 * TILE and width % (4 * count) == height % (4 * count) == 0:
+        count *= 2
+    return (width // count, height // count), count
 
 
 class Scene:
@@ -69,21 +79,20 @@ class Scene:
                 self.size, colour, caption(run), run.quantity("run/time", 1.0), ink
             )
         self.mill = Mill.of(run)
-        self._pixels = tuple(self._how["over"] * s for s in self.size)
-        self._window = windows.open_window(self._pixels)
+        tile, count = tiles(self.size, self._how["over"])
+        self._window = windows.open_window(tile)
         from milltools.render import actors  # imports vtk, which asks for the kind of window
 
-        self._actors = actors
-        self._renderer = actors.renderer(BACKGROUNDS[background][:2], self._transparent)
-        self._window.AddRenderer(self._renderer)
+        ground = BACKGROUNDS[background][:2]
+        self._eye = actors.Eye(self._window, tile, count, ground, self._transparent)
         diameter = run.balls("diameter")
         self._balls = actors.Balls(diameter / 2)
         self._rotor = actors.rotor(self.mill, METAL)
         self._glass = actors.Glass(self.mill, GLASS)
         rims = actors.rims(self.mill, RIM)
         for actor in (self._balls.actor, *self._rotor, *rims, *self._glass.actors):
-            self._renderer.AddActor(actor)
-        self._shadow = actors.Shadow(self._window, self._pixels, self.mill)
+            self._eye.renderer.AddActor(actor)
+        self._shadow = actors.Shadow(self._window, tile, self.mill)
         for actor in (self._balls.actor, *self._rotor, *rims):
             self._shadow.renderer.AddActor(actor)
         self._radius = float(np.median(diameter)) / 2
@@ -99,10 +108,9 @@ class Scene:
         """Another camera from the next frame on (an orbit has one for every frame)."""
         frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
         self.camera = camera.placed(self.size, frame)
-        clipping = self._actors.aim(self._renderer, self.camera, self.mill)
         self._glass.look(self.camera)
-        eye = View(self.camera, self._pixels, clipping)
-        self._shade = Shade(eye, self._shadow.look(self.camera), self._radius, self._how["look"])
+        eye, lamp = self._eye.look(self.camera, self.mill), self._shadow.look(self.camera)
+        self._shade = Shade(eye, lamp, self._radius, self._how["look"])
 
     def draw(self, state) -> np.ndarray:
         """The picture of a trajectory.State: (h, w, 3) uint8, top row first; (h, w, 4) on a transparent background."""
@@ -110,14 +118,11 @@ class Scene:
         for actor in self._rotor:
             actor.SetOrientation(math.degrees(self.run.rotor_angle(state.time)), 0, 0)
         lamp = self._shadow.render()
-        self._window.Render()
-        picture = self._actors.pixels(self._window, self._pixels, self._transparent)
-        depth = self._actors.depths(self._window, self._pixels)
+        picture, depth = self._see()
         light, grid = self._shade.light(depth, lamp), self._shade.grid
         if self._how["over"] == 2:
-            picture, light, grid = halved(picture), halved_light(light), max(1, grid // 2)
+            light, grid = halved_light(light), max(1, grid // 2)
         else:
-            picture = np.array(picture)
             soften(picture, self._shade.eye.depth(depth), EDGE * self._radius)
         picture = darken(picture, smooth(light, grid))
         if self._transparent:
@@ -125,6 +130,17 @@ class Scene:
         if self._over:
             self._over.paste(picture, state.time)
         return picture
+
+    def _see(self):
+        """The picture without shade, and the depth buffer behind it (of the larger picture where there is one)."""
+        over, (width, height) = self._how["over"], self.size
+        picture = np.empty((height, width, 4 if self._transparent else 3), np.uint8)
+        depth = np.empty((over * height, over * width), np.float32)
+        for place, colours, buffer in self._eye.tiles():
+            depth[place] = buffer
+            here = tuple(slice(part.start // over, part.stop // over) for part in place)
+            picture[here] = halved(colours) if over == 2 else colours
+        return picture, depth
 
     def close(self):
         """Lets go of the window. The scene cannot draw any more."""

@@ -58,10 +58,10 @@ class View:
         return length / (self.scale or self.slope * self.middle)
 
     def into(self, other):
-        """Places in the View `other`, in pixels and metres of depth, from depths z here: u = z * M + B for each of column, row and
-        depth there. [(M, B), ...], M and B (h, w) or numbers. `other` is without perspective."""
+        """Places in the View `other`, in pixels and metres of depth, from depths z here: (R + C) * z + B + O for each of column, row
+        and depth there, where R (h, 1) and C (1, w) are of rows and columns here; see places(). `other` is without perspective."""
         width, height = self.size
-        column = np.arange(width, dtype=np.float32) - (width - 1) / 2
+        column = np.arange(width, dtype=np.float32)[None, :] - (width - 1) / 2
         row = (height - 1) / 2 - np.arange(height, dtype=np.float32)[:, None]
         right, up, forward = self.camera.axes
         there, found = other.camera.axes, []
@@ -70,20 +70,28 @@ class View:
             (-there[1], 1 / other.scale, other.size[1] / 2),
             (there[2], 1.0, 0.0),
         ):
-            across = (
-                np.float32(scale * (right @ axis)) * column + np.float32(scale * (up @ axis)) * row
-            )
+            pixel = scale * (self.slope or self.scale)
             along = scale * (forward @ axis)
             start = offset + scale * ((self.camera.eye - other.camera.eye) @ axis)
-            if self.slope:
-                found.append(
-                    (across * np.float32(self.slope) + np.float32(along), np.float32(start))
-                )
-            else:
-                found.append(
-                    (np.float32(along), across * np.float32(self.scale) + np.float32(start))
-                )
+            rows, columns = (
+                row * np.float32(pixel * (up @ axis)),
+                column * np.float32(pixel * (right @ axis)),
+            )
+            found.append((rows, columns, np.float32(along), np.float32(start)))
         return found
+
+    def places(self, into, depth, phase, grid):
+        """Columns, rows and depths in the other view of into(), of every grid-th place from row and column `phase` on, which are
+        `depth` [m] deep here."""
+        for rows, columns, along, start in into:
+            found = rows[phase[0] :: grid] + columns[:, phase[1] :: grid]
+            if self.slope:
+                found += along
+                found *= depth
+            else:
+                found += along * depth
+            found += start
+            yield found
 
 
 class Shade:
@@ -96,7 +104,7 @@ class Shade:
         while self.grid > 1 and eye.pixels(self.reach) < LEAST_REACH * self.grid:
             self.grid //= 2
         self.phases = [(p, q) for p in range(self.grid) for q in range(self.grid)]
-        self._maps = eye.into(lamp)
+        self._into = eye.into(lamp)
 
     def light(self, eye_buffer, lamp_buffer):
         """The light that is left, 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x `grid` pixels."""
@@ -107,7 +115,7 @@ class Shade:
             buffer = np.ascontiguousarray(eye_buffer[part])
             depth = self.eye.depth(buffer)
             left = self._open(depth, index)
-            left *= self._lit(depth, part, lamp, index)
+            left *= self._lit(depth, lamp, index)
             left[buffer >= 1] = 1
             whole[part] = left
         return whole
@@ -146,16 +154,14 @@ class Shade:
         total += 1
         return np.clip(total, 0.1, 1, out=total)
 
-    def _lit(self, depth, part, lamp, index):
-        """The lamp's light, at every place of the small picture `part`."""
+    def _lit(self, depth, lamp, index):
+        """The lamp's light."""
         look = self.look
         spread = look.blur * self.radius / self.lamp.scale
         away = spread * math.sqrt((index + 0.5) / len(self.phases))
-        shifts = away * math.cos(index * GOLDEN), away * math.sin(index * GOLDEN), 0.0
-        column, row, far = (
-            depth * _part(m, part) + (_part(b, part) + np.float32(shift))
-            for (m, b), shift in zip(self._maps, shifts, strict=True)
-        )
+        column, row, far = self.eye.places(self._into, depth, self.phases[index], self.grid)
+        column += np.float32(away * math.cos(index * GOLDEN))
+        row += np.float32(away * math.sin(index * GOLDEN))
         side = lamp.shape[0]
         at = np.clip(row, 0, side - 1, out=row).astype(np.int32)
         at *= side
@@ -165,7 +171,3 @@ class Shade:
         far *= np.float32(-look.shadow / (look.soft * self.radius))
         far += 1
         return np.clip(far, 1 - look.shadow, 1, out=far)
-
-
-def _part(array, part):
-    return array[part] if np.ndim(array) else array
