@@ -33,7 +33,7 @@ def add_arguments(parser):
     add = parser.add_argument_group("how it looks").add_argument
     add("--size", default=None, help="720p, 1080p (default), 1440p, 4k or WIDTHxHEIGHT")
     add("--quality", choices=("draft", "final"),
-        help="final has smoother edges and shades (default of a picture), draft is three times faster (default of a film)")  # fmt: skip
+        help="final has smoother edges and shades (default of a picture), draft is twice as fast (default of a film)")  # fmt: skip
     add("--camera", choices=CAMERAS, help="default: front, as in Figure 4 of Reichardt and Wiechert")  # fmt: skip
     add("--eye", metavar="X,Y,Z", help="a camera of your own: its place [m]")
     add("--target", metavar="X,Y,Z", help="what it looks at [m] (default: 0,0,0)")

@@ -11,7 +11,7 @@ from milltools.render import beside, encode, motion, prepare, team, times
 from milltools.render.progress import Watch, say
 from milltools.runfile import Run
 
-PROCESS, PIXEL = 2.5e8, 90.0  # bytes that a process takes, and more for each pixel it draws
+PROCESS, PIXEL = 3.2e8, 12.0  # bytes that a process takes, and more for each pixel it draws
 
 
 def make(arguments, path):
