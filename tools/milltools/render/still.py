@@ -1,11 +1,12 @@
 """One picture of a run, or the scene of one for POV-Ray."""
 
 import io
+import pathlib
 
 from PIL import Image
 
 from milltools import rerun
-from milltools.export import write
+from milltools.export import whole
 from milltools.render import motion, prepare, times
 from milltools.render.look import Traced
 from milltools.render.progress import say
@@ -34,4 +35,5 @@ def make(arguments, path):
             picture = drawing.draw(state)
     content = io.BytesIO()
     Image.fromarray(picture).save(content, "PNG")
-    write(path, content.getvalue())
+    with whole.file(path) as draft:
+        pathlib.Path(draft).write_bytes(content.getvalue())
