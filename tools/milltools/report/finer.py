@@ -92,7 +92,9 @@ def frames_of(run, most_bytes, wanted, say, watch):
             except UserError as fault:
                 reason = str(fault)
         if reason:
-            say(f"{run.path}: the player shows the stored frames, {stored * 1e3:.4g} ms apart; {reason}")
+            say(
+                f"{run.path}: the player shows the stored frames, {stored * 1e3:.4g} ms apart; {reason}"
+            )
             yield run
         else:
             yield Finer(run, other, until - step * (_count(run, most_bytes) - 1))
