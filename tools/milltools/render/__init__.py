@@ -9,10 +9,11 @@ import pathlib
 
 from milltools.errors import UserError
 
-SUMMARY = """Pictures (FILE.png) and films (FILE.mp4, FILE.webm) of a run in 3D; no display is needed. Without --slow a film shows every stored
+SUMMARY = """Pictures (FILE.png) and films (FILE.mp4, FILE.webm; FILE.webp and FILE.gif for
+pages, where they repeat) of a run in 3D; no display is needed. Without --slow a film shows every stored
 frame; with it, times between them, exactly: the deck is run again up to there. An old file is replaced."""
 
-STILLS, FILMS = (".png", ".pov"), (".mp4", ".webm")
+STILLS, FILMS = (".png", ".pov"), (".mp4", ".webm", ".webp", ".gif")
 FILM_ONLY = ("fps", "slow", "begin", "end", "beside")
 BESIDE_ONLY = ("offset", "crop", "camera_fps")
 CAMERAS = ("front", "three-quarter", "end", "orbit")
@@ -21,7 +22,7 @@ EYE_ONLY = ("target", "up", "angle")
 
 def add_arguments(parser):
     parser.add_argument("run", metavar="RUN", help="output file of a run")
-    parser.add_argument("file", metavar="FILE", help="what to write: FILE.png, FILE.mp4, FILE.webm; with --pov FILE.pov too")  # fmt: skip
+    parser.add_argument("file", metavar="FILE", help="what to write: FILE.png, .mp4, .webm, .webp, .gif; with --pov FILE.pov too")  # fmt: skip
     add = parser.add_argument_group("when").add_argument
     add("--time", metavar="T", help="of a picture, such as '123 ms' (default: the last stored frame)")  # fmt: skip
     add("--from", dest="begin", metavar="T", help="of a film, its first time (default: 0 s)")

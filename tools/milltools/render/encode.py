@@ -14,18 +14,23 @@ import tempfile
 from milltools.errors import UserError
 from milltools.study.job import GUARD
 
-# a fixed number of threads: x264's and libvpx's output depends on it, and films of one run are to be the same anywhere
-FORMATS = {
-    ".mp4": ["-c:v", "libx264", "-preset", "medium", "-crf", "20", "-threads", "4", "-pix_fmt", "yuv420p",
-             "-movflags", "+faststart", "-f", "mp4"],
-    ".webm": ["-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-row-mt", "1", "-cpu-used", "4", "-threads", "4",
-              "-pix_fmt", "yuv420p", "-f", "webm"],
-}  # fmt: skip
 # screens' red, green and blue as the video standard of HD has them, said so in the file
 COLOURS = [
-    "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int",
+    "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int", "-pix_fmt", "yuv420p",
     "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv",
 ]  # fmt: skip
+PALETTE = "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"  # fmt: skip
+# a fixed number of threads: x264's and libvpx's output depends on it, and films of one run are to be the same anywhere
+FORMATS = {
+    ".mp4": ["-c:v", "libx264", "-preset", "medium", "-crf", "20", "-threads", "4", *COLOURS,
+             "-movflags", "+faststart", "-f", "mp4"],
+    ".webm": ["-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "33", "-row-mt", "1", "-cpu-used", "4", "-threads", "4",
+              *COLOURS, "-f", "webm"],
+    # pictures that move in a page without a player, over and over
+    ".webp": ["-c:v", "libwebp_anim", "-pix_fmt", "yuv420p", "-quality", "60", "-compression_level", "5", "-loop", "0",
+              "-f", "webp"],
+    ".gif": ["-filter_complex", PALETTE, "-loop", "0", "-f", "gif"],
+}  # fmt: skip
 NO_ROOM = "No space left on device"
 
 
@@ -46,7 +51,7 @@ class Encoder:
     """A film being written; a context manager. Leaving it without an exception completes the film."""
 
     def __init__(self, path, size, fps):
-        """path: FILE.mp4 or FILE.webm; size (width, height) [pixels], both even; fps [1/s]."""
+        """path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
         self.path = pathlib.Path(path)
         self.size, self.fps = size, fps
         self.draft = self.path.with_name(f"{self.path.name}.part")
@@ -58,7 +63,7 @@ class Encoder:
         command = [
             *GUARD, program(), "-v", "error", "-nostdin", "-xerror", "-y",
             "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate(self.fps), "-i", "pipe:0",
-            "-an", *COLOURS, "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1",
+            "-an", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1",
             *FORMATS[self.path.suffix.lower()], f"file:{self.draft}",
         ]  # fmt: skip
         self._process = subprocess.Popen(
