@@ -28,7 +28,7 @@ class Command:
 
 # in the order in which they are met
 COMMANDS = (
-    Command("plot", "runs as pictures: an overview, or figures of spectra, energy, maps, power, and their numbers",
+    Command("plot", "runs as pictures: an overview, or figures: energy, spectra, maps, power; their numbers",
             "./mill plot reference.h5 reference.png"),
     Command("dem", "the same deck as soft spheres, in LIGGGHTS, into a file of the same schema",
             "./mill dem input/simoloyer.ini -o soft.h5"),
