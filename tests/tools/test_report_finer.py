@@ -1,0 +1,124 @@
+"""Frames of the report's player that are close enough to see the mill turn: the very run, run again, or the stored ones."""
+
+import math
+import shutil
+
+import h5py
+import numpy as np
+import players
+import pytest
+from conftest import SMALL
+
+from milltools.report import finer, player
+from milltools.runfile import Run
+
+ROOM = 6_000_000
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """20 balls for 0.2 s, with a frame every 20 ms, in which the rotor turns by 72 degrees."""
+    return players.simulate(
+        tmp_path_factory.mktemp("coarse"), SMALL, "output.frames=20 ms", "run.time=0.2 s"
+    )
+
+
+@pytest.fixture
+def copy(file, tmp_path):
+    return shutil.copy(file, tmp_path / "copy.h5")
+
+
+def shown(path, wanted="auto", room=ROOM):
+    """(times, positions, HTML of the player, lines said)."""
+    said = []
+    with Run(path) as run, finer.frames_of(run, room, wanted, said.append, None) as source:
+        times = source.frame_times()
+        places = np.array([source.frame(k, "position") for k in range(len(times))])
+        return times, places, player.fragment(source, room), said
+
+
+def stored(path):
+    with Run(path) as run:
+        return run.frame_times()
+
+
+def edit(path, name, value):
+    with h5py.File(path, "r+") as f:
+        f[name][...] = value
+
+
+def test_the_frames_are_those_of_the_same_run_stored_more_often(file, tmp_path):
+    times, places, _, said = shown(file)
+    step = times[1] - times[0]
+    fine = players.simulate(tmp_path, SMALL, f"output.frames={float(step)!r} s", "run.time=0.2 s")
+    with Run(fine) as run:
+        at = np.searchsorted(run.frame_times(), times - step / 2)
+        assert np.abs(run.frame_times()[at] - times).max() < 1e-9
+        twin = np.array([run.frame(k, "position") for k in at])
+    assert np.abs(places - twin).max() < 1e-8
+    assert said == []
+
+
+def test_from_frame_to_frame_the_rotor_turns_by_few_degrees_and_a_ball_hardly_moves(file):
+    times, places, html, _ = shown(file)
+    angles = np.array(players.head(html)["angles"])
+    assert 0 < np.diff(angles).max() <= math.radians(8.01)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=2)
+    assert np.sqrt((steps**2).mean()) < 5e-3  # a ball's diameter
+    assert len(times) > 30
+
+
+def test_the_last_stretch_of_the_run_is_shown(file):
+    times, *_ = shown(file)
+    assert times[-1] == pytest.approx(stored(file)[-1], abs=1e-9)
+
+
+def test_little_room_makes_the_stretch_shorter_and_not_the_steps_longer(tmp_path):
+    many = "balls.count=200", "balls.diameter=3 mm"
+    path = players.simulate(tmp_path, SMALL, "output.frames=20 ms", "run.time=0.2 s", *many)
+    all_, few = shown(path)[0], shown(path, room=150_000)
+    times = players.head(few[2])["times"]
+    assert 30 < len(times) < len(all_)
+    assert np.diff(times).max() == pytest.approx(np.diff(all_).max())
+    assert times[-1] == pytest.approx(all_[-1])
+
+
+def test_the_page_says_that_the_deck_was_run_again(file):
+    assert "running the deck again" in shown(file)[2]
+    assert "running the deck again" not in shown(file, "never")[2]
+
+
+def test_never_shows_what_is_stored(file):
+    times, _, _, said = shown(file, "never")
+    assert times.tolist() == stored(file).tolist()
+    assert said == []
+
+
+def test_frames_that_are_close_enough_are_shown_as_they_are(tmp_path):
+    path = players.simulate(tmp_path, SMALL, "output.frames=1 ms", "run.time=50 ms")
+    assert shown(path)[0].tolist() == stored(path).tolist()
+
+
+def test_a_dear_run_is_run_again_only_if_that_is_asked_for(copy):
+    edit(copy, "run/cpu_time", 1e6)
+    times, _, _, said = shown(copy)
+    assert times.tolist() == stored(copy).tolist()
+    (line,) = said
+    assert "20 ms apart" in line and "--rerun always" in line
+    assert len(shown(copy, "always")[0]) > len(times)
+
+
+def test_a_run_that_comes_out_otherwise_is_shown_as_stored(copy):
+    with h5py.File(copy, "r+") as f:
+        f["particles/trajectory/position/value"][3, 5] += 1e-4
+    times, _, _, said = shown(copy)
+    assert times.tolist() == stored(copy).tolist()
+    assert "the balls are elsewhere" in said[0]
+
+
+def test_a_run_of_another_program_is_shown_as_stored(copy):
+    with h5py.File(copy, "r+") as f:
+        f["run/program"] = "LIGGGHTS"
+    times, _, _, said = shown(copy)
+    assert times.tolist() == stored(copy).tolist()
+    assert "LIGGGHTS" in said[0]
