@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from films import ENVIRONMENT, MILL, SMALLEST, STEP, frames, off, picture, probe
+from PIL import Image
 
 from milltools.render import motion, times
 from milltools.runfile import Run
@@ -104,6 +105,21 @@ def test_webm_is_vp9_and_an_orbit_goes_around(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "film.webm", *words)
     assert done.returncode == 0 and "5 pictures at 10 a second, 20 times slower" in done.stderr
     assert probe(tmp_path / "film.webm") == ("vp9", "yuv420p", 160, 120, 5, 0.5)
+
+
+@pytest.mark.parametrize("suffix", ["webp", "gif"])
+def test_a_moving_picture_for_pages_has_every_frame_and_repeats_for_ever(
+    mill, runs, tmp_path, suffix
+):
+    words = ("--fps", "10", "--to", "20 ms", *SMALLEST)
+    assert mill("render", runs / "run.h5", f"clip.{suffix}", *words).returncode == 0
+    with Image.open(tmp_path / f"clip.{suffix}") as clip:
+        assert (clip.size, clip.n_frames, clip.info["loop"]) == ((160, 120), 5, 0)
+        clip.load()
+        assert clip.info["duration"] == 100  # ms
+        first = np.array(clip.convert("RGB")).astype(float)
+        clip.seek(4)
+        assert off(first, np.array(clip.convert("RGB")).astype(float)) > 1
 
 
 # ---- states
