@@ -59,6 +59,7 @@ help:
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make validate-dem  millsim against LIGGGHTS, some 40 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
+	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
@@ -192,6 +193,21 @@ PARTS := $(patsubst %,$(BUILD)/tests/bench/bench_%,poly calendar observers)
 bench-parts: $(PARTS)
 	@set -e; for b in $^; do $$b; done
 
+# what the README and docs/figures.md show, by the program itself: some two minutes
+PICTURES := build/pictures
+pictures:
+	@tools/setup build render pov
+	@$(MAKE) $(PARALLEL) millsim mill
+	@mkdir -p $(PICTURES)
+	./millsim -q -f -o $(PICTURES)/reference.h5 input/simoloyer.ini >/dev/null
+	./millsim -q -f -o $(PICTURES)/wavy.h5 -s 'run.precision=0' -s 'run.time=0.3 s' input/wavy.ini >/dev/null
+	./mill render $(PICTURES)/reference.h5 docs/img/mill.webp --slow 50 --from '200 ms' --to '259.2 ms' --size 640x360 --quality final
+	./mill render $(PICTURES)/reference.h5 docs/img/mill.png --size 960x540
+	./mill render $(PICTURES)/wavy.h5 docs/img/wavy.png --size 960x540
+	./mill render $(PICTURES)/reference.h5 docs/img/pov.png --pov --size 960x540
+	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
+	for f in flow speeds axial-rate; do ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
+
 install: millsim
 	install -D -m 755 millsim $(DESTDIR)$(PREFIX)/bin/millsim
 
@@ -201,5 +217,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study lint format bench bench-parts \
+.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study lint format pictures bench bench-parts \
         install clean always
