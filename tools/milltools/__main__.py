@@ -28,7 +28,7 @@ class Command:
 
 # in the order in which they are met
 COMMANDS = (
-    Command("plot", "runs as pictures: an overview, or figures of spectra, energy, maps, power, and their numbers",
+    Command("plot", "runs as pictures: an overview, or spectra, energy, maps, power; and their numbers",
             "./mill plot reference.h5 reference.png"),
     Command("report", "one run as a page: the balls turning, where the energy goes, spectra, maps, numbers",
             "./mill report reference.h5"),
