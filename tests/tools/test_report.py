@@ -1,6 +1,6 @@
 """mill report: one page that holds the run's numbers and needs nothing but itself, whatever the run holds."""
 
-import html.parser
+import html
 import os
 import re
 import shutil
@@ -11,107 +11,14 @@ import time
 
 import h5py
 import pytest
-from conftest import PROGRAM, ROOT, SMALL
+from conftest import ROOT, SMALL
+from report_page import Reader, report
 
-pytest_plugins = ["browser"]
+pytest_plugins = ["browser", "reported"]
 
 SECTIONS = ["verdict", "balls", "summary", "energy", "spectra", "maps", "time", "anomalies", "notes", "how", "deck", "cite"]  # fmt: skip
 EVIL = "<script>alert(1)</script>"
 IMAGE = '"><img src=x onerror=alert(2)>'
-
-
-class Reader(html.parser.HTMLParser):
-    """What a page holds: `tags` with their attributes, `text` without that of scripts and styles, `data` of <data>."""
-
-    VOID = {"meta", "img", "input", "br", "link"}
-
-    def __init__(self, page):
-        super().__init__()
-        self.tags, self.data, self.rows, self.open, self.pieces = [], [], {}, [], []
-        self.feed(page)
-        self.text = " ".join(" ".join(self.pieces).split())
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.append((tag, dict(attributes)))
-        if tag not in self.VOID:
-            self.open.append(tag)
-        if tag == "tr":
-            self.head = None
-        if tag == "data":
-            self.data.append(float(dict(attributes)["value"]))
-            if self.head:
-                self.rows.setdefault(self.head, []).append(self.data[-1])
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag, f"</{tag}> at {self.getpos()}"
-
-    def handle_data(self, text):
-        if not {"script", "style"} & set(self.open):
-            self.pieces.append(text)
-            if self.open[-1:] == ["th"] and "tr" in self.open:
-                self.head = text
-
-    def ids(self, tag):
-        return [a["id"] for t, a in self.tags if t == tag and "id" in a]
-
-
-def report(folder, *words, timeout=300):
-    """The mill command in a folder."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
-    return subprocess.run(
-        [sys.executable, "-m", "milltools", "report", *map(str, words)],
-        cwd=folder, capture_output=True, text=True, timeout=timeout, env=environment, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A folder with small.h5, the run of the small mill, and two of it that ended before anything was sampled: frames.h5,
-    which has the balls, and nothing.h5, which has not. Reports of these take little time."""
-    made = tmp_path_factory.mktemp("report")
-    (made / "small.ini").write_text(SMALL)
-    for name, sets in {
-        "small": ["run.time=0.4 s"],
-        "frames": [
-            "run.time=0.2 s",
-            "run.sample_from=0.19 s",
-            "run.max_collisions=40",
-            "output.series=1 s",
-        ],
-        "nothing": [
-            "run.time=0.2 s",
-            "run.sample_from=0.19 s",
-            "run.max_collisions=40",
-            "output.series=1 s",
-            "output.frames=0 s",
-        ],
-    }.items():
-        words = [word for option in sets for word in ("-s", option)]
-        subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"{name}.h5", *words], cwd=made, check=True, capture_output=True)  # fmt: skip
-    return made
-
-
-@pytest.fixture(scope="module")
-def page(folder):
-    """The report of the small mill: path, text, Reader."""
-    done = report(folder, "small.h5")
-    assert done.returncode == 0, done.stderr
-    assert all(
-        re.match(r"mill report: .* \d+ %, \d+ s left$", line) for line in done.stderr.splitlines()
-    )
-    path = folder / "small.html"
-    assert done.stdout == f"small.html: {path.stat().st_size / 1e6:.1f} MB\n"
-    text = path.read_text("utf-8")
-    return path, text, Reader(text)
-
-
-@pytest.fixture(scope="module")
-def nothing(folder):
-    """The report of the run in which nothing was sampled: text, Reader."""
-    done = report(folder, "nothing.h5")
-    assert done.returncode == 0, done.stderr
-    text = (folder / "nothing.html").read_text("utf-8")
-    return text, Reader(text)
 
 
 @pytest.fixture
@@ -386,19 +293,6 @@ def test_a_full_disk_is_one_line_and_leaves_the_old_page(folder, tmp_path):
 # ---- several runs
 
 
-@pytest.fixture(scope="module")
-def compared(folder):
-    """The page of two runs of the small mill: path, Reader."""
-    for seed in (1, 2):
-        words = ["-s", f"run.seed={seed}", "-s", "run.time=0.8 s", "-s", "output.frames=20 ms"]
-        subprocess.run([PROGRAM, "-q", "small.ini", "-o", f"seed{seed}.h5", *words], cwd=folder, check=True, capture_output=True)  # fmt: skip
-    done = report(folder, "--compare", "seed1.h5", "seed2.h5")
-    assert done.returncode == 0, done.stderr
-    path = folder / "seed1-compared.html"
-    assert done.stdout == f"seed1-compared.html: {path.stat().st_size / 1e6:.1f} MB\n"
-    return path, Reader(path.read_text("utf-8"))
-
-
 def test_a_comparison_has_the_rows_of_mill_compare(compared, folder):
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
     words = [
@@ -424,97 +318,3 @@ def test_a_comparison_shows_the_balls_of_both(compared):
     figures = [a for t, a in compared[1].tags if t == "figure" and a.get("class") == "mill-player"]
     assert len(figures) == 2
     assert compared[0].stat().st_size < 10e6
-
-
-def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
-    opened = open_page(compared[0], width=1000, height=800)
-    for k in (0, 1):  # they begin when they are seen
-        opened.evaluate(f"document.querySelectorAll('.mill-player')[{k}].scrollIntoView()")
-        opened.until(
-            f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')"
-        )
-    opened.check()
-
-
-# ---- in a browser
-
-
-def test_it_opens_from_disk_without_errors_or_requests(page, open_page):
-    opened = open_page(page[0], width=1000, height=800)
-    opened.until("document.querySelector('.mp-live') !== null")
-    assert opened.evaluate("document.title") == "small.ini"
-    opened.check()
-
-
-def test_on_a_phone_nothing_but_tables_scrolls_sideways(page, open_page):
-    opened = open_page(page[0], width=360, height=640)
-    assert opened.evaluate("document.documentElement.scrollWidth") <= 360
-    reach = "Math.max(...[...document.querySelectorAll('p, h1, h2, dl, figcaption, nav, pre')].map(e => e.getBoundingClientRect().right))"
-    assert opened.evaluate(reach) <= 360
-
-
-def ground(opened):
-    """Lightness of the page's ground and of its ink, 0 to 1."""
-    return [
-        sum(int(v) for v in re.findall(r"\d+", opened.evaluate(f"getComputedStyle(document.body).{what}"))[:3]) / 765
-        for what in ("backgroundColor", "color")
-    ]  # fmt: skip
-
-
-def test_dark_is_dark_and_light_is_light(page, open_page):
-    dark, light = (ground(open_page(page[0], dark=dark)) for dark in (True, False))
-    assert dark[0] < 0.15 and dark[1] > 0.8
-    assert light[0] > 0.95 and light[1] < 0.2
-
-
-def test_drawings_take_the_ink_of_the_page(page, open_page):
-    opened = open_page(page[0], dark=True)
-    ink = opened.evaluate(
-        "getComputedStyle(document.querySelector('#figure-speeds svg text')).fill.match(/\\d+/g).slice(0, 3).map(Number)"
-    )
-    assert min(ink) > 200
-
-
-def test_the_switch_turns_the_page_dark_and_back(page, open_page):
-    opened = open_page(page[0])
-    opened.page.select_option("#theme", "dark")
-    assert ground(opened)[0] < 0.15
-    opened.page.select_option("#theme", "light")
-    assert ground(opened)[0] > 0.95
-    opened.check()
-
-
-def test_keys_alone_reach_the_controls_and_change_the_spectra(page, open_page):
-    opened = open_page(page[0], width=1000, height=800)
-    opened.until("document.querySelector('.mp-live') !== null")
-    reached = []
-    for _ in range(60):
-        opened.page.keyboard.press("Tab")
-        what = "document.activeElement.id || document.activeElement.className || document.activeElement.getAttribute('href')"
-        reached.append(opened.evaluate(what))
-        if reached[-1] == "spectra-1":
-            break
-    assert {"skip", "theme", "#deck", "mp-play", "mp-slider"} <= set(reached)
-    shown = "getComputedStyle(document.getElementById('figure-slip').closest('.panel')).display"
-    assert opened.evaluate(shown) == "none"
-    opened.page.keyboard.press("ArrowRight")
-    assert opened.evaluate(shown) == "block"
-
-
-def test_paper_is_white_and_shows_all_spectra_without_controls(page, open_page):
-    opened = open_page(page[0], width=700, height=900, dark=True)
-    opened.page.emulate_media(media="print")
-    assert ground(opened)[0] == 1.0
-    hidden = "getComputedStyle(document.querySelector('{}')).display"
-    for what in (".theme", "nav", ".choice", ".mp-controls"):
-        assert opened.evaluate(hidden.format(what)) == "none"
-    assert (
-        opened.evaluate("document.getElementById('figure-slip').getBoundingClientRect().height")
-        > 50
-    )
-
-
-def test_without_scripts_the_still_picture_stands_there(page, open_page):
-    opened = open_page(page[0], scripts=False)
-    picture = opened.picture(".mp-stage")
-    assert picture.std() > 10

@@ -1,0 +1,52 @@
+"""What the tests of reports read their pages with, and how they are made."""
+
+import html.parser
+import os
+import subprocess
+import sys
+
+from conftest import PROGRAM, ROOT
+
+
+class Reader(html.parser.HTMLParser):
+    """What a page holds: `tags` with their attributes, `text` without that of scripts and styles, `data` of <data>."""
+
+    VOID = {"meta", "img", "input", "br", "link"}
+
+    def __init__(self, page):
+        super().__init__()
+        self.tags, self.data, self.rows, self.open, self.pieces = [], [], {}, [], []
+        self.feed(page)
+        self.text = " ".join(" ".join(self.pieces).split())
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.head = None
+        if tag == "data":
+            self.data.append(float(dict(attributes)["value"]))
+            if self.head:
+                self.rows.setdefault(self.head, []).append(self.data[-1])
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}> at {self.getpos()}"
+
+    def handle_data(self, text):
+        if not {"script", "style"} & set(self.open):
+            self.pieces.append(text)
+            if self.open[-1:] == ["th"] and "tr" in self.open:
+                self.head = text
+
+    def ids(self, tag):
+        return [a["id"] for t, a in self.tags if t == tag and "id" in a]
+
+
+def report(folder, *words, timeout=300):
+    """The mill command in a folder."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
+    return subprocess.run(
+        [sys.executable, "-m", "milltools", "report", *map(str, words)],
+        cwd=folder, capture_output=True, text=True, timeout=timeout, env=environment, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
