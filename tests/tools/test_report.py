@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import h5py
 import pytest
@@ -318,3 +319,31 @@ def test_a_comparison_shows_the_balls_of_both(compared):
     figures = [a for t, a in compared[1].tags if t == "figure" and a.get("class") == "mill-player"]
     assert len(figures) == 2
     assert compared[0].stat().st_size < 10e6
+
+
+def test_ctrl_c_leaves_neither_page_nor_process(folder, tmp_path):
+    shutil.copy(folder / "small.h5", tmp_path / "stopped.h5")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILL_TEST": str(tmp_path)}
+    words = [sys.executable, "-m", "milltools", "report", "stopped.h5"]
+    process = subprocess.Popen(words, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)  # fmt: skip
+
+    def alive():
+        """Processes that the report started: they have its environment."""
+        found = []
+        for entry in Path("/proc").glob("[0-9]*/environ"):
+            try:
+                if f"MILL_TEST={tmp_path}".encode() in entry.read_bytes():
+                    found.append(int(entry.parent.name))
+            except OSError:
+                continue
+        return found
+
+    end = time.monotonic() + 30
+    while len(alive()) < 2:
+        assert process.poll() is None and time.monotonic() < end
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (130, "mill report: interrupted\n")
+    assert alive() == []
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["stopped.h5"]

@@ -6,7 +6,7 @@ from milltools import pages
 from milltools.compare import load, rows
 from milltools.compare.page import shown
 from milltools.compare.text import percent, title
-from milltools.report import page, player, policy
+from milltools.report import page, painter, player, policy
 from milltools.runfile import Run
 
 MOST_BYTES = 6_000_000  # of all players together
@@ -59,12 +59,13 @@ def render(files: list[list[str]], watch, rerun: str = "auto") -> str:
         tables = [rows.compare(sides[0], side) for side in sides[1:]]
     with contextlib.ExitStack() as stack:
         runs = [stack.enter_context(Run(side.first.path)) for side in sides]
+        drawing = stack.enter_context(painter.Painter(runs, page.figure_names()))
         players = []
         for side, run in zip(sides, runs):
             with watch.step("the balls", 3):
                 room = MOST_BYTES // len(runs)
                 players.append((pages.plain(side.label), page.balls(run, watch, rerun, room)))
-        figures = page.sections(runs, watch)
+        figures = page.sections(drawing.all(watch))
         cite = list(dict.fromkeys(line for run in runs for line in page.cite(run)))
     scripts, theme = player.scripts(), page.theme()
     names = ", ".join(f"{side.letter}: {side.name}" for side in sides)

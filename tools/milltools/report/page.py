@@ -7,7 +7,7 @@ import pathlib
 
 from milltools import engine, pages
 from milltools.errors import UserError
-from milltools.report import facts, finer, notes, pictures, player, policy, still, tables
+from milltools.report import facts, finer, notes, painter, pictures, player, policy, still, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
 MOST_BYTES = 6_000_000  # of the player
@@ -88,14 +88,18 @@ class Section:
     missing: str
 
 
-def sections(runs, watch) -> list[Section]:
-    """The sections of figures, of one run or several together."""
+def figure_names() -> list[str]:
+    """Of all figures, in the order of the page."""
+    return [name for anchor, _ in FIGURES for name in pictures.names(anchor)]
+
+
+def sections(drawings: dict[str, pictures.Picture]) -> list[Section]:
+    """The sections of figures, from all of them by name."""
     found = []
     for anchor, _ in FIGURES:
         panels = {}
         for name in pictures.names(anchor):
-            with watch.step("pictures"):
-                panels.setdefault(name.split("-")[0], []).append(pictures.draw(name, runs))
+            panels.setdefault(name.split("-")[0], []).append(drawings[name])
         drawn = [one for panel in panels.values() for one in panel]
         missing = "; ".join(dict.fromkeys(one.why for one in drawn))
         if any(one.svg for one in drawn):
@@ -108,16 +112,17 @@ def sections(runs, watch) -> list[Section]:
 
 def steps() -> float:
     """What render() tells its watch of, all in all."""
-    return 4 + sum(len(pictures.names(anchor)) for anchor, _ in FIGURES)
+    return 4 + len(figure_names())
 
 
 def render(run, watch, rerun: str = "auto") -> str:
     """The page of an open run as text."""
     name = pages.plain(facts.deck_name(run))
     made = f"{pages.plain(run.program)} {pages.plain(run.version)}"
-    with watch.step("the balls", 4):
-        fragment = balls(run, watch, rerun)
-    figures = sections(run, watch)
+    with painter.Painter([run], figure_names()) as drawing:
+        with watch.step("the balls", 4):
+            fragment = balls(run, watch, rerun)
+        figures = sections(drawing.all(watch))
     sampled, shared = facts.sampled(run), player.scripts()
     precision = tables.precision(run) if sampled else []
     deck = run.deck_text()
