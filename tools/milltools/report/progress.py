@@ -46,10 +46,11 @@ class Watch:
         if not self.console.is_terminal:
             if now - self.said > PLAIN:
                 self.said = now
-                left = (now - self.begin) * (self.total / self.done - 1) if self.done else 0
-                text = (
-                    f"mill report: {what}, {100 * self.done / self.total:.0f} %, {left:.0f} s left"
-                )
+                left = ""
+                if self.done:
+                    rest = (now - self.begin) * (self.total / self.done - 1)
+                    left = f", {100 * self.done / self.total:.0f} %, {rest:.0f} s left"
+                text = f"mill report: {what}{left}"
                 print(text, file=sys.stderr, flush=True)
             return
         if not self.bar:
