@@ -327,19 +327,20 @@ def test_ctrl_c_leaves_neither_page_nor_process(folder, tmp_path):
     words = [sys.executable, "-m", "milltools", "report", "stopped.h5"]
     process = subprocess.Popen(words, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)  # fmt: skip
 
-    def alive():
-        """Processes that the report started: they have its environment."""
+    def alive(word=b""):
+        """Processes of the report, with a word in their command: they have its environment."""
         found = []
-        for entry in Path("/proc").glob("[0-9]*/environ"):
+        for entry in Path("/proc").glob("[0-9]*"):
             try:
-                if f"MILL_TEST={tmp_path}".encode() in entry.read_bytes():
-                    found.append(int(entry.parent.name))
+                own = f"MILL_TEST={tmp_path}".encode() in (entry / "environ").read_bytes()
+                if own and word in (entry / "cmdline").read_bytes():
+                    found.append(int(entry.name))
             except OSError:
                 continue
         return found
 
-    end = time.monotonic() + 30
-    while len(alive()) < 2:
+    end = time.monotonic() + 60
+    while not alive(b"milltools.report.painter"):
         assert process.poll() is None and time.monotonic() < end
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
