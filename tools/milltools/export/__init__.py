@@ -9,7 +9,7 @@ import dataclasses
 import importlib
 import pathlib
 
-from milltools.errors import UserError
+from milltools.errors import UserError, keep_apart
 from milltools.export.source import about
 from milltools.solids import PARTS
 
@@ -138,5 +138,6 @@ def writer(arguments):
 def run(arguments: argparse.Namespace) -> int:
     write = writer(arguments)
     about(arguments.source)
+    keep_apart(arguments.file, [arguments.source])
     print(f"{arguments.file}: {write(arguments)}")
     return 0
