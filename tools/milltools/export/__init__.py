@@ -8,6 +8,7 @@ import argparse
 import dataclasses
 import importlib
 import pathlib
+import sys
 
 from milltools.errors import UserError, keep_apart
 from milltools.export.source import about
@@ -139,5 +140,13 @@ def run(arguments: argparse.Namespace) -> int:
     write = writer(arguments)
     about(arguments.source)
     keep_apart(arguments.file, [arguments.source])
-    print(f"{arguments.file}: {write(arguments)}")
+    from milltools.study.drive import Stopped, stops_in_order
+
+    try:
+        with stops_in_order():  # half a file, or a folder of half a run, stays behind otherwise
+            said = write(arguments)
+    except Stopped as stop:
+        print("mill export: stopped", file=sys.stderr)
+        return 128 + stop.number
+    print(f"{arguments.file}: {said}")
     return 0
