@@ -155,3 +155,19 @@ def test_what_cannot_be_is_one_line(runs, shots, tmp_path, words, line, capsys, 
     assert said.out == "" and said.err.startswith(f"mill render: {line}"), said.err
     assert len(said.err.splitlines()) == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_start_of_a_run_is_coloured_by_impacts(mill, runs, tmp_path):
+    """No time passes, so no ball has hit anything; millsim itself runs no deck for 0 s."""
+    words = (runs / "run.h5", "a.png", "--time", "0 s", "--colour", "impact", *SMALLEST)
+    done = mill("render", *map(str, words))
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.png").exists()
+
+
+@pytest.mark.parametrize("words", [("a.png", "--time", "10 ms"), ("a.mp4", "--slow", "50")])
+def test_a_run_without_frames_asks_for_the_limits_of_colours(mill, runs, words):
+    """They are found from stored frames; with them the deck is run again."""
+    done = mill("render", str(runs / "none.h5"), *words, "--size", "160x120")
+    assert done.returncode == 2
+    assert "--limits LOW,HIGH" in done.stderr

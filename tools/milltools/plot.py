@@ -20,7 +20,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.transforms import Affine2D
 
 from milltools import style
-from milltools.errors import UserError
+from milltools.errors import UserError, keep_apart
 from milltools.kinds import KINDS
 from milltools.profile import Profile
 from milltools.runfile import KIND_LABEL, Run
@@ -61,6 +61,7 @@ def run(arguments) -> int:
     if len(names) < 2:
         raise UserError("expected a run and the name of a picture; see 'mill plot --help'")
     *paths, target = names
+    keep_apart(target, paths)
     options = {
         "kinds": arguments.kind,
         "strikes": arguments.strikes,

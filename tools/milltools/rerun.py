@@ -73,8 +73,9 @@ def again(run, until, interval=0.0, impacts=False, watch=None):
         folder = pathlib.Path(name)
         _need_room(folder, size(run, until, interval, impacts))
         (folder / "deck.ini").write_text(run.deck_text(), encoding="utf-8")
+        beyond = BESIDE * (interval or until) or SAME_TIME  # millsim runs no deck for 0 s
         changes = {
-            "run.time": f"{until + BESIDE * (interval or until)!r} s",
+            "run.time": f"{until + beyond!r} s",
             "run.sample_from": "0 s",  # the window may begin beyond the new end; it has no influence
             "run.precision": "0",
             "run.max_collisions": "0",

@@ -59,6 +59,8 @@ def literal(text, most: int = 60) -> str:
     text = "".join(c if c.isprintable() else "?" for c in str(text))
     if len(text) > most:
         text = text[: most // 2 - 1] + "..." + text[-(most // 2 - 2) :]
+    # matplotlib leaves out of legends what begins with "_"; a mark of no width in front keeps it
+    text = "\N{WORD JOINER}" * text.startswith("_") + text
     return text.replace("\\", "/").replace("$", r"\$")
 
 

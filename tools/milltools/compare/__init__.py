@@ -7,7 +7,7 @@ text.py, pictures.py and page.py show it. docs/compare.md says what every number
 import os
 import pathlib
 
-from milltools.errors import UserError
+from milltools.errors import UserError, keep_apart
 
 SUMMARY = (
     "Puts runs side by side: power, energies, losses, impacts, ball speeds, maps, price; each with its difference from the "
@@ -53,8 +53,10 @@ def run(arguments) -> int:
         raise UserError("one run is nothing to compare with; give two or more")
     if arguments.png and pathlib.Path(arguments.png).suffix not in PICTURES:
         raise UserError(f"{arguments.png}: expected a name that ends in {', '.join(PICTURES)}")
+    files = [path for argument in arguments.runs for path in replicates(argument)]
     for path in filter(None, (arguments.csv, arguments.png, arguments.html)):
         check_writable(path)
+        keep_apart(path, files)
     # imported here: a wrong command line needs neither scipy nor matplotlib
     from milltools.compare import load, rows, text
 

@@ -8,8 +8,9 @@ import argparse
 import dataclasses
 import importlib
 import pathlib
+import sys
 
-from milltools.errors import UserError
+from milltools.errors import UserError, keep_apart
 from milltools.export.source import about
 from milltools.solids import PARTS
 
@@ -138,5 +139,14 @@ def writer(arguments):
 def run(arguments: argparse.Namespace) -> int:
     write = writer(arguments)
     about(arguments.source)
-    print(f"{arguments.file}: {write(arguments)}")
+    keep_apart(arguments.file, [arguments.source])
+    from milltools.study.drive import Stopped, stops_in_order
+
+    try:
+        with stops_in_order():  # half a file, or a folder of half a run, stays behind otherwise
+            said = write(arguments)
+    except Stopped as stop:
+        print("mill export: stopped", file=sys.stderr)
+        return 128 + stop.number
+    print(f"{arguments.file}: {said}")
     return 0

@@ -139,7 +139,8 @@ class Draw(OverTime):
             ax.stairs(means(time, whole, turns), turns, lw=1.8, **step, label=_named(name, "mean of a revolution"))  # fmt: skip
         self._mean(ax, run, name, colour if name else KIND_COLOUR["ball_drum"])
         low, high = ax.get_ylim() if position else (0.0, 0.0)
-        ax.set_ylim(min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max())) or 1)
+        low, high = min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max()))
+        ax.set_ylim(low, high if high > low else 1)
 
     def _mean(self, ax, run, name, colour):
         mean, error = self.of_window(run)

@@ -119,7 +119,10 @@ def _top(run, quantity) -> float:
         return _top_impact(run)
     times = run.frame_times()
     if len(times) == 0:
-        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+        raise UserError(
+            f"{run.path}: no ball states are stored (output.frames = 0 s) that tell how far the colours reach: "
+            "--limits LOW,HIGH does"
+        )
     # the first frames are of a start, not of the mill
     chosen = np.unique(np.linspace(min(1, len(times) - 1), len(times) - 1, LOOKED_AT).astype(int))
     kind = QUANTITIES[quantity]

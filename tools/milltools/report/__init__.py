@@ -5,6 +5,7 @@ player.py the balls, finer.py frames close enough for them; page.py puts it toge
 """
 
 import os
+import sys
 
 from milltools.compare import check_writable, replicates
 from milltools.errors import UserError
@@ -55,6 +56,17 @@ def run(arguments) -> int:
     files = [path for side in sides for path in side]
     output = arguments.output or named_for(files, arguments.compare)
     check_output(output, files)
+    from milltools.study.drive import Stopped, stops_in_order
+
+    try:
+        with stops_in_order():  # a deck that is run again leaves its folder behind otherwise
+            return _write(arguments, sides, files, output)
+    except Stopped as stop:
+        print("mill report: stopped", file=sys.stderr)
+        return 128 + stop.number
+
+
+def _write(arguments, sides, files, output) -> int:
     # imported here: a wrong command line needs neither matplotlib nor scipy
     from milltools import pages
     from milltools.report.progress import Watch
