@@ -26,7 +26,9 @@ def runs(tmp_path_factory):
 
 def test_a_still_is_of_the_last_frame_and_has_the_balls_colours(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "last.png", *SMALLEST)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    size = (tmp_path / "last.png").stat().st_size / 1e6
+    said = f"last.png: 160 x 120 pixels at 0.05 s, {size:.3g} MB\n"
+    assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
     assert mill("render", runs / "run.h5", "then.png", "--time", "50 ms", *SMALLEST).returncode == 0
     assert (tmp_path / "last.png").read_bytes() == (tmp_path / "then.png").read_bytes()
     shown = picture(tmp_path / "last.png")
@@ -74,7 +76,9 @@ def test_a_film_shows_every_stored_frame(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "film.mp4", *SMALLEST)
     assert done.returncode == 0, done.stderr
     line = "mill render: 11 pictures at 25 a second, 8 times slower than real time"
-    assert (done.stdout, done.stderr.splitlines()[0]) == ("", line)
+    size = (tmp_path / "film.mp4").stat().st_size / 1e6
+    said = f"film.mp4: 11 pictures, 0.44 s, {size:.3g} MB\n"
+    assert (done.stdout, done.stderr.splitlines()[0]) == (said, line)
     assert probe(tmp_path / "film.mp4") == ("h264", "yuv420p", 160, 120, 11, 0.44)
     assert mill("render", runs / "run.h5", "last.png", *SMALLEST).returncode == 0
     shown, last = frames(tmp_path / "film.mp4"), picture(tmp_path / "last.png")

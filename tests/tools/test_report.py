@@ -266,7 +266,7 @@ def test_the_default_name_is_the_runs(page):
     "words, status, line",
     [
         (["missing.h5"], 2, "missing.h5: no such file"),
-        (["small.ini"], 2, "small.ini: not a readable HDF5 file: "),
+        (["small.ini"], 2, "small.ini: not a readable HDF5 file: if it is a deck, './millsim DECK' runs it"),
         (["small.h5", "nothing.h5"], 2, "a report is of one run; several go on one page with --compare"),
         (["--compare", "small.h5"], 2, "one run is nothing to compare with; give two or more"),
         (["small.h5", "-o", "nowhere/x.html"], 1, "nowhere/x.html: No such file or directory"),

@@ -71,6 +71,13 @@ class Histogram:
         return total
 
 
+def _is_text(path) -> bool:
+    """Whether a file begins as a deck does."""
+    with open(path, "rb") as file:
+        begin = file.read(4096).lstrip()
+    return begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
+
+
 class Run:
     """An open output file. A context manager; close() does as well."""
 
@@ -87,7 +94,8 @@ class Run:
         except PermissionError:
             raise UserError(f"{self.path}: permission denied") from None
         except OSError as fault:
-            raise UserError(f"{self.path}: not a readable HDF5 file: {fault}") from None
+            why = "if it is a deck, './millsim DECK' runs it" if _is_text(self.path) else fault
+            raise UserError(f"{self.path}: not a readable HDF5 file: {why}") from None
         if not all(isinstance(self._file.get(name), h5py.Group) for name in ("deck", "run")):
             self.close()
             raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")

@@ -8,7 +8,7 @@ import psutil
 from milltools import rerun
 from milltools.errors import UserError
 from milltools.render import beside, encode, motion, prepare, team, times
-from milltools.render.progress import Watch, say
+from milltools.render.progress import Watch, say, written
 from milltools.runfile import Run
 
 PROCESS, PIXEL = 3.2e8, 12.0  # bytes that a process takes, and more for each pixel it draws
@@ -97,3 +97,4 @@ def _write(arguments, path, run, plan, look, size, change):
             if not drawn:
                 raise UserError(f"{path}: there is no picture to show")
         prepare.tell_guessed(moving)
+        written(path, f"{drawn} pictures, {drawn / plan.fps:.3g} s")

@@ -16,6 +16,11 @@ def say(line):
     print(f"mill render: {line}", file=sys.stderr, flush=True)
 
 
+def written(path, what):
+    """The last line: what has been written."""
+    print(f"{path}: {what}, {path.stat().st_size / 1e6:.3g} MB", flush=True)
+
+
 class Watch:
     """A context manager; step() is told of each picture."""
 

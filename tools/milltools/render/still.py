@@ -9,7 +9,7 @@ from milltools import rerun
 from milltools.export import whole
 from milltools.render import motion, prepare, times
 from milltools.render.look import Traced
-from milltools.render.progress import say
+from milltools.render.progress import say, written
 from milltools.runfile import Run
 
 
@@ -30,6 +30,7 @@ def make(arguments, path):
                     draft.replace(path)
                 finally:
                     draft.unlink(missing_ok=True)
+            written(path, "a scene for POV-Ray")
             return
         with look.open() as drawing:
             picture = drawing.draw(state)
@@ -37,3 +38,5 @@ def make(arguments, path):
     Image.fromarray(picture).save(content, "PNG")
     with whole.file(path) as draft:
         pathlib.Path(draft).write_bytes(content.getvalue())
+    height, width = picture.shape[:2]
+    written(path, f"{width} x {height} pixels at {state.time:.6g} s")

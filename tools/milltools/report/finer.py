@@ -15,6 +15,7 @@ from milltools.errors import UserError
 from milltools.report import frames
 
 TURN = math.radians(8)  # of the rotor from one frame to the next, at most
+STILL = 1e6  # [byte] of a page for the picture, at most
 CHEAP = 30.0  # [s] of CPU time, at most, unless it is asked for
 ROOM = 2e9  # [byte] of temporary disk, likewise
 STEPS = (1.0, 2.0, 5.0)
@@ -53,9 +54,10 @@ def interval(run) -> float:
 
 
 def _count(run, most_bytes):
-    """How many frames there is room for."""
+    """How many frames there is room for beside the still picture, so that none has to be left out."""
     drawn = min(len(run.balls("diameter")), frames.MOST_BALLS)
-    return int(np.clip(0.75 * most_bytes / (frames.PRICE * drawn), 30, frames.MOST_FRAMES))
+    room = 0.75 * (most_bytes - min(STILL, most_bytes / 4))  # base64
+    return int(np.clip(0.9 * room / (frames.PRICE * drawn), 30, frames.MOST_FRAMES))
 
 
 def _too_dear(run, until, step):

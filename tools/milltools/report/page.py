@@ -10,7 +10,7 @@ from milltools.errors import UserError
 from milltools.report import facts, finer, notes, painter, pictures, player, policy, still, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
-MOST_BYTES = 6_000_000  # of the player
+MOST_BYTES = 6_500_000  # of the player
 CITE = (
     "millsim: event-driven simulation of high-energy ball mills. The millsim developers.",
     "Reichardt, Wiechert: Design optimization of high energy ball mills by discrete event simulation (2007).",

@@ -38,8 +38,8 @@ MARKUP = """\
 <div class="mp-stage">
 <img class="mp-still" alt="{alt}"{still}>
 <canvas class="mp-canvas" tabindex="0" role="application" aria-label="{keys}"></canvas>
-<p class="mp-why" role="status"{quiet}>{why}</p>
 </div>
+<p class="mp-why" role="status"{quiet}>{why}</p>
 <noscript><p>{no_script}</p></noscript>
 {controls}<figcaption>{caption} <span class="mp-hint">{hint}</span></figcaption>
 {data}</figure>
@@ -271,7 +271,7 @@ def _caption(run, packed, head):
     """What is seen, what is left out, and why nothing moves between frames."""
     words = [_balls(run, packed) + "."]
     every = len(packed.index), packed.stored
-    if every[0] < every[1]:
+    if every[0] < every[1] and not isinstance(run, Finer):
         stride = int(packed.index[1]) if every[0] > 1 else every[1]
         words.append(f"Every {_ordinal(stride)} stored frame is here, {every[0]} of {every[1]}.")
     if len(packed.index) > 1:
@@ -317,7 +317,7 @@ def _between(run, interval):
     if facts:
         text += f"; from one to the next {' and '.join(facts)}"
     if isinstance(run, Finer):
-        return f"{text}. They come of running the deck again, to the same bits: stored are fewer."
+        return f"{text}. They come of running the deck again, to the same bits: the file's own are farther apart."
     return text + ". What lies between is not drawn, since it is not stored."
 
 

@@ -35,7 +35,7 @@ def _scene(run) -> bytes | None:
     )
     state = State(float(run.frame_times()[-1]), place, velocity, spin, None)
     try:
-        look = camera.of("three-quarter", run), colour.of(run, "speed")
+        look = camera.of("front", run), colour.of(run, "speed")
         with scene.Scene(run, SIZE, "draft", *look, background="studio") as drawing:
             pixels = drawing.draw(state)
     except UserError:
