@@ -116,8 +116,8 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
     "words, line",
     [
         (("none-there.h5", "a.png"), "none-there.h5: no such file"),
-        (("run.h5", "a.gif"), "a.gif: expected a name ending in .png, .mp4, .webm"),
-        (("run.h5", "a.pov"), "a.pov: expected a name ending in .png, .mp4, .webm; --pov writes scenes"),
+        (("run.h5", "a.avi"), "a.avi: expected a name ending in .png, .mp4, .webm, .webp, .gif"),
+        (("run.h5", "a.pov"), "a.pov: expected a name ending in .png, .mp4, .webm, .webp, .gif; --pov writes scenes"),
         (("run.h5", "nowhere/a.png"), "nowhere/a.png: its folder nowhere does not exist"),
         (("run.h5", "a.png", "--time", "1 kg"), "--time: expected a time such as '120 ms', got '1 kg'"),
         (("run.h5", "a.png", "--time", "51 ms"), "--time: the run's balls are known up to 0.05 s, asked for 0.051 s"),

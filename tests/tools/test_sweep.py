@@ -1,5 +1,6 @@
 """mill sweep: every design becomes a row; nothing that ends it loses one, and no design is run twice but those in flight."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -495,3 +496,9 @@ def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
         with pytest.raises(drive.Stopped) as stop, drive.stops_in_order():
             drive.drive(plan, executor, take)
         assert (rows, stop.value.number) == (taken, signal.SIGTERM)
+
+
+def test_who_drives_after_a_stop_was_not_asked_to_end():
+    with contextlib.suppress(drive.Stopped), drive.stops_in_order():
+        signal.raise_signal(signal.SIGTERM)
+    drive._raise_if_asked()

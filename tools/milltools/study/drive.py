@@ -47,6 +47,7 @@ def stops_in_order():
     try:
         yield
     finally:
+        _asked = None  # whoever drives next in this process was not asked to end
         for number, handler in before.items():
             signal.signal(number, handler)
 
