@@ -118,11 +118,11 @@ unit: $(UNIT)
 replay: $(FUZZERS)
 	@set -e; for t in $(FUZZ); do $(BUILD)/tests/fuzz/fuzz_$$t tests/fuzz/corpus/$$t; done
 
-# The Python tools are what they are in every mode: tested once, with the release build. Then two tests at a time, those of a file
-# one after the other: most keep one core busy, or wait.
+# The Python tools are what they are in every mode: tested once, with the release build. Two tests at a time, those of a file one
+# after the other: most keep one core busy, or wait.
 cli: $(BUILD)/millsim millsim
-	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q \
-	    $(if $(filter release,$(MODE)),-n 2 --dist loadfile tests,tests/cli)
+	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -n 2 --dist loadfile --durations 15 \
+	    $(if $(filter release,$(MODE)),tests,tests/cli)
 
 GOLDEN := release debug o2 asan
 golden:
