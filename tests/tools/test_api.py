@@ -569,6 +569,11 @@ def test_an_interrupt_ends_it_and_what_is_done_can_be_resumed(small_deck, tmp_pa
 
 
 def test_progress_is_shown_of_long_runs_and_goes_again(small_deck, tmp_path, monkeypatch):
+    try:
+        for end in os.openpty():
+            os.close(end)
+    except OSError as fault:
+        pytest.skip(f"no terminal to be had here: {fault}")
     monkeypatch.setitem(ENVIRONMENT, "TMPDIR", str(tmp_path))
     said, errors, left = interrupted(small_deck, None, True, after=3.5)
     assert (said, left) == ("interrupted\n", [])
@@ -576,6 +581,17 @@ def test_progress_is_shown_of_long_runs_and_goes_again(small_deck, tmp_path, mon
     assert lines and all(" of 1000 s" in line and "left" in line for line in lines)
     assert errors.endswith("\r")
     assert os.listdir(tmp_path) == ["deck.ini"]  # nothing temporary is left
+
+
+def test_a_system_without_terminals_can_run_decks_too(small_deck):
+    code = f"""
+        import os, pty, milltools
+        def none(): raise OSError("out of pty devices")
+        pty.openpty = none
+        assert milltools.run({str(small_deck)!r}, progress=True).time > 0
+    """
+    done = python(code, flags=["-W", "ignore"])
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_short_runs_show_nothing(small_deck):

@@ -134,8 +134,7 @@ def _notebook() -> bool:
 def _execute(words, place, shown) -> list[str]:
     """Runs it; what is to be remarked: its warnings, and the notes of its summary."""
     with tempfile.TemporaryFile("w+", encoding="utf-8") as summary:
-        # progress comes often enough to be looked at on a terminal only, so it gets one
-        reader, writer = pty.openpty() if shown else os.pipe()
+        reader, writer = _line(shown)
         with os.fdopen(reader, "rb", buffering=0) as stream:
             try:
                 process = subprocess.Popen(
@@ -164,6 +163,15 @@ def _execute(words, place, shown) -> list[str]:
         text = summary.read()  # empty where a run was complete already
     warned = [one.removeprefix(WARNING) for one in said.lines if one.startswith(WARNING)]
     return warned + (json.loads(text)["notes"] if text else [])
+
+
+def _line(shown):
+    """What millsim says comes through it. Progress comes often enough to be looked at on a terminal only, so it gets one, where
+    the system has any."""
+    if shown:
+        with contextlib.suppress(OSError):
+            return pty.openpty()
+    return os.pipe()
 
 
 def _end(process, stream):
