@@ -62,7 +62,7 @@ def refusal(millsim, tmp_path, deck, *orders):
     """The complaint of a deck refused with status 2, and the processor time it took [s]."""
     (tmp_path / "deck.ini").write_text(deck)
     began = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    done = millsim("deck.ini", *(word for order in orders for word in ("-s", order)))
+    done = millsim("-q", "deck.ini", *(word for order in orders for word in ("-s", order)))
     took = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - began
     assert done.returncode == 2, done.stderr
     assert not (tmp_path / "deck.h5").exists()
