@@ -1,6 +1,9 @@
 # millsim: `make` builds ./millsim and ./mill, `make help` lists the rest.
 MODE ?= release
 BUILD := build/$(MODE)
+ifeq ($(MODE),clang)
+CC := clang-14
+endif
 CC ?= cc
 PREFIX ?= /usr/local
 FUZZ_SECONDS ?= 30
@@ -11,6 +14,8 @@ VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSI
 CFLAGS_release := -O3 -g
 CFLAGS_debug := -O0 -g
 CFLAGS_o2 := -O2 -g
+CFLAGS_clang := -O3 -g
+WARN_clang := -Wno-double-promotion
 CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS_asan := -fsanitize=address,undefined
 SANITIZERS_fuzz := -fsanitize=address,undefined,float-cast-overflow
@@ -54,7 +59,7 @@ help:
 	@echo 'make run       install what is missing, build, run the reference mill, write its report'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
-	@echo 'make golden    three decks store the same bits whatever the optimisation, and those frozen in tests/golden'
+	@echo 'make golden    the same bits whatever compiler, optimisation and C library, and those frozen in tests/golden'
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make validate-dem  millsim against LIGGGHTS, some 40 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
@@ -69,8 +74,16 @@ help:
 millsim: build/release/millsim
 	@cp -f $< $@
 
+ifeq ($(MODE),musl)
+build/musl/millsim: build/release/millsim build/musl/libm.a
+	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
+
+build/release/millsim: always
+	@$(MAKE) $(PARALLEL) MODE=release $@
+else
 $(BUILD)/millsim: $(BUILD)/src/main.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
+endif
 
 $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
@@ -124,11 +137,19 @@ cli: $(BUILD)/millsim millsim
 	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -n 2 --dist loadfile --durations 15 \
 	    $(if $(filter release,$(MODE)),tests,tests/cli)
 
-GOLDEN := release debug o2 asan
+# The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release build's
+# objects, with musl's in front of glibc's)
+GOLDEN := release debug o2 asan clang musl
 golden:
-	@tools/setup build test
+	@tools/setup build test golden
 	@set -e; for m in $(GOLDEN); do $(MAKE) $(PARALLEL) MODE=$$m build/$$m/millsim; done
 	.venv/bin/python tests/golden/golden.py $(GOLDEN:%=build/%/millsim)
+
+MUSL = $(firstword $(wildcard /usr/lib/*-linux-musl/libc.a))
+build/musl/libm.a:
+	@rm -rf build/musl/math; mkdir -p build/musl/math
+	@cd build/musl/math && ar x $(MUSL) $$(ar t $(MUSL) | grep -xE '(__)?(a?(cos|sin|tan)|atan2|cbrt|exp|exp2|exp_data|floor|ceil|fmod|frexp|ldexp|scalbn|log|log_data|pow|pow_data|fmin|fmax|hypot|sqrt|fabs|rem_pio2|rem_pio2_large|math_.*)\.lo')
+	@ar rc $@ build/musl/math/*.lo
 
 # 99: valgrind found something; 2: the deck was refused, as it should be
 # (blocks that only glibc's search trees point to, with a tagged pointer, count as possibly lost: not looked at)

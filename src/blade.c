@@ -7,6 +7,8 @@
  * first contact and converges quadratically on it. */
 #include "blade.h"
 
+#include "elementary.h"
+
 #include "mesh.h"
 
 #include <stdlib.h>
@@ -53,7 +55,8 @@ static vec3 to_world(const struct blade *b, double c, double s, double w, double
 static struct view look(const struct blade *b, vec3 r, double turn)
 {
     struct view k;
-    const double c = cos(b->angle + turn), s = sin(b->angle + turn);
+    const struct mill_heading at = mill_elementary_heading(b->angle + turn);
+    const double c = at.cos, s = at.sin;
     const double x = r.x - b->position;
     const double radial = c * r.y + s * r.z - b->half_s;
     const double tangential = c * r.z - s * r.y;
@@ -231,10 +234,12 @@ struct mill_shape *mill_blade_create(const struct mill_deck_blade *spec, int num
     b->half_w = 0.5 * spec->width;
     b->half_s = 0.5 * spec->tip_radius;
     b->half_h = 0.5 * spec->thickness;
-    b->cos_a = cos(spec->angle);
-    b->sin_a = sin(spec->angle);
-    b->cos_p = cos(spec->pitch);
-    b->sin_p = sin(spec->pitch);
+    const struct mill_heading angle = mill_elementary_heading(spec->angle);
+    const struct mill_heading pitch = mill_elementary_heading(spec->pitch);
+    b->cos_a = angle.cos;
+    b->sin_a = angle.sin;
+    b->cos_p = pitch.cos;
+    b->sin_p = pitch.sin;
     b->speed = speed;
     b->mill_radius = mill_radius;
     b->reach_x = fabs(b->cos_p) * b->half_w + fabs(b->sin_p) * b->half_h;

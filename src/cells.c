@@ -4,6 +4,8 @@
  * position. */
 #include "cells.h"
 
+#include "elementary.h"
+
 #include "memory.h"
 
 #include <math.h>
@@ -75,7 +77,7 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     double side = diameter * (1.0 + 1e-9);
     const double most = 16.0 * (double)balls + 4096.0;
     double inner[3], total;
-    for (;; side *= fmax(cbrt(total / most), 1.05)) {
+    for (;; side *= fmax(mill_elementary_cbrt(total / most), 1.05)) {
         total = 1.0;
         for (int axis = 0; axis < 3; axis++) {
             inner[axis] = fmax(floor(extent[axis] / side), 1.0);
@@ -97,7 +99,8 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack
      * densely */
     const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
-    double room = widest < 1.3 ? 7.0 : 1.35 * pow(widest + 1.0, 3.0) / 8.0 * 1.5 + 7.0;
+    const double wide = widest + 1.0;
+    double room = widest < 1.3 ? 7.0 : 1.35 * (wide * wide * wide) / 8.0 * 1.5 + 7.0;
     room = fmin(room, fmin((double)balls + 7.0, MOST_ROOM));
     c->row = MILL_CELL_ROW * (int32_t)ceil((room + 1.0) / MILL_CELL_ROW);
     c->form = balls <= UINT16_MAX ? MILL_CELLS_SHORT : MILL_CELLS_WIDE;

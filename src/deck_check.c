@@ -3,6 +3,8 @@
  * it is (w |cos p| + t |sin p|) long along the axis and (w |sin p| + t |cos p|) wide around it, and
  * its corners reach further out than tip_radius. */
 #include "deck_private.h"
+
+#include "elementary.h"
 #include "profile.h"
 
 #include <math.h>
@@ -137,16 +139,16 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
 /* Largest distance of a blade's corner from the axis [m]. */
 static double blade_reach(const struct mill_deck_blade *blade)
 {
-    const double across =
-        0.5 * (blade->width * fabs(sin(blade->pitch)) + blade->thickness * fabs(cos(blade->pitch)));
-    return hypot(blade->tip_radius, across);
+    const double across = 0.5 * (blade->width * fabs(mill_elementary_sin(blade->pitch)) +
+                                 blade->thickness * fabs(mill_elementary_cos(blade->pitch)));
+    return sqrt(blade->tip_radius * blade->tip_radius + across * across);
 }
 
 /* Half of what the pitched blade takes along the axis [m]. */
 static double blade_along(const struct mill_deck_blade *blade)
 {
-    return 0.5 *
-           (blade->width * fabs(cos(blade->pitch)) + blade->thickness * fabs(sin(blade->pitch)));
+    return 0.5 * (blade->width * fabs(mill_elementary_cos(blade->pitch)) +
+                  blade->thickness * fabs(mill_elementary_sin(blade->pitch)));
 }
 
 static const char *less_buckles(const struct mill_deck *deck)
@@ -160,7 +162,7 @@ static enum mill_status check_blade(const struct mill_deck *deck, const char *ti
     const struct mill_deck_blade *blade = &deck->blade[number];
     const double reach = blade_reach(blade), bore = mill_deck_drum_bore(deck);
     const double along = blade_along(blade);
-    const bool turned = sin(blade->pitch) != 0.0;
+    const bool turned = mill_elementary_sin(blade->pitch) != 0.0;
     if (blade->tip_radius <= deck->shaft_radius)
         return mill_deck_fault(deck, error, title, "tip_radius",
                                "must be greater than the shaft's radius, %g m, got %g m",
@@ -233,7 +235,7 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
     struct mill_error line;
     const struct mill_profile p = profile_of(deck);
     /* between the inner arcs on both sides of a buckle that overhangs */
-    const double mouth = 2.0 * (p.inner * sin(MILL_PI / p.buckles) - p.arc);
+    const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
     if (p.half_outer <= 0.5 * MILL_PI || deck->start)
         return;
     for (int k = 0; k < deck->kinds; k++) {

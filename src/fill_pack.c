@@ -5,6 +5,8 @@
  * packings). */
 #include "fill_private.h"
 
+#include "elementary.h"
+
 #include <stdlib.h>
 
 #define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
@@ -226,7 +228,7 @@ static bool push_apart(struct pack *p)
 static enum mill_status settle(struct pack *p, double fraction)
 {
     const bool packed = p->world->balls > 1 && fraction > DROP_FRACTION;
-    double scale = packed ? cbrt(DROP_FRACTION / fraction) : 1.0;
+    double scale = packed ? mill_elementary_cbrt(DROP_FRACTION / fraction) : 1.0;
     while (!drop_all(p, scale)) {
         scale *= 0.93;
         if (scale < 0.4)

@@ -3,6 +3,8 @@
  * faster than the place does, so the distance from a cell's centre bounds it in the whole cell. */
 #include "fill_private.h"
 
+#include "elementary.h"
+
 #include "shape.h"
 
 #include <stdlib.h>
@@ -20,7 +22,7 @@ static int32_t points_along(double length, double side)
 /* Lays the lattice over a box: cubes, but for a drum that is flat or thin. */
 static void lay_out(struct mill_fill_room *room, const double extent[3])
 {
-    double side = cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
+    double side = mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
     do {
         points = 1.0;
         for (int axis = 0; axis < 3; axis++) {

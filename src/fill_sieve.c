@@ -4,6 +4,8 @@
  * more balls than are about. */
 #include "fill_private.h"
 
+#include "elementary.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +23,7 @@ static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
     const double extent[3] = {l, 2.0 * r, 2.0 * r};
     const double most = 16.0 * (double)g->balls + 4096.0;
     const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
-    const double side = fmax(wide, cbrt(extent[0] * extent[1] * extent[2] / most));
+    const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
     size_t cells = 1;
     g->lo = vec3_make(-0.5 * l, -r, -r);
     for (int axis = 0; axis < 3; axis++) {

@@ -6,6 +6,8 @@
  * the strip has no folds, even where bulges overhang. */
 #include "mesh.h"
 
+#include "elementary.h"
+
 #include <stdlib.h>
 
 /* ---- growing ---- */
@@ -82,7 +84,7 @@ static int chords(double half, double widest)
 static struct cut cut(const struct mill_profile *p, double tolerance)
 {
     const double share = fmin(tolerance / p->arc, 0.01);
-    const double widest = 4.0 * asin(sqrt(0.5 * share));
+    const double widest = 4.0 * mill_elementary_asin(sqrt(0.5 * share));
     struct cut c = {chords(p->half_outer, widest), chords(p->half_inner, widest), 0};
     c.pitch = 2 * (c.outer + c.inner);
     return c;
@@ -90,7 +92,8 @@ static struct cut cut(const struct mill_profile *p, double tolerance)
 
 static vec3 polar(double x, double radius, double angle)
 {
-    return vec3_make(x, radius * cos(angle), radius * sin(angle));
+    const struct mill_heading at = mill_elementary_heading(angle);
+    return vec3_make(x, radius * at.cos, radius * at.sin);
 }
 
 static double direction(const struct mill_profile *p, int pitch)
@@ -141,7 +144,8 @@ static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cu
 {
     for (int i = 0; i < c.inner; i++) {
         const double at = p->half_inner * i / c.inner;
-        const double way = 2.0 * p->arc * sin(at) / sin(p->half_outer - at);
+        const double way =
+            2.0 * p->arc * mill_elementary_sin(at) / mill_elementary_sin(p->half_outer - at);
         mill_mesh_point(mesh, polar(x, p->outer - way, direction(p, pitch)));
     }
 }

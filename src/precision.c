@@ -145,18 +145,16 @@ static double excess(const uint32_t *row, const struct place *place, double *all
 }
 
 /* Share of the impacts per unit of ln v around the median: over 5 bins to both sides, +-10 % */
-static double density(const struct mill_precision *p, const uint64_t sum[],
-                      const struct place *place)
+static double density(const uint64_t sum[], const struct place *place)
 {
     enum { REACH = 5 };
     const int bins = MILL_PRECISION_SLOTS - 1; /* the last slot is the overflow */
     const int low = place->bin > REACH ? place->bin - REACH : 0;
     const int high = place->bin + REACH + 1 < bins ? place->bin + REACH + 1 : bins;
-    const double *edge = p->grid->edge + MILL_SPECTRUM_FAST - 1;
     double share = 0;
     for (int i = low; i < high; i++)
         share += (double)sum[i] / place->count;
-    return share / log(edge[high] / edge[low]);
+    return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
 }
 
 /* ---- what the batches tell ---- */
@@ -203,10 +201,10 @@ struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64
     const struct place place = find_median(sum);
     if (!(place.count > 0))
         return known;
-    const double *edge = p->grid->edge + MILL_SPECTRUM_FAST - 1 + place.bin;
-    known.median.value = place.bin < MILL_PRECISION_SLOTS - 1
-                             ? edge[0] * pow(edge[1] / edge[0], place.within)
-                             : edge[0];
+    known.median.value =
+        place.bin < MILL_PRECISION_SLOTS - 1
+            ? mill_spectrum_within(p->grid, MILL_SPECTRUM_FAST + place.bin, place.within)
+            : p->grid->edge[MILL_SPECTRUM_BINS];
     for (uint64_t k = 0; k < n; k++) {
         double all;
         p->below[k] = excess(p->counts + (from + k) * MILL_PRECISION_SLOTS, &place, &all);
@@ -216,7 +214,7 @@ struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64
     const double scatter = mill_precision_error(p->below, n, period, p->room);
     const double share = fmax(scatter * (double)n / place.count, 0.5 / sqrt(place.count));
     if (!isnan(scatter))
-        known.median.error = known.median.value * share / density(p, sum, &place);
+        known.median.error = known.median.value * share / density(sum, &place);
     return known;
 }
 

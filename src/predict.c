@@ -6,6 +6,8 @@
  * shows later whether it changed. */
 #include "predict.h"
 
+#include "elementary.h"
+
 #include "memory.h"
 #include "shape.h"
 
@@ -76,7 +78,8 @@ static double cell_side(const struct mill_world *w, double diameter)
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
     const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
     const bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0 && w->rotor_speed == 0.0;
-    return gas && held < DILUTE ? diameter * fmin(cbrt(HELD / held), WIDEST) : diameter;
+    return gas && held < DILUTE ? diameter * fmin(mill_elementary_cbrt(HELD / held), WIDEST)
+                                : diameter;
 }
 
 static bool allocate(struct mill_predict *p, double *widest)
@@ -202,8 +205,7 @@ static struct mill_heading heading_at(struct mill_predict *p, double turn)
     double by = turn - p->known_turn;
     if (!(fabs(by) < 0.02)) {
         p->known_turn = turn;
-        p->known.cos = cos(turn);
-        p->known.sin = sin(turn);
+        p->known = mill_elementary_heading(turn);
         by = 0.0;
     }
     const double square = by * by;

@@ -2,6 +2,8 @@
  * nothing to overhangs and for any number of buckles. */
 #include "profile.h"
 
+#include "elementary.h"
+
 #include "millsim/vec3.h"
 
 /* Halvings of an interval that take it to the last bit of a double, about */
@@ -9,7 +11,7 @@ enum { HALVINGS = 60 };
 
 struct mill_profile mill_profile_make(int buckles, double radius, double height, double angle)
 {
-    const double half_pitch = MILL_PI / buckles, s = sin(0.5 * half_pitch);
+    const double half_pitch = MILL_PI / buckles, s = mill_elementary_sin(0.5 * half_pitch);
     const double q = 2.0 * s * s, h = height;
     const double rest = q * radius * radius - 2.0 * h * h;
     const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
@@ -23,7 +25,8 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
     p.outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
     p.inner = radius + u;
     /* at an inner centre, between the axis and the next outer centre */
-    p.half_inner = atan2(p.outer * sin(half_pitch), p.inner - p.outer * cos(half_pitch));
+    const struct mill_heading half = mill_elementary_heading(half_pitch);
+    p.half_inner = mill_elementary_atan2(p.outer * half.sin, p.inner - p.outer * half.cos);
     p.half_outer = p.half_inner + half_pitch;
     return p;
 }
@@ -32,7 +35,7 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
  * to the ray between them and is wide enough to get there. */
 bool mill_profile_is_sound(const struct mill_profile *p)
 {
-    const double s = sin(MILL_PI / p->buckles);
+    const double s = mill_elementary_sin(MILL_PI / p->buckles);
     if (p->half_outer >= 0.5 * MILL_PI && p->inner * s <= p->arc)
         return false;
     return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
@@ -54,5 +57,6 @@ double mill_profile_highest(int buckles, double radius)
 
 double mill_profile_area(const struct mill_profile *p)
 {
-    return p->buckles * p->outer * p->inner * sin(MILL_PI / p->buckles) + MILL_PI * p->arc * p->arc;
+    return p->buckles * p->outer * p->inner * mill_elementary_sin(MILL_PI / p->buckles) +
+           MILL_PI * p->arc * p->arc;
 }

@@ -3,6 +3,8 @@
  * profile. */
 #include "section.h"
 
+#include "elementary.h"
+
 #include "shape.h"
 
 #include <math.h>
@@ -23,7 +25,8 @@ static const struct mill_shape *odd_drum(const struct mill_world *world)
             continue;
         for (int k = 0; k < ANGLES; k++) {
             const double angle = 2 * MILL_PI * k / ANGLES;
-            const vec3 p = vec3_make(0, radius * cos(angle), radius * sin(angle));
+            const struct mill_heading at = mill_elementary_heading(angle);
+            const vec3 p = vec3_make(0, radius * at.cos, radius * at.sin);
             if (!(fabs(shape->ops->gap(shape, p, 0, 0)) < 1e-9 * radius))
                 return shape;
         }
@@ -43,10 +46,10 @@ double mill_section_radius(const struct mill_world *world)
     if (!drum)
         return farthest;
     for (int k = 0; k < ANGLES; k++) {
-        const double c = cos(2 * MILL_PI * k / ANGLES), s = sin(2 * MILL_PI * k / ANGLES);
+        const struct mill_heading at = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
         double r = 0; /* steps of the gap's length never pass the wall */
         for (int step = 0; step < 1000; step++) {
-            const double gap = gap_at(drum, r * c, r * s);
+            const double gap = gap_at(drum, r * at.cos, r * at.sin);
             if (!(gap > 1e-9 * world->drum_radius) || r > 10 * world->drum_radius)
                 break;
             r += gap;
@@ -60,7 +63,7 @@ double mill_section_radius(const struct mill_world *world)
 static double under_arc(double radius, double y)
 {
     const double s = fmin(1, y / radius);
-    return 0.5 * radius * radius * (s * sqrt(1 - s * s) + asin(s));
+    return 0.5 * radius * radius * (s * sqrt(1 - s * s) + mill_elementary_asin(s));
 }
 
 /* Area of [y0, y1] x [z0, z1], all >= 0, inside the circle */
@@ -123,9 +126,10 @@ void mill_section_rings(const struct mill_world *world, double radius, int n, do
             const double r = sqrt(r0 * r0 + (r1 * r1 - r0 * r0) * (j + 0.5) / SUBS);
             const bool whole = !drum || r < bore; /* the wall is no nearer to the axis */
             int inside = whole ? ANGLES : 0;
-            for (int k = 0; !whole && k < ANGLES; k++)
-                inside += gap_at(drum, r * cos(2 * MILL_PI * k / ANGLES),
-                                 r * sin(2 * MILL_PI * k / ANGLES)) > 0;
+            for (int k = 0; !whole && k < ANGLES; k++) {
+                const struct mill_heading at = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
+                inside += gap_at(drum, r * at.cos, r * at.sin) > 0;
+            }
             area[i] += MILL_PI * (r1 * r1 - r0 * r0) / SUBS * inside / ANGLES;
         }
     }

@@ -5,6 +5,7 @@
 #ifndef MILLSIM_SHAPE_H
 #define MILLSIM_SHAPE_H
 
+#include "elementary.h"
 #include "millsim/kinds.h"
 #include "millsim/poly.h"
 #include "millsim/vec3.h"
@@ -12,12 +13,6 @@
 
 #include <stdbool.h>
 #include <stdint.h>
-
-/* Cosine and sine of the rotor's angle, within 1e-12: to tell at once which blades are far away.
- * Both 0: not known. */
-struct mill_heading {
-    double cos, sin;
-};
 
 /* Some of a shape's parts: `count` of them from number `first` on, the first coming after the last.
  * Count 0: not known, so all. */
@@ -27,17 +22,17 @@ struct mill_span {
 
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
 struct mill_flight {
-    vec3 r; /* [m] */
-    vec3 v; /* [m/s] */
-    vec3 g; /* [m/s^2] */
-    struct mill_heading heading;
+    vec3 r;                      /* [m] */
+    vec3 v;                      /* [m/s] */
+    vec3 g;                      /* [m/s^2] */
+    struct mill_heading heading; /* of the rotor, within 1e-12; both 0: not known */
     struct mill_span parts; /* which the ball can meet where it flies, of a shape that has parts */
 };
 
 /* Such a flight, the rotor at the angle `turn` [rad]; its heading is found anew. */
 static inline struct mill_flight mill_shape_flight(vec3 r, vec3 v, vec3 g, double turn)
 {
-    const struct mill_flight flight = {r, v, g, {cos(turn), sin(turn)}, {0, 0}};
+    const struct mill_flight flight = {r, v, g, mill_elementary_heading(turn), {0, 0}};
     return flight;
 }
 

@@ -4,9 +4,15 @@
  * grow like the logarithm, by a small table and one comparison: no logarithm at an impact. */
 #include "spectrum.h"
 
+#include "elementary.h"
+#include "poly_dd.h"
+
 #include <math.h>
 
-/* 20^(k/152) [m/s]; whole powers come out correctly rounded */
+/* 20^(1/152) */
+static const struct dd ratio = {0x1.05187226d4515p+0, 0x1.780f2c237233dp-54};
+
+/* 20^(k/152) [m/s], correctly rounded */
 static double edge_speed(int k)
 {
     double whole = 1;
@@ -15,7 +21,10 @@ static double edge_speed(int k)
     double divisor = 1;
     for (; k < 0; k += MILL_SPECTRUM_DECADE)
         divisor *= 20;
-    return whole * pow(20, (double)k / MILL_SPECTRUM_DECADE) / divisor;
+    struct dd part = dd_from(1);
+    for (; k > 0; k--)
+        part = dd_mul(part, ratio);
+    return whole * part.hi / divisor;
 }
 
 void mill_spectrum_grid_init(struct mill_spectrum_grid *grid)
@@ -62,6 +71,11 @@ double mill_spectrum_mean(const struct mill_spectrum *spectrum)
     return count > 0 ? spectrum->sum / (double)count : (double)NAN;
 }
 
+double mill_spectrum_within(const struct mill_spectrum_grid *grid, int slot, double share)
+{
+    return grid->edge[slot - 1] * mill_elementary_exp(share * MILL_SPECTRUM_LOG_BIN);
+}
+
 double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
                               const struct mill_spectrum *spectrum, int slot, double level)
 {
@@ -88,6 +102,5 @@ double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
         return 0;
     if (last > MILL_SPECTRUM_BINS)
         return grid->edge[MILL_SPECTRUM_BINS];
-    const double low = grid->edge[last - 1], high = grid->edge[last];
-    return low * pow(high / low, share);
+    return mill_spectrum_within(grid, last, share);
 }

@@ -17,6 +17,9 @@ enum {
     MILL_SPECTRUM_CELLS = (11 + 22) * 64
 };
 
+/* ln of the ratio of an edge to the one before: ln(20)/152 */
+#define MILL_SPECTRUM_LOG_BIN 0x1.42e88d3bfe80fp-6
+
 /* The bins, the same for all spectra. Bin k (slot k + 1) is edge[k] <= v < edge[k + 1]. */
 struct mill_spectrum_grid {
     double edge[MILL_SPECTRUM_BINS + 1];     /* [m/s] */
@@ -69,6 +72,10 @@ double mill_spectrum_dissipation(const struct mill_spectrum *spectrum, int slot)
 
 /* Mean of all speeds [m/s]; NaN when there is none. */
 double mill_spectrum_mean(const struct mill_spectrum *spectrum);
+
+/* The speed [m/s] that lies `share` (0..1) of the way through the bin of `slot` (1 to
+ * MILL_SPECTRUM_BINS) on the logarithmic scale. */
+double mill_spectrum_within(const struct mill_spectrum_grid *grid, int slot, double share);
 
 /* The speed [m/s] below which the share `level` (0..1) of those speeds lies that fell into the
  * slots from `slot` up; log-linear within a bin, 0 within the underflow, the highest edge within

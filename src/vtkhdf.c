@@ -7,6 +7,8 @@
  * the same. Numbers that several blocks have in common are linked, not written again. */
 #include "vtkhdf.h"
 
+#include "elementary.h"
+
 #include "frames.h"
 #include "outline.h"
 
@@ -224,7 +226,8 @@ static void put_balls(struct scene *s, size_t balls)
 /* All points, the rotor at this angle */
 static void turn(const struct mill_mesh *mesh, double angle, float *to)
 {
-    const double c = cos(angle), s = sin(angle);
+    const struct mill_heading at = mill_elementary_heading(angle);
+    const double c = at.cos, s = at.sin;
     for (size_t i = 0; i < mesh->points; i++) {
         const vec3 r = mesh->point[i];
         to[3 * i] = (float)r.x;

@@ -13,6 +13,8 @@
  * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
 #include "wavy.h"
 
+#include "elementary.h"
+
 #include <stdlib.h>
 
 #define NO_ARC (-1)
@@ -373,8 +375,8 @@ static struct mill_span parts(const struct mill_shape *shape, vec3 lo, vec3 hi, 
     const double away = sqrt(p.y * p.y + p.z * p.z);
     int first = 0, count = w->arcs;
     if (away > half) {
-        const double at = (atan2(p.z, p.y) - w->angle) / w->half_pitch;
-        const double wide = asin(half / away) / w->half_pitch + 1e-6;
+        const double at = (mill_elementary_atan2(p.z, p.y) - w->angle) / w->half_pitch;
+        const double wide = mill_elementary_asin(half / away) / w->half_pitch + 1e-6;
         const double from = floor(at - wide), to = ceil(at + wide);
         if (to - from + 1.0 < w->arcs) {
             first = (int)(from - w->arcs * floor(from / w->arcs)) % w->arcs;
@@ -427,7 +429,7 @@ static void find_pitches(struct wavy *w)
         const double along = 4.0 * k / w->sectors;
         const double y = along < 2.0 ? along - 1.0 : 3.0 - along;
         const double z = along < 2.0 ? fabs(y) - 1.0 : 1.0 - fabs(y);
-        const double angle = atan2(z, y) - 1e-9 - w->angle;
+        const double angle = mill_elementary_atan2(z, y) - 1e-9 - w->angle;
         const double pitch = floor(angle / (2.0 * w->half_pitch) + 0.5);
         w->outer_at[k] = (int16_t)(2 * ((int)(pitch - n * floor(pitch / n)) % n));
     }
@@ -453,15 +455,17 @@ struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
     w->far = profile->radius + profile->height;
     w->angle = fmod(profile->angle, 2.0 * MILL_PI);
     w->half_pitch = MILL_PI / profile->buckles;
-    w->cos_pitch = cos(w->half_pitch);
-    w->sin_pitch = sin(w->half_pitch);
+    const struct mill_heading half = mill_elementary_heading(w->half_pitch);
+    w->cos_pitch = half.cos;
+    w->sin_pitch = half.sin;
     w->overhangs = profile->half_outer > 0.5 * MILL_PI;
     w->arcs = arcs;
     for (int j = 0; j < arcs; j++) {
         struct arc *a = &w->arc[j];
         const double far = inward(j) > 0.0 ? profile->outer : profile->inner;
-        a->uy = cos(w->angle + j * w->half_pitch);
-        a->uz = sin(w->angle + j * w->half_pitch);
+        const struct mill_heading ray = mill_elementary_heading(w->angle + j * w->half_pitch);
+        a->uy = ray.cos;
+        a->uz = ray.sin;
         a->y = far * a->uy;
         a->z = far * a->uz;
     }

@@ -5,6 +5,7 @@ rules, and sums taken in the same order, so that the impacts of one run give the
 to the bit and whatever the batches. SI throughout.
 """
 
+import decimal
 import functools
 import math
 
@@ -13,6 +14,7 @@ import numpy as np
 from milltools.kinds import KINDS
 
 DECADE, LOWEST, HIGHEST = 152, -760, 380  # edges are 20^(k/152) m/s, k = LOWEST..HIGHEST
+LOG_BIN = 0.019708764957592047  # ln(20) / DECADE
 BINS = HIGHEST - LOWEST
 SLOTS = BINS + 2  # slot 0: below the lowest edge, the last one: from the highest on
 FAST = 1 + (-DECADE - LOWEST)  # the slot that begins at 0.05 m/s
@@ -32,7 +34,7 @@ def _edge(k):
         k, whole = k - DECADE, whole * 20
     while k < 0:
         k, divisor = k + DECADE, divisor * 20
-    return whole * math.pow(20, k / DECADE) / divisor
+    return whole * float(decimal.Decimal(20) ** (decimal.Decimal(k) / DECADE)) / divisor
 
 
 EDGES = np.array([_edge(k) for k in range(LOWEST, HIGHEST + 1)])  # (BINS + 1,) [m/s]
@@ -58,8 +60,15 @@ def quantile(count, level):
     if slot > BINS:
         return EDGES[BINS]
     before = below[at - 1] if at > 0 else 0.0
-    low, high = EDGES[slot - 1], EDGES[slot]
-    return low * math.pow(high / low, (level * total - before) / count[at])
+    return EDGES[slot - 1] * _exp((level * total - before) / count[at] * LOG_BIN)
+
+
+def _exp(x):
+    """As src/elementary.c has it, for |x| < 0.1."""
+    total = 1.0
+    for n in range(15, 1, -1):
+        total = 1 + total * x / n
+    return 1 + x * total
 
 
 class Spectrum:
@@ -226,9 +235,25 @@ class Map:
             flow += np.bincount(cells, np.ravel(part), len(flow))
 
 
+def _arc_tangent(t):
+    large = t > 0.41421356237309503
+    u = np.where(large, (t - 1) / (t + 1), t)
+    z, total = u * u, 0.0
+    for k in range(22, 0, -1):
+        total = 1 / (2 * k + 1) - z * total
+    return np.where(large, 0.25 * math.pi, 0.0) + (u - u * z * total)
+
+
+def _arc_sine(s):
+    """Of 0 <= s <= 1, as src/elementary.c has it."""
+    along = np.sqrt((1 - s) * (1 + s))
+    flat = _arc_tangent(np.minimum(s, along) / np.maximum(s, along))
+    return np.where(s <= along, flat, 0.5 * math.pi - flat)
+
+
 def _under_arc(radius, y):
     s = np.minimum(1, y / radius)
-    return 0.5 * radius * radius * (s * np.sqrt(1 - s * s) + np.arcsin(s))
+    return 0.5 * radius * radius * (s * np.sqrt(1 - s * s) + _arc_sine(s))
 
 
 def circle_cells(radius, n):
