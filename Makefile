@@ -31,7 +31,7 @@ ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl h
 ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
 LDLIBS := $(shell pkg-config --libs gsl hdf5 inih 2>/dev/null) -ludunits2 -lm
 
-LIB := $(filter-out $(BUILD)/src/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*.c)))
+LIB := $(filter-out $(BUILD)/src/app/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
 BENCH := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/bench_*.c))
 FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
@@ -40,7 +40,7 @@ FUZZERS := $(patsubst %,$(BUILD)/tests/fuzz/fuzz_%,$(FUZZ))
 FUZZ_LINK := -Wl,--wrap=mill_units_create,--wrap=mill_units_free $(if $(filter fuzz,$(MODE)),-fsanitize=fuzzer)
 FUZZ_MAIN := $(BUILD)/tests/fuzz/units_once.o $(if $(filter fuzz,$(MODE)),,$(BUILD)/tests/fuzz/replay.o)
 PROBES := $(patsubst %.c,build/release/%,$(wildcard validation/*/*.c))
-C_FILES := $(wildcard src/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
+C_FILES := $(wildcard src/*/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
              validation/*/*.[ch])
 
 # The simulator is whole without Python, so packages for ./mill that cannot be had now are one line, not a failure;
@@ -76,12 +76,12 @@ millsim: build/release/millsim
 
 ifeq ($(MODE),musl)
 build/musl/millsim: build/release/millsim build/musl/libm.a
-	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
+	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/app/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
 
 build/release/millsim: always
 	@$(MAKE) $(PARALLEL) MODE=release $@
 else
-$(BUILD)/millsim: $(BUILD)/src/main.o $(LIB)
+$(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
 endif
 
@@ -89,7 +89,7 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
-VERSIONED := $(patsubst %,$(BUILD)/src/%.o,main command run_end record checkpoint)
+VERSIONED := $(patsubst %,$(BUILD)/src/app/%.o,main command run_end record checkpoint)
 $(VERSIONED): $(BUILD)/version
 $(VERSIONED): DEFINES = \
 	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
@@ -168,7 +168,7 @@ lint:
 	@tools/setup build test lint
 	clang-format-14 --dry-run -Werror $(C_FILES)
 	tools/check-floors
-	@$(MAKE) $(PARALLEL) BUILD=build/lint WERROR=1 build/lint/millsim && tools/check-names build/lint/src/*.o
+	@$(MAKE) $(PARALLEL) BUILD=build/lint WERROR=1 build/lint/millsim && tools/check-names build/lint/src/*/*.o
 	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
 	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
 	codespell -q 3 .
@@ -237,7 +237,7 @@ install: millsim
 clean:
 	rm -rf build millsim mill
 
--include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
+-include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
 .PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study lint format pictures bench bench-parts \

@@ -31,9 +31,10 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
 void mill_sim_audit(struct mill_sim *sim);
 
 /* The state of sim and world, for a run that is interrupted and goes on to the same bits, as a list
- * of places (src/parts.h) that make one run of bytes: good for the same program only. The first
- * *values of them are single values; the others are the arrays of the balls, which stay as they are
- * until the next mill_sim_run, whatever is audited or written meanwhile. Returns how many. */
+ * of places (src/base/parts.h) that make one run of bytes: good for the same program only. The
+ * first *values of them are single values; the others are the arrays of the balls, which stay as
+ * they are until the next mill_sim_run, whatever is audited or written meanwhile. Returns how many.
+ */
 enum { MILL_SIM_PARTS = 16 }; /* room for so many */
 struct mill_part;
 size_t mill_sim_parts(struct mill_sim *sim, struct mill_part *part, size_t *values);

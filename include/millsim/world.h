@@ -65,7 +65,7 @@ struct mill_energy {
     double potential;  /* [J] 0 for a ball at the origin */
 };
 
-struct mill_shape; /* src/shape.h */
+struct mill_shape; /* src/geometry/shape.h */
 
 struct mill_world {
     double base; /* [s] simulated time at local time 0: local times stay small and exact */

@@ -1,7 +1,7 @@
 /* What an event costs in the calendar: the hold model (take the first, put it back a random gap
  * later) for three distributions of gaps and 10^2 .. 10^6 items; then with rates that change by a
  * million. Prints nanoseconds per event; memory latency is what grows with the items. */
-#include "calendar.h"
+#include "engine/calendar.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -4,11 +4,11 @@
  * back to back, everything in the cache ("replayed"), and beside the event loop, 64 at a time, with
  * the cache as the loop leaves it ("in the loop"); snapshots likewise with the cache warm, and
  * after a walk through 8 MiB. `bench_observers [--json FILE] [DECK]`; DECK: input/simoloyer.ini. */
-#include "h5.h"
-#include "impactlog.h"
-#include "maps.h"
 #include "millsim/sim.h"
-#include "tally.h"
+#include "observe/impactlog.h"
+#include "observe/maps.h"
+#include "observe/tally.h"
+#include "store/h5.h"
 
 #include <stdio.h>
 #include <stdlib.h>

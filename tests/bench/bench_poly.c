@@ -10,10 +10,10 @@
 #include <time.h>
 
 #include "../unit/poly_cases.h"
+#include "geometry/shape.h"
 #include "millsim/deck.h"
 #include "millsim/poly.h"
 #include "millsim/sim.h"
-#include "shape.h"
 
 #define CASES 4096
 #define REPEATS 7

@@ -4,8 +4,8 @@
  * search may give up, and says so; then nothing may have happened before. */
 #include "fuzz.h"
 
-#include "blade.h"
-#include "shape.h"
+#include "geometry/blade.h"
+#include "geometry/shape.h"
 
 #define TOLERANCE 1e-9 /* [m] the promise about overlaps */
 #define TOUCHING 1e-12 /* [m] wider than what rounding leaves of a gap at a contact */

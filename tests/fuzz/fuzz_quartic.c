@@ -4,9 +4,9 @@
  * residuals of the size of rounding. */
 #include "fuzz.h"
 
+#include "base/poly_sturm.h"
 #include "exact.h"
 #include "millsim/poly.h"
-#include "poly_sturm.h"
 
 /* A time right to one unit in the last place leaves a residual of 4 of these at degree 4. */
 #define UNITS 4.0L

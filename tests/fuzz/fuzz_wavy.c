@@ -5,8 +5,8 @@
  * its next flight, which begins at the wall. */
 #include "fuzz.h"
 
-#include "profile.h"
-#include "wavy.h"
+#include "base/profile.h"
+#include "geometry/wavy.h"
 
 #define TOLERANCE 1e-9 /* [m] the promise about overlaps */
 #define TOUCHING 1e-12 /* [m] wider than what rounding leaves of a gap at a contact */

@@ -5,11 +5,11 @@
  * close. A second run, in one piece or saved halfway and taken up by another, must give the same
  * bits; or it is a paranoid one.
  */
+#include "base/parts.h"
+#include "base/profile.h"
 #include "mill.h"
-#include "parts.h"
-#include "profile.h"
 
-#include "walls.h"
+#include "geometry/walls.h"
 
 enum {
     MOST_BALLS = 100,

@@ -5,9 +5,9 @@
 
 #include "fuzz.h"
 
+#include "engine/sim_private.h"
+#include "geometry/shape.h"
 #include "millsim/sim.h"
-#include "shape.h"
-#include "sim_private.h"
 
 #define DEEPEST 1e-9  /* [m] the promise: no two bodies overlap by more */
 #define ROUNDED 1e-12 /* [m] what the rounding of decimals in a start file may do */

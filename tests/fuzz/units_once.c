@@ -1,6 +1,6 @@
 /* Reading the unit database takes a hundred times longer than reading a deck. The fuzz targets are
  * linked with --wrap, so that it is read once for all inputs. */
-#include "units.h"
+#include "deck/units.h"
 
 #include <stddef.h>
 

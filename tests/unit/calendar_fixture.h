@@ -3,7 +3,7 @@
 #ifndef CALENDAR_FIXTURE_H
 #define CALENDAR_FIXTURE_H
 
-#include "calendar.h"
+#include "engine/calendar.h"
 
 #include "engine_fixture.h"
 

@@ -2,7 +2,7 @@
 #ifndef CELLS_FIXTURE_H
 #define CELLS_FIXTURE_H
 
-#include "cells.h"
+#include "engine/cells.h"
 
 #include "engine_fixture.h"
 

@@ -3,7 +3,7 @@
 #ifndef MILL_FIXTURE_H
 #define MILL_FIXTURE_H
 
-#include "tally.h"
+#include "observe/tally.h"
 
 #include <check.h>
 #include <math.h>

@@ -3,9 +3,9 @@
 #ifndef OUTPUT_FIXTURE_H
 #define OUTPUT_FIXTURE_H
 
-#include "h5.h"
 #include "millsim/observer.h"
 #include "millsim/world.h"
+#include "store/h5.h"
 
 #include <check.h>
 #include <hdf5.h>

@@ -3,9 +3,9 @@
 #ifndef SHAPE_FIXTURE_H
 #define SHAPE_FIXTURE_H
 
-#include "blade.h"
-#include "cylinder.h"
-#include "plate.h"
+#include "geometry/blade.h"
+#include "geometry/cylinder.h"
+#include "geometry/plate.h"
 
 #include <check.h>
 #include <math.h>

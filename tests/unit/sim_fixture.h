@@ -3,9 +3,9 @@
 #ifndef SIM_FIXTURE_H
 #define SIM_FIXTURE_H
 
+#include "geometry/shape.h"
 #include "millsim/deck.h"
 #include "millsim/sim.h"
-#include "shape.h"
 
 #include <check.h>
 #include <dirent.h>

@@ -2,9 +2,9 @@
 #ifndef SIM_MILLS_H
 #define SIM_MILLS_H
 
-#include "parts.h"
+#include "base/parts.h"
+#include "engine/sim_private.h"
 #include "sim_fixture.h"
-#include "sim_private.h"
 
 static const char *const mills[] = {
     /* every kind of contact, with friction */

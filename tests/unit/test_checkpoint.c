@@ -1,7 +1,7 @@
 /* Claims about /checkpoint: the state of a run comes back from the file as it was put there, and
  * whatever is not this program's whole state is refused with a line that says what it is. And about
  * the list of places that states are made from. */
-#include "checkpoint.h"
+#include "app/checkpoint.h"
 #include "sim_mills.h"
 
 #include <stddef.h>

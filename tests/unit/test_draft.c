@@ -1,7 +1,7 @@
 /* A file that others only ever see whole: whatever is done to the writer or to the files around it,
  * the name leads to what was last published, and nothing is left behind. */
 #define _XOPEN_SOURCE 700
-#include "draft.h"
+#include "store/draft.h"
 
 #include <check.h>
 #include <errno.h>

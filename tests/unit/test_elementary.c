@@ -1,5 +1,5 @@
 /* Claims about the elementary functions, held against the C library's in extended precision. */
-#include "elementary.h"
+#include "base/elementary.h"
 
 #include "engine_fixture.h"
 

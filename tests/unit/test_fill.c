@@ -1,10 +1,10 @@
 /* Claims about random first positions: nothing overlaps, the seed decides, what does not fit is
  * answered with a number that does. */
+#include "geometry/shape.h"
 #include "millsim/world.h"
-#include "shape.h"
 
 #include "engine_fixture.h"
-#include "fill_private.h"
+#include "start/fill_private.h"
 
 #include <time.h>
 

@@ -1,5 +1,5 @@
 /* The log of impacts: every one of them, in order, with all that is known of it. */
-#include "impactlog.h"
+#include "observe/impactlog.h"
 #include "output_fixture.h"
 
 #define MANY 150000 /* more than two blocks of the log */

@@ -1,7 +1,7 @@
 /* Claims about the two maps of the mill. */
+#include "geometry/shape.h"
 #include "mill_fixture.h"
-#include "section.h"
-#include "shape.h"
+#include "observe/section.h"
 
 static struct fixture f;
 static struct mill_maps *maps;

@@ -1,5 +1,5 @@
 /* Claims about the memory of the large arrays. */
-#include "memory.h"
+#include "base/memory.h"
 
 #include "engine_fixture.h"
 

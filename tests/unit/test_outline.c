@@ -1,6 +1,6 @@
 /* What shapes draw: triangles on their true surfaces, seen from the balls' side, without gaps. One
  * contract for all kinds, checked with the gap and the contact that the event loop uses. */
-#include "outline.h"
+#include "observe/outline.h"
 #include "wavy_fixture.h"
 
 #define MANY 40

@@ -1,8 +1,8 @@
 /* Claims about the pair search: every variant finds, to the bit, what a loop over all balls finds
  * that takes one after the other, in every form of the cells' rows. */
-#include "pairs.h"
+#include "engine/pairs.h"
 
-#include "memory.h"
+#include "base/memory.h"
 
 #include "cells_fixture.h"
 

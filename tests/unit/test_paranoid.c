@@ -1,7 +1,7 @@
 /* Claims about the checks of a paranoid run: a sound state passes and is counted in full, each kind
  * of fault is told by its own line, and to be watched changes nothing. */
+#include "engine/sim_paranoid.h"
 #include "sim_fixture.h"
-#include "sim_paranoid.h"
 
 /* Four balls without gravity: 0 flies at 1 (1.5 mm apart), 2 at the drum (1 mm), 3 is at rest in
  * the way of the blade, which gets there after some 20 ms. */

@@ -2,9 +2,9 @@
 #include <check.h>
 #include <stdlib.h>
 
+#include "base/poly_sturm.h"
 #include "millsim/poly.h"
 #include "poly_cases.h"
-#include "poly_sturm.h"
 
 #define DIFFER(a, b) (fabs((a) - (b)))
 

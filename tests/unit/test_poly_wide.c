@@ -2,8 +2,8 @@
 #include <check.h>
 #include <stdlib.h>
 
+#include "base/poly_wide.h"
 #include "poly_cases.h"
-#include "poly_wide.h"
 
 static double any_double(gsl_rng *rng)
 {

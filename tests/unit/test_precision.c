@@ -1,6 +1,6 @@
 /* Claims about what is known of a run, and about the window that is found for it. */
 #include "mill_fixture.h"
-#include "precision.h"
+#include "observe/precision.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* Claims about prediction: the first event in the calendar that is a contact is the first contact
  * of all, found by looking at every pair and every surface. */
-#include "predict.h"
-#include "shape.h"
+#include "engine/predict.h"
+#include "geometry/shape.h"
 
 #include "engine_fixture.h"
 

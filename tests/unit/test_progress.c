@@ -1,6 +1,6 @@
 /* The progress line: fits the terminal, tells the share done honestly, and is rare in a log file.
  */
-#include "progress.h"
+#include "app/progress.h"
 
 #include <check.h>
 #include <stdlib.h>

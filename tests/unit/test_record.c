@@ -1,6 +1,6 @@
 /* The record of a run: its deck and how it went. */
+#include "app/record.h"
 #include "output_fixture.h"
-#include "record.h"
 
 static const char deck_text[] = "[run]\n"
                                 "time = 250 ms\n"

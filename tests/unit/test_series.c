@@ -1,6 +1,6 @@
 /* Time series: the world's books at every interval. */
+#include "observe/series.h"
 #include "output_fixture.h"
-#include "series.h"
 
 #define AT "/observables/"
 

@@ -1,7 +1,7 @@
 /* Claims about the books and the clock of the event loop: energy, momentum, work of the rotor, what
  * observers are told, and that nothing but the deck decides a run. */
+#include "engine/sim_private.h"
 #include "sim_mills.h"
-#include "sim_private.h"
 
 START_TEST(the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds)
 {

@@ -1,5 +1,5 @@
 /* Claims about the logarithmic bins of speeds. */
-#include "spectrum.h"
+#include "observe/spectrum.h"
 
 #include <check.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Claims about the merging of re-contacts, against a plain list of all pairs ever seen. */
-#include "strikes.h"
+#include "observe/strikes.h"
 
 #include <check.h>
 #include <math.h>

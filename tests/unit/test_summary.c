@@ -1,6 +1,6 @@
 /* Claims about the summary, as a table and as JSON. */
+#include "app/summary.h"
 #include "mill_fixture.h"
-#include "summary.h"
 
 static struct fixture f;
 static struct mill_summary_facts facts;

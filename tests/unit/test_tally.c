@@ -1,6 +1,6 @@
 /* Claims about the statistics that the tally gathers. */
-#include "h5.h"
 #include "mill_fixture.h"
+#include "store/h5.h"
 
 #include <stdio.h>
 #include <unistd.h>

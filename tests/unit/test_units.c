@@ -1,5 +1,5 @@
 /* Units of measure: which are known, what factor they stand for, which are of another quantity. */
-#include "units.h"
+#include "deck/units.h"
 
 #include <check.h>
 #include <stdio.h>

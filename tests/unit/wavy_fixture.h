@@ -2,8 +2,8 @@
 #ifndef WAVY_FIXTURE_H
 #define WAVY_FIXTURE_H
 
+#include "geometry/wavy.h"
 #include "shape_fixture.h"
-#include "wavy.h"
 
 #define R 0.075
 

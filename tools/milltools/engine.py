@@ -23,7 +23,7 @@ def program() -> pathlib.Path:
     found = shutil.which("millsim")
     if found:
         return pathlib.Path(found)
-    if (ROOT / "src/main.c").exists():
+    if (ROOT / "src/app/main.c").exists():
         raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
         "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "

@@ -1,6 +1,6 @@
 """What happened in the mill? Spectra of impact speeds, strikes, maps and the rotor's blocks, as millsim makes them.
 
-The numpy twin of src/spectrum.c, strikes.c, maps.c, maps_sample.c, section.c and rotorstat.c: the same bins and
+The numpy twin of src/observe/spectrum.c, strikes.c, maps.c, maps_sample.c, section.c and rotorstat.c: the same bins and
 rules, and sums taken in the same order, so that the impacts of one run give the same numbers whoever counts them,
 to the bit and whatever the batches. SI throughout.
 """
@@ -64,7 +64,7 @@ def quantile(count, level):
 
 
 def _exp(x):
-    """As src/elementary.c has it, for |x| < 0.1."""
+    """As src/base/elementary.c has it, for |x| < 0.1."""
     total = 1.0
     for n in range(15, 1, -1):
         total = 1 + total * x / n
@@ -182,7 +182,7 @@ class Strikes:
 
 
 # Points of a ball's volume: (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1) in half spacings, see
-# src/maps_sample.c. Seen along x they are 12 places (plane in y, plane in z, points / 2):
+# src/observe/maps_sample.c. Seen along x they are 12 places (plane in y, plane in z, points / 2):
 _SQUARE = [
     (j, k, 1 + (j in (1, 2) and k in (1, 2)))
     for j in range(4)
@@ -245,7 +245,7 @@ def _arc_tangent(t):
 
 
 def _arc_sine(s):
-    """Of 0 <= s <= 1, as src/elementary.c has it."""
+    """Of 0 <= s <= 1, as src/base/elementary.c has it."""
     along = np.sqrt((1 - s) * (1 + s))
     flat = _arc_tangent(np.minimum(s, along) / np.maximum(s, along))
     return np.where(s <= along, flat, 0.5 * math.pi - flat)

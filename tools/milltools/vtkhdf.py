@@ -1,4 +1,4 @@
-"""/VTKHDF of another program's run: its frames as VTK, ParaView and F3D read them, laid out as src/vtkhdf.c does it.
+"""/VTKHDF of another program's run: its frames as VTK, ParaView and F3D read them, laid out as src/observe/vtkhdf.c does it.
 
 docs/file-format.md names everything in it. Balls are virtual datasets over /particles/trajectory, what blocks have in
 common is linked; only the corners of the turning rotor are written for every frame.

@@ -5,10 +5,10 @@
  * equidistant times (with
  * --reverse as many again on the way back) one row of figures (time, contacts, rotor work,
  * dissipation, 0...) and then one row a ball: position, velocity, spin. */
+#include "engine/predict.h"
+#include "engine/sim_private.h"
 #include "millsim/deck.h"
 #include "millsim/sim.h"
-#include "predict.h"
-#include "sim_private.h"
 
 #include <stdio.h>
 #include <stdlib.h>

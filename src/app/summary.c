@@ -1,0 +1,242 @@
+/* What did the run come to? A table of at most 100 columns for standard output: contacts by kind
+ * over the sampled window, the rotor, the energies, the anomalies, the cost; last one line that
+ * says it all. */
+#include "app/summary.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { WIDTH = 100, LABEL = 18, FEW_BLOCKS = 8 };
+
+/* How a number of four significant digits is written: times 1000^-thousands, with these decimals.
+ */
+struct scale {
+    int thousands, decimals;
+};
+
+static bool fits(double value, struct scale *scale)
+{
+    char digits[MILL_SUMMARY_NUMBER];
+    if (isinf(value))
+        return false;
+    snprintf(digits, sizeof digits, "%.3e", value); /* rounded first: 999.96 is 1.000 k */
+    const int exponent = value == 0 ? 0 : atoi(strchr(digits, 'e') + 1);
+    scale->thousands = (exponent + 15) / 3 - 5; /* rounded down, from -15 up */
+    scale->decimals = 3 - (exponent - 3 * scale->thousands);
+    return exponent >= -12 && exponent <= 14;
+}
+
+/* " kW": a blank, the prefix, the unit; nothing where there is neither */
+static const char *scaled_unit(char text[MILL_SUMMARY_NUMBER], struct scale scale, const char *unit)
+{
+    static const char *const prefix[] = {"p", "n", "u", "m", "", "k", "M", "G", "T"};
+    const char *sign = prefix[scale.thousands + 4];
+    snprintf(text, MILL_SUMMARY_NUMBER, "%s%s%s", *sign || *unit ? " " : "", sign, unit);
+    return text;
+}
+
+const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit)
+{
+    struct scale scale;
+    char tail[MILL_SUMMARY_NUMBER];
+    if (isnan(value))
+        snprintf(text, MILL_SUMMARY_NUMBER, "-");
+    else if (value == 0)
+        snprintf(text, MILL_SUMMARY_NUMBER, "0%s%s", *unit ? " " : "", unit);
+    else if (!*unit && value < 1000 && value == floor(value)) /* a count */
+        snprintf(text, MILL_SUMMARY_NUMBER, "%.0f", value);
+    else if (!fits(value, &scale))
+        snprintf(text, MILL_SUMMARY_NUMBER, "%.3e %s", value, unit);
+    else
+        snprintf(text, MILL_SUMMARY_NUMBER, "%.*f%.12s", scale.decimals,
+                 value / pow(10, 3 * scale.thousands), scaled_unit(tail, scale, unit));
+    return text;
+}
+
+struct mill_summary_totals mill_summary_add(const struct mill_world *world,
+                                            const struct mill_summary_facts *facts)
+{
+    const double t = facts->time_reached - world->base;
+    struct mill_summary_totals totals = {.energy = mill_world_energy(world, t)};
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        totals.contacts += world->account.collisions[kind];
+        totals.dissipation += world->account.dissipation[kind];
+    }
+    totals.anomalies = world->counts.not_closing + world->counts.reliefs + world->counts.smoothed +
+                       world->counts.overlaps;
+    mill_world_balance(world, t, &totals.balance_error, &totals.turnover);
+    return totals;
+}
+
+static void print_row(FILE *out, const struct mill_tally *tally, int row)
+{
+    const struct mill_spectrum *normal = &tally->impacts[row].normal;
+    const uint64_t count = mill_spectrum_count(normal, 0);
+    const double power = mill_tally_per_second(tally, mill_spectrum_dissipation(normal, 0));
+    const double share = mill_tally_floor_share(tally, row);
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
+    char d[MILL_SUMMARY_NUMBER], e[MILL_SUMMARY_NUMBER], f[MILL_SUMMARY_NUMBER] = "-";
+    if (!isnan(share))
+        snprintf(f, sizeof f, "%.1f %%", 100 * share);
+    fprintf(out, "%-10s %12llu %11s %12s %12s %12s %9s %11s\n", mill_tally_name(row),
+            (unsigned long long)count,
+            mill_summary_number(a, mill_tally_per_second(tally, (double)count), "/s"),
+            mill_summary_number(b, mill_spectrum_quantile(&tally->grid, normal, 0, 0.5), "m/s"),
+            mill_summary_number(
+                c, mill_spectrum_quantile(&tally->grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
+            mill_summary_number(d, mill_spectrum_mean(normal), "m/s"), f,
+            mill_summary_number(e, power, "W"));
+}
+
+static void print_contacts(FILE *out, const struct mill_tally *tally,
+                           const struct mill_summary_facts *facts)
+{
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
+    const double duration = tally->at.duration;
+    fprintf(out, "sampled for %s, from %s to %s\n", mill_summary_number(a, duration, "s"),
+            mill_summary_number(b, tally->at.begin, "s"),
+            mill_summary_number(c, tally->at.begin + duration, "s"));
+    mill_summary_end(out, tally, facts);
+    fputc('\n', out);
+    fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
+            "median v_n", "mean v_n", "at the", "dissipated");
+    fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",
+            "> 50 mm/s", "of all", "floor", "power");
+    for (int row = 0; row < MILL_TALLY_ROWS; row++)
+        if (row == MILL_TALLY_ALL || mill_spectrum_count(&tally->impacts[row].normal, 0) > 0)
+            print_row(out, tally, row);
+    if (tally->pairs.window > 0) {
+        const double strikes =
+            (double)mill_spectrum_count(&tally->strikes[MILL_TALLY_ALL].normal, 0);
+        fprintf(out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
+                "strikes", strikes,
+                mill_summary_number(a, mill_tally_per_second(tally, strikes), "/s"),
+                mill_summary_number(b, tally->pairs.window, "s"));
+    }
+    fputc('\n', out);
+}
+
+/* The mean and its error on one scale: "8.213 +- 0.090 N m" */
+static void print_mean(FILE *out, const char *label, double mean, double error, const char *unit,
+                       const struct mill_rotorstat *stat)
+{
+    struct scale scale;
+    char text[MILL_SUMMARY_NUMBER];
+    const double revolutions = (double)stat->blocks * stat->revolutions;
+    fprintf(out, "%-*s ", LABEL, label);
+    if (!isnan(mean) && !isnan(error) && fits(mean, &scale)) {
+        const double one = pow(10, 3 * scale.thousands);
+        fprintf(out, "%.*f +- %.*f%s", scale.decimals, mean / one, scale.decimals, error / one,
+                scaled_unit(text, scale, unit));
+    } else {
+        fprintf(out, "%s", mill_summary_number(text, mean, unit));
+    }
+    const char *remark = "";
+    if (isnan(error))
+        remark = ": too few for an error";
+    else if (stat->blocks < FEW_BLOCKS)
+        remark = ": the error is rough";
+    fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
+            remark);
+}
+
+static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t anomalies)
+{
+    const struct mill_counts *counts = &world->counts;
+    char a[MILL_SUMMARY_NUMBER];
+    fprintf(out, "%-*s ", LABEL, "anomalies");
+    if (anomalies == 0) {
+        fprintf(out, "none\n");
+        return;
+    }
+    const struct {
+        uint64_t count;
+        const char *what;
+    } list[] = {{counts->not_closing, "contacts found opening"},
+                {counts->reliefs, "pinched balls let go"},
+                {counts->smoothed, "contacts made smooth"},
+                {counts->overlaps, "overlaps"}};
+    const char *comma = "";
+    for (int i = 0; i < 4; i++)
+        if (list[i].count > 0) {
+            fprintf(out, "%s%s: %llu", comma, list[i].what, (unsigned long long)list[i].count);
+            comma = ", ";
+        }
+    if (counts->overlaps > 0)
+        fprintf(out, " (up to %s)", mill_summary_number(a, counts->largest_overlap, "m"));
+    fputc('\n', out);
+}
+
+static void print_state(FILE *out, const struct mill_world *world, const struct mill_tally *tally,
+                        const struct mill_summary_totals *totals)
+{
+    const struct mill_rotorstat *stat = &tally->rotor;
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER];
+    if (world->rotor_speed != 0) {
+        print_mean(out, "rotor power", mill_tally_power(tally),
+                   mill_rotorstat_error(stat->power, stat->blocks), "W", stat);
+        print_mean(out, "rotor torque", mill_tally_torque(tally),
+                   mill_rotorstat_error(stat->torque, stat->blocks), "N m", stat);
+    }
+    fprintf(out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
+            mill_summary_number(a, totals->energy.kinetic, "J"),
+            mill_summary_number(b, totals->energy.rotational, "J"));
+    fprintf(out, "%-*s %s of %s turned over", LABEL, "energy error",
+            mill_summary_number(a, totals->balance_error, "J"),
+            mill_summary_number(b, totals->turnover, "J"));
+    if (totals->turnover > 0)
+        fprintf(out, " (%.1e)", totals->balance_error / totals->turnover);
+    fputc('\n', out);
+    print_anomalies(out, world, totals->anomalies);
+}
+
+static void print_cost(FILE *out, const struct mill_summary_facts *facts, uint64_t contacts)
+{
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
+    const double per_cpu = facts->cpu > 0 ? (double)contacts / facts->cpu : (double)NAN;
+    const double per_wall = facts->wall > 0 ? facts->time_reached / facts->wall : (double)NAN;
+    fprintf(out, "%-*s %s contacts per CPU second, %.4g simulated s per wall s\n", LABEL, "speed",
+            mill_summary_number(a, per_cpu, ""), per_wall);
+    fprintf(out, "%-*s %s wall, %s CPU, %s memory at most\n", LABEL, "cost",
+            mill_summary_number(a, facts->wall, "s"), mill_summary_number(b, facts->cpu, "s"),
+            mill_summary_number(c, facts->peak_memory, "B"));
+    fprintf(out, "%-*s %s\n", LABEL, "output", facts->output);
+}
+
+/* "note: ...", broken between words */
+static void print_note(FILE *out, const char *text)
+{
+    int column = fprintf(out, "note:");
+    while (*text) {
+        const int word = (int)strcspn(text, " ");
+        if (column + 1 + word > WIDTH)
+            column = fprintf(out, "\n     ") - 1;
+        column += fprintf(out, " %.*s", word, text);
+        text += word;
+        text += strspn(text, " ");
+    }
+    fputc('\n', out);
+}
+
+void mill_summary_print(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
+                        const struct mill_tally *tally, const struct mill_summary_facts *facts)
+{
+    const struct mill_summary_totals totals = mill_summary_add(world, facts);
+    char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
+    const int notes = mill_summary_notes(deck, world, tally, facts, note);
+    print_contacts(out, tally, facts);
+    print_state(out, world, tally, &totals);
+    print_cost(out, facts, totals.contacts);
+    for (int i = 0; i < notes; i++)
+        print_note(out, note[i]);
+    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %s contacts, %s, ", facts->version,
+            facts->deck, facts->time_reached, mill_summary_number(a, facts->wall, "s"),
+            mill_summary_number(b, (double)totals.contacts, ""),
+            mill_summary_number(c, facts->peak_memory, "B"));
+    if (totals.anomalies > 0)
+        fprintf(out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
+    else
+        fprintf(out, "no anomalies\n");
+}

@@ -1,0 +1,19 @@
+/* Aligned memory. A record as long as a cache line costs one access only if it begins on one. */
+#include "base/memory.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LINE 64
+
+void *mill_memory_get(size_t count, size_t size)
+{
+    void *memory = NULL;
+    if (size > 0 && count > (SIZE_MAX - LINE) / size)
+        return NULL;
+    const size_t bytes = count * size > 0 ? count * size : LINE;
+    if (posix_memalign(&memory, LINE, bytes) != 0)
+        return NULL;
+    return memset(memory, 0, bytes);
+}

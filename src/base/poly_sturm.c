@@ -1,0 +1,308 @@
+/* How many real roots lie in an interval, and, built on that, the first rise with certainty.
+ * Sturm's theorem: the number of distinct roots in (lo, hi] is the loss of sign changes along the
+ * chain p, p', -(p mod p'), ... . Remainders are formed without division, by positive multiples, in
+ * numbers wide enough to be exact for all but absurd coefficients, so that counts, multiple roots
+ * and signs are those of the given doubles. A vanishing element takes the sign it has just to the
+ * right, which makes the count hold at multiple roots too, and the interval open at lo and closed
+ * at hi. */
+#include "base/poly_sturm.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "base/poly_wide.h"
+#include "millsim/poly.h"
+
+#define CANDIDATE_TRIES 8
+
+struct poly {
+    int degree;
+    struct wide c[5];
+};
+
+struct chain {
+    int length;
+    struct poly p[5];
+};
+
+static void drop_leading_zeros(struct poly *p)
+{
+    while (p->degree >= 0 && wide_sign(&p->c[p->degree]) == 0)
+        p->degree--;
+}
+
+static void poly_from(const double *c, int degree, struct poly *p)
+{
+    p->degree = degree;
+    for (int k = 0; k <= degree; k++)
+        p->c[k] = wide_from(c[k]);
+    drop_leading_zeros(p);
+}
+
+static void derivative(const struct poly *p, struct poly *d)
+{
+    d->degree = p->degree - 1;
+    for (int k = 1; k <= p->degree; k++) {
+        struct wide factor = wide_from(k);
+        d->c[k - 1] = wide_product(&factor, &p->c[k]);
+    }
+}
+
+/* a mod b times a positive number, in place: a <- |lead b| a - (+-lead a) x^k b until it is shorter
+ */
+static void reduce(struct poly *a, const struct poly *b)
+{
+    struct wide scale = b->c[b->degree];
+    int sign = scale.sign;
+    scale.sign = 1;
+    while (a->degree >= b->degree) {
+        int shift = a->degree - b->degree;
+        struct wide lead = a->c[a->degree];
+        lead.sign *= -sign;
+        for (int k = 0; k < a->degree; k++) {
+            a->c[k] = wide_product(&scale, &a->c[k]);
+            if (k >= shift) {
+                struct wide term = wide_product(&lead, &b->c[k - shift]);
+                a->c[k] = wide_sum(&a->c[k], &term);
+            }
+        }
+        a->degree--;
+        drop_leading_zeros(a);
+    }
+}
+
+/* n p - x p', which leaves the same remainder by p' as n p does, but is a degree lower */
+static void shortened(const struct poly *p, struct poly *e)
+{
+    e->degree = p->degree - 1;
+    for (int k = 0; k <= e->degree; k++) {
+        struct wide factor = wide_from(p->degree - k);
+        e->c[k] = wide_product(&factor, &p->c[k]);
+    }
+    drop_leading_zeros(e);
+}
+
+static void chain_of(const struct poly *p, struct chain *s)
+{
+    s->p[0] = *p;
+    s->length = 1;
+    if (p->degree < 1)
+        return;
+    derivative(p, &s->p[1]);
+    for (s->length = 2; s->p[s->length - 1].degree > 0; s->length++) {
+        struct poly *rest = &s->p[s->length];
+        if (s->length == 2)
+            shortened(p, rest);
+        else
+            *rest = s->p[s->length - 2];
+        reduce(rest, &s->p[s->length - 1]);
+        if (rest->degree < 0)
+            return;
+        for (int k = 0; k <= rest->degree; k++)
+            rest->c[k] = wide_negative(&rest->c[k]);
+    }
+}
+
+static struct wide value(const struct poly *p, double x)
+{
+    struct wide at = wide_from(x), v = p->c[p->degree];
+    for (int k = p->degree - 1; k >= 0; k--) {
+        v = wide_product(&v, &at);
+        v = wide_sum(&v, &p->c[k]);
+    }
+    return v;
+}
+
+static int sign_at(const struct poly *p, double x)
+{
+    if (p->degree < 0)
+        return 0;
+    if (isinf(x)) {
+        int lead = wide_sign(&p->c[p->degree]);
+        return x < 0.0 && (p->degree & 1) ? -lead : lead;
+    }
+    struct wide v = value(p, x);
+    return wide_sign(&v);
+}
+
+/* sign of p just to the right of x */
+static int sign_after(const struct poly *p, double x)
+{
+    int sign = sign_at(p, x);
+    if (sign != 0 || p->degree < 1)
+        return sign;
+    struct poly d = *p;
+    while (sign == 0 && d.degree > 0) {
+        struct poly of = d;
+        derivative(&of, &d);
+        sign = sign_at(&d, x);
+    }
+    return sign;
+}
+
+static int sign_changes(const struct chain *s, double x)
+{
+    int changes = 0, last = 0;
+    for (int i = 0; i < s->length; i++) {
+        int sign = sign_after(&s->p[i], x);
+        changes += sign * last < 0;
+        last = sign != 0 ? sign : last;
+    }
+    return changes;
+}
+
+int mill_poly_sturm_count(const double *c, int degree, double lo, double hi)
+{
+    struct poly p;
+    struct chain s;
+    poly_from(c, degree, &p);
+    if (p.degree < 1 || !(lo < hi))
+        return 0;
+    chain_of(&p, &s);
+    return sign_changes(&s, lo) - sign_changes(&s, hi);
+}
+
+/* For 0 <= lo < hi: by exponents while they differ, then halfway */
+static double middle(double lo, double hi)
+{
+    if (isinf(hi))
+        return fmax(2.0, lo < 1e150 ? lo * lo : DBL_MAX);
+    if (lo == 0.0)
+        return hi > 1.0 ? 1.0 : hi < 1e-150 ? 0.5 * hi : hi * hi * 0x1p-8;
+    return hi > 16.0 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
+}
+
+/* Ascending real parts of the closed-form roots: where to cut, never what to believe. */
+static void closed_form(const struct poly *p, double at[4])
+{
+    double c[5] = {0.0}, im[4];
+    int top = WIDE_EXACT;
+    for (int k = 0; k <= p->degree; k++)
+        top = wide_max(top, p->c[k].exponent + p->c[k].size);
+    for (int k = 0; k <= p->degree; k++) {
+        struct wide scaled = p->c[k];
+        scaled.exponent -= top;
+        c[4 - p->degree + k] = wide_to_double(&scaled);
+    }
+    for (int k = 0; k < 4; k++)
+        at[k] = 0.0;
+    if (c[4] == 0.0) /* beyond the range of doubles: no help */
+        return;
+    mill_poly_quartic_roots(c, at, im);
+    for (int i = 1; i < 4; i++)
+        for (int j = i; j > 0 && at[j] < at[j - 1]; j--) {
+            double swap = at[j];
+            at[j] = at[j - 1];
+            at[j - 1] = swap;
+        }
+}
+
+/* Between the first two candidates in (lo, hi), or by middle() where they are of no help. */
+static double cut(const double at[4], double lo, double hi, int tries)
+{
+    double first = 0.0;
+    int seen = 0;
+    for (int i = 0; i < 4 && tries < CANDIDATE_TRIES; i++) {
+        if (!(at[i] > lo && at[i] < hi))
+            continue;
+        if (seen++ == 1) {
+            double m = first + 0.5 * (at[i] - first);
+            return m > lo && m < hi ? m : middle(lo, hi);
+        }
+        first = at[i];
+    }
+    return middle(lo, hi);
+}
+
+/* The end of an interval that begins at lo and holds the first of the roots in (lo, hi] only; lo
+ * moves up to there. from and to are the sign changes at lo and hi. */
+static double isolate(const struct chain *s, const double at[4], double *lo, double hi, int from,
+                      int to)
+{
+    for (int tries = 0; from - to > 1; tries++) {
+        double mid = cut(at, *lo, hi, tries);
+        if (!(mid > *lo && mid < hi))
+            break;
+        int changes = sign_changes(s, mid);
+        if (changes < from) {
+            hi = mid;
+            to = changes;
+        } else {
+            *lo = mid;
+        }
+    }
+    return hi;
+}
+
+/* a / b, also where a or b lies beyond the range of doubles */
+static double ratio(struct wide a, struct wide b)
+{
+    const int shift = (a.exponent + a.size) - (b.exponent + b.size);
+    a.exponent = -a.size;
+    b.exponent = -b.size;
+    return ldexp(wide_to_double(&a) / wide_to_double(&b), 32 * shift);
+}
+
+/* The only root of p in (lo, hi], where p turns positive: Newton on exact values, bisection where
+ * it strays. hi may be INFINITY. */
+static double refine(const struct poly *p, const double at[4], double lo, double hi)
+{
+    struct poly slope;
+    derivative(p, &slope);
+    double x = middle(lo, hi), last = INFINITY;
+    for (int i = 0; i < 4; i++)
+        if (at[i] > lo && at[i] < hi)
+            x = at[i];
+    while (x > lo && x < hi) {
+        struct wide v = value(p, x), d = value(&slope, x);
+        if (wide_sign(&v) == 0)
+            return x;
+        if (wide_sign(&v) < 0)
+            lo = x;
+        else
+            hi = x;
+        double step = ratio(v, d), next = x - step;
+        if (fabs(step) <= 0.5 * DBL_EPSILON * x && next >= lo && next <= hi)
+            return next;
+        if (!(next > lo && next < hi && fabs(step) <= 0.5 * last)) {
+            next = middle(lo, hi);
+            step = hi - lo;
+        }
+        last = fabs(step);
+        x = next;
+    }
+    return hi;
+}
+
+/* First place in (lo, hi] where p, negative just after lo, turns positive. */
+static double first_up(const struct poly *p, double lo, double hi)
+{
+    struct chain s;
+    chain_of(p, &s);
+    int from = sign_changes(&s, lo), to = sign_changes(&s, hi);
+    if (p->degree < 1 || from <= to)
+        return INFINITY;
+    double at[4];
+    closed_form(p, at);
+    while (from > to) {
+        double end = isolate(&s, at, &lo, hi, from, to);
+        if (sign_after(p, end) > 0)
+            return refine(p, at, lo, end);
+        lo = end;
+        from = sign_changes(&s, lo);
+    }
+    return INFINITY;
+}
+
+double mill_poly_sturm_rise(const double f[5], double t_end)
+{
+    struct poly p, slope;
+    poly_from(f, 4, &p);
+    if (f[0] < 0.0)
+        return first_up(&p, 0.0, t_end);
+    derivative(&p, &slope);
+    double lowest = first_up(&slope, 0.0, t_end);
+    if (isinf(lowest) || sign_at(&p, lowest) >= 0)
+        return lowest;
+    return first_up(&p, lowest, t_end);
+}

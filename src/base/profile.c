@@ -1,0 +1,62 @@
+/* Where the arcs of the wavy profile lie. All is written so that nothing cancels, for heights from
+ * nothing to overhangs and for any number of buckles. */
+#include "base/profile.h"
+
+#include "base/elementary.h"
+
+#include "millsim/vec3.h"
+
+/* Halvings of an interval that take it to the last bit of a double, about */
+enum { HALVINGS = 60 };
+
+struct mill_profile mill_profile_make(int buckles, double radius, double height, double angle)
+{
+    const double half_pitch = MILL_PI / buckles, s = mill_elementary_sin(0.5 * half_pitch);
+    const double q = 2.0 * s * s, h = height;
+    const double rest = q * radius * radius - 2.0 * h * h;
+    const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
+    struct mill_profile p;
+    p.buckles = buckles;
+    p.radius = radius;
+    p.height = height;
+    p.angle = angle;
+    p.arc = u + h;
+    /* R - u, which cancels where h is small, from the equation of u */
+    p.outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
+    p.inner = radius + u;
+    /* at an inner centre, between the axis and the next outer centre */
+    const struct mill_heading half = mill_elementary_heading(half_pitch);
+    p.half_inner = mill_elementary_atan2(p.outer * half.sin, p.inner - p.outer * half.cos);
+    p.half_outer = p.half_inner + half_pitch;
+    return p;
+}
+
+/* An arc meets its mirror image in the neighbouring half pitch where it spans the direction square
+ * to the ray between them and is wide enough to get there. */
+bool mill_profile_is_sound(const struct mill_profile *p)
+{
+    const double s = mill_elementary_sin(MILL_PI / p->buckles);
+    if (p->half_outer >= 0.5 * MILL_PI && p->inner * s <= p->arc)
+        return false;
+    return p->height < p->radius && !(p->half_inner >= 0.5 * MILL_PI && p->outer * s <= p->arc);
+}
+
+double mill_profile_highest(int buckles, double radius)
+{
+    double sound = 0.0, unsound = radius;
+    for (int i = 0; i < HALVINGS; i++) {
+        const double h = sound + 0.5 * (unsound - sound);
+        const struct mill_profile p = mill_profile_make(buckles, radius, h, 0.0);
+        if (mill_profile_is_sound(&p))
+            sound = h;
+        else
+            unsound = h;
+    }
+    return sound;
+}
+
+double mill_profile_area(const struct mill_profile *p)
+{
+    return p->buckles * p->outer * p->inner * mill_elementary_sin(MILL_PI / p->buckles) +
+           MILL_PI * p->arc * p->arc;
+}

@@ -1,0 +1,153 @@
+/* The pair search. All balls fall alike, so the relative motion of two is a straight line and their
+ * contact a quadratic. Candidates are taken several at a time: their records, a cache line each,
+ * are loaded whole and transposed in registers, so that one vector holds one coordinate of several
+ * balls (pairs_lanes.h). Nothing branches on the outcome; only the few that are closing and will
+ * touch soon enough get a square root. The variants differ in the width of the vectors;
+ * multiplications and additions are never contracted, so all give the same bits. */
+#include "engine/pairs.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+#ifdef __x86_64__
+#include <immintrin.h>
+#endif
+
+#define RECORD 8 /* doubles of a ball */
+#define INLINE static inline __attribute__((always_inline))
+
+#if defined(__clang__) || __GNUC__ >= 12
+#define PICK(type, a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define PICK(type, a, b, ...) __builtin_shuffle(a, b, (type){__VA_ARGS__})
+#endif
+#define LOAD(v, from) memcpy(&(v), (from), sizeof(v))
+#define STORE(to, v) memcpy((to), &(v), sizeof(v))
+
+/* ---- two at a time: what every processor that has vectors can ---- */
+
+typedef double lanes2 __attribute__((vector_size(16)));
+typedef int64_t flags2 __attribute__((vector_size(16)));
+
+/* Columns of two quarters that lie `from` doubles into each record */
+#define COLUMNS2(from, a, b)                                                                       \
+    do {                                                                                           \
+        lanes2 p, q;                                                                               \
+        LOAD(p, base + near[k] + (from));                                                          \
+        LOAD(q, base + near[k + 1] + (from));                                                      \
+        a = PICK(flags2, p, q, 0, 2);                                                              \
+        b = PICK(flags2, p, q, 1, 3);                                                              \
+    } while (0)
+#define TRANSPOSE2()                                                                               \
+    do {                                                                                           \
+        COLUMNS2(0, x, y);                                                                         \
+        COLUMNS2(2, z, vx);                                                                        \
+        COLUMNS2(4, vy, vz);                                                                       \
+        COLUMNS2(6, t, rest);                                                                      \
+    } while (0)
+#define SPLAT2(x) ((lanes2){x, x})
+
+/* Writes the numbers from k on whose flag is set (all bits), returns how many. */
+INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
+{
+    const int32_t first = -(int32_t)(*flag)[0];
+    kept[0] = k;
+    kept[first] = k + 1;
+    return first - (int32_t)(*flag)[1];
+}
+
+#define SEARCH search_plain
+#define TARGET
+#define LANES 2
+#define LANES_T lanes2
+#define FLAGS_T flags2
+#define SPLAT SPLAT2
+#define TRANSPOSE TRANSPOSE2
+#define KEEP keep2
+#include "engine/pairs_lanes.h"
+
+#ifdef __x86_64__
+
+/* ---- four at a time ---- */
+
+typedef double lanes4 __attribute__((vector_size(32)));
+typedef int64_t flags4 __attribute__((vector_size(32)));
+
+/* Columns of the four half records that lie `from` doubles into each */
+#define COLUMNS4(from, a, b, c, d)                                                                 \
+    do {                                                                                           \
+        lanes4 p0, p1, p2, p3;                                                                     \
+        LOAD(p0, base + near[k] + (from));                                                         \
+        LOAD(p1, base + near[k + 1] + (from));                                                     \
+        LOAD(p2, base + near[k + 2] + (from));                                                     \
+        LOAD(p3, base + near[k + 3] + (from));                                                     \
+        const lanes4 pq0 = PICK(flags4, p0, p1, 0, 4, 2, 6),                                       \
+                     pq1 = PICK(flags4, p0, p1, 1, 5, 3, 7);                                       \
+        const lanes4 rs0 = PICK(flags4, p2, p3, 0, 4, 2, 6),                                       \
+                     rs1 = PICK(flags4, p2, p3, 1, 5, 3, 7);                                       \
+        a = PICK(flags4, pq0, rs0, 0, 1, 4, 5);                                                    \
+        b = PICK(flags4, pq1, rs1, 0, 1, 4, 5);                                                    \
+        c = PICK(flags4, pq0, rs0, 2, 3, 6, 7);                                                    \
+        d = PICK(flags4, pq1, rs1, 2, 3, 6, 7);                                                    \
+    } while (0)
+#define TRANSPOSE4()                                                                               \
+    do {                                                                                           \
+        COLUMNS4(0, x, y, z, vx);                                                                  \
+        COLUMNS4(4, vy, vz, t, rest);                                                              \
+    } while (0)
+#define SPLAT4(x) ((lanes4){x, x, x, x})
+
+/* The places of the bits that are set in a number below 16, first ones first */
+static const int32_t places[16][4] = {
+    {0, 0, 0, 0}, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {2, 0, 0, 0}, {0, 2, 0, 0},
+    {1, 2, 0, 0}, {0, 1, 2, 0}, {3, 0, 0, 0}, {0, 3, 0, 0}, {1, 3, 0, 0}, {0, 1, 3, 0},
+    {2, 3, 0, 0}, {0, 2, 3, 0}, {1, 2, 3, 0}, {0, 1, 2, 3},
+};
+
+#define AVX2 __attribute__((target("avx2,popcnt")))
+
+/* The same for four. */
+AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
+{
+    const int mask = _mm256_movemask_pd((__m256d)*flag);
+    const __m128i place = _mm_loadu_si128((const __m128i *)places[mask]);
+    _mm_storeu_si128((__m128i *)kept, _mm_add_epi32(place, _mm_set1_epi32(k)));
+    return _mm_popcnt_u32((unsigned)mask);
+}
+
+#define SEARCH search_avx2
+#define TARGET AVX2
+#define LANES 4
+#define LANES_T lanes4
+#define FLAGS_T flags4
+#define SPLAT SPLAT4
+#define TRANSPOSE TRANSPOSE4
+#define KEEP keep4
+#include "engine/pairs_lanes.h"
+
+#endif
+
+mill_pairs_fn *mill_pairs_variant(int k, const char **name)
+{
+    if (k == 0) {
+        *name = "plain";
+        return search_plain;
+    }
+#ifdef __x86_64__
+    if (k == 1 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt")) {
+        *name = "avx2";
+        return search_avx2;
+    }
+#endif
+    return NULL;
+}
+
+mill_pairs_fn *mill_pairs_choose(void)
+{
+    const char *name;
+    mill_pairs_fn *best = mill_pairs_variant(0, &name), *more;
+    for (int k = 1; (more = mill_pairs_variant(k, &name)) != NULL; k++)
+        best = more;
+    return best;
+}

@@ -1,0 +1,304 @@
+/* Contact prediction for one ball. All balls fall alike, so the relative motion of two is a
+ * straight line and their contact a quadratic; it is evaluated for every neighbour at once without
+ * branches, and only the few that are closing and will touch before the best one known get a square
+ * root. Surfaces are searched no further than the window the best pair and the cell leave. The
+ * earliest event of the ball goes into the calendar; a partner is not told, its contact counter
+ * shows later whether it changed. */
+#include "engine/predict.h"
+
+#include "base/elementary.h"
+
+#include "base/memory.h"
+#include "geometry/shape.h"
+
+#include <stdlib.h>
+
+/* A ball that was let go by a blade is clear of it at this gap, in radii. It begins at a gap of
+ * zero, and must not be caught again at once by the pinch that was relieved. */
+#define CLEAR 0.01
+
+/* fmin is a call, for the sake of NaN */
+static double least(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+/* A gas of which cells of the smallest size hold fewer balls than DILUTE gets cells that hold HELD,
+ * though none wider than so many diameters. */
+#define DILUTE 0.2
+#define HELD 0.35
+#define WIDEST 1.7
+
+static enum mill_status no_memory(struct mill_predict *p, struct mill_error *error)
+{
+    mill_predict_free(p);
+    return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
+}
+
+/* Which shapes a ball in each cell can meet at all. */
+static bool list_surfaces(struct mill_predict *p, double widest)
+{
+    const struct mill_world *w = p->world;
+    const int32_t cells = mill_cells_count(&p->cells);
+    p->surface_start = malloc(sizeof *p->surface_start * ((size_t)cells + 1));
+    if (!p->surface_start)
+        return false;
+    size_t n = 0, room = 0;
+    for (int32_t cell = 0; cell < cells; cell++) {
+        vec3 lo, hi;
+        mill_cells_box(&p->cells, cell, &lo, &hi);
+        p->surface_start[cell] = (int32_t)n;
+        if (n + (size_t)w->shapes > room) {
+            room = 2 * room + (size_t)w->shapes + 1024;
+            struct mill_surface *more = realloc(p->surface, sizeof *more * room);
+            if (!more)
+                return false;
+            p->surface = more;
+        }
+        for (int32_t k = 0; k < w->shapes; k++) {
+            const struct mill_shape *shape = w->shape[k];
+            struct mill_surface *next = &p->surface[n];
+            next->shape = k;
+            next->parts.first = next->parts.count = 0;
+            if (!shape->ops->reachable(shape, lo, hi, widest))
+                continue;
+            if (shape->ops->parts)
+                next->parts = shape->ops->parts(shape, lo, hi, widest);
+            n++;
+        }
+    }
+    p->surface_start[cells] = (int32_t)n;
+    return true;
+}
+
+/* Cells as small as they may be cost least where balls are close, and they are in any mill: gravity
+ * or a rotor gathers them. A dilute gas crosses fewer of larger ones. */
+static double cell_side(const struct mill_world *w, double diameter)
+{
+    const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
+    const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
+    const bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0 && w->rotor_speed == 0.0;
+    return gas && held < DILUTE ? diameter * fmin(mill_elementary_cbrt(HELD / held), WIDEST)
+                                : diameter;
+}
+
+static bool allocate(struct mill_predict *p, double *widest)
+{
+    const struct mill_world *w = p->world;
+    const size_t n = (size_t)w->balls + MILL_PAIRS_ROOM;
+    double thinnest = INFINITY;
+    p->search = mill_pairs_choose();
+    p->known_turn = NAN;
+    for (int k = 0; k < MILL_PREDICT_FORESEEN; k++)
+        p->foreseen[k] = MILL_NOBODY;
+    p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
+    p->plan = mill_memory_get(n, sizeof *p->plan);
+    p->pairs.near = malloc(sizeof *p->pairs.near * n);
+    p->pairs.kept = malloc(sizeof *p->pairs.kept * n);
+    p->pairs.b = malloc(sizeof *p->pairs.b * n);
+    p->pairs.c = malloc(sizeof *p->pairs.c * n);
+    p->pairs.square = malloc(sizeof *p->pairs.square * n);
+    p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
+    if (!p->radius || !p->plan || !p->pairs.near || !p->pairs.kept || !p->pairs.b || !p->pairs.c ||
+        !p->pairs.square || !p->calendar)
+        return false;
+    *widest = 0.0;
+    for (int k = 0; k < w->species_count; k++) {
+        p->radius[k] = w->species[k].radius;
+        *widest = fmax(*widest, p->radius[k]);
+        thinnest = fmin(thinnest, p->radius[k]);
+    }
+    p->pairs.ball = w->ball;
+    p->pairs.cells = &p->cells;
+    p->pairs.radius = p->radius;
+    p->pairs.g = w->g;
+    p->pairs.sum = thinnest == *widest ? thinnest + *widest : 0.0;
+    const double r = w->drum_radius, l = 0.5 * w->drum_length;
+    return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r),
+                           cell_side(w, 2.0 * *widest), 2.0 * thinnest, w->balls);
+}
+
+enum mill_status mill_predict_create(struct mill_world *world, struct mill_predict **predict,
+                                     struct mill_error *error)
+{
+    double widest;
+    struct mill_predict *p = calloc(1, sizeof *p);
+    *predict = NULL;
+    if (!p)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
+    p->world = world;
+    if (!allocate(p, &widest) || !list_surfaces(p, widest))
+        return no_memory(p, error);
+    for (int32_t i = 0; i < world->balls; i++) {
+        if (!mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, world->ball[i].r)))
+            return no_memory(p, error);
+    }
+    *predict = p;
+    return MILL_OK;
+}
+
+bool mill_predict_restore(struct mill_predict *p, const int32_t *cell)
+{
+    for (int32_t i = 0; i < p->world->balls; i++)
+        mill_cells_remove(&p->cells, i);
+    mill_calendar_clear(p->calendar, 0.0);
+    for (int32_t i = 0; i < p->world->balls; i++) {
+        const struct mill_plan *plan = &p->plan[i];
+        if (!mill_cells_insert(&p->cells, i, cell[i]))
+            return false;
+        mill_calendar_set(p->calendar, i, least(least(plan->pair_t, plan->shape_t), plan->exit_t));
+    }
+    return true;
+}
+
+void mill_predict_free(struct mill_predict *p)
+{
+    if (!p)
+        return;
+    mill_calendar_free(p->calendar);
+    mill_cells_release(&p->cells);
+    free(p->radius);
+    free(p->plan);
+    free(p->pairs.near);
+    free(p->pairs.kept);
+    free(p->pairs.b);
+    free(p->pairs.c);
+    free(p->pairs.square);
+    free(p->surface_start);
+    free(p->surface);
+    free(p);
+}
+
+/* Looks into `count` cells and improves the plan's pair contact. */
+static void scan(struct mill_predict *p, int32_t i, double now, const int64_t *offset,
+                 int32_t count)
+{
+    struct mill_plan *plan = &p->plan[i];
+    struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
+    p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, offset, count, &found);
+    if (found.partner != MILL_NOBODY) {
+        plan->pair_t = now + found.dt;
+        plan->partner = found.partner;
+        plan->partner_contacts = p->world->ball[found.partner].contacts;
+    }
+}
+
+/* Is a ball that was let go clear of every blade again? */
+static bool clear_of_blades(const struct mill_predict *p, int32_t i, double now)
+{
+    const struct mill_world *w = p->world;
+    const double radius = p->radius[w->ball[i].species];
+    const double turn = w->turn + w->rotor_speed * now;
+    for (int k = 0; k < w->shapes; k++) {
+        const struct mill_shape *s = w->shape[k];
+        if (s->ops->kind == MILL_BALL_BLADE &&
+            s->ops->gap(s, w->ball[i].r, radius, turn) <= CLEAR * radius)
+            return false;
+    }
+    return true;
+}
+
+/* Cosine and sine of the rotor's angle, good to 1e-15: turned on from the last ones known as long
+ * as the angle between is small. */
+static struct mill_heading heading_at(struct mill_predict *p, double turn)
+{
+    double by = turn - p->known_turn;
+    if (!(fabs(by) < 0.02)) {
+        p->known_turn = turn;
+        p->known = mill_elementary_heading(turn);
+        by = 0.0;
+    }
+    const double square = by * by;
+    const double c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
+    const double s = by * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
+    const struct mill_heading heading = {p->known.cos * c - p->known.sin * s,
+                                         p->known.sin * c + p->known.cos * s};
+    return heading;
+}
+
+/* Cell exit, then surfaces within the window that is left, then the calendar. */
+static void complete(struct mill_predict *p, int32_t i, double now, int32_t touched)
+{
+    const struct mill_world *w = p->world;
+    struct mill_plan *plan = &p->plan[i];
+    const struct mill_ball *ball = &w->ball[i];
+    const int32_t cell = p->cells.cell[i];
+    const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g,
+                                                      least(plan->pair_t, p->horizon) - now);
+    plan->exit_t = now + out.dt;
+    plan->face = (int16_t)out.face;
+    plan->shape_t = INFINITY;
+    plan->shape = MILL_NOBODY;
+    plan->again = false;
+
+    if (plan->let_go)
+        plan->let_go = !clear_of_blades(p, i, now);
+    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
+    if (first < end) {
+        const double radius = p->radius[ball->species];
+        const double turn = w->turn + w->rotor_speed * now;
+        const struct mill_heading heading = heading_at(p, turn);
+        struct mill_flight flight = {ball->r, ball->v, w->g, heading, {0, 0}};
+        double window = least(least(plan->pair_t, plan->exit_t), p->horizon) - now;
+        for (int32_t k = first; k < end; k++) {
+            const int32_t s = p->surface[k].shape;
+            const struct mill_shape *shape = w->shape[s];
+            if (plan->let_go && shape->ops->kind == MILL_BALL_BLADE)
+                continue;
+            flight.parts = p->surface[k].parts;
+            const double dt =
+                shape->ops->next_contact(shape, &flight, radius, turn, window, s == touched);
+            if (fabs(dt) <= window) {
+                window = fabs(dt);
+                plan->shape_t = now + window;
+                plan->shape = (int16_t)s;
+                plan->again = dt < 0.0;
+            }
+        }
+    }
+    mill_calendar_set(p->calendar, i, least(least(plan->pair_t, plan->shape_t), plan->exit_t));
+}
+
+void mill_predict_ball(struct mill_predict *p, int32_t i, double now, int32_t touched)
+{
+    p->world->counts.predictions++;
+    p->plan[i].pair_t = INFINITY;
+    p->plan[i].partner = MILL_NOBODY;
+    scan(p, i, now, p->cells.around, 27);
+    complete(p, i, now, touched);
+}
+
+bool mill_predict_cross(struct mill_predict *p, int32_t i, double now)
+{
+    const int32_t face = p->plan[i].face;
+    if (!mill_cells_cross(&p->cells, i, face))
+        return false;
+    p->world->counts.cell_crossings++;
+    scan(p, i, now, p->cells.ahead[face], 9);
+    complete(p, i, now, MILL_NOBODY);
+    return true;
+}
+
+double mill_predict_overlap(struct mill_predict *p, int32_t i, double t)
+{
+    const struct mill_world *w = p->world;
+    const double turn = w->turn + w->rotor_speed * t;
+    const vec3 r = mill_world_position(w, i, t);
+    const struct mill_ball *me = &w->ball[i];
+    const int32_t cell = p->cells.cell[i];
+    const double radius = p->radius[me->species];
+    double deepest = -INFINITY;
+    const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, 1, p->pairs.near);
+    for (int32_t k = 0; k < n; k++) {
+        const struct mill_ball *o = &w->ball[p->pairs.near[k]];
+        if (o != me)
+            deepest = fmax(deepest,
+                           radius + p->radius[o->species] -
+                               vec3_norm(vec3_sub(mill_world_position(w, p->pairs.near[k], t), r)));
+    }
+    for (int k = 0; k < w->shapes; k++) {
+        if (!p->plan[i].let_go || w->shape[k]->ops->kind != MILL_BALL_BLADE)
+            deepest = fmax(deepest, -w->shape[k]->ops->gap(w->shape[k], r, radius, turn));
+    }
+    return deepest;
+}

@@ -1,0 +1,401 @@
+/* The event loop. Each event has the same four lines: bring the balls to it, change their
+ * velocities, tell the observers, predict anew. Local time restarts at regular intervals of
+ * simulated time, fixed by nothing but the clock: then every ball is brought to the same instant,
+ * checked for overlap, and planned afresh, so local times stay small and precise and no output
+ * option can change the run. */
+#include "base/memory.h"
+#include "engine/sim_private.h"
+#include "geometry/shape.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+
+/* [s] between restarts of local time; a power of two, so that the sum is exact */
+#define EPOCH 0.0625
+/* [m] an overlap beyond this is an anomaly */
+#define DEEP 1e-9
+/* Pinch relief: more than so many contacts of one ball within this time [s], more than so many of
+ * them with blades */
+#define PINCH_TIME 1e-5
+#define PINCH_CONTACTS 30000
+#define PINCH_BLOWS 20
+/* Events within a nanosecond, and no pinch: from here on contacts are smooth */
+#define STILL 100000
+
+/* From so many balls on foresight costs less than it saves */
+#define LARGE 20000
+
+static void move_to(struct mill_world *w, int32_t i, double t)
+{
+    struct mill_ball *b = &w->ball[i];
+    const double dt = t - b->t;
+    b->r = vec3_fly(b->r, b->v, w->g, dt);
+    b->v = vec3_axpy(b->v, dt, w->g);
+    b->t = t;
+}
+
+static void begin_epoch(struct mill_sim *sim)
+{
+    struct mill_predict *p = sim->predict;
+    mill_calendar_clear(p->calendar, 0.0);
+    p->horizon = EPOCH;
+    for (int32_t i = 0; i < sim->world->balls; i++)
+        mill_predict_ball(p, i, 0.0, MILL_NOBODY);
+}
+
+void mill_sim_audit(struct mill_sim *sim)
+{
+    struct mill_counts *counts = &sim->world->counts;
+    for (int32_t i = 0; i < sim->world->balls; i++) {
+        const double overlap = mill_predict_overlap(sim->predict, i, sim->now);
+        counts->largest_overlap = fmax(counts->largest_overlap, overlap);
+        counts->overlaps += overlap > DEEP;
+    }
+}
+
+static void end_epoch(struct mill_sim *sim)
+{
+    struct mill_world *w = sim->world;
+    sim->now = EPOCH;
+    mill_sim_audit(sim);
+    for (int32_t i = 0; i < w->balls; i++) {
+        move_to(w, i, EPOCH);
+        w->ball[i].t = 0.0;
+        if (sim->pinch)
+            sim->pinch[i].since -= EPOCH;
+    }
+    w->base += EPOCH;
+    w->turn = fmod(w->turn + w->rotor_speed * EPOCH, 2.0 * MILL_PI);
+    sim->watch.last -= EPOCH;
+    sim->watch.since -= EPOCH;
+    sim->now = 0.0;
+    begin_epoch(sim);
+    if (sim->paranoid)
+        sim->status = mill_sim_paranoid_all(sim->paranoid, sim->now, true, sim->error);
+}
+
+enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
+                                 struct mill_error *error)
+{
+    struct mill_sim *s = calloc(1, sizeof *s);
+    *sim = NULL;
+    if (!s)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
+    s->world = world;
+    const bool blades =
+        world->shape[world->shapes - 1]->ops->kind == MILL_BALL_BLADE; /* the last ones */
+    /* without blades nothing pinches, and a large run keeps the memory */
+    s->pinch = blades ? mill_memory_get((size_t)world->balls, sizeof *s->pinch) : NULL;
+    if (blades && !s->pinch) {
+        free(s);
+        return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
+    }
+    const enum mill_status status = mill_predict_create(world, &s->predict, error);
+    if (status != MILL_OK) {
+        mill_sim_free(s);
+        return status;
+    }
+    begin_epoch(s);
+    *sim = s;
+    return MILL_OK;
+}
+
+void mill_sim_free(struct mill_sim *sim)
+{
+    if (!sim)
+        return;
+    mill_predict_free(sim->predict);
+    free(sim->pinch);
+    free(sim->paranoid);
+    free(sim);
+}
+
+enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer)
+{
+    if (sim->observers == MILL_SIM_OBSERVERS)
+        return MILL_FAILED;
+    sim->observer[sim->observers++] = observer;
+    return MILL_OK;
+}
+
+double mill_sim_time(const struct mill_sim *sim)
+{
+    return sim->world->base + sim->now;
+}
+
+double mill_sim_local_time(const struct mill_sim *sim)
+{
+    return sim->now;
+}
+
+static void tell(struct mill_sim *sim, const struct mill_impact *impact)
+{
+    for (int k = 0; k < sim->observers && sim->status == MILL_OK; k++) {
+        struct mill_observer *o = sim->observer[k];
+        if (o->impact)
+            sim->status = o->impact(o, impact, sim->error);
+    }
+}
+
+static void book(struct mill_sim *sim, enum mill_kind kind, double reduced_mass,
+                 const struct mill_blow *blow, struct mill_impact *impact)
+{
+    struct mill_account *a = &sim->world->account;
+    a->collisions[kind]++;
+    a->floored[kind] += blow->floored;
+    for (int k = 0; k < MILL_WORLD_FAST; k++)
+        a->fast[kind][k] += blow->normal_speed >= mill_world_fast[k];
+    a->dissipation[kind] += blow->dissipation;
+    a->dissipation_normal[kind] += blow->dissipation_normal;
+    a->dissipation_gross += fabs(blow->dissipation);
+    a->incident += 0.5 * reduced_mass * blow->normal_speed * blow->normal_speed;
+    impact->time = sim->world->base + sim->now;
+    impact->kind = kind;
+    impact->normal_speed = blow->normal_speed;
+    impact->tangential_speed = blow->tangential_speed;
+    impact->dissipation = blow->dissipation;
+    impact->dissipation_normal = blow->dissipation_normal;
+    tell(sim, impact);
+}
+
+/* impulse: given to the ball through its surface point in direction `outwards` from its centre */
+static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, bool smooth)
+{
+    struct mill_ball *b = &w->ball[i];
+    const struct mill_species *s = &w->species[b->species];
+    b->v = vec3_axpy(b->v, 1.0 / s->mass, impulse);
+    if (!smooth) /* else rounding alone would turn it */
+        w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
+    b->contacts++;
+}
+
+/* The law of a contact. Friction and the rebound floor can pass a ball in a corner to and fro
+ * without any time going by, the floor giving what friction takes. Where time stands still contacts
+ * are therefore smooth until it moves on; then the floor parts the bodies. */
+static struct mill_law law_of(struct mill_sim *sim, enum mill_kind kind)
+{
+    struct mill_law law = sim->world->law[kind];
+    if (sim->watch.standing > STILL && law.friction > 0.0) {
+        law.friction = 0.0;
+        sim->world->counts.smoothed++;
+    }
+    return law;
+}
+
+static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
+{
+    struct mill_world *w = sim->world;
+    if (i > j) {
+        const int32_t swap = i;
+        i = j;
+        j = swap;
+    }
+    move_to(w, i, sim->now);
+    move_to(w, j, sim->now);
+    const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
+    const struct mill_species *sa = &w->species[a->species], *sb = &w->species[b->species];
+    const vec3 d = vec3_sub(b->r, a->r);
+    const double distance = vec3_norm(d);
+    const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
+    const vec3 u = vec3_sub(a->v, b->v);
+    const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
+    const vec3 slip = vec3_add(u, vec3_cross(spin, n));
+    const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
+    const struct mill_law law = law_of(sim, MILL_BALL_BALL);
+    const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, reduced, n, slip);
+    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
+    w->counts.largest_overlap = fmax(w->counts.largest_overlap, sa->radius + sb->radius - distance);
+    struct mill_impact impact;
+    impact.ball = i;
+    impact.partner = j;
+    impact.position = vec3_axpy(a->r, sa->radius, n);
+    impact.normal = vec3_scale(n, -1.0);
+    const bool smooth = law.friction == 0.0;
+    kick(w, i, n, vec3_scale(blow.impulse, -1.0), smooth);
+    kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
+    book(sim, MILL_BALL_BALL, reduced, &blow, &impact);
+    mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
+    mill_predict_ball(sim->predict, j, sim->now, MILL_NOBODY);
+}
+
+/* What was planned is not so any more: the ball is planned anew from here. */
+static void drop_stale(struct mill_sim *sim, int32_t i)
+{
+    sim->world->counts.stale++;
+    move_to(sim->world, i, sim->now);
+    mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
+}
+
+/* A ball that a blade presses against something may meet both without end: the blades let it go. */
+static void relieve_pinch(struct mill_sim *sim, int32_t i)
+{
+    struct mill_pinch *p = &sim->pinch[i];
+    const uint32_t contacts = sim->world->ball[i].contacts;
+    if (p->blows == 0 || sim->now - p->since > PINCH_TIME) {
+        p->since = sim->now;
+        p->contacts = contacts;
+        p->blows = 0;
+    }
+    p->blows++;
+    if (p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
+        sim->predict->plan[i].let_go = true;
+        sim->world->counts.reliefs++;
+        p->blows = 0;
+    }
+}
+
+static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
+{
+    struct mill_world *w = sim->world;
+    const struct mill_shape *shape = w->shape[s];
+    move_to(w, i, sim->now);
+    const struct mill_ball *b = &w->ball[i];
+    const struct mill_species *sb = &w->species[b->species];
+    const double turn = w->turn + w->rotor_speed * sim->now;
+    const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, turn);
+    const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
+    const vec3 u = vec3_sub(b->v, c.velocity);
+    const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));
+    const enum mill_kind kind = shape->ops->kind;
+    const struct mill_law law = law_of(sim, kind);
+    const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, sb->mass, n, slip);
+    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
+    if (!sim->predict->plan[i].let_go || kind != MILL_BALL_BLADE)
+        w->counts.largest_overlap = fmax(w->counts.largest_overlap, -c.gap);
+    const vec3 impulse = vec3_scale(blow.impulse, -1.0); /* on the ball */
+    if (shape->turns) {
+        const double work = vec3_dot(impulse, c.velocity);
+        w->account.rotor_work += work;
+        w->account.rotor_work_gross += fabs(work);
+        w->account.rotor_impulse += c.point.y * impulse.z - c.point.z * impulse.y;
+    }
+    struct mill_impact impact;
+    impact.ball = i;
+    impact.partner = shape->number;
+    impact.position = c.point;
+    impact.normal = c.normal;
+    kick(w, i, n, impulse, law.friction == 0.0);
+    book(sim, kind, sb->mass, &blow, &impact);
+    if (kind == MILL_BALL_BLADE)
+        relieve_pinch(sim, i);
+    mill_predict_ball(sim->predict, i, sim->now, s);
+}
+
+static void ball_changes_cell(struct mill_sim *sim, int32_t i)
+{
+    move_to(sim->world, i, sim->now);
+    if (!mill_predict_cross(sim->predict, i, sim->now))
+        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+}
+
+static void happen(struct mill_sim *sim, int32_t i)
+{
+    const struct mill_plan *plan = &sim->predict->plan[i];
+    if (plan->pair_t <= plan->shape_t && plan->pair_t <= plan->exit_t) {
+        if (sim->world->ball[plan->partner].contacts == plan->partner_contacts)
+            ball_meets_ball(sim, i, plan->partner);
+        else
+            drop_stale(sim, i);
+    } else if (plan->shape_t <= plan->exit_t) {
+        if (plan->again)
+            drop_stale(sim, i);
+        else
+            ball_meets_shape(sim, i, plan->shape);
+    } else {
+        ball_changes_cell(sim, i);
+    }
+}
+
+/* Stops runs in which infinitely many contacts would happen in finite time. */
+static void watch_time(struct mill_sim *sim, int32_t i, double t)
+{
+    struct mill_watch *w = &sim->watch;
+    const uint64_t balls = (uint64_t)sim->world->balls;
+    /* hops that shrink to the clock's resolution still tick: less than a nanosecond is no advance
+     */
+    if (t > w->last + 1e-9) {
+        w->last = t;
+        w->standing = 0;
+    } else if (++w->standing > 1000000 + 100 * balls) {
+        sim->status = mill_error_set(
+            sim->error, MILL_FAILED,
+            "time stands still at t = %.9g s: contacts of ball %ld follow each other without end; "
+            "raise contact.rebound_floor (now %g m/s)",
+            mill_sim_time(sim), (long)i, sim->world->rebound_floor);
+    }
+    if (t - w->since > 1e-3) {
+        w->since = t;
+        w->events = 0;
+    } else if (++w->events > 10000000 + 40000 * balls) {
+        sim->status = mill_error_set(
+            sim->error, MILL_FAILED,
+            "time hardly moves at t = %.9g s: %llu events within a millisecond, now at ball %ld; "
+            "raise contact.rebound_floor (now %g m/s) or contact.restitution",
+            mill_sim_time(sim), (unsigned long long)w->events, (long)i, sim->world->rebound_floor);
+    }
+}
+
+static double next_sample(const struct mill_sim *sim)
+{
+    double next = INFINITY;
+    for (int k = 0; k < sim->observers; k++)
+        next = fmin(next, sim->observer[k]->next);
+    return next;
+}
+
+static void take_samples(struct mill_sim *sim, double due)
+{
+    for (int k = 0; k < sim->observers && sim->status == MILL_OK; k++) {
+        struct mill_observer *o = sim->observer[k];
+        if (o->next <= due)
+            sim->status = o->sample(o, sim->world, sim->now, sim->error);
+    }
+}
+
+enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
+                              const volatile sig_atomic_t *stop, struct mill_error *error)
+{
+    const bool large = sim->world->balls >= LARGE;
+    sim->error = error;
+    sim->status = MILL_OK;
+    while (sim->status == MILL_OK && budget > 0) {
+        const double sample = next_sample(sim);
+        const double halt = fmin(sample, until);
+        const double limit = fmin(fmax(halt - sim->world->base, sim->now), EPOCH);
+        double t = INFINITY;
+        int32_t i = -1;
+        while (sim->status == MILL_OK && budget > 0 &&
+               (i = mill_calendar_next(sim->predict->calendar, &t)) >= 0 && t < limit) {
+            if (stop && *stop)
+                return MILL_STOPPED;
+            if (sim->paranoid) {
+                sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, error);
+                if (sim->status != MILL_OK)
+                    break;
+            }
+            /* rounding may put an event a hair before the last one: time never runs backwards */
+            sim->now = fmax(t, sim->now);
+            if (large)
+                mill_predict_ahead(sim->predict);
+            happen(sim, i);
+            watch_time(sim, i, t);
+            if (sim->paranoid && sim->status == MILL_OK)
+                sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, error);
+            budget--;
+        }
+        if (sim->status != MILL_OK || budget == 0)
+            break;
+        sim->now = limit;
+        if (halt - sim->world->base > EPOCH) {
+            end_epoch(sim);
+        } else if (sample <= until) {
+            take_samples(sim, sample);
+        } else {
+            return sim->paranoid ? mill_sim_paranoid_account(sim->paranoid, sim->now, error)
+                                 : MILL_OK;
+        }
+        if (stop && *stop)
+            return MILL_STOPPED;
+    }
+    return sim->status;
+}

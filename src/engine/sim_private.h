@@ -1,0 +1,43 @@
+/* What the parts of the event loop (sim*.c) share; no other file includes this. */
+#ifndef MILL_SIM_PRIVATE_H
+#define MILL_SIM_PRIVATE_H
+
+#include "engine/predict.h"
+#include "engine/sim_paranoid.h"
+#include "millsim/sim.h"
+
+enum { MILL_SIM_OBSERVERS = 8 }; /* at most */
+
+struct mill_pinch {
+    double since;      /* [s] local */
+    uint32_t contacts; /* the ball's count then */
+    uint32_t blows;    /* of blades since */
+};
+
+struct mill_watch {
+    double last;       /* [s] local time of the last event that counted as an advance */
+    uint64_t standing; /* events since then */
+    double since;      /* [s] local start of the present millisecond */
+    uint64_t events;   /* in it */
+};
+
+/* In front of a saved state: what must agree before any byte is believed. */
+struct mill_sim_header {
+    uint64_t balls, cells, shapes, ball, plan, account, counts, pinch;
+};
+
+struct mill_sim {
+    struct mill_world *world;
+    struct mill_predict *predict;
+    struct mill_pinch *pinch;
+    struct mill_watch watch;
+    struct mill_sim_paranoid *paranoid; /* NULL: off */
+    double now;                         /* [s] local */
+    struct mill_sim_header header;      /* as last listed by mill_sim_parts */
+    int observers;
+    struct mill_observer *observer[MILL_SIM_OBSERVERS];
+    struct mill_error *error; /* of the running mill_sim_run */
+    enum mill_status status;
+};
+
+#endif

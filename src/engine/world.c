@@ -1,0 +1,66 @@
+/* The state of the mill, asked for positions, energies and the balance of its books. */
+#include "millsim/world.h"
+
+#include "geometry/walls.h"
+
+#include <stdlib.h>
+
+const double mill_world_fast[MILL_WORLD_FAST] = {0.5, 1.0, 2.0};
+
+void mill_world_free(struct mill_world *w)
+{
+    if (!w)
+        return;
+    mill_walls_free(w->shape, w->shapes);
+    free(w->species);
+    free(w->spin);
+    free(w->ball);
+    free(w);
+}
+
+vec3 mill_world_position(const struct mill_world *w, int32_t i, double t)
+{
+    const struct mill_ball *b = &w->ball[i];
+    return vec3_fly(b->r, b->v, w->g, t - b->t);
+}
+
+vec3 mill_world_velocity(const struct mill_world *w, int32_t i, double t)
+{
+    const struct mill_ball *b = &w->ball[i];
+    return vec3_axpy(b->v, t - b->t, w->g);
+}
+
+struct mill_energy mill_world_energy(const struct mill_world *w, double t)
+{
+    struct mill_energy e = {0.0, 0.0, 0.0};
+    for (int32_t i = 0; i < w->balls; i++) {
+        const struct mill_species *s = &w->species[w->ball[i].species];
+        const vec3 v = mill_world_velocity(w, i, t);
+        e.kinetic += 0.5 * s->mass * vec3_dot(v, v);
+        e.rotational += 0.5 * s->inertia * vec3_dot(w->spin[i], w->spin[i]);
+        e.potential -= s->mass * vec3_dot(w->g, mill_world_position(w, i, t));
+    }
+    return e;
+}
+
+void mill_world_balance(const struct mill_world *w, double t, double *error, double *turnover)
+{
+    const struct mill_energy e = mill_world_energy(w, t);
+    const double change = (e.kinetic - w->start.kinetic) + (e.rotational - w->start.rotational) +
+                          (e.potential - w->start.potential);
+    double dissipation = 0.0;
+    for (int k = 0; k < MILL_KINDS; k++)
+        dissipation += w->account.dissipation[k];
+    *error = fabs(w->account.rotor_work - change - dissipation);
+    *turnover = w->start.kinetic + w->start.rotational + fabs(w->start.potential) +
+                fabs(e.potential - w->start.potential) + w->account.rotor_work_gross +
+                w->account.dissipation_gross + w->account.incident;
+}
+
+double mill_world_gap(const struct mill_world *w, vec3 point, double radius, double turn)
+{
+    double least = INFINITY;
+    for (int k = 0; k < w->shapes; k++)
+        least = fmin(least, w->shape[k]->ops->gap(w->shape[k], point, radius, turn));
+    return least;
+}

@@ -1,0 +1,189 @@
+/* Triangles of prisms and boxes. A profile (a circle is one of no height) is cut into pitches, each
+ * an outer arc and the inner one after it; arcs into equal chords, an even number, so that every
+ * half pitch is the mirror image of the next. The end of a prism is then, in each half pitch, the
+ * fan of half an outer arc from its centre, and the strip between half an inner arc and the line
+ * from the outer centre to the axis, cut by rays from the inner centre: these meet both once, so
+ * the strip has no folds, even where bulges overhang. */
+#include "geometry/mesh.h"
+
+#include "base/elementary.h"
+
+#include <stdlib.h>
+
+/* ---- growing ---- */
+
+/* Room for one more; NULL when out of memory, and the old array stays. */
+static void *more(void *array, size_t count, size_t *room, size_t size)
+{
+    if (count < *room)
+        return array;
+    const size_t larger = *room ? 2 * *room : 64;
+    void *grown = realloc(array, larger * size);
+    if (grown)
+        *room = larger;
+    return grown;
+}
+
+int64_t mill_mesh_point(struct mill_mesh *mesh, vec3 point)
+{
+    vec3 *grown = more(mesh->point, mesh->points, &mesh->point_room, sizeof *grown);
+    if (!grown) {
+        mesh->failed = true;
+        return 0;
+    }
+    mesh->point = grown;
+    mesh->point[mesh->points] = point;
+    return (int64_t)mesh->points++;
+}
+
+void mill_mesh_triangle(struct mill_mesh *mesh, int64_t a, int64_t b, int64_t c)
+{
+    int64_t(*grown)[3] = more(mesh->corner, mesh->triangles, &mesh->triangle_room, sizeof *grown);
+    if (!grown) {
+        mesh->failed = true;
+        return;
+    }
+    mesh->corner = grown;
+    int64_t *corner = mesh->corner[mesh->triangles++];
+    corner[0] = a;
+    corner[1] = b;
+    corner[2] = c;
+}
+
+void mill_mesh_free(struct mill_mesh *mesh)
+{
+    free(mesh->point);
+    free(mesh->corner);
+}
+
+/* Counter-clockwise, or the other way round */
+static void triangle(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c)
+{
+    mill_mesh_triangle(mesh, a, turned ? c : b, turned ? b : c);
+}
+
+static void quad(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c, int64_t d)
+{
+    triangle(mesh, turned, a, b, c);
+    triangle(mesh, turned, a, c, d);
+}
+
+/* ---- prisms ---- */
+
+/* How many chords half an outer and half an inner arc get */
+struct cut {
+    int outer, inner;
+    int pitch; /* chords of a whole pitch */
+};
+
+static int chords(double half, double widest)
+{
+    return half > 0.0 ? (int)fmax(ceil(half / widest), 1.0) : 0;
+}
+
+static struct cut cut(const struct mill_profile *p, double tolerance)
+{
+    const double share = fmin(tolerance / p->arc, 0.01);
+    const double widest = 4.0 * mill_elementary_asin(sqrt(0.5 * share));
+    struct cut c = {chords(p->half_outer, widest), chords(p->half_inner, widest), 0};
+    c.pitch = 2 * (c.outer + c.inner);
+    return c;
+}
+
+static vec3 polar(double x, double radius, double angle)
+{
+    const struct mill_heading at = mill_elementary_heading(angle);
+    return vec3_make(x, radius * at.cos, radius * at.sin);
+}
+
+static double direction(const struct mill_profile *p, int pitch)
+{
+    return p->angle + 2.0 * MILL_PI * pitch / p->buckles;
+}
+
+/* Corner j of a pitch: on its outer arc, and from the joint on its inner one */
+static vec3 corner(const struct mill_profile *p, struct cut c, double x, int pitch, int j)
+{
+    const double ray = direction(p, pitch);
+    if (j <= 2 * c.outer) {
+        const double angle = ray + p->half_outer * (j - c.outer) / c.outer;
+        return vec3_add(polar(x, p->outer, ray), polar(0.0, p->arc, angle));
+    }
+    const double between = ray + MILL_PI / p->buckles;
+    const double angle = between + MILL_PI - p->half_inner * (j - 2 * c.outer - c.inner) / c.inner;
+    return vec3_add(polar(x, p->inner, between), polar(0.0, p->arc, angle));
+}
+
+/* All corners at x, counter-clockwise seen from greater x; the number of the first */
+static int64_t ring(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x)
+{
+    const int64_t first = (int64_t)mesh->points;
+    for (int k = 0; k < p->buckles; k++) {
+        for (int j = 0; j < c.pitch; j++)
+            mill_mesh_point(mesh, corner(p, c, x, k, j));
+    }
+    return first;
+}
+
+void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, double half_length,
+                      double tolerance, bool within)
+{
+    const struct cut c = cut(p, tolerance);
+    const int64_t count = (int64_t)p->buckles * c.pitch;
+    const int64_t low = ring(mesh, p, c, -half_length), high = ring(mesh, p, c, half_length);
+    for (int64_t k = 0; k < count; k++) {
+        const int64_t next = (k + 1) % count;
+        quad(mesh, within, low + k, low + next, high + next, high + k);
+    }
+}
+
+/* The points on the line from an outer centre to the axis: the centre itself, those on rays from
+ * the inner centre to its arc's corners (law of sines), and the axis, which is there already. */
+static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x,
+                 int pitch)
+{
+    for (int i = 0; i < c.inner; i++) {
+        const double at = p->half_inner * i / c.inner;
+        const double way =
+            2.0 * p->arc * mill_elementary_sin(at) / mill_elementary_sin(p->half_outer - at);
+        mill_mesh_point(mesh, polar(x, p->outer - way, direction(p, pitch)));
+    }
+}
+
+void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *p, double x, double side,
+                   double tolerance)
+{
+    const struct cut c = cut(p, tolerance);
+    const int64_t count = (int64_t)p->buckles * c.pitch;
+    const bool turned = side < 0.0;
+    const int64_t axis = mill_mesh_point(mesh, vec3_make(x, 0.0, 0.0));
+    const int64_t rim = ring(mesh, p, c, x);
+    for (int k = 0; k < p->buckles; k++) {
+        /* a circle's arcs have the axis for a centre, and no line to it */
+        const int64_t line = c.inner > 0 ? (int64_t)mesh->points : axis;
+        const int64_t begin = (int64_t)k * c.pitch, joint = begin + 2 * c.outer;
+        rung(mesh, p, c, x, k);
+        for (int j = 0; j < 2 * c.outer; j++)
+            triangle(mesh, turned, line, rim + begin + j, rim + (begin + j + 1) % count);
+        for (int i = 0; i < c.inner; i++) {
+            const int64_t near = i + 1 < c.inner ? line + i + 1 : axis;
+            const int64_t before = begin + count - i;
+            quad(mesh, turned, line + i, rim + joint + i, rim + (joint + i + 1) % count, near);
+            quad(mesh, turned, line + i, near, rim + (before - 1) % count, rim + before % count);
+        }
+    }
+}
+
+/* ---- boxes ---- */
+
+void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner_of[8])
+{
+    static const int face[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                   {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    const int64_t first = (int64_t)mesh->points;
+    for (int i = 0; i < 8; i++)
+        mill_mesh_point(mesh, corner_of[i]);
+    for (int i = 0; i < 6; i++)
+        quad(mesh, false, first + face[i][0], first + face[i][1], first + face[i][2],
+             first + face[i][3]);
+}

@@ -1,0 +1,44 @@
+/* Triangles: what a surface looks like to other programs. A mesh grows point by point; bodies of a
+ * mill are made from prisms over a drum's profile, their ends, and boxes. */
+#ifndef MILL_MESH_H
+#define MILL_MESH_H
+
+#include "base/profile.h"
+#include "millsim/vec3.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct mill_mesh {
+    size_t points, triangles;
+    vec3 *point;          /* [m] */
+    int64_t (*corner)[3]; /* of each triangle: numbers of points, counter-clockwise as seen from the
+                             side on which the balls are */
+    bool failed;          /* out of memory: what came since is missing */
+    size_t point_room, triangle_room;
+};
+
+/* Starts empty as {0}. */
+void mill_mesh_free(struct mill_mesh *mesh);
+
+/* Number of the new point. */
+int64_t mill_mesh_point(struct mill_mesh *mesh, vec3 point);
+void mill_mesh_triangle(struct mill_mesh *mesh, int64_t a, int64_t b, int64_t c);
+
+/* The side of a prism over a profile, from x = -half_length to +half_length, seen from within or
+ * from outside. Its corners lie on the profile, no flat is farther from it than the tolerance [m],
+ * nor than a hundredth of an arc's radius. */
+void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *profile,
+                      double half_length, double tolerance, bool within);
+
+/* The plane x = `x` as far as it lies within the profile, seen from where x is greater (side > 0)
+ * or less. It meets the mantle of the same profile and tolerance corner by corner, to the bit. */
+void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *profile, double x,
+                   double side, double tolerance);
+
+/* A box seen from outside; corner i has the greater coordinate along its first, second, third axis
+ * (right-handed) where bit 0, 1, 2 of i is set. */
+void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner[8]);
+
+#endif

@@ -1,0 +1,478 @@
+/* The wavy drum. Where is the nearest point of its wall? The lines that join neighbouring centres
+ * pass through the joints of the arcs. Between the two that meet in an outer centre, on the far
+ * side from the axis, lies the wedge of that arc: there a ball's centre sees it from inside, as it
+ * sees a drum. On the axis' side of the lines inner arcs are near, seen from outside like a shaft,
+ * and the nearest of them counts. (The profile is its own mirror image in the rays through the
+ * centres, so the nearest point lies in the half pitch where the ball is, and the normals of its
+ * two arcs do not cross the line.) Along a line both arcs are equally far, so the gap has no step;
+ * where they join it has no kink.
+ *
+ * A flight is cut at the times at which it crosses one of the lines (quadratics). In each piece the
+ * arc is known, and mill_poly_first_rise tells when its gap, a quartic, first closes. The pieces
+ * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
+ * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
+#include "geometry/wavy.h"
+
+#include "base/elementary.h"
+
+#include <stdlib.h>
+
+#define NO_ARC (-1)
+/* Of the radius: a ball that fits the outer arcs no better than that meets their neighbours alone.
+ */
+#define SNUG 1e-12
+#define DEPTH 3   /* quarterings of a box before an arc counts as in reach */
+#define SECTORS 8 /* a buckle: a guess at the pitch, by one division */
+
+/* Outer (even) or inner (odd) */
+struct arc {
+    double y, z;                 /* [m] its centre */
+    double uy, uz;               /* direction of that from the axis */
+    double edge_y[2], edge_z[2]; /* outer ones: normals of the lines to the inner centres before and
+                                    after, towards the wedge */
+};
+
+struct wavy {
+    struct mill_shape base;
+    double radius;               /* [m] of the arcs */
+    double far;                  /* [m] bound of a coordinate in the drum */
+    double angle;                /* [rad] of arc 0 */
+    double half_pitch;           /* [rad] between an arc and the next */
+    double cos_pitch, sin_pitch; /* of half_pitch */
+    bool overhangs;              /* an outer arc's wedge is wider than 180 degrees */
+    int arcs;
+    struct arc *arc;
+    int sectors;       /* of the directions, four or more to a pitch */
+    int16_t *outer_at; /* the outer arc in whose pitch each begins */
+};
+
+/* +1: met from inside (outer arcs), -1: from outside (inner arcs) */
+static double inward(int arc)
+{
+    return arc % 2 == 0 ? 1.0 : -1.0;
+}
+
+/* Of a number that is less than twice as large: no division */
+static int wrap(const struct wavy *w, int arc)
+{
+    return arc < w->arcs ? arc : arc - w->arcs;
+}
+
+/* ---- which arc is near? ---- */
+
+/* > 0: on the wedge's side of that edge [m] */
+static double beyond_edge(const struct arc *a, int edge, double y, double z)
+{
+    return a->edge_y[edge] * (y - a->y) + a->edge_z[edge] * (z - a->z);
+}
+
+/* Between the lines through that outer centre? */
+static bool in_wedge(const struct wavy *w, const struct arc *a, double y, double z)
+{
+    const bool before = beyond_edge(a, 0, y, z) > 0.0, after = beyond_edge(a, 1, y, z) > 0.0;
+    return w->overhangs ? before || after : before && after;
+}
+
+/* In the pitch around it? A wide wedge goes on behind the next inner arc, into another's pitch. */
+static bool in_pitch(const struct wavy *w, const struct arc *a, double y, double z)
+{
+    const double along = y * a->uy + z * a->uz, across = fabs(z * a->uy - y * a->uz);
+    return across * w->cos_pitch <= along * w->sin_pitch;
+}
+
+/* Is the place in the half turn after the arc's direction? */
+static bool is_after(const struct arc *a, double y, double z)
+{
+    return z * a->uy - y * a->uz >= 0.0;
+}
+
+/* Sectors are equal parts of the square |y| + |z| = 1, from -y on: none is wider than half a
+ * pitch. */
+static int sector(const struct wavy *w, double y, double z)
+{
+    const double sum = fabs(y) + fabs(z);
+    if (!(sum > 0.0))
+        return 0;
+    const double along = z < 0.0 ? 1.0 + y / sum : 3.0 - y / sum; /* 0 .. 4 */
+    const int k = (int)(0.25 * along * w->sectors);
+    return k < w->sectors ? k : w->sectors - 1;
+}
+
+/* The arc nearest to a place in the drum; *beside: the other inner arc next to it, across the ray
+ * of an outer one. beside may be NULL. */
+static int nearest(const struct wavy *w, double y, double z, int *beside)
+{
+    int k = w->outer_at[sector(w, y, z)];
+    if (is_after(&w->arc[k + 1], y, z))
+        k = wrap(w, k + 2);
+    const struct arc *outer = &w->arc[k];
+    const bool after = is_after(outer, y, z);
+    const int next = k + 1, last = k > 0 ? k - 1 : w->arcs - 1;
+    if (beside)
+        *beside = after ? last : next;
+    if (beyond_edge(outer, after, y, z) > 0.0)
+        return k;
+    return after ? next : last;
+}
+
+/* ---- contacts ---- */
+
+static double distance(const struct arc *a, double y, double z)
+{
+    return sqrt((y - a->y) * (y - a->y) + (z - a->z) * (z - a->z));
+}
+
+static double gap_to(const struct wavy *w, int arc, double y, double z, double radius)
+{
+    const double s = inward(arc);
+    return s * (w->radius - s * radius - distance(&w->arc[arc], y, z));
+}
+
+static double gap(const struct mill_shape *shape, vec3 centre, double radius, double turn)
+{
+    const struct wavy *w = (const struct wavy *)shape;
+    (void)turn;
+    return gap_to(w, nearest(w, centre.y, centre.z, NULL), centre.y, centre.z, radius);
+}
+
+static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 centre, double radius)
+{
+    const struct arc *a = &w->arc[arc];
+    const double s = inward(arc), d = distance(a, centre.y, centre.z);
+    /* at its very centre an outer arc is everywhere alike; the axis is the way out */
+    const double uy = d > 0.0 ? (centre.y - a->y) / d : a->uy;
+    const double uz = d > 0.0 ? (centre.z - a->z) / d : a->uz;
+    const struct mill_contact k = {
+        {0.0, -s * uy, -s * uz},
+        {centre.x, a->y + w->radius * uy, a->z + w->radius * uz},
+        {0.0, 0.0, 0.0},
+        gap_to(w, arc, centre.y, centre.z, radius),
+    };
+    return k;
+}
+
+static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
+                                   double turn)
+{
+    const struct wavy *w = (const struct wavy *)shape;
+    (void)turn;
+    return contact_with(w, nearest(w, centre.y, centre.z, NULL), centre, radius);
+}
+
+/* A ball too wide for an outer arc, or for the way to it, may touch the inner ones on both sides.
+ */
+static bool beside(const struct mill_shape *shape, vec3 centre, double radius,
+                   struct mill_contact *k)
+{
+    const struct wavy *w = (const struct wavy *)shape;
+    int other;
+    const int arc = nearest(w, centre.y, centre.z, &other);
+    const double slack = SNUG * w->far;
+    if (inward(arc) > 0.0 && w->radius - radius > slack)
+        return false;
+    *k = contact_with(w, other, centre, radius);
+    return k->gap <= slack;
+}
+
+/* ---- the first contact of a flight ---- */
+
+/* The first time after `from` at which the flight crosses an edge of one of the wedges, `to` if
+ * there is none before. */
+static double next_edge(const struct wavy *w, const struct mill_flight *f, struct mill_span parts,
+                        double from, double to)
+{
+    for (int i = parts.first % 2; i < parts.count; i += 2) {
+        const struct arc *a = &w->arc[wrap(w, parts.first + i)];
+        for (int edge = 0; edge < 2; edge++) {
+            const double y = a->edge_y[edge], z = a->edge_z[edge];
+            const double c = beyond_edge(a, edge, f->r.y, f->r.z), b = y * f->v.y + z * f->v.z;
+            const double half_g = 0.5 * (y * f->g.y + z * f->g.z);
+            if (fabs(c) > to * (fabs(b) + to * fabs(half_g)))
+                continue;
+            double t[2];
+            const int roots = mill_poly_quadratic(half_g, 0.5 * b, c, t);
+            for (int k = 0; k < roots; k++) {
+                if (t[k] > from && t[k] < to)
+                    to = t[k];
+            }
+        }
+    }
+    return to;
+}
+
+/* The outer arc in whose wedge a piece of a flight runs, from one place through the other, or
+ * NO_ARC. The piece may leave the pitch, but through the wall. */
+static int wedge_of(const struct wavy *w, struct mill_span parts, vec3 from, vec3 through)
+{
+    for (int i = parts.first % 2; i < parts.count; i += 2) {
+        const int arc = wrap(w, parts.first + i);
+        const struct arc *a = &w->arc[arc];
+        if (in_wedge(w, a, through.y, through.z) && in_pitch(w, a, from.y, from.z))
+            return arc;
+    }
+    return NO_ARC;
+}
+
+/* The inner arc of whose direction the place is, or NO_ARC. */
+static int inner_at(const struct wavy *w, struct mill_span parts, double y, double z)
+{
+    double most = -INFINITY;
+    int best = NO_ARC;
+    for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
+        const int arc = wrap(w, parts.first + i);
+        const double along = y * w->arc[arc].uy + z * w->arc[arc].uz;
+        if (along > most) {
+            most = along;
+            best = arc;
+        }
+    }
+    return best;
+}
+
+/* One arc as if it were a full circle */
+static double rise(const struct wavy *w, int arc, const struct mill_flight *f, double radius,
+                   double horizon, bool touching)
+{
+    const double s = inward(arc), rho = w->radius - s * radius;
+    const double y = f->r.y - w->arc[arc].y, z = f->r.z - w->arc[arc].z;
+    const double p[5] = {
+        s * (y * y + z * z - rho * rho),
+        s * 2.0 * (y * f->v.y + z * f->v.z),
+        s * (f->v.y * f->v.y + f->v.z * f->v.z + y * f->g.y + z * f->g.z),
+        s * (f->v.y * f->g.y + f->v.z * f->g.z),
+        s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
+    };
+    return mill_poly_first_rise(p, horizon, touching, w->base.counts);
+}
+
+/* A piece of a flight between two edges: outer is the arc of its wedge, or NO_ARC. The ball has
+ * touched the wall's nearest arc there, so that one's gap is zero at the start. */
+static double piece_contact(const struct wavy *w, int outer, const struct mill_flight *f,
+                            struct mill_span parts, double radius, double horizon, bool touching)
+{
+    if (outer != NO_ARC)
+        return rise(w, outer, f, radius, horizon, touching);
+    const int touched = touching ? inner_at(w, parts, f->r.y, f->r.z) : NO_ARC;
+    double first = INFINITY;
+    for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
+        const int arc = wrap(w, parts.first + i);
+        const double t = rise(w, arc, f, radius, horizon, arc == touched);
+        if (t < first) {
+            first = t;
+            horizon = t;
+        }
+    }
+    return first;
+}
+
+/* Certainly no contact within h: the flight is too short to reach any of the arcs, taken as full
+ * circles. The margin outweighs all rounding; an infinite h rejects nothing. */
+static bool out_of_reach(const struct wavy *w, const struct mill_flight *f, struct mill_span parts,
+                         double radius, double h)
+{
+    const double speed = sqrt(f->v.y * f->v.y + f->v.z * f->v.z);
+    const double fall = 0.5 * h * (fabs(f->g.y) + fabs(f->g.z));
+    const double way = h * (speed + fall) * (1.0 + 1e-9) + 1e-9 * w->far;
+    for (int i = 0; i < parts.count; i++) {
+        const int arc = wrap(w, parts.first + i);
+        const double s = inward(arc), reach = w->radius - s * (radius + way);
+        const double y = f->r.y - w->arc[arc].y, z = f->r.z - w->arc[arc].z;
+        if (!(reach > 0.0) || s * (y * y + z * z - reach * reach) >= 0.0)
+            return false;
+    }
+    return true;
+}
+
+static double next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                           double radius, double turn, double horizon, bool touching)
+{
+    const struct wavy *w = (const struct wavy *)shape;
+    const struct mill_span all = {0, (int16_t)w->arcs};
+    const struct mill_span parts = f->parts.count > 0 ? f->parts : all;
+    if (out_of_reach(w, f, parts, radius, horizon))
+        return INFINITY;
+    const bool fits = w->radius - radius > SNUG * w->far;
+    (void)turn;
+    struct mill_flight piece = *f;
+    for (double from = 0.0;;) {
+        int outer = NO_ARC;
+        double to = horizon;
+        if (fits) {
+            to = next_edge(w, f, parts, from, horizon);
+            /* nothing changes beyond the last crossing, so any time after it will do */
+            const double within = to <= 1e9 ? 0.5 * (from + to) : from + 1.0;
+            const vec3 at = vec3_fly(f->r, f->v, f->g, within);
+            outer = wedge_of(w, parts, piece.r, at);
+        }
+        const double t =
+            piece_contact(w, outer, &piece, parts, radius, to - from, touching && from == 0.0);
+        if (t <= to - from)
+            return from + t;
+        if (!(to < horizon))
+            return INFINITY;
+        from = to;
+        piece.r = vec3_fly(f->r, f->v, f->g, from);
+        piece.v = vec3_axpy(f->v, from, f->g);
+    }
+}
+
+/* ---- what is in reach of a cell? ---- */
+
+/* The part of the y-z plane that a box takes, no more than the drum needs */
+struct patch {
+    double y, z, half_y, half_z; /* [m] centre and half sides */
+};
+
+static void clamp(double lo, double hi, double far, double *centre, double *half)
+{
+    lo = fmin(fmax(lo, -far), far);
+    hi = fmin(fmax(hi, -far), far);
+    *centre = 0.5 * (lo + hi);
+    *half = 0.5 * (hi - lo);
+}
+
+static bool outer_in_reach(const struct wavy *w, const struct arc *a, struct patch p, double rho,
+                           int depth)
+{
+    const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z);
+    const bool before = beyond_edge(a, 0, p.y, p.z) > -half;
+    const bool after = beyond_edge(a, 1, p.y, p.z) > -half;
+    if (w->overhangs ? !before && !after : !before || !after)
+        return false;
+    if (distance(a, p.y, p.z) + half < rho)
+        return false;
+    if (depth == 0)
+        return true;
+    for (int quarter = 0; quarter < 4; quarter++) {
+        const double y = p.y + (quarter % 2 ? 0.5 : -0.5) * p.half_y;
+        const double z = p.z + (quarter / 2 ? 0.5 : -0.5) * p.half_z;
+        const struct patch part = {y, z, 0.5 * p.half_y, 0.5 * p.half_z};
+        if (outer_in_reach(w, a, part, rho, depth - 1))
+            return true;
+    }
+    return false;
+}
+
+static bool arc_in_reach(const struct wavy *w, int arc, struct patch p, double radius)
+{
+    const struct arc *a = &w->arc[arc];
+    const double margin = 1e-6 * w->far + 1e-3 * radius;
+    if (inward(arc) > 0.0)
+        return outer_in_reach(w, a, p, w->radius - radius - margin, DEPTH);
+    const double y = fmax(fabs(p.y - a->y) - p.half_y, 0.0);
+    const double z = fmax(fabs(p.z - a->z) - p.half_z, 0.0);
+    return sqrt(y * y + z * z) <= w->radius + radius + margin;
+}
+
+/* Arcs between the directions in which the box lies, less those at either end that are too far. */
+static struct mill_span parts(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct wavy *w = (const struct wavy *)shape;
+    struct patch p;
+    clamp(lo.y, hi.y, 1.5 * w->far, &p.y, &p.half_y);
+    clamp(lo.z, hi.z, 1.5 * w->far, &p.z, &p.half_z);
+    const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z) * (1.0 + 1e-9);
+    const double away = sqrt(p.y * p.y + p.z * p.z);
+    int first = 0, count = w->arcs;
+    if (away > half) {
+        const double at = (mill_elementary_atan2(p.z, p.y) - w->angle) / w->half_pitch;
+        const double wide = mill_elementary_asin(half / away) / w->half_pitch + 1e-6;
+        const double from = floor(at - wide), to = ceil(at + wide);
+        if (to - from + 1.0 < w->arcs) {
+            first = (int)(from - w->arcs * floor(from / w->arcs)) % w->arcs;
+            count = (int)(to - from) + 1;
+        }
+    }
+    while (count > 0 && !arc_in_reach(w, first, p, radius)) {
+        first = (first + 1) % w->arcs;
+        count--;
+    }
+    while (count > 0 && !arc_in_reach(w, (first + count - 1) % w->arcs, p, radius))
+        count--;
+    const struct mill_span span = {(int16_t)first, (int16_t)count};
+    return span;
+}
+
+static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    return parts(shape, lo, hi, radius).count > 0;
+}
+
+/* ---- making it ---- */
+
+static void release(struct mill_shape *shape)
+{
+    free(((struct wavy *)shape)->arc);
+    free(((struct wavy *)shape)->outer_at);
+    free(shape);
+}
+
+static const struct mill_shape_ops ops = {MILL_BALL_DRUM, next_contact, gap,
+                                          contact,        reachable,    release,
+                                          parts,          beside,       mill_shape_draw_drum};
+
+/* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
+static void set_edge(struct arc *outer, int edge, const struct arc *inner)
+{
+    const double y = inner->y - outer->y, z = inner->z - outer->z, d = sqrt(y * y + z * z);
+    const double side = edge == 0 ? -1.0 : 1.0; /* the inner one comes before, or after */
+    outer->edge_y[edge] = side * z / d;
+    outer->edge_z[edge] = -side * y / d;
+}
+
+/* For each sector the outer arc in whose pitch it begins; a hair before that, for is_after() cannot
+ * tell the beginning of a pitch of half a turn from its end. */
+static void find_pitches(struct wavy *w)
+{
+    const int n = w->arcs / 2;
+    for (int k = 0; k < w->sectors; k++) {
+        const double along = 4.0 * k / w->sectors;
+        const double y = along < 2.0 ? along - 1.0 : 3.0 - along;
+        const double z = along < 2.0 ? fabs(y) - 1.0 : 1.0 - fabs(y);
+        const double angle = mill_elementary_atan2(z, y) - 1e-9 - w->angle;
+        const double pitch = floor(angle / (2.0 * w->half_pitch) + 0.5);
+        w->outer_at[k] = (int16_t)(2 * ((int)(pitch - n * floor(pitch / n)) % n));
+    }
+}
+
+struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
+{
+    const int arcs = 2 * profile->buckles;
+    struct wavy *w = calloc(1, sizeof *w);
+    if (!w)
+        return NULL;
+    w->base.ops = &ops;
+    w->sectors = SECTORS * profile->buckles;
+    w->arc = calloc((size_t)arcs, sizeof *w->arc);
+    w->outer_at = calloc((size_t)w->sectors, sizeof *w->outer_at);
+    if (!w->arc || !w->outer_at) {
+        release(&w->base);
+        return NULL;
+    }
+    w->base.number = -1;
+    w->base.hollow = profile->arc;
+    w->radius = profile->arc;
+    w->far = profile->radius + profile->height;
+    w->angle = fmod(profile->angle, 2.0 * MILL_PI);
+    w->half_pitch = MILL_PI / profile->buckles;
+    const struct mill_heading half = mill_elementary_heading(w->half_pitch);
+    w->cos_pitch = half.cos;
+    w->sin_pitch = half.sin;
+    w->overhangs = profile->half_outer > 0.5 * MILL_PI;
+    w->arcs = arcs;
+    for (int j = 0; j < arcs; j++) {
+        struct arc *a = &w->arc[j];
+        const double far = inward(j) > 0.0 ? profile->outer : profile->inner;
+        const struct mill_heading ray = mill_elementary_heading(w->angle + j * w->half_pitch);
+        a->uy = ray.cos;
+        a->uz = ray.sin;
+        a->y = far * a->uy;
+        a->z = far * a->uz;
+    }
+    for (int j = 0; j < arcs; j += 2) {
+        set_edge(&w->arc[j], 0, &w->arc[(j + arcs - 1) % arcs]);
+        set_edge(&w->arc[j], 1, &w->arc[(j + 1) % arcs]);
+    }
+    find_pitches(w);
+    return &w->base;
+}

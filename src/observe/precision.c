@@ -1,0 +1,226 @@
+/* The run as a series of batches: the rotor's work in each and the impacts above 0.05 m/s by speed,
+ * on the bins of the spectra, so that the median of any window of batches can be told. Its standard
+ * error comes from the share of each batch's impacts below it, as that of any quantile does: error
+ * of the share / density of the speeds there.
+ * A twelfth of a revolution is a batch (5 ms at 1000 rpm): in the words of MSER-5 five observations
+ * of a sixtieth. Blades pass at all multiples of a revolution's parts, so over whole revolutions
+ * what they stir up repeats and has no part in the error. */
+#include "observe/precision.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* [s] of a batch. A charge needs longer than the first to change; a rotor slower than the last
+ * stands. */
+static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
+
+/* Of the energy that the balls bring into contacts: less work is rounding */
+static const double rounding = 1e-9;
+
+enum { PARTS = 12 };
+
+void mill_precision_plan(double rotor_speed, struct mill_precision_progress *progress)
+{
+    const double turn = rotor_speed != 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
+    *progress = (struct mill_precision_progress){usual, 0, 0};
+    if (!(turn < standing))
+        return;
+    uint64_t period = PARTS;
+    while (period > 1 && turn < (double)period * shortest)
+        period -= period > 6 ? 6 : period > 4 ? 2 : 1; /* 12, 6, 4, 3, 2, 1 */
+    progress->batch = fmax(1, ceil(shortest / turn * (1 - 1e-12))) * turn / (double)period;
+    for (; progress->batch > longest; progress->batch /= 2)
+        period *= 2;
+    progress->period = period;
+}
+
+bool mill_precision_init(struct mill_precision *p, double origin, double rotor_speed,
+                         const struct mill_spectrum_grid *grid)
+{
+    const size_t n = MILL_PRECISION_BATCHES;
+    *p = (struct mill_precision){.origin = origin, .grid = grid};
+    mill_precision_plan(rotor_speed, &p->at);
+    p->books = calloc(n + 1, sizeof *p->books);
+    p->counts = calloc(n * MILL_PRECISION_SLOTS, sizeof *p->counts);
+    p->power = calloc(3 * n, sizeof *p->power);
+    if (!p->books || !p->counts || !p->power)
+        return false;
+    p->below = p->power + n;
+    p->room = p->below + n;
+    return true;
+}
+
+void mill_precision_free(struct mill_precision *p)
+{
+    free(p->books);
+    free(p->counts);
+    free(p->power);
+    *p = (struct mill_precision){0};
+}
+
+double mill_precision_next(const struct mill_precision *p)
+{
+    return p->origin + (double)(p->at.batches + 1) * p->at.batch;
+}
+
+void mill_precision_open(struct mill_precision *p, const struct mill_account *account)
+{
+    p->books[0] = *account;
+}
+
+void mill_precision_close(struct mill_precision *p, const uint64_t *count,
+                          const struct mill_account *account)
+{
+    uint32_t *row = p->counts + p->at.batches * MILL_PRECISION_SLOTS;
+    for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+        row[i] = (uint32_t)count[i];
+    p->books[++p->at.batches] = *account;
+}
+
+uint64_t mill_precision_join(struct mill_precision *p)
+{
+    if (p->at.batches < MILL_PRECISION_BATCHES)
+        return 1;
+    const uint64_t many = p->at.period == 3 ? 3 : 2, joined = p->at.batches / many;
+    for (uint64_t k = 0; k < joined; k++) {
+        uint32_t *row = p->counts + k * MILL_PRECISION_SLOTS;
+        const uint32_t *first = p->counts + many * k * MILL_PRECISION_SLOTS;
+        memmove(row, first, MILL_PRECISION_SLOTS * sizeof *row);
+        for (uint64_t m = 1; m < many; m++)
+            for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+                row[i] += first[m * MILL_PRECISION_SLOTS + (uint64_t)i];
+        p->books[k] = p->books[many * k];
+    }
+    p->books[joined] = p->books[p->at.batches];
+    p->at.batches = joined;
+    p->at.batch *= (double)many;
+    p->at.period = p->at.period > 1 ? p->at.period / many : p->at.period;
+    return many;
+}
+
+/* ---- the median ---- */
+
+static void add_up(const struct mill_precision *p, uint64_t from, uint64_t sum[])
+{
+    memset(sum, 0, MILL_PRECISION_SLOTS * sizeof *sum);
+    for (uint64_t k = from; k < p->at.batches; k++) {
+        const uint32_t *row = p->counts + k * MILL_PRECISION_SLOTS;
+        for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+            sum[i] += row[i];
+    }
+}
+
+/* Where the median lies: share `within` of bin `bin`. count: of all. */
+struct place {
+    int bin;
+    double within, count;
+};
+
+static struct place find_median(const uint64_t sum[])
+{
+    struct place place = {0, 0, 0};
+    double below = 0;
+    for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+        place.count += (double)sum[i];
+    while (place.bin < MILL_PRECISION_SLOTS - 1 &&
+           below + (double)sum[place.bin] < 0.5 * place.count)
+        below += (double)sum[place.bin++];
+    if (sum[place.bin] > 0)
+        place.within = (0.5 * place.count - below) / (double)sum[place.bin];
+    return place;
+}
+
+/* The median of a batch or a window is below the place by that many impacts: those of the batch
+ * below it, less half of all; *all: of the batch */
+static double excess(const uint32_t *row, const struct place *place, double *all)
+{
+    double below = place->within * row[place->bin], rest = (1 - place->within) * row[place->bin];
+    for (int i = 0; i < place->bin; i++)
+        below += row[i];
+    for (int i = place->bin + 1; i < MILL_PRECISION_SLOTS; i++)
+        rest += row[i];
+    *all = below + rest;
+    return 0.5 * (below - rest);
+}
+
+/* Share of the impacts per unit of ln v around the median: over 5 bins to both sides, +-10 % */
+static double density(const uint64_t sum[], const struct place *place)
+{
+    enum { REACH = 5 };
+    const int bins = MILL_PRECISION_SLOTS - 1; /* the last slot is the overflow */
+    const int low = place->bin > REACH ? place->bin - REACH : 0;
+    const int high = place->bin + REACH + 1 < bins ? place->bin + REACH + 1 : bins;
+    double share = 0;
+    for (int i = low; i < high; i++)
+        share += (double)sum[i] / place->count;
+    return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
+}
+
+/* ---- what the batches tell ---- */
+
+static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
+{
+    return p->books[to].rotor_work - p->books[from].rotor_work;
+}
+
+uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
+{
+    uint64_t sum[MILL_PRECISION_SLOTS];
+    const uint64_t n = p->at.batches;
+    add_up(p, n / 2, sum);
+    const struct place place = find_median(sum);
+    for (uint64_t k = 0; k < n; k++) {
+        double all;
+        const double more = excess(p->counts + k * MILL_PRECISION_SLOTS, &place, &all);
+        p->below[k] = all > 0 ? more / all : 0;
+        p->power[k] = work(p, k, k + 1);
+    }
+    const uint64_t of_power = mill_precision_mser(p->power, n);
+    const uint64_t of_median = mill_precision_mser(p->below, n);
+    const uint64_t cut = of_power > of_median ? of_power : of_median;
+    *settled = n >= MILL_PRECISION_FEWEST && 2 * cut <= n;
+    return cut < n / 2 ? cut : n / 2;
+}
+
+struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64_t from, bool whole)
+{
+    uint64_t sum[MILL_PRECISION_SLOTS];
+    const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
+    const struct mill_account *now = &p->books[p->at.batches];
+    struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false, false};
+    known.idle = now->rotor_work_gross <= rounding * now->incident;
+    known.enough = n >= MILL_PRECISION_FEWEST && (known.idle || n >= 3 * p->at.period);
+    if (n == 0)
+        return known;
+    for (uint64_t k = 0; k < n; k++)
+        p->power[k] = work(p, from + k, from + k + 1) / p->at.batch;
+    known.power.value = work(p, from, p->at.batches) / ((double)n * p->at.batch);
+    known.power.error = mill_precision_error(p->power, n, period, p->room);
+    add_up(p, from, sum);
+    const struct place place = find_median(sum);
+    if (!(place.count > 0))
+        return known;
+    known.median.value =
+        place.bin < MILL_PRECISION_SLOTS - 1
+            ? mill_spectrum_within(p->grid, MILL_SPECTRUM_FAST + place.bin, place.within)
+            : p->grid->edge[MILL_SPECTRUM_BINS];
+    for (uint64_t k = 0; k < n; k++) {
+        double all;
+        p->below[k] = excess(p->counts + (from + k) * MILL_PRECISION_SLOTS, &place, &all);
+    }
+    /* of the share below; independent impacts would scatter it by 1/2 over the root of their number
+     */
+    const double scatter = mill_precision_error(p->below, n, period, p->room);
+    const double share = fmax(scatter * (double)n / place.count, 0.5 / sqrt(place.count));
+    if (!isnan(scatter))
+        known.median.error = known.median.value * share / density(sum, &place);
+    return known;
+}
+
+bool mill_precision_reached(const struct mill_precision_known *known, double wanted)
+{
+    const bool power = known->idle || (known->power.value != 0 &&
+                                       known->power.error <= wanted * fabs(known->power.value));
+    return known->enough && power && known->median.error <= wanted * known->median.value;
+}

@@ -1,0 +1,106 @@
+/* What speeds do impacts have? Counts and dissipation on logarithmic bins with edges 20^(k/152)
+ * m/s: 1.99 % wide, so that a quantile read from them is good to 1 %, and with 0.05, 1 and 20 m/s
+ * exactly on an edge. The bin is found from the leading bits of the floating-point number, which
+ * grow like the logarithm, by a small table and one comparison: no logarithm at an impact. */
+#include "observe/spectrum.h"
+
+#include "base/elementary.h"
+#include "base/poly_dd.h"
+
+#include <math.h>
+
+/* 20^(1/152) */
+static const struct dd ratio = {0x1.05187226d4515p+0, 0x1.780f2c237233dp-54};
+
+/* 20^(k/152) [m/s], correctly rounded */
+static double edge_speed(int k)
+{
+    double whole = 1;
+    for (; k >= MILL_SPECTRUM_DECADE; k -= MILL_SPECTRUM_DECADE)
+        whole *= 20;
+    double divisor = 1;
+    for (; k < 0; k += MILL_SPECTRUM_DECADE)
+        divisor *= 20;
+    struct dd part = dd_from(1);
+    for (; k > 0; k--)
+        part = dd_mul(part, ratio);
+    return whole * part.hi / divisor;
+}
+
+void mill_spectrum_grid_init(struct mill_spectrum_grid *grid)
+{
+    for (int k = 0; k <= MILL_SPECTRUM_BINS; k++)
+        grid->edge[k] = edge_speed(MILL_SPECTRUM_LOWEST + k);
+    int slot = 1; /* where the lowest cells lie below the first edge, that edge decides already */
+    for (int cell = 0; cell <= MILL_SPECTRUM_CELLS; cell++) {
+        const double lowest = ldexp(1 + (cell % 64) / 64.0, cell / 64 - 22);
+        while (slot < MILL_SPECTRUM_BINS && lowest >= grid->edge[slot])
+            slot++;
+        grid->first[cell] = (uint16_t)slot;
+    }
+}
+
+void mill_spectrum_merge(struct mill_spectrum *into, const struct mill_spectrum *from)
+{
+    into->sum += from->sum;
+    for (int slot = 0; slot < MILL_SPECTRUM_SLOTS; slot++) {
+        into->slot[slot].count += from->slot[slot].count;
+        into->slot[slot].dissipation += from->slot[slot].dissipation;
+    }
+}
+
+uint64_t mill_spectrum_count(const struct mill_spectrum *spectrum, int slot)
+{
+    uint64_t count = 0;
+    for (; slot < MILL_SPECTRUM_SLOTS; slot++)
+        count += spectrum->slot[slot].count;
+    return count;
+}
+
+double mill_spectrum_dissipation(const struct mill_spectrum *spectrum, int slot)
+{
+    double dissipation = 0;
+    for (; slot < MILL_SPECTRUM_SLOTS; slot++)
+        dissipation += spectrum->slot[slot].dissipation;
+    return dissipation;
+}
+
+double mill_spectrum_mean(const struct mill_spectrum *spectrum)
+{
+    const uint64_t count = mill_spectrum_count(spectrum, 0);
+    return count > 0 ? spectrum->sum / (double)count : (double)NAN;
+}
+
+double mill_spectrum_within(const struct mill_spectrum_grid *grid, int slot, double share)
+{
+    return grid->edge[slot - 1] * mill_elementary_exp(share * MILL_SPECTRUM_LOG_BIN);
+}
+
+double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
+                              const struct mill_spectrum *spectrum, int slot, double level)
+{
+    const uint64_t total = mill_spectrum_count(spectrum, slot);
+    if (total == 0)
+        return (double)NAN;
+    const double rank = level * (double)total;
+    double below = 0; /* counted in the slots before this one */
+    int last =
+        slot; /* the last slot that holds anything: rounding must not carry the rank past it */
+    double share = 1;
+    for (; slot < MILL_SPECTRUM_SLOTS; slot++) {
+        const double here = (double)spectrum->slot[slot].count;
+        if (here == 0)
+            continue;
+        last = slot;
+        if (below + here >= rank) {
+            share = (rank - below) / here;
+            break;
+        }
+        below += here;
+    }
+    if (last == 0)
+        return 0;
+    if (last > MILL_SPECTRUM_BINS)
+        return grid->edge[MILL_SPECTRUM_BINS];
+    return mill_spectrum_within(grid, last, share);
+}

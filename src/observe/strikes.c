@@ -1,0 +1,135 @@
+/* Is this contact a new strike or a re-contact of the last one? A hash table remembers the last
+ * contact of every pair for the length of the window. Nothing is ever deleted: an entry older than
+ * the window is free, and a bucket full of younger ones makes the table grow. Only pairs that were
+ * in contact within the last 10 us or so are alive, so the table stays small whatever the number of
+ * balls. */
+#include "observe/strikes.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+enum { FEWEST_BITS = 6, MOST_BITS = 40 };
+
+static struct mill_strike *make_entries(int bits)
+{
+    const size_t room = ((size_t)1 << bits) * MILL_STRIKES_BUCKET;
+    struct mill_strike *entry = calloc(room, sizeof *entry);
+    if (entry)
+        for (size_t i = 0; i < room; i++)
+            entry[i].time = -INFINITY;
+    return entry;
+}
+
+bool mill_strikes_init(struct mill_strikes *strikes, double window)
+{
+    strikes->window = window;
+    strikes->bits = FEWEST_BITS;
+    strikes->entry = make_entries(FEWEST_BITS);
+    return strikes->entry != NULL;
+}
+
+void mill_strikes_free(struct mill_strikes *strikes)
+{
+    free(strikes->entry);
+    strikes->entry = NULL;
+}
+
+size_t mill_strikes_room(const struct mill_strikes *strikes)
+{
+    return ((size_t)1 << strikes->bits) * MILL_STRIKES_BUCKET;
+}
+
+bool mill_strikes_resize(struct mill_strikes *strikes, int bits)
+{
+    if (bits < 0 || bits > MOST_BITS)
+        return false;
+    struct mill_strike *entry = make_entries(bits);
+    if (!entry)
+        return false;
+    free(strikes->entry);
+    strikes->bits = bits;
+    strikes->entry = entry;
+    return true;
+}
+
+static uint64_t pair_number(enum mill_kind kind, int32_t ball, int32_t partner)
+{
+    assert(ball >= 0 && ball < 1 << 30 && partner >= -1 && partner < 1 << 30);
+    return (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);
+}
+
+/* Multiply and fold, twice: neighbouring balls must not share buckets. The constants are odd with
+ * well mixed bits (2^64 over the golden ratio, and 2^64 over the plastic number). */
+static struct mill_strike *bucket_of(struct mill_strike *entry, int bits, uint64_t pair)
+{
+    uint64_t h = pair ^ pair >> 32;
+    h *= UINT64_C(0x9E3779B97F4A7C15);
+    h ^= h >> 29;
+    h *= UINT64_C(0xC13FA9A902A6328F);
+    return entry + (h >> 1 >> (63 - bits)) * MILL_STRIKES_BUCKET;
+}
+
+/* Puts the entries that are still alive into a table of 2^bits buckets; false when they do not fit.
+ */
+static bool spread(const struct mill_strikes *strikes, struct mill_strike *to, int bits, double now)
+{
+    const size_t room = mill_strikes_room(strikes);
+    for (size_t i = 0; i < room; i++) {
+        const struct mill_strike *old = &strikes->entry[i];
+        if (!(now - old->time < strikes->window))
+            continue;
+        struct mill_strike *bucket = bucket_of(to, bits, old->pair);
+        int k = 0;
+        while (k < MILL_STRIKES_BUCKET && bucket[k].time > (double)-INFINITY)
+            k++;
+        if (k == MILL_STRIKES_BUCKET)
+            return false;
+        bucket[k] = *old;
+    }
+    return true;
+}
+
+static bool grow(struct mill_strikes *strikes, double now)
+{
+    for (int bits = strikes->bits + 1; bits <= MOST_BITS; bits++) {
+        struct mill_strike *entry = make_entries(bits);
+        if (!entry)
+            return false;
+        if (spread(strikes, entry, bits, now)) {
+            free(strikes->entry);
+            strikes->entry = entry;
+            strikes->bits = bits;
+            return true;
+        }
+        free(entry);
+    }
+    return false;
+}
+
+struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_kind kind,
+                                      int32_t ball, int32_t partner, double time, bool *fresh)
+{
+    const uint64_t pair = pair_number(kind, ball, partner);
+    for (;;) {
+        struct mill_strike *bucket = bucket_of(strikes->entry, strikes->bits, pair);
+        struct mill_strike *oldest = bucket;
+        for (int k = 0; k < MILL_STRIKES_BUCKET; k++) {
+            if (bucket[k].pair == pair) {
+                *fresh = !(time - bucket[k].time < strikes->window);
+                bucket[k].time = time;
+                return &bucket[k];
+            }
+            if (bucket[k].time < oldest->time)
+                oldest = &bucket[k];
+        }
+        if (!(time - oldest->time < strikes->window)) {
+            *fresh = true;
+            oldest->pair = pair;
+            oldest->time = time;
+            return oldest;
+        }
+        if (!grow(strikes, time))
+            return NULL;
+    }
+}

@@ -1,0 +1,238 @@
+/* When may the run end, and where does its window begin? Where run.precision is given and
+ * run.sample_from is not, nobody knows yet what belongs to the start-up while it is gathered, and
+ * what is gathered cannot be taken out again: rounded sums do not subtract to nothing. So it is
+ * kept apart by stretches of a few batches, at most MILL_TALLY_STRETCHES of them, joined as the run
+ * gets longer, and only those behind the cut are added up. A cut inside a stretch goes to its end.
+ * It is asked at ends of stretches: an 8th to a 24th of the run lies between two (3 become one
+ * where they make a revolution, else 2). */
+#include "observe/tally.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool mill_tally_window_init(struct mill_tally *t, const struct mill_deck *deck,
+                            const struct mill_world *world)
+{
+    t->precision = deck->precision;
+    t->collisions = deck->max_collisions;
+    t->search = deck->sample_found;
+    if (t->precision == 0 && t->collisions == 0)
+        return true;
+    if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
+        return false;
+    t->tick = t->batches.at.batch;
+    t->at.length = 1;
+    t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false, false};
+    if (!t->search)
+        return true;
+    t->stretch = calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch);
+    for (int i = 0; t->stretch && i < MILL_TALLY_STRETCHES; i++)
+        if (!(t->stretch[i].maps = mill_maps_like(t->maps)))
+            return false;
+    return t->stretch != NULL;
+}
+
+void mill_tally_window_free(struct mill_tally *t)
+{
+    for (int i = 0; t->stretch && i < MILL_TALLY_STRETCHES; i++)
+        mill_maps_free(t->stretch[i].maps);
+    free(t->stretch);
+    mill_precision_free(&t->batches);
+}
+
+/* ---- stretches ---- */
+
+static void add_speeds(struct mill_speeds into[MILL_KINDS],
+                       const struct mill_speeds from[MILL_KINDS])
+{
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        mill_spectrum_merge(&into[kind].normal, &from[kind].normal);
+        mill_spectrum_merge(&into[kind].tangential[0], &from[kind].tangential[0]);
+        mill_spectrum_merge(&into[kind].tangential[1], &from[kind].tangential[1]);
+    }
+}
+
+/* How many stretches to join into one: so that whole ones make a revolution, or are made of some */
+static uint64_t joined(uint64_t length, uint64_t period)
+{
+    uint64_t many = 2;
+    while (length < period && period % (length * many) != 0)
+        many++;
+    return many;
+}
+
+static void join_stretches(struct mill_tally *t)
+{
+    const uint64_t many = joined(t->at.length, t->batches.at.period);
+    for (uint64_t k = 0; t->search && k < t->at.stretches / many; k++) {
+        struct mill_tally_stretch *first = &t->stretch[many * k];
+        for (uint64_t m = 1; m < many; m++) {
+            add_speeds(first->impacts, first[m].impacts);
+            add_speeds(first->strikes, first[m].strikes);
+            mill_maps_add(first->maps, first[m].maps);
+            first->last = first[m].last;
+        }
+        if (k > 0) {
+            struct mill_maps *free_one = t->stretch[k].maps;
+            memcpy(&t->stretch[k], first, sizeof *first);
+            first->maps = free_one;
+        }
+    }
+    t->at.stretches /= many;
+    t->at.length *= many;
+}
+
+/* What was gathered since the last one becomes a stretch of its own. */
+static void keep_stretch(struct mill_tally *t)
+{
+    struct mill_tally_stretch *stretch = &t->stretch[t->at.stretches++];
+    memcpy(stretch->impacts, t->impacts, sizeof stretch->impacts);
+    memcpy(stretch->strikes, t->strikes, sizeof stretch->strikes);
+    memset(t->impacts, 0, sizeof t->impacts);
+    memset(t->strikes, 0, sizeof t->strikes);
+    memset(t->before, 0, sizeof t->before);
+    mill_maps_clear(stretch->maps);
+    mill_maps_add(stretch->maps, t->maps);
+    mill_maps_clear(t->maps);
+    stretch->last = t->at.stretch++;
+}
+
+struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t stretch)
+{
+    for (uint64_t i = 0; t->stretch && i < t->at.stretches; i++)
+        if (stretch <= t->stretch[i].last)
+            return t->stretch[i].strikes;
+    return t->strikes;
+}
+
+/* ---- the window ---- */
+
+/* Where the window begins that ends with the last batch: behind the start-up, and where that leaves
+ * two whole revolutions or more, as many as there are. *whole: it does. */
+static uint64_t find_begin(struct mill_tally *t, bool *whole)
+{
+    const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
+    uint64_t from = 0;
+    t->at.settled = true;
+    if (t->search)
+        from = (mill_precision_cut(&t->batches, &t->at.settled) + length - 1) / length * length;
+    const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
+    const uint64_t start = n - turns * period;
+    *whole = turns >= 2 && (start == from || (t->search && start % length == 0));
+    return *whole ? start : from;
+}
+
+bool mill_tally_reached(const struct mill_tally *t)
+{
+    return t->precision > 0 && t->at.settled && mill_precision_reached(&t->at.known, t->precision);
+}
+
+static void end_batch(struct mill_tally *t, const struct mill_account *account)
+{
+    uint64_t count[MILL_PRECISION_SLOTS];
+    for (int i = 0; i < MILL_PRECISION_SLOTS; i++) {
+        uint64_t now = 0;
+        for (int kind = 0; kind < MILL_KINDS; kind++)
+            now += t->impacts[kind].normal.slot[MILL_SPECTRUM_FAST + i].count;
+        count[i] = now - t->before[i];
+        t->before[i] = now;
+    }
+    mill_precision_close(&t->batches, count, account);
+    if (t->batches.at.batches % t->at.length != 0)
+        return;
+    if (t->search)
+        keep_stretch(t);
+    else
+        t->at.stretches++;
+    if (t->at.stretches == MILL_TALLY_STRETCHES)
+        join_stretches(t);
+    t->at.length /= mill_precision_join(&t->batches);
+    if (t->precision > 0) {
+        bool whole;
+        const uint64_t from = find_begin(t, &whole);
+        t->at.known = mill_precision_tell(&t->batches, from, whole);
+        if (mill_tally_reached(t))
+            t->at.ended = MILL_TALLY_PRECISION;
+    }
+}
+
+double mill_tally_window_next(const struct mill_tally *t)
+{
+    if (t->tick == 0)
+        return INFINITY;
+    const double tick = t->collisions > 0 ? (double)(t->at.ticks + 1) * t->tick : (double)INFINITY;
+    return t->at.open ? fmin(tick, mill_precision_next(&t->batches)) : tick;
+}
+
+void mill_tally_window_sample(struct mill_tally *t, const struct mill_account *account, double now)
+{
+    uint64_t collisions = 0;
+    if (t->tick == 0)
+        return;
+    const bool ticks = t->collisions > 0 && (double)(t->at.ticks + 1) * t->tick <= now;
+    if (ticks)
+        t->at.ticks++;
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        collisions += account->collisions[kind];
+    if (t->at.open && mill_precision_next(&t->batches) <= now)
+        end_batch(t, account);
+    if (ticks && t->at.ended == MILL_TALLY_TIME && (double)collisions >= t->collisions)
+        t->at.ended = MILL_TALLY_COLLISIONS;
+}
+
+double mill_tally_next_end(const struct mill_tally *t, bool *over)
+{
+    *over = t->at.closed && t->at.ended != MILL_TALLY_TIME;
+    if (t->at.closed || t->tick == 0)
+        return INFINITY;
+    const double next = mill_tally_window_next(t);
+    return t->at.open ? next : fmin(next, t->begin); /* where batches begin to end */
+}
+
+const char *mill_tally_ended_by(const struct mill_tally *t)
+{
+    static const char *const name[] = {"time", "precision", "max_collisions"};
+    return t->tick > 0 ? name[t->at.ended] : NULL;
+}
+
+/* Power and torque by whole revolutions, from the books. */
+static void fill_blocks(struct mill_tally *t, uint64_t from)
+{
+    const struct mill_precision_progress *at = &t->batches.at;
+    struct mill_rotorstat *stat = &t->rotor;
+    if (at->period == 0)
+        return;
+    const double turn = stat->block / stat->revolutions;
+    stat->block = (double)at->period * at->batch;
+    stat->revolutions = round(stat->block / turn);
+    stat->blocks = 0;
+    mill_rotorstat_open(stat, &t->batches.books[from]);
+    for (uint64_t k = from + at->period; k <= at->batches && stat->blocks < stat->planned;
+         k += at->period)
+        mill_rotorstat_close(stat, &t->batches.books[k]);
+}
+
+void mill_tally_window_close(struct mill_tally *t)
+{
+    const struct mill_precision *batches = &t->batches;
+    const uint64_t n = batches->at.batches;
+    bool whole = false;
+    const uint64_t from = t->precision > 0 ? find_begin(t, &whole) : 0;
+    if (t->precision > 0)
+        t->at.known = mill_precision_tell(&t->batches, from, whole);
+    if (n > from) {
+        t->at.at_late = batches->books[from + 9 * (n - from) / 10];
+        t->at.late = true;
+    }
+    if (!t->search)
+        return;
+    t->at.begin = batches->origin + (double)from * batches->at.batch;
+    t->at.at_begin = batches->books[from];
+    for (uint64_t i = from / t->at.length; i < t->at.stretches; i++) {
+        add_speeds(t->impacts, t->stretch[i].impacts);
+        add_speeds(t->strikes, t->stretch[i].strikes);
+        mill_maps_add(t->maps, t->stretch[i].maps);
+    }
+    fill_blocks(t, from);
+}

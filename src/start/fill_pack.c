@@ -1,0 +1,257 @@
+/* Puts all balls into the room. Dilute charges are dropped in one by one, each at a random place
+ * that is free (random sequential addition). That jams near a solid fraction of 0.38, so denser
+ * ones are dropped in as smaller balls and then, at full size, push each other apart in small
+ * alternating steps until nothing touches (as in position-based relaxation of hard-sphere
+ * packings). */
+#include "start/fill_private.h"
+
+#include "base/elementary.h"
+
+#include <stdlib.h>
+
+#define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
+#define DENSEST 0.59       /* of the room: beyond it no random packing is tried */
+#define DROPS 4000         /* tries for one ball */
+#define TOLD 4096          /* drops between two reports */
+#define PATIENCE 40 /* looks at each ball within which the pushing must become less by a tenth */
+
+struct pack {
+    struct mill_world *world;
+    const struct mill_fill_room *room;
+    gsl_rng *rng;
+    const struct mill_start_watch *watch;
+    struct mill_fill_sieve sieve;
+    int32_t *near;
+};
+
+/* qsort has no context, so the keys travel with the items */
+struct keyed {
+    int32_t cell, ball;
+    vec3 r;
+};
+
+static int by_cell(const void *a, const void *b)
+{
+    const struct keyed *x = a, *y = b;
+    if (x->cell != y->cell)
+        return x->cell < y->cell ? -1 : 1;
+    return (x->ball > y->ball) - (x->ball < y->ball);
+}
+
+static void tell(const struct pack *p, const char *what, int32_t done)
+{
+    if (p->watch)
+        p->watch->tell(p->watch->self, what, done, p->world->balls);
+}
+
+/* Is a ball there, shrunk like all others by `scale`, clear of those placed so far? */
+static bool balls_clear(struct pack *p, vec3 r, double radius, double scale)
+{
+    const struct mill_fill_spot *spot = p->sieve.spot;
+    const int32_t n = mill_fill_sieve_near(&p->sieve, r, radius, p->near);
+    for (int32_t k = 0; k < n; k++) {
+        const struct mill_fill_spot *o = &spot[p->near[k]];
+        const vec3 d = vec3_sub(o->r, r);
+        const double s = scale * (radius + o->radius);
+        if (vec3_dot(d, d) <= s * s)
+            return false;
+    }
+    return true;
+}
+
+/* Drops ball i, shrunk by `scale` against other balls only. False: it found no room. */
+static bool drop(struct pack *p, int32_t i, double scale)
+{
+    const double r = p->world->drum_radius, l = p->world->drum_length;
+    struct mill_fill_spot *spot = &p->sieve.spot[i];
+    const double a = spot->radius;
+    for (int tries = 0; tries < DROPS; tries++) {
+        double y, z;
+        do {
+            y = (2.0 * gsl_rng_uniform(p->rng) - 1.0) * (r - a);
+            z = (2.0 * gsl_rng_uniform(p->rng) - 1.0) * (r - a);
+        } while (y * y + z * z > (r - a) * (r - a));
+        spot->r = vec3_make((gsl_rng_uniform(p->rng) - 0.5) * (l - 2.0 * a), y, z);
+        if (mill_fill_room_clear(p->room, spot->r, a) && balls_clear(p, spot->r, a, scale)) {
+            mill_fill_sieve_place(&p->sieve, i);
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Drops every ball, the largest kinds first: they would find no room later. */
+static bool drop_all(struct pack *p, double scale)
+{
+    const struct mill_world *w = p->world;
+    double last = (double)INFINITY;
+    mill_fill_sieve_clear(&p->sieve);
+    for (int32_t dropped = 0; dropped < w->balls;) {
+        double a = 0.0; /* the next smaller radius */
+        for (int k = 0; k < w->species_count; k++) {
+            if (w->species[k].radius < last)
+                a = fmax(a, w->species[k].radius);
+        }
+        for (int32_t i = 0; i < w->balls; i++) {
+            if (p->sieve.spot[i].radius != a)
+                continue;
+            if (!drop(p, i, scale))
+                return false;
+            if (++dropped % TOLD == 0)
+                tell(p, "dropping balls", dropped);
+        }
+        last = a;
+    }
+    return true;
+}
+
+/* Numbers equal balls by place: neighbours in space become neighbours in memory. */
+static bool sort_by_place(struct pack *p)
+{
+    struct mill_fill_spot *spot = p->sieve.spot;
+    const struct mill_ball *ball = p->world->ball;
+    const int32_t balls = p->world->balls;
+    struct keyed *item = malloc(sizeof *item * (size_t)balls);
+    if (!item)
+        return false;
+    int32_t n = 0;
+    for (int32_t i = 0; i < balls; i++) {
+        const struct keyed k = {spot[i].cell, i, spot[i].r};
+        item[n++] = k;
+        if (i + 1 < balls && ball[i + 1].species == ball[i].species)
+            continue;
+        qsort(item, (size_t)n, sizeof *item, by_cell);
+        for (int32_t m = 0; m < n; m++)
+            spot[i + 1 - n + m].r = item[m].r;
+        n = 0;
+    }
+    free(item);
+    mill_fill_sieve_clear(&p->sieve);
+    for (int32_t i = balls - 1; i >= 0; i--)
+        mill_fill_sieve_place(&p->sieve, i);
+    return true;
+}
+
+/* Moves ball i and its neighbours apart where they are nearer than the spacing; returns the sum of
+ * what they were pushed, in radii. */
+static double push_from_balls(struct pack *p, int32_t i)
+{
+    struct mill_fill_spot *spot = p->sieve.spot, *me = &spot[i];
+    const int32_t n = mill_fill_sieve_near(&p->sieve, me->r, me->radius, p->near);
+    double pushed = 0.0;
+    for (int32_t k = 0; k < n; k++) {
+        struct mill_fill_spot *o = &spot[p->near[k]];
+        const double sum = me->radius + o->radius;
+        const double close = (1.0 + MILL_FILL_CLOSE) * sum;
+        const vec3 d = vec3_sub(o->r, me->r);
+        const double square = vec3_dot(d, d);
+        if (o == me || square >= close * close)
+            continue;
+        const double distance = sqrt(square);
+        /* two centres at one place part along any fixed direction */
+        const vec3 n_io = distance > 0.0 ? vec3_scale(d, 1.0 / distance) : vec3_make(1.0, 0.0, 0.0);
+        const double push = (1.0 + MILL_FILL_SPACING) * sum - distance;
+        /* the smaller one gives way: it finds room sooner */
+        me->r = vec3_axpy(me->r, -push * (o->radius / sum), n_io);
+        o->r = vec3_axpy(o->r, push * (me->radius / sum), n_io);
+        me->stirred = o->stirred = true;
+        mill_fill_sieve_replace(&p->sieve, p->near[k]);
+        pushed += push / sum;
+    }
+    return pushed;
+}
+
+/* One round over all balls whose neighbourhood was stirred; adds their number to *looks and returns
+ * the sum of what they were pushed. */
+static double push_round(struct pack *p, uint64_t *looks)
+{
+    struct mill_fill_spot *spot = p->sieve.spot;
+    const int32_t balls = p->world->balls;
+    double pushed = 0.0;
+    for (int32_t i = 0; i < balls; i++) {
+        if (!spot[i].stirred)
+            continue;
+        ++*looks;
+        spot[i].stirred = false;
+        pushed += push_from_balls(p, i);
+        if (mill_fill_room_push(p->room, &spot[i].r, spot[i].radius))
+            spot[i].stirred = true;
+        mill_fill_sieve_replace(&p->sieve, i);
+    }
+    return pushed;
+}
+
+/* Is every ball clear of all others and of all surfaces at full size? */
+static bool all_clear(struct pack *p)
+{
+    const struct mill_fill_spot *spot = p->sieve.spot;
+    for (int32_t i = 0; i < p->world->balls; i++) {
+        const struct mill_fill_spot *me = &spot[i];
+        if (!mill_fill_room_clear(p->room, me->r, me->radius))
+            return false;
+        const int32_t n = mill_fill_sieve_near(&p->sieve, me->r, me->radius, p->near);
+        for (int32_t k = 0; k < n; k++) {
+            const struct mill_fill_spot *o = &spot[p->near[k]];
+            const vec3 d = vec3_sub(o->r, me->r);
+            const double s = me->radius + o->radius;
+            if (o != me && vec3_dot(d, d) <= s * s)
+                return false;
+        }
+    }
+    return true;
+}
+
+/* False: they jammed. */
+static bool push_apart(struct pack *p)
+{
+    const uint64_t balls = (uint64_t)p->world->balls;
+    double least = (double)INFINITY;
+    uint64_t looks = 0; /* since the last progress */
+    for (int32_t i = 0; i < p->world->balls; i++)
+        p->sieve.spot[i].stirred = true;
+    for (int round = 1; looks < PATIENCE * balls; round++) {
+        const uint64_t before = looks;
+        const double pushed = push_round(p, &looks);
+        tell(p, "pushing balls apart", (int32_t)(balls - (looks - before)));
+        if (looks == before)
+            return all_clear(p);
+        if (round % 16 == 0 && all_clear(p))
+            return true;
+        if (pushed < 0.9 * least) {
+            least = pushed;
+            looks = 0;
+        }
+    }
+    return false;
+}
+
+static enum mill_status settle(struct pack *p, double fraction)
+{
+    const bool packed = p->world->balls > 1 && fraction > DROP_FRACTION;
+    double scale = packed ? mill_elementary_cbrt(DROP_FRACTION / fraction) : 1.0;
+    while (!drop_all(p, scale)) {
+        scale *= 0.93;
+        if (scale < 0.4)
+            return MILL_BAD_DECK;
+    }
+    if (!sort_by_place(p))
+        return MILL_FAILED;
+    return scale == 1.0 || push_apart(p) ? MILL_OK : MILL_BAD_DECK;
+}
+
+enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill_room *room,
+                                gsl_rng *rng, double fraction, const struct mill_start_watch *watch)
+{
+    struct pack p = {world, room, rng, watch, {0}, NULL};
+    enum mill_status status = MILL_FAILED;
+    if (world->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */
+        return MILL_BAD_DECK;
+    p.near = malloc(sizeof *p.near * (size_t)world->balls);
+    if (p.near && mill_fill_sieve_init(&p.sieve, world))
+        status = settle(&p, fraction);
+    for (int32_t i = 0; status == MILL_OK && i < world->balls; i++)
+        world->ball[i].r = p.sieve.spot[i].r;
+    mill_fill_sieve_free(&p.sieve);
+    free(p.near);
+    return status;
+}

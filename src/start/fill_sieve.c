@@ -1,0 +1,145 @@
+/* Balls by place, for mixtures of any sizes: one grid for each class of sizes, cells as wide as its
+ * largest ball, a list of balls in each. A ball looks into its own grid and all others, into the
+ * cells that its and their radii can reach: few cells of large balls, more of small ones, never
+ * more balls than are about. */
+#include "start/fill_private.h"
+
+#include "base/elementary.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define CLASS_RATIO 1.5 /* of the largest to the smallest ball that share a grid */
+
+static int16_t class_of(double radius, double widest)
+{
+    const double k = floor(log(widest / radius) / log(CLASS_RATIO) + 1e-9);
+    return (int16_t)fmin(k, MILL_FILL_CLASSES - 1);
+}
+
+static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
+{
+    const double r = w->drum_radius, l = w->drum_length;
+    const double extent[3] = {l, 2.0 * r, 2.0 * r};
+    const double most = 16.0 * (double)g->balls + 4096.0;
+    const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
+    const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
+    size_t cells = 1;
+    g->lo = vec3_make(-0.5 * l, -r, -r);
+    for (int axis = 0; axis < 3; axis++) {
+        g->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
+        g->per_side[axis] = g->n[axis] / extent[axis];
+        cells *= (size_t)g->n[axis];
+    }
+    g->head = malloc(sizeof *g->head * cells);
+    return g->head != NULL;
+}
+
+bool mill_fill_sieve_init(struct mill_fill_sieve *s, const struct mill_world *w)
+{
+    double widest = 0.0;
+    memset(s, 0, sizeof *s);
+    s->balls = w->balls;
+    s->spot = calloc((size_t)w->balls, sizeof *s->spot);
+    if (!s->spot)
+        return false;
+    for (int k = 0; k < w->species_count; k++)
+        widest = fmax(widest, w->species[k].radius);
+    for (int32_t i = 0; i < w->balls; i++) {
+        struct mill_fill_spot *p = &s->spot[i];
+        p->radius = w->species[w->ball[i].species].radius;
+        p->class = class_of(p->radius, widest);
+        struct mill_fill_grid *g = &s->grid[p->class];
+        g->widest = fmax(g->widest, p->radius);
+        g->balls++;
+    }
+    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+        if (s->grid[k].balls > 0 && !make_grid(&s->grid[k], w)) {
+            mill_fill_sieve_free(s);
+            return false;
+        }
+    }
+    mill_fill_sieve_clear(s);
+    return true;
+}
+
+void mill_fill_sieve_free(struct mill_fill_sieve *s)
+{
+    for (int k = 0; k < MILL_FILL_CLASSES; k++)
+        free(s->grid[k].head);
+    free(s->spot);
+    memset(s, 0, sizeof *s);
+}
+
+void mill_fill_sieve_clear(struct mill_fill_sieve *s)
+{
+    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+        struct mill_fill_grid *g = &s->grid[k];
+        const int32_t cells = g->n[0] * g->n[1] * g->n[2];
+        g->placed = 0;
+        for (int32_t cell = 0; cell < cells; cell++)
+            g->head[cell] = -1;
+    }
+}
+
+/* Cells beyond the box count as the outermost ones. */
+static int32_t along(const struct mill_fill_grid *g, int axis, double x)
+{
+    const double cell = x * g->per_side[axis], last = (double)(g->n[axis] - 1);
+    return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
+}
+
+static int32_t cell_at(const struct mill_fill_grid *g, vec3 r)
+{
+    const int32_t ix = along(g, 0, r.x - g->lo.x), iy = along(g, 1, r.y - g->lo.y);
+    return (ix * g->n[1] + iy) * g->n[2] + along(g, 2, r.z - g->lo.z);
+}
+
+void mill_fill_sieve_place(struct mill_fill_sieve *s, int32_t i)
+{
+    struct mill_fill_spot *p = &s->spot[i];
+    struct mill_fill_grid *g = &s->grid[p->class];
+    p->cell = cell_at(g, p->r);
+    p->next = g->head[p->cell];
+    g->head[p->cell] = i;
+    g->placed++;
+}
+
+void mill_fill_sieve_replace(struct mill_fill_sieve *s, int32_t i)
+{
+    struct mill_fill_spot *p = &s->spot[i];
+    struct mill_fill_grid *g = &s->grid[p->class];
+    if (cell_at(g, p->r) == p->cell)
+        return;
+    int32_t *link = &g->head[p->cell];
+    while (*link != i)
+        link = &s->spot[*link].next;
+    *link = p->next;
+    g->placed--;
+    mill_fill_sieve_place(s, i);
+}
+
+int32_t mill_fill_sieve_near(const struct mill_fill_sieve *s, vec3 r, double radius, int32_t *out)
+{
+    int32_t n = 0;
+    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+        const struct mill_fill_grid *g = &s->grid[k];
+        if (g->placed == 0)
+            continue;
+        const double reach = (radius + g->widest) * (1.0 + MILL_FILL_SPACING);
+        const vec3 d = vec3_sub(r, g->lo);
+        const int32_t x0 = along(g, 0, d.x - reach), x1 = along(g, 0, d.x + reach);
+        const int32_t y0 = along(g, 1, d.y - reach), y1 = along(g, 1, d.y + reach);
+        const int32_t z0 = along(g, 2, d.z - reach), z1 = along(g, 2, d.z + reach);
+        for (int32_t x = x0; x <= x1; x++) {
+            for (int32_t y = y0; y <= y1; y++) {
+                const int32_t *row = g->head + (x * g->n[1] + y) * g->n[2];
+                for (int32_t z = z0; z <= z1; z++) {
+                    for (int32_t i = row[z]; i >= 0; i = s->spot[i].next)
+                        out[n++] = i;
+                }
+            }
+        }
+    }
+    return n;
+}
