@@ -4,6 +4,7 @@
 #include "app/command.h"
 #include "app/progress.h"
 #include "app/run.h"
+#include "deck/deck_setup.h"
 #include "millsim/world.h"
 
 #include <errno.h>
@@ -162,7 +163,7 @@ static int print_deck(const struct mill_deck *deck)
 {
     struct mill_error error = {""};
     struct mill_world *world;
-    const enum mill_status status = mill_world_create(deck, &world, &error);
+    const enum mill_status status = mill_deck_setup_world(deck, NULL, &world, &error);
     if (status != MILL_OK)
         return complain(&error, status);
     mill_world_free(world);

@@ -2,6 +2,7 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
+#include "deck/deck.h"
 #include "millsim/world.h"
 #include "store/h5.h"
 

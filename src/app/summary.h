@@ -2,7 +2,7 @@
 #ifndef MILL_SUMMARY_H
 #define MILL_SUMMARY_H
 
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/tally.h"
 

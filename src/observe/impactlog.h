@@ -2,6 +2,7 @@
 #ifndef MILL_IMPACTLOG_H
 #define MILL_IMPACTLOG_H
 
+#include "deck/deck.h"
 #include "millsim/observer.h"
 #include "store/h5.h"
 

@@ -1,7 +1,7 @@
 /* Asks every surface of the mill what balls can see of it. */
 #include "observe/outline.h"
 
-#include "geometry/shape.h"
+#include "geometry/shapes.h"
 
 #include <stdlib.h>
 
@@ -10,13 +10,12 @@
 
 static struct mill_chamber chamber_of(const struct mill_deck *deck)
 {
-    const double radius = deck->drum_radius;
-    const struct mill_chamber chamber = {
-        deck->wavy
-            ? mill_profile_make((int)deck->buckles, radius, deck->buckle_height, deck->buckle_angle)
-            : mill_profile_make(2, radius, 0.0, 0.0),
-        0.5 * deck->drum_length, FLAT * radius};
-    return chamber;
+    const struct mill_setup_drum drum = {.radius = deck->drum_radius,
+                                         .length = deck->drum_length,
+                                         .buckles = deck->wavy ? (int)deck->buckles : 0,
+                                         .buckle_height = deck->buckle_height,
+                                         .buckle_angle = deck->buckle_angle};
+    return mill_shapes_chamber(&drum);
 }
 
 enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mill_world *world,
@@ -30,16 +29,16 @@ enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mi
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
         const struct mill_shape *shape = world->shape[k];
         const size_t before = mesh->triangles;
-        if (shape->turns != turning)
+        if ((shape->motion != NULL) != turning)
             continue;
-        shape->ops->draw(shape, &chamber, mesh);
+        shape->type->draw(shape, &chamber, FLAT * deck->drum_radius, mesh);
         uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
         outline->kind = kind ? kind : outline->kind;
         int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);
         outline->number = number ? number : outline->number;
         mesh->failed = mesh->failed || !kind || !number;
         for (size_t i = before; i < mesh->triangles && !mesh->failed; i++) {
-            kind[i] = (uint8_t)shape->ops->kind;
+            kind[i] = (uint8_t)shape->type->kind;
             number[i] = shape->number;
         }
     }

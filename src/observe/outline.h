@@ -2,6 +2,7 @@
 #ifndef MILL_OUTLINE_H
 #define MILL_OUTLINE_H
 
+#include "deck/deck.h"
 #include "geometry/mesh.h"
 #include "millsim/status.h"
 #include "millsim/world.h"

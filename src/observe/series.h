@@ -2,6 +2,7 @@
 #ifndef MILL_SERIES_H
 #define MILL_SERIES_H
 
+#include "deck/deck.h"
 #include "millsim/observer.h"
 #include "store/h5.h"
 

@@ -3,7 +3,7 @@
 #define MILL_TALLY_H
 
 #include "base/parts.h"
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/observer.h"
 #include "observe/maps.h"
 #include "observe/precision.h"

@@ -3,6 +3,7 @@
 #ifndef MILL_VTKHDF_H
 #define MILL_VTKHDF_H
 
+#include "deck/deck.h"
 #include "millsim/observer.h"
 #include "millsim/world.h"
 #include "store/h5.h"
