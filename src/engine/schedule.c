@@ -254,13 +254,19 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_motion *seen = NULL;
     struct mill_flight flight = {
         .r = ball->r, .v = ball->v, .g = w->g, .pull = p->pull, .travel = INFINITY};
-    for (int32_t k = p->surface_start[cell]; k < p->surface_start[cell + 1]; k++) {
+    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
+    const struct mill_shape *last = w->shape[p->surface[end - 1].shape];
+    if (last->type->pinches && last->motion) { /* those of one motion mostly stand together */
+        look_lately(p, last->motion, now, window, &flight);
+        seen = last->motion;
+    }
+    for (int32_t k = first; k < end; k++) {
         const int32_t s = p->surface[k].shape;
         const struct mill_shape *shape = w->shape[s];
         if (plan->let_go && shape->type->pinches)
             continue;
         flight.parts = p->surface[k].parts;
-        if (shape->type->pinches && shape->motion != seen) {
+        if (shape->type->pinches & (shape->motion != seen)) {
             look_lately(p, shape->motion, now, window, &flight);
             seen = shape->motion;
         }
@@ -295,10 +301,11 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
         search_surfaces(p, i, now,
                         mill_least(mill_least(plan->pair_t, plan->exit_t), p->horizon) - now,
                         touched);
-    if (plan->pair_t <= plan->shape_t && plan->pair_t <= plan->exit_t)
-        plan->next = MILL_NEXT_PAIR;
-    else if (!(plan->shape_t <= plan->exit_t))
-        plan->next = MILL_NEXT_EXIT;
+    /* by arithmetic: half of these branches would be mispredicted */
+    const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
+    const int surface = plan->shape_t <= plan->exit_t;
+    plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
+                           pair * MILL_NEXT_PAIR);
     mill_calendar_set(p->calendar, i, mill_plan_time(plan));
 }
 
