@@ -6,6 +6,7 @@ import os
 import pathlib
 import pty
 import re
+import resource
 import select
 import signal
 import struct
@@ -105,6 +106,38 @@ def test_a_summary_that_cannot_be_written_is_a_failure(millsim, small_deck):
         result = millsim("--json", "-q", "deck.ini", stdout=full)
     assert result.returncode == 1
     assert "cannot write to standard output" in result.stderr
+
+
+def test_too_little_memory_is_told_as_that(millsim, small_deck):
+    """Also while UDUNITS-2 reads its database, which crashes or exits by itself."""
+
+    def check(kilobytes):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            resource.setrlimit(resource.RLIMIT_AS, (1024 * kilobytes, 1024 * kilobytes))
+
+        return millsim("--check", "deck.ini", preexec_fn=limit)
+
+    too_little, enough = 1_000, 200_000
+    if check(enough).returncode != 0:
+        pytest.skip("this build needs more room than that: sanitizers do")
+    while enough - too_little > 50:
+        middle = (too_little + enough) // 2
+        if check(middle).returncode == 0:
+            enough = middle
+        else:
+            too_little = middle
+    told = 0
+    for less in range(0, 3000, 50):
+        done = check(too_little - less)
+        if done.returncode == 127:  # the program did not begin
+            break
+        assert done.returncode in (0, 1), done
+        if done.returncode == 1:
+            # libraries may have said something before
+            assert done.stderr.splitlines()[-1].startswith("millsim: out of memory")
+            told += 1
+    assert told > 0
 
 
 # ---- where the output goes ----
