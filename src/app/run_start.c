@@ -3,10 +3,6 @@
 #include "app/run_private.h"
 #include "start/start.h"
 
-#include <gsl/gsl_errno.h>
-#ifdef __linux__
-#include <malloc.h>
-#endif
 #include <time.h>
 
 double mill_run_clock(void)
@@ -40,11 +36,6 @@ enum mill_status mill_run_build(const struct mill_deck *deck,
 {
     struct watch w = {options, mill_run_clock(), 0.0};
     const struct mill_start_watch watch = {show, &w};
-    gsl_set_error_handler_off(); /* its own handler would abort */
-#ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
-    mallopt(M_MMAP_THRESHOLD, 1 << 20);
-#endif
     return mill_world_create_watched(deck, &watch, world, error);
 }
 
