@@ -46,20 +46,15 @@ static const struct row {
 
 static const char told[] = "values are told without a deck and nothing is run";
 
-enum { /* bits */
-       HOW_TO_RUN = 1 << MILL_OUTPUT | 1 << MILL_CHECK | 1 << MILL_RESUME | 1 << MILL_JSON |
-                    1 << MILL_PARANOID,
-       ON_WHAT = 1 << MILL_SET | 1 << MILL_FORCE | 1 << MILL_EXPORT_START,
-};
-
 static const struct {
     enum mill_option one;
-    int others; /* 1 << each of them */
+    const char *others; /* their names; no name is part of another */
     const char *why;
 } exclusions[] = {
-    {MILL_RESUME, 1 << MILL_FORCE, "go on, or start again"},
-    {MILL_EXPORT_START, HOW_TO_RUN, "the start is written and nothing is run"},
-    {MILL_VALUE, HOW_TO_RUN | ON_WHAT, told},
+    {MILL_RESUME, "force", "go on, or start again"},
+    {MILL_EXPORT_START, "output check resume json paranoid",
+     "the start is written and nothing is run"},
+    {MILL_VALUE, "output check resume json paranoid set force export-start", told},
 };
 
 static void print_help(FILE *out)
@@ -113,9 +108,7 @@ static enum mill_status read_options(int argc, char **argv, struct mill_command 
     struct option names[MILL_OPTIONS + 1] = {{0}};
     char letters[2 * MILL_OPTIONS + 2] = ":", *end = letters + 1;
     for (int k = 0; k < MILL_OPTIONS; k++) {
-        names[k].name = rows[k].name;
-        names[k].has_arg = rows[k].value ? required_argument : no_argument;
-        names[k].val = LONG + k;
+        names[k] = (struct option){rows[k].name, rows[k].value != NULL, NULL, LONG + k};
         if (rows[k].letter)
             end += sprintf(end, "%c%s", rows[k].letter, rows[k].value ? ":" : "");
     }
@@ -146,7 +139,7 @@ static enum mill_status check_options(const struct mill_command *a, struct mill_
                                   rows[named[i]].name);
     for (size_t i = 0; i < sizeof exclusions / sizeof *exclusions; i++)
         for (int k = 0; a->given[exclusions[i].one] && k < MILL_OPTIONS; k++)
-            if (a->given[k] && (exclusions[i].others & 1 << k))
+            if (a->given[k] && strstr(exclusions[i].others, rows[k].name))
                 return mill_error_set(
                     error, MILL_BAD_DECK, "options '--%s' and '--%s' exclude each other: %s",
                     rows[exclusions[i].one].name, rows[k].name, exclusions[i].why);

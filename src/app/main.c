@@ -45,13 +45,12 @@ static void take_signal(int number)
 static void catch_signals(void)
 {
     static const int asking[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
-    struct sigaction action = {.sa_handler = take_signal, .sa_flags = SA_RESTART}, before;
+    struct sigaction action = {.sa_handler = take_signal, .sa_flags = SA_RESTART}, hangup;
     sigemptyset(&action.sa_mask);
-    for (int i = 0; i < 4; i++) {
-        sigaction(asking[i], &action, &before);
-        if (asking[i] == SIGHUP && before.sa_handler == SIG_IGN) /* nohup */
-            sigaction(SIGHUP, &before, NULL);
-    }
+    sigaction(SIGHUP, NULL, &hangup);
+    for (int i = 0; i < 4; i++)
+        if (asking[i] != SIGHUP || hangup.sa_handler != SIG_IGN) /* not nohup */
+            sigaction(asking[i], &action, NULL);
     /* neither a reader that goes away nor a file that gets too large ends the run by itself */
     action.sa_handler = SIG_IGN;
     sigaction(SIGPIPE, &action, NULL);
@@ -263,7 +262,9 @@ int main(int argc, char **argv)
     enum mill_status status = mill_command_read(argc, argv, &a, &error);
     if (status == MILL_OK && page)
         status = act(&a, page, &error);
-    if (!page || fclose(page) != 0)
+    bool whole = page && !ferror(page);
+    whole = page && fclose(page) == 0 && whole;
+    if (!whole)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     /* all of it or nothing: what failed prints only why */

@@ -158,6 +158,8 @@ def test_a_fault_in_gsl_does_not_abort(millsim, small_deck, tmp_path, arguments)
     )
     subprocess.run(["cc", "-shared", "-fPIC", "-o", "none.so", "none.c"], cwd=tmp_path, check=True)
     done = millsim(*arguments, "deck.ini", env={"LD_PRELOAD": str(tmp_path / "none.so")})
+    if "ASan runtime" in done.stderr:
+        pytest.skip("sanitizers want to be loaded first")
     assert done.returncode in (0, 1), done.stderr
     assert done.returncode == 0 or "out of memory" in done.stderr
 
