@@ -206,10 +206,10 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
                                    struct mill_error *error)
 {
     *a = (struct mill_command){.line = quote(argc, argv)}; /* before getopt_long sorts the words */
-    a->set = calloc((size_t)argc + 1, sizeof *a->set);
-    a->value = calloc((size_t)argc + 1, sizeof *a->value);
-    if (!a->line || !a->set || !a->value)
+    a->set = calloc(2 * (size_t)argc + 1, sizeof *a->set);
+    if (!a->line || !a->set)
         return mill_error_set(error, MILL_FAILED, "out of memory");
+    a->value = a->set + argc;
     enum mill_status status = read_options(argc, argv, a, error);
     if (status != MILL_OK || a->given[MILL_HELP] || a->given[MILL_VERSION_LINE])
         return status;
@@ -224,7 +224,6 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
 void mill_command_free(struct mill_command *a)
 {
     free(a->set);
-    free(a->value);
     free(a->output);
     free(a->line);
 }

@@ -111,27 +111,6 @@ static enum mill_status check_inputs(const struct mill_command *a, const struct 
     return status;
 }
 
-/* An output file that exists: may it be overwritten? */
-static enum mill_status check_existing(const struct mill_command *a, mode_t mode, const char *mend,
-                                       struct mill_error *error)
-{
-    const bool export = a->given[MILL_EXPORT_START] != NULL;
-    if (S_ISDIR(mode))
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
-                              a->output, export ? "give" : "use -o with");
-    if (!S_ISREG(mode))
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is not a regular file; %s another name",
-                              a->output, mend);
-    if (!a->given[MILL_FORCE] && !a->given[MILL_RESUME])
-        return mill_error_set(error, MILL_BAD_DECK, "%s: exists already; %s--force overwrites it%s",
-                              a->output, export ? "" : "--resume goes on with an interrupted run, ",
-                              export ? "" : ", -o gives another name");
-    if (access(a->output, W_OK) != 0)
-        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", a->output,
-                              strerror(errno));
-    return MILL_OK;
-}
-
 /* Results are written beside the output file and take its place. */
 static enum mill_status check_folder(const char *output, struct mill_error *error)
 {
@@ -153,12 +132,28 @@ static enum mill_status check_folder(const char *output, struct mill_error *erro
 static enum mill_status check_output(const struct mill_command *a, const struct mill_deck *deck,
                                      struct mill_error *error)
 {
-    const char *mend = a->given[MILL_EXPORT_START] ? "give it" : "use -o for";
+    const bool start = a->given[MILL_EXPORT_START] != NULL;
+    const char *mend = start ? "give it" : "use -o for";
     struct stat found;
-    enum mill_status status = check_inputs(a, deck, mend, error);
-    if (status == MILL_OK && stat(a->output, &found) == 0)
-        status = check_existing(a, found.st_mode, mend, error);
-    return status == MILL_OK ? check_folder(a->output, error) : status;
+    const enum mill_status status = check_inputs(a, deck, mend, error);
+    if (status != MILL_OK)
+        return status;
+    if (stat(a->output, &found) != 0)
+        return check_folder(a->output, error);
+    if (S_ISDIR(found.st_mode))
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
+                              a->output, start ? "give" : "use -o with");
+    if (!S_ISREG(found.st_mode))
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is not a regular file; %s another name",
+                              a->output, mend);
+    if (!a->given[MILL_FORCE] && !a->given[MILL_RESUME])
+        return mill_error_set(error, MILL_BAD_DECK, "%s: exists already; %s--force overwrites it%s",
+                              a->output, start ? "" : "--resume goes on with an interrupted run, ",
+                              start ? "" : ", -o gives another name");
+    if (access(a->output, W_OK) != 0)
+        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", a->output,
+                              strerror(errno));
+    return check_folder(a->output, error);
 }
 
 static void tell_checks(const struct mill_sim_checks *c)
