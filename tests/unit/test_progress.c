@@ -32,7 +32,8 @@ END_TEST
 /* Every field as long as it can be: more than a line has room for in all. */
 START_TEST(the_longest_fields_stay_within_the_line)
 {
-    static const char known[] = "median of v_n to 0.5 %, mean power to 0.25 %, both with 95 %ges";
+    static const char known[] =
+        "median of v_n to 0.5 %, mean power to 0.25 %, both at level 95 %, and so on";
     const struct mill_progress then = {.end = -1.234e-307};
     const struct mill_progress now = {.time = -1.235e-307,
                                       .end = -1.234e-307,
