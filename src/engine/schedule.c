@@ -232,12 +232,10 @@ static void look_lately(struct mill_schedule *p, const struct mill_motion *motio
         l->t = now;
         age = 0.0;
     }
-    const vec3 from = vec3_sub(f->r, l->pose.place);
-    const vec3 u =
-        vec3_sub(vec3_sub(f->v, l->pose.velocity), vec3_cross(l->pose.angular_velocity, from));
+    const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
-    f->place = mill_pose_turn_in(&l->pose, from);
+    f->place = mill_pose_in(&l->pose, f->r);
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
 }
 
