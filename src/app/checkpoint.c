@@ -99,9 +99,9 @@ enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
 {
     struct mill_checkpoint *head = &state->head;
     struct mill_part sim[MILL_SIM_PARTS], tally[MILL_TALLY_PARTS];
-    size_t sim_values, tally_values;
+    size_t sim_values;
     const size_t sims = mill_sim_parts(parts->sim, sim, &sim_values);
-    const size_t tallies = mill_tally_parts(parts->tally, tally, &tally_values);
+    const size_t tallies = mill_tally_parts(parts->tally, tally);
     memset(state, 0, sizeof *state); /* its padding too */
     memcpy(head->magic, magic, sizeof magic);
     strncpy(head->version, MILL_VERSION, sizeof head->version - 1);
@@ -115,8 +115,9 @@ enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
         mill_impactlog_save(parts->log, &head->log);
     state->part[state->parts++] = (struct mill_part){head, sizeof *head};
     state->sim = add_parts(state, sim, sims, sim_values);
-    state->tally = add_parts(state, tally, tallies, tally_values);
-    if (!state->sim || !state->tally)
+    memcpy(state->part + state->parts, tally, tallies * sizeof *tally);
+    state->parts += tallies;
+    if (!state->sim)
         return mill_error_set(error, MILL_FAILED, "out of memory for a checkpoint");
     return MILL_OK;
 }
@@ -124,7 +125,6 @@ enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
 void mill_checkpoint_release(struct mill_checkpoint_state *state)
 {
     free(state->sim);
-    free(state->tally);
     memset(state, 0, sizeof *state);
 }
 
@@ -138,11 +138,6 @@ enum mill_status mill_checkpoint_write(struct mill_checkpoint_state *state, stru
     return mill_h5_write_parts(file, PATH, state->part, state->parts,
                                "state of an unfinished run: what millsim --resume goes on from",
                                error);
-}
-
-void mill_checkpoint_rewind(const struct mill_checkpoint_state *state, struct mill_tally *tally)
-{
-    mill_tally_rewind(tally, state->tally);
 }
 
 enum mill_status mill_checkpoint_remove(struct mill_h5 *file, struct mill_error *error)

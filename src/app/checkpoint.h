@@ -36,12 +36,12 @@ struct mill_checkpoint {
  * not to be copied. */
 struct mill_checkpoint_state {
     struct mill_checkpoint head;
-    unsigned char *sim, *tally; /* the copies */
+    unsigned char *sim; /* the copies */
     struct mill_part part[1 + MILL_SIM_PARTS + MILL_TALLY_PARTS];
     size_t parts;
 };
 
-/* The state now, before anything is finished. MILL_FAILED: out of memory. Release it in any case.
+/* The state now. MILL_FAILED: out of memory. Release it in any case.
  */
 enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
                                       const struct mill_record_cost *cost,
@@ -52,9 +52,6 @@ void mill_checkpoint_release(struct mill_checkpoint_state *state);
 /* Writes /checkpoint, part by part. */
 enum mill_status mill_checkpoint_write(struct mill_checkpoint_state *state, struct mill_h5 *file,
                                        struct mill_error *error);
-
-/* Takes the tally back to the state, after it was finished for the results so far. */
-void mill_checkpoint_rewind(const struct mill_checkpoint_state *state, struct mill_tally *tally);
 
 /* Removes it, if there is one. */
 enum mill_status mill_checkpoint_remove(struct mill_h5 *file, struct mill_error *error);

@@ -115,7 +115,7 @@ static void show(const struct mill_run *r, bool begins)
                               begins,
                               NULL,
                               known};
-    mill_summary_known(known, r->tally);
+    mill_summary_known(known, r->tally->precision, r->tally->at.settled, &r->tally->at.known);
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     if (r->options->progress)
@@ -159,8 +159,6 @@ static enum mill_status save(struct mill_run *r, struct mill_error *error)
     /* the state's room in the file is free for what comes */
     if (status == MILL_OK)
         status = mill_checkpoint_remove(r->file, error);
-    if (status == MILL_OK)
-        mill_checkpoint_rewind(&state, r->tally);
     mill_checkpoint_release(&state);
     r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
@@ -272,6 +270,7 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
 {
     struct mill_run r = {0};
     struct mill_error later = {""};
+    enum mill_status told = MILL_OK;
     bool done = false;
     r.deck = deck;
     r.options = options;
@@ -299,7 +298,11 @@ enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_op
     }
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED)
-        mill_run_summarise(&r, status == MILL_STOPPED);
+        told = mill_run_summarise(&r, status == MILL_STOPPED, &later);
+    if (told != MILL_OK) {
+        *error = later;
+        status = told;
+    }
     if (options->paranoid && r.sim)
         *options->paranoid = mill_sim_checks(r.sim);
     release(&r);

@@ -29,25 +29,49 @@ enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error)
     return status;
 }
 
+static struct mill_facts facts_of(const struct mill_run *r, const char *status)
+{
+    const bool done = strcmp(status, "complete") == 0;
+    const char *by = mill_tally_ended_by(r->tally);
+    return (struct mill_facts){
+        .status = status,
+        .ended_by = by && !done ? "none" : by,
+        .time = mill_sim_time(r->sim),
+        .local = mill_sim_local_time(r->sim),
+        .end = r->deck->time,
+        .cost = mill_run_cost(r),
+        .peak_memory = mill_record_peak_memory(),
+        .deck = mill_deck_file(r->deck),
+        .output = r->options->output,
+        .version = MILL_VERSION,
+    };
+}
+
+/* /statistics and /run */
+static enum mill_status write_results(const struct mill_run *r, const char *status,
+                                      struct mill_error *error)
+{
+    const struct mill_facts facts = facts_of(r, status);
+    struct mill_tally_results *results;
+    struct mill_sink_file to;
+    enum mill_status written =
+        mill_tally_results_make(r->tally, r->world, facts.local, &results, error);
+    if (written != MILL_OK)
+        return written;
+    mill_sink_file(&to, r->file, "");
+    written = mill_tally_tell(results, &to.sink, error);
+    mill_tally_results_free(results);
+    mill_sink_file(&to, r->file, "/run");
+    mill_record_tell(r->world, &facts, &to.sink);
+    return written == MILL_OK ? mill_h5_group(r->file, "/run", false, error) : written;
+}
+
 enum mill_status mill_run_write(struct mill_run *r, const char *ended,
                                 struct mill_checkpoint_state *state, struct mill_error *error)
 {
-    const double local = mill_sim_local_time(r->sim);
     enum mill_status status = mill_run_flush(r, error);
-    mill_tally_finish(r->tally, r->world, local);
     if (status == MILL_OK)
-        status = mill_tally_write(r->tally, r->file, error);
-    const char *by = mill_tally_ended_by(r->tally);
-    const struct mill_record_end end = {
-        ended,
-        mill_sim_time(r->sim),
-        local,
-        mill_run_cost(r),
-        mill_record_peak_memory(),
-        by && strcmp(ended, "complete") != 0 ? "none" : by,
-    };
-    if (status == MILL_OK)
-        status = mill_record_finish(r->file, r->world, &end, error);
+        status = write_results(r, ended, error);
     /* a run that goes on has no use for it yet */
     if (status == MILL_OK && strcmp(ended, "running") != 0)
         status = mill_vtkhdf_write(r->file, r->deck, r->world, r->frames, error);
@@ -58,21 +82,22 @@ enum mill_status mill_run_write(struct mill_run *r, const char *ended,
     return status;
 }
 
-void mill_run_summarise(const struct mill_run *r, bool stopped)
+enum mill_status mill_run_summarise(const struct mill_run *r, bool stopped,
+                                    struct mill_error *error)
 {
-    const struct mill_record_cost cost = mill_run_cost(r);
-    const struct mill_summary_facts facts = {cost.wall,
-                                             cost.cpu,
-                                             mill_record_peak_memory(),
-                                             mill_sim_time(r->sim),
-                                             MILL_VERSION,
-                                             mill_deck_file(r->deck),
-                                             r->options->output,
-                                             stopped};
+    const struct mill_facts facts = facts_of(r, stopped ? "stopped" : "complete");
+    FILE *out = r->options->summary;
+    struct mill_tally_results *results;
+    const enum mill_status status =
+        mill_tally_results_make(r->tally, r->world, facts.local, &results, error);
+    if (status != MILL_OK)
+        return status;
     if (r->options->json)
-        mill_summary_json(r->options->summary, r->deck, r->world, r->tally, &facts);
+        mill_summary_json(out, r->world, results, &facts);
     else
-        mill_summary_print(r->options->summary, r->deck, r->world, r->tally, &facts);
+        mill_summary_print(out, r->world, results, &facts);
+    mill_tally_results_free(results);
+    return MILL_OK;
 }
 
 void mill_run_explain(const struct mill_run *r, struct mill_error *error)

@@ -43,11 +43,13 @@ struct mill_record_cost mill_run_cost(const struct mill_run *r);
 /* What the observers still hold into the file. */
 enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error);
 
-/* Everything that is known now into the file; state: to go on from, or NULL. Finishes the tally. */
+/* Everything that is known now into the file; state: to go on from, or NULL. */
 enum mill_status mill_run_write(struct mill_run *r, const char *ended,
                                 struct mill_checkpoint_state *state, struct mill_error *error);
 
-void mill_run_summarise(const struct mill_run *r, bool stopped);
+/* MILL_FAILED: out of memory. */
+enum mill_status mill_run_summarise(const struct mill_run *r, bool stopped,
+                                    struct mill_error *error);
 
 /* The file could not be written any more: adds what is not lost. */
 void mill_run_explain(const struct mill_run *r, struct mill_error *error);

@@ -164,7 +164,7 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
     return p->books[to].rotor_work - p->books[from].rotor_work;
 }
 
-uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
+uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches;
@@ -183,7 +183,8 @@ uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64_t from, bool whole)
+struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from,
+                                                bool whole)
 {
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;

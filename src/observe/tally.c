@@ -111,13 +111,8 @@ static void open_window(struct mill_tally *tally, const struct mill_account *acc
 
 static void close_window(struct mill_tally *tally, const struct mill_account *account, double time)
 {
-    if (!tally->at.open)
-        tally->at.at_begin = *account;
     tally->at.at_close = *account;
-    tally->at.begin = tally->begin;
-    if (tally->at.open && tally->tick > 0)
-        mill_tally_window_close(tally);
-    tally->at.duration = tally->at.open ? fmax(0, time - tally->at.begin) : 0;
+    tally->at.over = time;
     tally->at.closed = true;
 }
 
@@ -203,70 +198,4 @@ void mill_tally_free(struct mill_tally *tally)
 struct mill_observer *mill_tally_observer(struct mill_tally *tally)
 {
     return &tally->observer;
-}
-
-static void sum_rows(struct mill_speeds rows[MILL_TALLY_ROWS])
-{
-    struct mill_speeds *all = &rows[MILL_TALLY_ALL];
-    memset(all, 0, sizeof *all);
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        mill_spectrum_merge(&all->normal, &rows[kind].normal);
-        mill_spectrum_merge(&all->tangential[0], &rows[kind].tangential[0]);
-        mill_spectrum_merge(&all->tangential[1], &rows[kind].tangential[1]);
-    }
-}
-
-void mill_tally_finish(struct mill_tally *tally, const struct mill_world *world, double t)
-{
-    if (!tally->at.closed)
-        close_window(tally, &world->account, world->base + t);
-    plan(tally);
-    sum_rows(tally->impacts);
-    sum_rows(tally->strikes);
-}
-
-/* ---- results ---- */
-
-const char *mill_tally_name(int row)
-{
-    return row < MILL_KINDS ? mill_kind_name[row] : "all";
-}
-
-double mill_tally_per_second(const struct mill_tally *tally, double sum)
-{
-    return tally->at.duration > 0 ? sum / tally->at.duration : 0;
-}
-
-void mill_tally_tangential(const struct mill_speeds *speeds, struct mill_spectrum *both)
-{
-    *both = speeds->tangential[0];
-    mill_spectrum_merge(both, &speeds->tangential[1]);
-}
-
-double mill_tally_floor_share(const struct mill_tally *tally, int row)
-{
-    const struct mill_account *from = &tally->at.at_begin, *to = &tally->at.at_close;
-    uint64_t floored = 0, impacts = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        if (row != kind && row != MILL_TALLY_ALL)
-            continue;
-        floored += to->floored[kind] - from->floored[kind];
-        impacts += to->collisions[kind] - from->collisions[kind];
-    }
-    return impacts > 0 ? (double)floored / (double)impacts : (double)NAN;
-}
-
-static double mean_rate(const struct mill_tally *tally, double change)
-{
-    return tally->at.duration > 0 ? change / tally->at.duration : (double)NAN;
-}
-
-double mill_tally_power(const struct mill_tally *tally)
-{
-    return mean_rate(tally, tally->at.at_close.rotor_work - tally->at.at_begin.rotor_work);
-}
-
-double mill_tally_torque(const struct mill_tally *tally)
-{
-    return mean_rate(tally, tally->at.at_close.rotor_impulse - tally->at.at_begin.rotor_impulse);
 }

@@ -54,16 +54,14 @@ static size_t add_batches(struct mill_part *part, struct mill_tally *t)
     return parts;
 }
 
-size_t mill_tally_parts(struct mill_tally *t, struct mill_part *part, size_t *values)
+size_t mill_tally_parts(struct mill_tally *t, struct mill_part *part)
 {
     const struct mill_tally_header n = t->header = header_of(t);
-    const struct mill_part value[] = {
+    const struct mill_part list[] = {
         {&t->header, sizeof t->header},
         {&t->at, sizeof t->at},
         {t->impacts, sizeof t->impacts},
         {t->strikes, sizeof t->strikes},
-    };
-    const struct mill_part array[] = {
         {t->pairs.entry, mill_strikes_room(&t->pairs) * sizeof *t->pairs.entry},
         {&t->rotor.blocks, sizeof t->rotor.blocks},
         {t->rotor.power, (size_t)n.planned * sizeof *t->rotor.power},
@@ -71,27 +69,12 @@ size_t mill_tally_parts(struct mill_tally *t, struct mill_part *part, size_t *va
         {&t->rotor.work, sizeof t->rotor.work},
         {&t->rotor.impulse, sizeof t->rotor.impulse},
     };
-    size_t parts = sizeof value / sizeof *value;
-    memcpy(part, value, sizeof value);
-    if (t->search) /* the stretches are added up in them */
-        parts += add_maps(part + parts, t->maps);
-    *values = parts;
-    memcpy(part + parts, array, sizeof array);
-    parts += sizeof array / sizeof *array;
-    if (!t->search)
-        parts += add_maps(part + parts, t->maps);
+    size_t parts = sizeof list / sizeof *list;
+    memcpy(part, list, sizeof list);
+    parts += add_maps(part + parts, t->maps);
     if (t->tick > 0)
         parts += add_batches(part + parts, t);
     return parts;
-}
-
-void mill_tally_rewind(struct mill_tally *tally, const unsigned char *values)
-{
-    struct mill_part part[MILL_TALLY_PARTS];
-    size_t count;
-    mill_tally_parts(tally, part, &count);
-    mill_parts_unpack(part + 1, count - 1, values + sizeof tally->header);
-    tally->observer.next = tally->at.next;
 }
 
 /* Indices that a damaged file must not smuggle in */
@@ -117,7 +100,6 @@ enum mill_status mill_tally_load(struct mill_tally *tally, struct mill_source *s
 {
     struct mill_tally_header header;
     struct mill_part part[MILL_TALLY_PARTS];
-    size_t values;
     const struct mill_tally_header own = header_of(tally);
     if (source->left < sizeof header)
         return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
@@ -135,7 +117,7 @@ enum mill_status mill_tally_load(struct mill_tally *tally, struct mill_source *s
         return mill_error_set(error, MILL_FAILED, "the saved statistics are damaged");
     tally->batches.at.batches = header.batches;
     tally->at.stretches = header.stretches;
-    const size_t parts = mill_tally_parts(tally, part, &values);
+    const size_t parts = mill_tally_parts(tally, part);
     if (source->left != mill_parts_size(part + 1, parts - 1))
         return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
     status = mill_parts_read_all(source, part + 1, parts - 1, error);

@@ -21,6 +21,7 @@ struct fixture {
     vec3 spin[FIXTURE_BALLS];
     struct mill_species species;
     struct mill_tally *tally;
+    struct mill_tally_results *results; /* NULL before the run's end */
 };
 
 /* Drum of 75 mm x 120 mm, 1 s sampled from 0.5 s on, rotor at ten revolutions a second; the balls
@@ -98,17 +99,27 @@ static inline void fixture_play(struct fixture *f, struct mill_impact impact)
 static inline void fixture_finish(struct fixture *f, double time)
 {
     fixture_wait(f, time);
-    mill_tally_finish(f->tally, &f->world, time - f->world.base);
+    ck_assert_int_eq(mill_tally_results_make(f->tally, &f->world, time - f->world.base,
+                                             &f->results, NULL),
+                     MILL_OK);
+}
+
+static inline void fixture_free(struct fixture *f)
+{
+    mill_tally_results_free(f->results);
+    mill_tally_free(f->tally);
+    f->results = NULL;
+    f->tally = NULL;
 }
 
 static inline uint64_t impacts_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_count(&f->tally->impacts[row].normal, 0);
+    return mill_spectrum_count(&f->results->impacts[row].normal, 0);
 }
 
 static inline uint64_t strikes_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_count(&f->tally->strikes[row].normal, 0);
+    return mill_spectrum_count(&f->results->strikes[row].normal, 0);
 }
 
 static inline double random_share(uint64_t *state)
