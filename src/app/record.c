@@ -20,40 +20,32 @@
 #define COMPILER "gcc " __VERSION__
 #endif
 
-enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
-                                   struct mill_error *error)
+void mill_record_start(struct mill_h5 *file, const char *command)
 {
     char hdf5[32], started[32] = "unknown";
     const time_t now = time(NULL);
     struct tm utc;
-    enum mill_status status = MILL_OK;
-    size_t i;
     mill_h5_version(hdf5, sizeof hdf5);
     if (gmtime_r(&now, &utc))
         strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    {
-        const struct {
-            const char *path, *text, *meaning;
-        } table[] = {
-            {"/run/version", MILL_VERSION, "version of millsim"},
-            {"/run/compiler", COMPILER, "compiler that built it"},
-            {"/run/flags", MILL_FLAGS, "flags it was built with"},
-            {"/run/hdf5", hdf5, "version of the HDF5 library"},
-            {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
-            {"/run/command", command, "command line"},
-            {"/run/started", started, "when the run was started, UTC"},
-            {"/run/status", "running",
-             "complete, stopped (by a signal), failed, or running (if it is not, it was killed)"},
-        };
-        for (i = 0; status == MILL_OK && i < sizeof table / sizeof table[0]; i++)
-            status =
-                mill_h5_write_text(file, table[i].path, table[i].text, table[i].meaning, error);
-    }
-    return status;
+    const struct {
+        const char *path, *text, *meaning;
+    } table[] = {
+        {"/run/version", MILL_VERSION, "version of millsim"},
+        {"/run/compiler", COMPILER, "compiler that built it"},
+        {"/run/flags", MILL_FLAGS, "flags it was built with"},
+        {"/run/hdf5", hdf5, "version of the HDF5 library"},
+        {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
+        {"/run/command", command, "command line"},
+        {"/run/started", started, "when the run was started, UTC"},
+        {"/run/status", "running",
+         "complete, stopped (by a signal), failed, or running (if it is not, it was killed)"},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
+        mill_h5_write_text(file, table[i].path, table[i].text, table[i].meaning);
 }
 
-static enum mill_status write_counts(struct mill_h5 *file, const struct mill_counts *counts,
-                                     struct mill_error *error)
+static void write_counts(struct mill_h5 *file, const struct mill_counts *counts)
 {
     const struct {
         const char *path;
@@ -77,83 +69,59 @@ static enum mill_status write_counts(struct mill_h5 *file, const struct mill_cou
         {"/run/overlaps", counts->overlaps,
          "anomaly: balls found deeper than 1e-9 m in another body"},
     };
-    enum mill_status status = MILL_OK;
-    size_t i;
-    for (i = 0; status == MILL_OK && i < sizeof table / sizeof table[0]; i++)
-        status = mill_h5_write_count(file, table[i].path, table[i].value, table[i].meaning, error);
-    if (status == MILL_OK)
-        status = mill_h5_write_double(file, "/run/largest_overlap", counts->largest_overlap, "m",
-                                      "largest overlap seen at a contact or an audit", error);
-    return status;
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
+        mill_h5_write_count(file, table[i].path, table[i].value, table[i].meaning);
+    mill_h5_write_double(file, "/run/largest_overlap", counts->largest_overlap, "m",
+                         "largest overlap seen at a contact or an audit");
 }
 
-static enum mill_status write_kinds(struct mill_h5 *file, const struct mill_account *account,
-                                    struct mill_error *error)
+static void write_kinds(struct mill_h5 *file, const struct mill_account *account)
 {
-    enum mill_status status = MILL_OK;
     char path[128];
-    int kind;
-    for (kind = 0; status == MILL_OK && kind < MILL_KINDS; kind++) {
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
         snprintf(path, sizeof path, "/run/events/collisions/%s", mill_kind_name[kind]);
-        status = mill_h5_write_count(file, path, account->collisions[kind],
-                                     "impacts of this kind, from t = 0", error);
-        if (status != MILL_OK)
-            break;
+        mill_h5_write_count(file, path, account->collisions[kind],
+                            "impacts of this kind, from t = 0");
         snprintf(path, sizeof path, "/run/floored/%s", mill_kind_name[kind]);
-        status =
-            mill_h5_write_count(file, path, account->floored[kind],
-                                "impacts of this kind, from t = 0, that left with no more than "
-                                "the rebound floor",
-                                error);
+        mill_h5_write_count(file, path, account->floored[kind],
+                            "impacts of this kind, from t = 0, that left with no more than the "
+                            "rebound floor");
     }
-    return status;
 }
 
-enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_world *world,
-                                    const struct mill_record_end *end, struct mill_error *error)
+void mill_record_finish(struct mill_h5 *file, const struct mill_world *world,
+                        const struct mill_record_end *end)
 {
-    enum mill_status status;
     double off, turnover;
-    size_t i;
     mill_world_balance(world, end->local_time, &off, &turnover);
-    {
-        const struct {
-            const char *path;
-            double value;
-            const char *unit, *meaning;
-        } table[] = {
-            {"/run/time", end->time, "s", "simulated time reached"},
-            {"/run/energy_turnover", turnover, "J",
-             "energy turned over: what the balance's error is measured against"},
-            {"/run/energy_balance_error", turnover > 0 ? off / turnover : 0, "1",
-             "|rotor work - change of energy - dissipation| over the energy turned over"},
-            {"/run/wall_time", end->cost.wall, "s", "time on the wall's clock"},
-            {"/run/cpu_time", end->cost.cpu, "s", "processor time"},
-            {"/run/checkpoint_time", end->cost.saving, "s",
-             "time on the wall's clock that checkpoints took"},
-            {"/run/peak_memory", end->peak_memory, "byte", "largest resident memory"},
-        };
-        status = mill_h5_write_text(
-            file, "/run/status", end->status,
-            "complete, stopped (by a signal), failed, or running (if it is not, it was killed)",
-            error);
-        for (i = 0; status == MILL_OK && i < sizeof table / sizeof table[0]; i++)
-            status = mill_h5_write_double(file, table[i].path, table[i].value, table[i].unit,
-                                          table[i].meaning, error);
-    }
-    if (status == MILL_OK && end->ended_by)
-        status = mill_h5_write_text(file, "/run/ended_by", end->ended_by,
-                                    "what ended the run: time (run.time), precision "
-                                    "(run.precision), max_collisions, or none as yet",
-                                    error);
-    if (status == MILL_OK)
-        status = mill_h5_write_count(file, "/run/checkpoints", end->cost.checkpoints,
-                                     "checkpoints taken", error);
-    if (status == MILL_OK)
-        status = write_kinds(file, &world->account, error);
-    if (status == MILL_OK)
-        status = write_counts(file, &world->counts, error);
-    return status;
+    const struct {
+        const char *path;
+        double value;
+        const char *unit, *meaning;
+    } table[] = {
+        {"/run/time", end->time, "s", "simulated time reached"},
+        {"/run/energy_turnover", turnover, "J",
+         "energy turned over: what the balance's error is measured against"},
+        {"/run/energy_balance_error", turnover > 0 ? off / turnover : 0, "1",
+         "|rotor work - change of energy - dissipation| over the energy turned over"},
+        {"/run/wall_time", end->cost.wall, "s", "time on the wall's clock"},
+        {"/run/cpu_time", end->cost.cpu, "s", "processor time"},
+        {"/run/checkpoint_time", end->cost.saving, "s",
+         "time on the wall's clock that checkpoints took"},
+        {"/run/peak_memory", end->peak_memory, "byte", "largest resident memory"},
+    };
+    mill_h5_write_text(
+        file, "/run/status", end->status,
+        "complete, stopped (by a signal), failed, or running (if it is not, it was killed)");
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
+        mill_h5_write_double(file, table[i].path, table[i].value, table[i].unit, table[i].meaning);
+    if (end->ended_by)
+        mill_h5_write_text(file, "/run/ended_by", end->ended_by,
+                           "what ended the run: time (run.time), precision (run.precision), "
+                           "max_collisions, or none as yet");
+    mill_h5_write_count(file, "/run/checkpoints", end->cost.checkpoints, "checkpoints taken");
+    write_kinds(file, &world->account);
+    write_counts(file, &world->counts);
 }
 
 double mill_record_peak_memory(void)

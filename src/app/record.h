@@ -25,8 +25,7 @@ struct mill_record_end {
 
 /* Writes /deck: every entry of the deck with all defaults as a text /deck/SECTION/KEY, and the
  * whole, a deck itself, as /deck/text. */
-enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
-                                  struct mill_error *error);
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
 
 /* Is the file's run of this deck? MILL_BAD_DECK with a line that names the first difference, or
  * MILL_FAILED when the file holds no deck. The interval of checkpoints and the folder of a start
@@ -36,13 +35,12 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 
 /* Writes into /run what is known before the first event: version, compiler, flags, libraries,
  * command, started (UTC, ISO 8601), status "running". command: the command line, quoted. */
-enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
-                                   struct mill_error *error);
+void mill_record_start(struct mill_h5 *file, const char *command);
 
 /* Writes into /run how it went, replacing what an earlier call wrote: at checkpoints and at the
  * end. */
-enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_world *world,
-                                    const struct mill_record_end *end, struct mill_error *error);
+void mill_record_finish(struct mill_h5 *file, const struct mill_world *world,
+                        const struct mill_record_end *end);
 
 /* Peak resident memory of this process [byte], and processor time it has used [s]. */
 double mill_record_peak_memory(void);

@@ -19,24 +19,13 @@ struct mill_record_cost mill_run_cost(const struct mill_run *r)
     return cost;
 }
 
-enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error)
-{
-    enum mill_status status = mill_frames_finish(r->frames, error);
-    if (status == MILL_OK)
-        status = mill_series_finish(r->series, error);
-    if (status == MILL_OK && r->log)
-        status = mill_impactlog_finish(r->log, error);
-    return status;
-}
-
-enum mill_status mill_run_write(struct mill_run *r, const char *ended,
-                                struct mill_checkpoint_state *state, struct mill_error *error)
+void mill_run_write(struct mill_run *r, const char *ended, struct mill_checkpoint_state *state)
 {
     const double local = mill_sim_local_time(r->sim);
-    enum mill_status status = mill_run_flush(r, error);
+    if (r->log)
+        mill_impactlog_finish(r->log);
     mill_tally_finish(r->tally, r->world, local);
-    if (status == MILL_OK)
-        status = mill_tally_write(r->tally, r->file, error);
+    mill_tally_write(r->tally, r->file);
     const char *by = mill_tally_ended_by(r->tally);
     const struct mill_record_end end = {
         ended,
@@ -46,16 +35,13 @@ enum mill_status mill_run_write(struct mill_run *r, const char *ended,
         mill_record_peak_memory(),
         by && strcmp(ended, "complete") != 0 ? "none" : by,
     };
-    if (status == MILL_OK)
-        status = mill_record_finish(r->file, r->world, &end, error);
+    mill_record_finish(r->file, r->world, &end);
     /* a run that goes on has no use for it yet */
-    if (status == MILL_OK && strcmp(ended, "running") != 0)
-        status = mill_vtkhdf_write(r->file, r->deck, r->world, r->frames, error);
-    if (status == MILL_OK)
-        status = mill_checkpoint_remove(r->file, error);
-    if (status == MILL_OK && state)
-        status = mill_checkpoint_write(state, r->file, error);
-    return status;
+    if (strcmp(ended, "running") != 0)
+        mill_vtkhdf_write(r->file, r->deck, r->world, r->frames);
+    mill_checkpoint_remove(r->file);
+    if (state)
+        mill_checkpoint_write(state, r->file);
 }
 
 void mill_run_summarise(const struct mill_run *r, bool stopped)

@@ -130,8 +130,7 @@ bool mill_tally_reached(const struct mill_tally *tally);
 const char *mill_tally_ended_by(const struct mill_tally *tally);
 
 /* Replaces the group /statistics of the file. What each dataset means: docs/file-format.md. */
-enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file,
-                                  struct mill_error *error);
+void mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file);
 
 /* ---- the end of the run and the begin of the window (tally_window.c), for tally.c ---- */
 

@@ -1,6 +1,5 @@
 /* How do the statistics look in the output file? One function per group of /statistics, each
- * dataset with its unit and description. A failure makes the file refuse all later writes with the
- * same message, so only the last status of a chain of writes is looked at. */
+ * dataset with its unit and description. */
 #include "observe/tally.h"
 #include "store/h5.h"
 
@@ -19,7 +18,6 @@ static const char FIRST_EDGES[] = "/statistics/impacts/ball_ball/normal_speed/hi
 struct writer {
     const struct mill_tally *tally;
     struct mill_h5 *file;
-    struct mill_error *error;
 };
 
 /* "GROUP/NAME" */
@@ -31,27 +29,24 @@ static const char *join(char path[PATH], const char *group, const char *name)
     return path;
 }
 
-static enum mill_status put(const struct writer *w, const char *group, const char *name,
-                            double value, const char *unit, const char *description)
+static void put(const struct writer *w, const char *group, const char *name, double value,
+                const char *unit, const char *description)
 {
     char path[PATH];
-    return mill_h5_write_double(w->file, join(path, group, name), value, unit, description,
-                                w->error);
+    mill_h5_write_double(w->file, join(path, group, name), value, unit, description);
 }
 
-static enum mill_status put_array(const struct writer *w, const char *group, const char *name,
-                                  size_t n, const double *values, const char *unit,
-                                  const char *description)
+static void put_array(const struct writer *w, const char *group, const char *name, size_t n,
+                      const double *values, const char *unit, const char *description)
 {
     char path[PATH];
-    return mill_h5_write(w->file, join(path, group, name), MILL_H5_F64, 1, &n, values, unit,
-                         description, w->error);
+    mill_h5_write(w->file, join(path, group, name), MILL_H5_F64, 1, &n, values, unit, description);
 }
 
 /* ---- spectra ---- */
 
-static enum mill_status write_histogram(const struct writer *w, const char *group,
-                                        const struct mill_spectrum *spectrum)
+static void write_histogram(const struct writer *w, const char *group,
+                            const struct mill_spectrum *spectrum)
 {
     const size_t n = MILL_SPECTRUM_BINS;
     const int top = MILL_SPECTRUM_BINS + 1;
@@ -64,7 +59,7 @@ static enum mill_status write_histogram(const struct writer *w, const char *grou
     }
     join(path, group, "edges");
     if (mill_h5_exists(w->file, FIRST_EDGES))
-        mill_h5_link(w->file, FIRST_EDGES, path, w->error);
+        mill_h5_link(w->file, FIRST_EDGES, path);
     else
         put_array(w, group, "edges", n + 1, w->tally->grid.edge, "m s-1",
                   "edges of the bins, 20^(k/152) m/s with k = -760..380; bin i is edges[i] <= v < "
@@ -72,40 +67,33 @@ static enum mill_status write_histogram(const struct writer *w, const char *grou
     join(path, group, "count");
     mill_h5_write(w->file, path, MILL_H5_U64, 1, &n, count, "1",
                   "how many fell into each bin; attributes underflow (zero included) and overflow: "
-                  "how many lay outside",
-                  w->error);
-    mill_h5_attribute(w->file, path, "underflow", MILL_H5_U64, 0, &spectrum->slot[0].count,
-                      w->error);
-    mill_h5_attribute(w->file, path, "overflow", MILL_H5_U64, 0, &spectrum->slot[top].count,
-                      w->error);
+                  "how many lay outside");
+    mill_h5_attribute(w->file, path, "underflow", MILL_H5_U64, 0, &spectrum->slot[0].count);
+    mill_h5_attribute(w->file, path, "overflow", MILL_H5_U64, 0, &spectrum->slot[top].count);
     join(path, group, "dissipation");
     mill_h5_write(w->file, path, MILL_H5_F64, 1, &n, dissipation, "J",
                   "energy dissipated by those of each bin; attributes underflow and overflow: by "
-                  "those outside",
-                  w->error);
-    mill_h5_attribute(w->file, path, "underflow", MILL_H5_F64, 0, &spectrum->slot[0].dissipation,
-                      w->error);
-    return mill_h5_attribute(w->file, path, "overflow", MILL_H5_F64, 0,
-                             &spectrum->slot[top].dissipation, w->error);
+                  "those outside");
+    mill_h5_attribute(w->file, path, "underflow", MILL_H5_F64, 0, &spectrum->slot[0].dissipation);
+    mill_h5_attribute(w->file, path, "overflow", MILL_H5_F64, 0, &spectrum->slot[top].dissipation);
 }
 
-static enum mill_status write_quantiles(const struct writer *w, const char *group, const char *name,
-                                        const struct mill_spectrum *spectrum, int slot,
-                                        const char *description)
+static void write_quantiles(const struct writer *w, const char *group, const char *name,
+                            const struct mill_spectrum *spectrum, int slot, const char *description)
 {
     double value[MILL_TALLY_LEVELS];
     char path[PATH];
     for (int i = 0; i < MILL_TALLY_LEVELS; i++)
         value[i] = mill_spectrum_quantile(&w->tally->grid, spectrum, slot, mill_tally_level[i]);
     put_array(w, group, name, MILL_TALLY_LEVELS, value, "m s-1", description);
-    return mill_h5_attribute(w->file, join(path, group, name), "levels", MILL_H5_F64,
-                             MILL_TALLY_LEVELS, mill_tally_level, w->error);
+    mill_h5_attribute(w->file, join(path, group, name), "levels", MILL_H5_F64, MILL_TALLY_LEVELS,
+                      mill_tally_level);
 }
 
 /* spectrum: all of them; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
-static enum mill_status write_speed(const struct writer *w, const char *row, const char *name,
-                                    const struct mill_spectrum *spectrum,
-                                    const struct mill_spectrum *fast, int slot)
+static void write_speed(const struct writer *w, const char *row, const char *name,
+                        const struct mill_spectrum *spectrum, const struct mill_spectrum *fast,
+                        int slot)
 {
     const struct mill_spectrum_grid *grid = &w->tally->grid;
     char group[PATH], histogram[PATH];
@@ -120,11 +108,11 @@ static enum mill_status write_speed(const struct writer *w, const char *row, con
                     "quantiles at the attribute levels, log-linear within their bins");
     write_quantiles(w, group, "quantiles_above_50mm_s", fast, slot,
                     "quantiles over the impacts whose normal speed is 0.05 m/s or more");
-    return write_histogram(w, join(histogram, group, "histogram"), spectrum);
+    write_histogram(w, join(histogram, group, "histogram"), spectrum);
 }
 
-static enum mill_status write_row(const struct writer *w, const char *group, int row,
-                                  const struct mill_speeds *speeds)
+static void write_row(const struct writer *w, const char *group, int row,
+                      const struct mill_speeds *speeds)
 {
     const uint64_t count = mill_spectrum_count(&speeds->normal, 0);
     const double dissipation = mill_spectrum_dissipation(&speeds->normal, 0);
@@ -132,31 +120,30 @@ static enum mill_status write_row(const struct writer *w, const char *group, int
     char path[PATH], member[PATH];
     join(path, group, mill_tally_name(row));
     mill_tally_tangential(speeds, &tangential);
-    mill_h5_write_count(w->file, join(member, path, "count"), count, "how many within the duration",
-                        w->error);
+    mill_h5_write_count(w->file, join(member, path, "count"), count,
+                        "how many within the duration");
     put(w, path, "rate", mill_tally_per_second(w->tally, (double)count), "s-1", "count / duration");
     put(w, path, "dissipated_power", mill_tally_per_second(w->tally, dissipation), "W",
         "energy dissipated / duration");
     write_speed(w, path, "normal_speed", &speeds->normal, &speeds->normal, MILL_SPECTRUM_FAST);
-    return write_speed(w, path, "tangential_speed", &tangential, &speeds->tangential[1], 0);
+    write_speed(w, path, "tangential_speed", &tangential, &speeds->tangential[1], 0);
 }
 
 /* ---- maps ---- */
 
-static enum mill_status write_edges(const struct writer *w, const char *group,
-                                    const struct mill_map *map, int axis, const char *name,
-                                    const char *description)
+static void write_edges(const struct writer *w, const char *group, const struct mill_map *map,
+                        int axis, const char *name, const char *description)
 {
     const int n = map->n[axis];
     double *edge = calloc((size_t)n + 1, sizeof *edge);
-    if (!edge)
-        return mill_error_set(w->error, MILL_FAILED, "out of memory for the maps");
+    if (!edge) {
+        mill_h5_spend(w->file, "out of memory for the maps");
+        return;
+    }
     for (int i = 0; i <= n; i++)
         edge[i] = map->from[axis] + i * map->size[axis];
-    const enum mill_status status =
-        put_array(w, group, name, (size_t)n + 1, edge, "m", description);
+    put_array(w, group, name, (size_t)n + 1, edge, "m", description);
     free(edge);
-    return status;
 }
 
 /* value[cell] of a field: 0..2 of the impacts, 3 solid fraction, 4..6 mean velocity */
@@ -176,8 +163,8 @@ static double cell_value(const struct writer *w, const struct mill_map *map, int
     return flow->volume > 0 ? flow->flow[field - 4] / flow->volume : (double)NAN;
 }
 
-static enum mill_status write_map(const struct writer *w, const char *group,
-                                  const struct mill_map *map, const char *const velocity[3])
+static void write_map(const struct writer *w, const char *group, const struct mill_map *map,
+                      const char *const velocity[3])
 {
     static const char mean[] = "time-averaged velocity of the balls, weighted by their volume in "
                                "the cell; NaN where none ever was";
@@ -198,54 +185,43 @@ static enum mill_status write_map(const struct writer *w, const char *group,
     const int cells = map->n[0] * map->n[1];
     double *value = calloc((size_t)cells, sizeof *value);
     uint64_t *count = calloc((size_t)cells, sizeof *count);
-    enum mill_status status = MILL_OK;
     char path[PATH];
     for (int k = 0; value && count && k < 7; k++) {
         for (int i = 0; i < cells; i++) {
             value[i] = cell_value(w, map, i, k);
             count[i] = map->hits[i].count;
         }
-        status = mill_h5_write(w->file, join(path, group, field[k].name),
-                               k == 0 ? MILL_H5_U64 : MILL_H5_F64, 2, dims,
-                               k == 0 ? (const void *)count : (const void *)value, field[k].unit,
-                               field[k].description, w->error);
+        mill_h5_write(w->file, join(path, group, field[k].name), k == 0 ? MILL_H5_U64 : MILL_H5_F64,
+                      2, dims, k == 0 ? (const void *)count : (const void *)value, field[k].unit,
+                      field[k].description);
     }
     if (!value || !count)
-        status = mill_error_set(w->error, MILL_FAILED, "out of memory for the maps");
+        mill_h5_spend(w->file, "out of memory for the maps");
     free(value);
     free(count);
-    return status;
 }
 
-static enum mill_status write_maps(const struct writer *w)
+static void write_maps(const struct writer *w)
 {
     static const char cross[] = "/statistics/maps/cross_section",
                       axial[] = "/statistics/maps/axial";
     static const char *const xyz[3] = {"velocity_x", "velocity_y", "velocity_z"};
     static const char *const xrp[3] = {"velocity_x", "velocity_r", "velocity_phi"};
     const struct mill_maps *maps = w->tally->maps;
-    enum mill_status status = mill_h5_write_count(
+    mill_h5_write_count(
         w->file, "/statistics/maps/samples", maps->samples,
-        "snapshots that the solid fraction and the mean velocity are averaged over", w->error);
-    if (status == MILL_OK)
-        status =
-            write_edges(w, cross, &maps->cross, 0, "y_edges", "edges along y, the first index");
-    if (status == MILL_OK)
-        status =
-            write_edges(w, cross, &maps->cross, 1, "z_edges", "edges along z, the second index");
-    if (status == MILL_OK)
-        status = write_map(w, cross, &maps->cross, xyz);
-    if (status == MILL_OK)
-        status =
-            write_edges(w, axial, &maps->axial, 0, "x_edges", "edges along x, the first index");
-    if (status == MILL_OK)
-        status = write_edges(w, axial, &maps->axial, 1, "r_edges", "edges in r, the second index");
-    return status == MILL_OK ? write_map(w, axial, &maps->axial, xrp) : status;
+        "snapshots that the solid fraction and the mean velocity are averaged over");
+    write_edges(w, cross, &maps->cross, 0, "y_edges", "edges along y, the first index");
+    write_edges(w, cross, &maps->cross, 1, "z_edges", "edges along z, the second index");
+    write_map(w, cross, &maps->cross, xyz);
+    write_edges(w, axial, &maps->axial, 0, "x_edges", "edges along x, the first index");
+    write_edges(w, axial, &maps->axial, 1, "r_edges", "edges in r, the second index");
+    write_map(w, axial, &maps->axial, xrp);
 }
 
 /* ---- rotor ---- */
 
-static enum mill_status write_rotor(const struct writer *w)
+static void write_rotor(const struct writer *w)
 {
     static const char group[] = "/statistics/rotor";
     const struct mill_rotorstat *stat = &w->tally->rotor;
@@ -260,13 +236,13 @@ static enum mill_status write_rotor(const struct writer *w)
         "standard error of the mean torque from the scatter of the blocks; NaN with fewer than "
         "two");
     mill_h5_write_count(w->file, "/statistics/rotor/blocks", stat->blocks,
-                        "whole blocks within the duration", w->error);
+                        "whole blocks within the duration");
     put(w, group, "block_revolutions", stat->revolutions, "1",
         "revolutions of the rotor in a block");
     put(w, group, "block_duration", block, "s", "length of a block; NaN where no rotor turns");
     put_array(w, group, "block_power", stat->blocks, stat->power, "W", "mean power of each block");
-    return put_array(w, group, "block_torque", stat->blocks, stat->torque, "N m",
-                     "mean torque of each block");
+    put_array(w, group, "block_torque", stat->blocks, stat->torque, "N m",
+              "mean torque of each block");
 }
 
 /* ---- precision ---- */
@@ -281,7 +257,7 @@ static void write_mean(const struct writer *w, const char *name, double value, d
         "its standard error, from batches and their memory; NaN where it is not known");
 }
 
-static enum mill_status write_precision(const struct writer *w)
+static void write_precision(const struct writer *w)
 {
     static const char group[] = "/statistics/precision";
     const struct mill_tally *tally = w->tally;
@@ -297,37 +273,32 @@ static enum mill_status write_precision(const struct writer *w)
         "time before the window, cut off: by MSER-5, or given as run.sample_from");
     put(w, group, "batch", tally->batches.at.batch, "s", "length of a batch");
     mill_h5_write_count(w->file, "/statistics/precision/batches", tally->at.known.batches,
-                        "whole batches within the window", w->error);
+                        "whole batches within the window");
     mill_h5_write_count(w->file, "/statistics/precision/settled", tally->at.settled,
                         "1: the start-up is over; 0: the best cut might lie in the second half of "
-                        "the run, or the run is too short to tell",
-                        w->error);
-    return mill_h5_write_count(w->file, "/statistics/precision/reached", mill_tally_reached(tally),
-                               "1: settled, and both standard errors are at most `asked` times "
-                               "their values (the power's only if the rotor does any work)",
-                               w->error);
+                        "the run, or the run is too short to tell");
+    mill_h5_write_count(w->file, "/statistics/precision/reached", mill_tally_reached(tally),
+                        "1: settled, and both standard errors are at most `asked` times "
+                        "their values (the power's only if the rotor does any work)");
 }
 
-enum mill_status mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file,
-                                  struct mill_error *error)
+void mill_tally_write(const struct mill_tally *tally, struct mill_h5 *file)
 {
-    const struct writer w = {tally, file, error};
-    mill_h5_remove(file, "/statistics", error);
-    enum mill_status status =
-        put(&w, "/statistics", "duration", tally->at.duration, "s",
-            tally->search ? "length of the window that the statistics cover: from the end of the "
-                            "warm-up to the end"
-                          : "length of the window that the statistics cover: from run.sample_from "
-                            "to the end");
-    for (int row = 0; row < MILL_TALLY_ROWS && status == MILL_OK; row++) {
+    const struct writer w = {tally, file};
+    mill_h5_remove(file, "/statistics");
+    put(&w, "/statistics", "duration", tally->at.duration, "s",
+        tally->search ? "length of the window that the statistics cover: from the end of the "
+                        "warm-up to the end"
+                      : "length of the window that the statistics cover: from run.sample_from "
+                        "to the end");
+    for (int row = 0; row < MILL_TALLY_ROWS; row++) {
         put(&w, "/statistics/floor_share", mill_tally_name(row), mill_tally_floor_share(tally, row),
             "1", "share of the impacts at which the rebound floor acted; NaN without impacts");
         write_row(&w, "/statistics/impacts", row, &tally->impacts[row]);
-        status = write_row(&w, "/statistics/strikes", row, &tally->strikes[row]);
+        write_row(&w, "/statistics/strikes", row, &tally->strikes[row]);
     }
-    if (status == MILL_OK)
-        status = write_maps(&w);
-    if (status == MILL_OK)
-        status = write_rotor(&w);
-    return status == MILL_OK && tally->precision > 0 ? write_precision(&w) : status;
+    write_maps(&w);
+    write_rotor(&w);
+    if (tally->precision > 0)
+        write_precision(&w);
 }

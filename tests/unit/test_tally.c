@@ -263,8 +263,8 @@ START_TEST(a_run_stopped_before_the_window_has_empty_statistics)
     ck_assert_double_nan(mill_tally_floor_share(f.tally, MILL_BALL_BALL));
     snprintf(path, sizeof path, "/tmp/millsim_tally_%ld.h5", (long)getpid());
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
-    ck_assert_int_eq(mill_tally_write(f.tally, file, NULL), MILL_OK);
-    ck_assert_int_eq(mill_tally_write(f.tally, file, NULL), MILL_OK); /* replaces the first */
+    mill_tally_write(f.tally, file);
+    mill_tally_write(f.tally, file); /* replaces the first */
     ck_assert(mill_h5_exists(file, "/statistics/strikes/all/tangential_speed/histogram/edges"));
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
     unlink(path);
