@@ -128,21 +128,19 @@ void mill_checkpoint_release(struct mill_checkpoint_state *state)
     memset(state, 0, sizeof *state);
 }
 
-enum mill_status mill_checkpoint_write(struct mill_checkpoint_state *state, struct mill_h5 *file,
-                                       struct mill_error *error)
+void mill_checkpoint_write(struct mill_checkpoint_state *state, struct mill_h5 *file)
 {
     struct sum sum = sum_of_head(&state->head);
     for (size_t i = 1; i < state->parts; i++)
         add(&sum, state->part[i].at, state->part[i].bytes);
     state->head.checksum = total(&sum);
-    return mill_h5_write_parts(file, PATH, state->part, state->parts,
-                               "state of an unfinished run: what millsim --resume goes on from",
-                               error);
+    mill_h5_write_parts(file, PATH, state->part, state->parts,
+                        "state of an unfinished run: what millsim --resume goes on from");
 }
 
-enum mill_status mill_checkpoint_remove(struct mill_h5 *file, struct mill_error *error)
+void mill_checkpoint_remove(struct mill_h5 *file)
 {
-    return mill_h5_remove(file, PATH, error);
+    mill_h5_remove(file, PATH);
 }
 
 /* ---- reading ---- */

@@ -50,11 +50,10 @@ enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
 void mill_checkpoint_release(struct mill_checkpoint_state *state);
 
 /* Writes /checkpoint, part by part. */
-enum mill_status mill_checkpoint_write(struct mill_checkpoint_state *state, struct mill_h5 *file,
-                                       struct mill_error *error);
+void mill_checkpoint_write(struct mill_checkpoint_state *state, struct mill_h5 *file);
 
 /* Removes it, if there is one. */
-enum mill_status mill_checkpoint_remove(struct mill_h5 *file, struct mill_error *error);
+void mill_checkpoint_remove(struct mill_h5 *file);
 
 /* Checks /checkpoint, all of it, and reads what it begins with, which the observers need to be
  * resumed; *found false and MILL_OK where the file has none. name: of the file, for messages. */

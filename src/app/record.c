@@ -24,35 +24,28 @@
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
 
-enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
-                                   struct mill_error *error)
+void mill_record_start(struct mill_h5 *file, const char *command)
 {
     char hdf5[32], started[32] = "unknown";
     const time_t now = time(NULL);
     struct tm utc;
-    enum mill_status status = MILL_OK;
-    size_t i;
     mill_h5_version(hdf5, sizeof hdf5);
     if (gmtime_r(&now, &utc))
         strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    {
-        const struct {
-            const char *path, *text, *meaning;
-        } table[] = {
-            {"/run/version", MILL_VERSION, "version of millsim"},
-            {"/run/compiler", COMPILER, "compiler that built it"},
-            {"/run/flags", MILL_FLAGS, "flags it was built with"},
-            {"/run/hdf5", hdf5, "version of the HDF5 library"},
-            {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
-            {"/run/command", command, "command line"},
-            {"/run/started", started, "when the run was started, UTC"},
-            {"/run/status", "running", status_meaning},
-        };
-        for (i = 0; status == MILL_OK && i < sizeof table / sizeof table[0]; i++)
-            status =
-                mill_h5_write_text(file, table[i].path, table[i].text, table[i].meaning, error);
-    }
-    return status;
+    const struct {
+        const char *path, *text, *meaning;
+    } table[] = {
+        {"/run/version", MILL_VERSION, "version of millsim"},
+        {"/run/compiler", COMPILER, "compiler that built it"},
+        {"/run/flags", MILL_FLAGS, "flags it was built with"},
+        {"/run/hdf5", hdf5, "version of the HDF5 library"},
+        {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
+        {"/run/command", command, "command line"},
+        {"/run/started", started, "when the run was started, UTC"},
+        {"/run/status", "running", status_meaning},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
+        mill_h5_write_text(file, table[i].path, table[i].text, table[i].meaning);
 }
 
 struct mill_totals mill_record_add(const struct mill_world *world, double local)

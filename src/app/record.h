@@ -42,8 +42,7 @@ struct mill_totals mill_record_add(const struct mill_world *world, double local)
 
 /* Writes /deck: every entry of the deck with all defaults as a text /deck/SECTION/KEY, and the
  * whole, a deck itself, as /deck/text. */
-enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
-                                  struct mill_error *error);
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
 
 /* Is the file's run of this deck? MILL_BAD_DECK with a line that names the first difference, or
  * MILL_FAILED when the file holds no deck. The interval of checkpoints and the folder of a start
@@ -53,8 +52,7 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 
 /* Writes into /run what is known before the first event: version, compiler, flags, libraries,
  * command, started (UTC, ISO 8601), status "running". command: the command line, quoted. */
-enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
-                                   struct mill_error *error);
+void mill_record_start(struct mill_h5 *file, const char *command);
 
 /* Tells how it went: what stands in /run, or a summary's "run". */
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,

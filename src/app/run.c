@@ -62,24 +62,23 @@ static enum mill_status open_output(struct mill_run *r, struct mill_error *error
     if (r->resumes)
         return mill_h5_create(name, MILL_H5_UPDATE, &r->file, error);
     const bool over = r->options->force || r->options->resume;
-    enum mill_status status =
+    const enum mill_status status =
         mill_h5_create(name, over ? MILL_H5_OVERWRITE : MILL_H5_NEW, &r->file, error);
-    if (status == MILL_OK)
-        status = mill_record_deck(r->file, r->deck, error);
-    if (status == MILL_OK)
-        status = mill_record_start(r->file, r->options->command, error);
-    return status;
+    if (status != MILL_OK)
+        return status;
+    mill_record_deck(r->file, r->deck);
+    mill_record_start(r->file, r->options->command);
+    return mill_h5_status(r->file, error);
 }
 
 /* The observers that write as they go: new ones, or those of the state. */
 static enum mill_status make_writers(struct mill_run *r, struct mill_error *error)
 {
     const struct mill_checkpoint *at = &r->at;
-    enum mill_status status = mill_vtkhdf_remove(r->file, error);
-    if (status == MILL_OK)
-        status = r->resumes ? mill_frames_resume(r->file, r->deck, r->world, &at->frames,
-                                                 &r->frames, error)
-                            : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
+    mill_vtkhdf_remove(r->file);
+    enum mill_status status =
+        r->resumes ? mill_frames_resume(r->file, r->deck, r->world, &at->frames, &r->frames, error)
+                   : mill_frames_create(r->file, r->deck, r->world, &r->frames, error);
     if (status == MILL_OK)
         status = r->resumes ? mill_series_resume(r->file, r->deck, r->world, &at->series,
                                                  &r->series, error)
@@ -152,13 +151,12 @@ static enum mill_status save(struct mill_run *r, struct mill_error *error)
     const double before = mill_run_clock();
     struct mill_checkpoint_state state;
     enum mill_status status = take_state(r, &state, error);
-    if (status == MILL_OK)
-        status = mill_run_write(r, "running", &state, error);
-    if (status == MILL_OK)
+    if (status == MILL_OK) {
+        mill_run_write(r, "running", &state);
         status = mill_h5_flush(r->file, error);
-    /* the state's room in the file is free for what comes */
+    }
     if (status == MILL_OK)
-        status = mill_checkpoint_remove(r->file, error);
+        mill_checkpoint_remove(r->file); /* its room in the file is free for what comes */
     mill_checkpoint_release(&state);
     r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
@@ -214,8 +212,8 @@ static enum mill_status conclude(struct mill_run *r, enum mill_status ended,
     enum mill_status status = stopped ? take_state(r, &state, error) : MILL_OK;
     if (status == MILL_OK) {
         mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
-        status = mill_run_write(r, ended == MILL_OK ? "complete" : (stopped ? "stopped" : "failed"),
-                                stopped ? &state : NULL, error);
+        mill_run_write(r, ended == MILL_OK ? "complete" : (stopped ? "stopped" : "failed"),
+                       stopped ? &state : NULL);
     }
     mill_checkpoint_release(&state);
     return status;
@@ -249,8 +247,6 @@ static enum mill_status prepare(struct mill_run *r, struct mill_error *error)
         return take_up(r, error);
     if (status == MILL_OK)
         show(r, true);
-    if (status == MILL_OK)
-        status = mill_run_flush(r, error);
     /* what --force replaces stays until there are results to put in its place */
     if (status == MILL_OK && r->options->force && access(r->options->output, F_OK) == 0)
         return MILL_OK;

@@ -19,16 +19,6 @@ struct mill_record_cost mill_run_cost(const struct mill_run *r)
     return cost;
 }
 
-enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error)
-{
-    enum mill_status status = mill_frames_finish(r->frames, error);
-    if (status == MILL_OK)
-        status = mill_series_finish(r->series, error);
-    if (status == MILL_OK && r->log)
-        status = mill_impactlog_finish(r->log, error);
-    return status;
-}
-
 static struct mill_facts facts_of(const struct mill_run *r, const char *status)
 {
     const bool done = strcmp(status, "complete") == 0;
@@ -48,38 +38,35 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
 }
 
 /* /statistics and /run */
-static enum mill_status write_results(const struct mill_run *r, const char *status,
-                                      struct mill_error *error)
+static void write_results(const struct mill_run *r, const char *status)
 {
     const struct mill_facts facts = facts_of(r, status);
+    struct mill_error error;
     struct mill_tally_results *results;
     struct mill_sink_file to;
-    enum mill_status written =
-        mill_tally_results_make(r->tally, r->world, facts.local, &results, error);
-    if (written != MILL_OK)
-        return written;
+    enum mill_status told =
+        mill_tally_results_make(r->tally, r->world, facts.local, &results, &error);
     mill_sink_file(&to, r->file, "");
-    written = mill_tally_tell(results, &to.sink, error);
+    if (told == MILL_OK)
+        told = mill_tally_tell(results, &to.sink, &error);
+    if (told != MILL_OK)
+        mill_h5_spend(r->file, error.text);
     mill_tally_results_free(results);
     mill_sink_file(&to, r->file, "/run");
     mill_record_tell(r->world, &facts, &to.sink);
-    return written == MILL_OK ? mill_h5_group(r->file, "/run", false, error) : written;
 }
 
-enum mill_status mill_run_write(struct mill_run *r, const char *ended,
-                                struct mill_checkpoint_state *state, struct mill_error *error)
+void mill_run_write(struct mill_run *r, const char *ended, struct mill_checkpoint_state *state)
 {
-    enum mill_status status = mill_run_flush(r, error);
-    if (status == MILL_OK)
-        status = write_results(r, ended, error);
+    if (r->log)
+        mill_impactlog_finish(r->log);
+    write_results(r, ended);
     /* a run that goes on has no use for it yet */
-    if (status == MILL_OK && strcmp(ended, "running") != 0)
-        status = mill_vtkhdf_write(r->file, r->deck, r->world, r->frames, error);
-    if (status == MILL_OK)
-        status = mill_checkpoint_remove(r->file, error);
-    if (status == MILL_OK && state)
-        status = mill_checkpoint_write(state, r->file, error);
-    return status;
+    if (strcmp(ended, "running") != 0)
+        mill_vtkhdf_write(r->file, r->deck, r->world, r->frames);
+    mill_checkpoint_remove(r->file);
+    if (state)
+        mill_checkpoint_write(state, r->file);
 }
 
 enum mill_status mill_run_summarise(const struct mill_run *r, bool stopped,

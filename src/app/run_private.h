@@ -40,12 +40,8 @@ enum mill_status mill_run_build(const struct mill_deck *deck,
 /* What all legs of the run have cost up to now. */
 struct mill_record_cost mill_run_cost(const struct mill_run *r);
 
-/* What the observers still hold into the file. */
-enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error);
-
 /* Everything that is known now into the file; state: to go on from, or NULL. */
-enum mill_status mill_run_write(struct mill_run *r, const char *ended,
-                                struct mill_checkpoint_state *state, struct mill_error *error);
+void mill_run_write(struct mill_run *r, const char *ended, struct mill_checkpoint_state *state);
 
 /* MILL_FAILED: out of memory. */
 enum mill_status mill_run_summarise(const struct mill_run *r, bool stopped,

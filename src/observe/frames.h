@@ -29,10 +29,6 @@ void mill_frames_save(const struct mill_observer *observer, struct mill_frames_s
 uint64_t mill_frames_count(const struct mill_observer *observer);
 double mill_frames_time(const struct mill_observer *observer, uint64_t k);
 
-/* Writes what is still gathered in memory: at the end, at a stop and at checkpoints; the observer
- * goes on working. */
-enum mill_status mill_frames_finish(struct mill_observer *observer, struct mill_error *error);
-
 /* NULL is fine. */
 void mill_frames_free(struct mill_observer *observer);
 

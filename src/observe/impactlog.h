@@ -24,9 +24,9 @@ enum mill_status mill_impactlog_resume(struct mill_h5 *file, const struct mill_d
 
 void mill_impactlog_save(const struct mill_observer *observer, struct mill_impactlog_state *state);
 
-/* Writes what is still gathered in memory: at the end, at a stop and at checkpoints; the observer
- * goes on working. */
-enum mill_status mill_impactlog_finish(struct mill_observer *observer, struct mill_error *error);
+/* Hands what is still gathered in memory to the file: at the end, at a stop and at checkpoints; the
+ * observer goes on working. */
+void mill_impactlog_finish(struct mill_observer *observer);
 
 /* NULL is fine. */
 void mill_impactlog_free(struct mill_observer *observer);

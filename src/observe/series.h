@@ -25,10 +25,6 @@ enum mill_status mill_series_resume(struct mill_h5 *file, const struct mill_deck
 
 void mill_series_save(const struct mill_observer *observer, struct mill_series_state *state);
 
-/* Writes what is still gathered in memory: at the end, at a stop and at checkpoints; the observer
- * goes on working. */
-enum mill_status mill_series_finish(struct mill_observer *observer, struct mill_error *error);
-
 /* NULL is fine. */
 void mill_series_free(struct mill_observer *observer);
 

@@ -28,7 +28,7 @@ static void open_group(struct mill_sink *sink, const char *name)
     assert(length + (size_t)more < sizeof f->path);
     (void)more;
     if (length == f->root)
-        mill_h5_remove(f->file, f->path, NULL);
+        mill_h5_remove(f->file, f->path);
 }
 
 static void close_group(struct mill_sink *sink)
@@ -42,13 +42,13 @@ static void values(struct mill_sink *sink, const char *name, enum mill_h5_type t
                    const size_t *dims, const void *values, const char *unit, const char *meaning)
 {
     struct mill_sink_file *f = of(sink);
-    mill_h5_write(f->file, place(f, name), type, rank, dims, values, unit, meaning, NULL);
+    mill_h5_write(f->file, place(f, name), type, rank, dims, values, unit, meaning);
 }
 
 static void text(struct mill_sink *sink, const char *name, const char *text, const char *meaning)
 {
     struct mill_sink_file *f = of(sink);
-    mill_h5_write_text(f->file, place(f, name), text, meaning, NULL);
+    mill_h5_write_text(f->file, place(f, name), text, meaning);
 }
 
 static void again(struct mill_sink *sink, const char *name, size_t count, const double *values,
@@ -56,7 +56,7 @@ static void again(struct mill_sink *sink, const char *name, size_t count, const 
 {
     struct mill_sink_file *f = of(sink);
     if (f->known == values) {
-        mill_h5_link(f->file, f->once, place(f, name), NULL);
+        mill_h5_link(f->file, f->once, place(f, name));
         return;
     }
     mill_tell_array(sink, name, count, values, unit, meaning);
@@ -68,7 +68,7 @@ static void attribute(struct mill_sink *sink, const char *name, enum mill_h5_typ
                       size_t count, const void *values)
 {
     struct mill_sink_file *f = of(sink);
-    mill_h5_attribute(f->file, f->last, name, type, count, values, NULL);
+    mill_h5_attribute(f->file, f->last, name, type, count, values);
 }
 
 void mill_sink_file(struct mill_sink_file *f, struct mill_h5 *file, const char *root)

@@ -7,13 +7,12 @@
 #include "millsim/world.h"
 #include "store/h5.h"
 
-/* Writes it for the frames that the observer (mill_frames_create) has finished so far; nothing
- * where there are none. */
-enum mill_status mill_vtkhdf_write(struct mill_h5 *file, const struct mill_deck *deck,
-                                   const struct mill_world *world,
-                                   const struct mill_observer *frames, struct mill_error *error);
+/* Writes it for the frames that the observer (mill_frames_create) has stored so far; nothing where
+ * there are none. */
+void mill_vtkhdf_write(struct mill_h5 *file, const struct mill_deck *deck,
+                       const struct mill_world *world, const struct mill_observer *frames);
 
 /* Takes it away, if it is there: of a run that goes on, before frames are added or dropped. */
-enum mill_status mill_vtkhdf_remove(struct mill_h5 *file, struct mill_error *error);
+void mill_vtkhdf_remove(struct mill_h5 *file);
 
 #endif

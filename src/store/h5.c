@@ -1,10 +1,11 @@
 /* HDF5 files as the rest of the program sees them: opening and closing, groups, links, and how
- * failures are told. HDF5's own error stack is never printed; the errno inside it is what the user
- * needs, so it is read from there. After a first failure (disk full, mostly) the library's cache no
+ * failures are told. HDF5's own error stack is never printed; why it failed is noted at the first
+ * failure. After a first failure (disk full, mostly) the library's cache no
  * longer matches the disk, and every further write would fail in a new way: so the file is spent,
  * and closing only lets go. */
 #include "store/h5_internal.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,43 +14,55 @@
 
 #define METADATA 262144 /* [byte] of the file's structure that HDF5 keeps in memory */
 
-static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *self)
+/* Why HDF5 has failed first since the last failure was told. HDF5 forgets it at the next call. */
+static char reason[256];
+
+static herr_t note(unsigned depth, const H5E_error2_t *entry, void *self)
 {
-    const char **words = self;
+    (void)self;
     if (depth == 0)
-        *words = entry->desc;
+        snprintf(reason, sizeof reason, "%s", entry->desc);
     return 0;
 }
 
-static void find_reason(const struct mill_h5 *file, char *reason, size_t size)
+static herr_t note_first(hid_t stack, void *self)
 {
-    const char *words = NULL;
+    return reason[0] ? 0 : (herr_t)H5Ewalk2(stack, H5E_WALK_UPWARD, note, self);
+}
+
+void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path)
+{
     const int number = file->disk.number;
-    if (number == EWOULDBLOCK)
-        words = "another run is writing it";
-    else if (number)
-        words = strerror(number);
-    else
-        H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &words);
-    snprintf(reason, size, "%s", words && words[0] ? words : "the HDF5 library refused");
+    const char *why = reason[0] ? reason : "the HDF5 library refused";
+    if (number)
+        why = number == EWOULDBLOCK ? "another run is writing it" : strerror(number);
+    if (mill_h5_good(file))
+        file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: cannot %s%s%s: %s", file->path,
+                                     verb, path ? " " : "", path ? path : "", why);
+    reason[0] = '\0';
 }
 
-enum mill_status mill_h5_fail(struct mill_h5 *file, struct mill_error *error, const char *verb,
-                              const char *path)
+void mill_h5_spend(struct mill_h5 *file, const char *why)
 {
-    char reason[256];
-    find_reason(file, reason, sizeof reason);
-    mill_error_set(&file->cause, MILL_FAILED, "%s: cannot %s%s%s: %s", file->path, verb,
-                   path ? " " : "", path ? path : "", reason);
-    file->spent = MILL_FAILED;
-    return mill_h5_check(file, error);
+    if (mill_h5_good(file))
+        file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
 }
 
-enum mill_status mill_h5_check(const struct mill_h5 *file, struct mill_error *error)
+bool mill_h5_good(const struct mill_h5 *file)
+{
+    return file->spent == MILL_OK;
+}
+
+enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *error)
 {
     if (file->spent != MILL_OK && error)
         *error = file->cause;
     return file->spent;
+}
+
+bool mill_h5_release(hid_t object)
+{
+    return object < 0 || H5Idec_ref(object) >= 0;
 }
 
 hid_t mill_h5_timeless(hid_t property_class)
@@ -86,30 +99,25 @@ static hid_t access_list(struct mill_h5_disk *disk)
     H5Pset_libver_bounds(list, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
     if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) < 0 || !keep_little(list) ||
-        !mill_h5_use_disk(list, disk))
+        !mill_h5_use_disk(list, disk)) {
+        mill_h5_release(list);
         return -1;
+    }
     return list;
 }
 
-/* Through the draft, which is open, or for reading only. The lists leak where it fails, so that the
- * error stack lives on. */
+/* Through the draft, which is open, or for reading only. */
 static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
 {
     const hid_t list = access_list(&file->disk);
     const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
-    hid_t id;
-    if (list < 0 || create < 0)
-        return -1;
-    if (how == MILL_H5_READ)
-        id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
-    else if (how == MILL_H5_UPDATE)
-        id = H5Fopen(file->path, H5F_ACC_RDWR, list);
-    else
+    hid_t id = -1;
+    if (list >= 0 && create >= 0 && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
+        id = H5Fopen(file->path, how == MILL_H5_READ ? H5F_ACC_RDONLY : H5F_ACC_RDWR, list);
+    else if (list >= 0 && create >= 0)
         id = H5Fcreate(file->path, H5F_ACC_TRUNC, create, list);
-    if (id >= 0) {
-        H5Pclose(create);
-        H5Pclose(list);
-    }
+    mill_h5_release(create);
+    mill_h5_release(list);
     return id;
 }
 
@@ -126,44 +134,41 @@ static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
     if (!file)
         return NULL;
     file->id = -1;
-    file->path = malloc(strlen(path) + 1);
+    file->path = strdup(path);
     file->disk.draft = how == MILL_H5_READ ? NULL : mill_draft_create(path);
     if (!file->path || (how != MILL_H5_READ && !file->disk.draft)) {
         release(file);
         return NULL;
     }
-    strcpy(file->path, path);
     return file;
 }
 
-static enum mill_status refuse_existing(const char *path, struct mill_error *error)
+static void refuse_existing(struct mill_h5 *file)
 {
-    return mill_error_set(error, MILL_FAILED,
-                          "%s: exists already; --force overwrites it, -o gives another name", path);
+    mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    enum mill_status status = MILL_OK;
     *out = NULL;
     struct mill_h5 *file = allocate(path, how);
     if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
+    reason[0] = '\0';
     if (file->disk.draft)
         file->disk.number = mill_draft_open(file->disk.draft, how == MILL_H5_UPDATE);
     /* asked for only now, under the lock: a run that ends makes the file */
     if (!file->disk.number && how == MILL_H5_NEW && access(path, F_OK) == 0)
-        status = refuse_existing(path, error);
+        refuse_existing(file);
     else if (file->disk.number || (file->id = open_file(file, how)) < 0)
-        status = mill_h5_fail(
-            file, error, how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create", NULL);
-    if (status != MILL_OK && how == MILL_H5_READ && !file->disk.number) {
-        const struct mill_error why = file->cause;
-        mill_error_set(error, status, "%s; it is no HDF5 file, or damaged or cut off", why.text);
-    }
+        mill_h5_fail(file, how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create", NULL);
+    const enum mill_status status = mill_h5_status(file, error);
+    if (status != MILL_OK && how == MILL_H5_READ && !file->disk.number)
+        mill_error_set(error, status, "%s; it is no HDF5 file, or damaged or cut off",
+                       file->cause.text);
     if (status != MILL_OK)
         release(file);
     else
@@ -171,37 +176,41 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
     return status;
 }
 
-static enum mill_status publish(struct mill_h5 *file, bool go_on, struct mill_error *error)
+static void publish(struct mill_h5 *file, bool go_on)
 {
-    const int failed = mill_draft_publish(file->disk.draft, go_on);
-    if (!failed)
-        return MILL_OK;
-    file->disk.number = failed;
-    return mill_h5_fail(file, error, "write", NULL);
+    file->disk.number = mill_draft_publish(file->disk.draft, go_on);
+    if (file->disk.number)
+        mill_h5_fail(file, "write", NULL);
+}
+
+static void flush(struct mill_h5 *file)
+{
+    mill_h5_flush_columns(file);
+    if (mill_h5_good(file) && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
+        mill_h5_fail(file, "write", NULL);
 }
 
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error)
 {
-    if (file->spent != MILL_OK)
-        return mill_h5_check(file, error);
-    if (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
-        return mill_h5_fail(file, error, "write", NULL);
-    return publish(file, true, error);
+    flush(file);
+    if (mill_h5_good(file))
+        publish(file, true);
+    return mill_h5_status(file, error);
 }
 
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
 {
     if (!file)
         return MILL_OK;
-    mill_h5_orphan_columns(file); /* their datasets are closed with the file */
-    if (file->spent == MILL_OK && file->disk.draft && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
-        mill_h5_fail(file, error, "write", NULL);
-    file->disk.mute = file->spent != MILL_OK; /* what HDF5 still holds must not reach the disk */
-    if (H5Fclose(file->id) < 0 && file->spent == MILL_OK)
-        mill_h5_fail(file, error, "close", NULL);
-    if (file->spent == MILL_OK && file->disk.draft)
-        publish(file, false, error);
-    const enum mill_status status = mill_h5_check(file, error);
+    if (file->disk.draft)
+        flush(file);
+    file->disk.mute = !mill_h5_good(file); /* what HDF5 still holds must not reach the disk */
+    mill_h5_free_columns(file);
+    if (H5Fclose(file->id) < 0)
+        mill_h5_fail(file, "close", NULL);
+    if (mill_h5_good(file) && file->disk.draft)
+        publish(file, false);
+    const enum mill_status status = mill_h5_status(file, error);
     release(file);
     return status;
 }
@@ -210,102 +219,77 @@ void mill_h5_abandon(struct mill_h5 *file)
 {
     if (!file)
         return;
-    if (file->spent == MILL_OK)
-        file->spent = MILL_FAILED;
+    mill_h5_spend(file, "abandoned");
     mill_h5_close(file, NULL);
+}
+
+enum { PATH = 1024 }; /* [byte] no path is as long: names from decks are short */
+
+/* The group that holds `path`, "" for the root. */
+static const char *parent_of(const char *path, char parent[PATH])
+{
+    const char *name = strrchr(path, '/');
+    assert(name && name - path < PATH);
+    memcpy(parent, path, (size_t)(name - path));
+    parent[name - path] = '\0';
+    return parent;
 }
 
 bool mill_h5_exists(const struct mill_h5 *file, const char *path)
 {
-    char part[1024];
-    size_t i;
-    /* H5Lexists fails where a group on the way is missing: ask for each in turn */
-    for (i = 1; i < sizeof part; i++) {
-        if (path[i] != '/' && path[i] != '\0')
-            continue;
-        memcpy(part, path, i);
-        part[i] = '\0';
-        if (i > 1 && H5Lexists(file->id, part, H5P_DEFAULT) <= 0)
-            return false;
-        if (path[i] == '\0')
-            return true;
-    }
-    return false;
+    char parent[PATH];
+    /* H5Lexists fails where a group on the way is missing */
+    return !path[0] || (mill_h5_exists(file, parent_of(path, parent)) &&
+                        H5Lexists(file->id, path, H5P_DEFAULT) > 0);
 }
 
-enum mill_status mill_h5_remove(struct mill_h5 *file, const char *path, struct mill_error *error)
+void mill_h5_remove(struct mill_h5 *file, const char *path)
 {
-    if (file->spent != MILL_OK)
-        return mill_h5_check(file, error);
-    if (mill_h5_exists(file, path) && H5Ldelete(file->id, path, H5P_DEFAULT) < 0)
-        return mill_h5_fail(file, error, "replace", path);
-    return MILL_OK;
+    if (mill_h5_good(file) && mill_h5_exists(file, path) &&
+        H5Ldelete(file->id, path, H5P_DEFAULT) < 0)
+        mill_h5_fail(file, "replace", path);
 }
 
-static enum mill_status make_group(struct mill_h5 *file, const char *path, bool ordered,
-                                   struct mill_error *error)
+void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered)
 {
-    hid_t list, group = -1;
-    enum mill_status status = MILL_OK;
-    if (mill_h5_exists(file, path))
-        return MILL_OK;
-    list = mill_h5_timeless(H5P_GROUP_CREATE);
+    if (!mill_h5_good(file) || mill_h5_exists(file, path))
+        return;
+    mill_h5_parents(file, path);
+    const hid_t list = mill_h5_timeless(H5P_GROUP_CREATE);
+    hid_t group = -1;
     if (list >= 0 && (!ordered || H5Pset_link_creation_order(list, H5P_CRT_ORDER_TRACKED |
                                                                        H5P_CRT_ORDER_INDEXED) >= 0))
         group = H5Gcreate2(file->id, path, H5P_DEFAULT, list, H5P_DEFAULT);
-    if (group < 0)
-        status = mill_h5_fail(file, error, "create", path);
-    else
-        H5Gclose(group);
-    H5Pclose(list);
-    return status;
+    if (group < 0 || !mill_h5_release(group))
+        mill_h5_fail(file, "create", path);
+    mill_h5_release(list);
 }
 
-enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct mill_error *error)
+void mill_h5_parents(struct mill_h5 *file, const char *path)
 {
-    char part[1024];
-    size_t i;
-    enum mill_status status = mill_h5_check(file, error);
-    for (i = 1; status == MILL_OK && path[i - 1] && path[i]; i++) {
-        if (i >= sizeof part)
-            return mill_error_set(error, MILL_FAILED, "%s: path too long: %s", file->path, path);
-        if (path[i] != '/')
-            continue;
-        memcpy(part, path, i);
-        part[i] = '\0';
-        status = make_group(file, part, false, error);
-    }
-    return status;
+    char parent[PATH];
+    mill_h5_group(file, parent_of(path, parent), false);
 }
 
-enum mill_status mill_h5_group(struct mill_h5 *file, const char *path, bool ordered,
-                               struct mill_error *error)
+bool mill_h5_make_way(struct mill_h5 *file, const char *path)
 {
-    enum mill_status status = mill_h5_parents(file, path, error);
-    return status == MILL_OK ? make_group(file, path, ordered, error) : status;
+    mill_h5_parents(file, path);
+    mill_h5_remove(file, path);
+    return mill_h5_good(file);
 }
 
-enum mill_status mill_h5_link(struct mill_h5 *file, const char *existing, const char *path,
-                              struct mill_error *error)
+void mill_h5_link(struct mill_h5 *file, const char *existing, const char *path)
 {
-    enum mill_status status = mill_h5_parents(file, path, error);
-    if (status == MILL_OK)
-        status = mill_h5_remove(file, path, error);
-    if (status == MILL_OK &&
+    if (mill_h5_make_way(file, path) &&
         H5Lcreate_hard(file->id, existing, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
-        status = mill_h5_fail(file, error, "link", path);
-    return status;
+        mill_h5_fail(file, "link", path);
 }
 
-enum mill_status mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path,
-                                   struct mill_error *error)
+void mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path)
 {
-    enum mill_status status = mill_h5_parents(file, path, error);
-    if (status == MILL_OK)
-        status = mill_h5_remove(file, path, error);
-    if (status == MILL_OK && H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
-        status = mill_h5_fail(file, error, "link", path);
-    return status;
+    if (mill_h5_make_way(file, path) &&
+        H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
+        mill_h5_fail(file, "link", path);
 }
 
 void mill_h5_version(char *out, size_t size)

@@ -12,7 +12,6 @@ static void run(struct fixture *f)
     ck_assert_int_eq(mill_h5_create(f->path, MILL_H5_NEW, &file, NULL), MILL_OK);
     ck_assert_int_eq(mill_frames_create(file, &f->deck, &f->world, &frames, NULL), MILL_OK);
     run_samples(frames, &f->world, f->deck.time);
-    ck_assert_int_eq(mill_frames_finish(frames, NULL), MILL_OK);
     mill_frames_free(frames);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
@@ -153,14 +152,12 @@ START_TEST(a_run_taken_up_again_leaves_the_same_frames)
     run_samples(frames, &f.world, 0.15);
     mill_frames_save(frames, &state);
     run_samples(frames, &f.world, 0.25); /* lost: after the checkpoint */
-    mill_frames_finish(frames, NULL);
     mill_frames_free(frames);
     mill_h5_close(file, NULL);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
     ck_assert_int_eq(mill_frames_resume(file, &f.deck, &f.world, &state, &frames, NULL), MILL_OK);
     ck_assert(frames->next == 0.2);
     run_samples(frames, &f.world, f.deck.time);
-    mill_frames_finish(frames, NULL);
     mill_frames_free(frames);
     mill_h5_close(file, NULL);
     resumed = look(f.path, AT "position/value", 3, dims);

@@ -25,7 +25,6 @@ static void run_on(struct fixture *f, struct mill_observer *series, double until
 
 static void close_all(struct mill_h5 *file, struct mill_observer *series)
 {
-    ck_assert_int_eq(mill_series_finish(series, NULL), MILL_OK);
     mill_series_free(series);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
