@@ -176,6 +176,13 @@ static void print_state(FILE *out, const struct mill_world *world,
     print_anomalies(out, world, totals);
 }
 
+/* Of a file, which may hold anything: control characters are replaced, as in messages. */
+static void print_name(FILE *out, const char *name)
+{
+    for (; *name; name++)
+        fputc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
+}
+
 static void print_cost(FILE *out, const struct mill_facts *facts, uint64_t contacts)
 {
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
@@ -187,7 +194,9 @@ static void print_cost(FILE *out, const struct mill_facts *facts, uint64_t conta
             mill_summary_number(a, facts->cost.wall, "s"),
             mill_summary_number(b, facts->cost.cpu, "s"),
             mill_summary_number(c, facts->peak_memory, "B"));
-    fprintf(out, "%-*s %s\n", LABEL, "output", facts->output);
+    fprintf(out, "%-*s ", LABEL, "output");
+    print_name(out, facts->output);
+    fputc('\n', out);
 }
 
 /* "note: ...", broken between words */
@@ -217,12 +226,30 @@ void mill_summary_print(FILE *out, const struct mill_world *world,
     print_cost(out, facts, totals.contacts);
     for (int i = 0; i < notes; i++)
         print_note(out, note[i]);
-    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %s contacts, %s, ", facts->version,
-            facts->deck, facts->time, mill_summary_number(a, facts->cost.wall, "s"),
+    fprintf(out, "\nmillsim %s ", facts->version);
+    print_name(out, facts->deck);
+    fprintf(out, ": %.6g s in %s wall, %s contacts, %s, ", facts->time,
+            mill_summary_number(a, facts->cost.wall, "s"),
             mill_summary_number(b, (double)totals.contacts, ""),
             mill_summary_number(c, facts->peak_memory, "B"));
     if (totals.anomalies > 0)
         fprintf(out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
     else
         fprintf(out, "no anomalies\n");
+}
+
+enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_world *world,
+                                    const struct mill_observers *observers,
+                                    const struct mill_facts *facts, struct mill_error *error)
+{
+    const struct mill_observer *tally = mill_observers_find(observers, &mill_tally_type);
+    struct mill_tally_results *results;
+    enum mill_status status = mill_tally_results_make((const struct mill_tally *)tally, world,
+                                                      facts->local, &results, error);
+    if (status == MILL_OK && json)
+        status = mill_summary_json(out, world, results, observers, facts, error);
+    else if (status == MILL_OK)
+        mill_summary_print(out, world, results, facts);
+    mill_tally_results_free(results);
+    return status;
 }

@@ -4,16 +4,32 @@
 
 #include "app/record.h"
 #include "millsim/world.h"
+#include "observe/observers.h"
 #include "observe/tally.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 
-/* World and results are those at facts->time. The caller asks `out` for errors. */
+/* World and observers are those at facts->time. The caller asks `out` for errors. MILL_FAILED: out
+ * of memory. */
+enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_world *world,
+                                    const struct mill_observers *observers,
+                                    const struct mill_facts *facts, struct mill_error *error);
+
+/* How well the results are known by now: "median +- 1.3 %, power +- 0.9 %", "warming up", or ""
+ * where run.precision is not asked for. */
+enum { MILL_SUMMARY_KNOWN = 64 };
+const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
+                               const struct mill_observers *observers);
+
+/* ---- the two of them; results: of the tally among the observers ---- */
+
 void mill_summary_print(FILE *out, const struct mill_world *world,
-                        const struct mill_tally_results *r, const struct mill_facts *facts);
-void mill_summary_json(FILE *out, const struct mill_world *world,
-                       const struct mill_tally_results *r, const struct mill_facts *facts);
+                        const struct mill_tally_results *results, const struct mill_facts *facts);
+enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
+                                   const struct mill_tally_results *results,
+                                   const struct mill_observers *observers,
+                                   const struct mill_facts *facts, struct mill_error *error);
 
 /* ---- what both are made of ---- */
 
@@ -23,12 +39,6 @@ enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32
 int mill_summary_notes(const struct mill_world *world, const struct mill_tally_results *r,
                        const struct mill_facts *facts,
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE]);
-
-/* "median +- 1.3 %, power +- 0.9 %", "warming up", or "" where none is asked for (run.precision).
- */
-enum { MILL_SUMMARY_KNOWN = 64 };
-const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], double asked, bool settled,
-                               const struct mill_precision_known *known);
 
 /* A line that says what was cut off and why the run ended; nothing where only its time could end
  * it.

@@ -121,8 +121,10 @@ static void text(struct mill_sink *sink, const char *name, const char *value, co
     text_value(json, value);
 }
 
-void mill_summary_json(FILE *out, const struct mill_world *world,
-                       const struct mill_tally_results *r, const struct mill_facts *facts)
+enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
+                                   const struct mill_tally_results *r,
+                                   const struct mill_observers *observers,
+                                   const struct mill_facts *facts, struct mill_error *error)
 {
     struct json json = {{false, open_group, close_group, values, text, NULL, NULL}, out, true, 1};
     struct mill_sink *sink = &json.sink;
@@ -139,7 +141,8 @@ void mill_summary_json(FILE *out, const struct mill_world *world,
     open_group(sink, "run");
     mill_record_tell(world, facts, sink);
     close_group(sink);
-    mill_tally_tell(r, sink, NULL);
+    const enum mill_status status =
+        mill_observers_results(observers, world, facts->local, sink, error);
     next(&json, "notes");
     fputc('[', out);
     json.first = true;
@@ -149,4 +152,5 @@ void mill_summary_json(FILE *out, const struct mill_world *world,
         text_value(&json, note[i]);
     }
     fprintf(out, "]\n}\n");
+    return status;
 }

@@ -19,8 +19,8 @@ static int say(char *text, size_t room, const char *what, const struct mill_prec
     return snprintf(text, room, error < 10 ? "%s +- %.2g %%" : "%s +- %.0f %%", what, 100 * error);
 }
 
-const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], double asked, bool settled,
-                               const struct mill_precision_known *known)
+static const char *say_known(char text[MILL_SUMMARY_KNOWN], double asked, bool settled,
+                             const struct mill_precision_known *known)
 {
     text[0] = '\0';
     if (asked == 0)
@@ -36,6 +36,14 @@ const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], double asked, bool
     return text;
 }
 
+const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
+                               const struct mill_observers *observers)
+{
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
+    return say_known(text, tally->precision, tally->at.settled, &tally->at.known);
+}
+
 /* Why it ended where it did; without the full stop */
 static void say_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
 {
@@ -47,7 +55,7 @@ static void say_end(FILE *out, const struct mill_tally_results *r, const struct 
         fprintf(out, "stopped at %s", a);
     else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
         fprintf(out, "run.max_collisions = %s reached at %s",
-                mill_summary_number(b, r->tally->collisions, ""), a);
+                mill_summary_number(b, (double)r->tally->collisions, ""), a);
     else
         fprintf(out, "run.time = %s reached", a);
     if (r->tally->precision == 0)
@@ -55,7 +63,7 @@ static void say_end(FILE *out, const struct mill_tally_results *r, const struct 
     if (!r->settled || !r->known.enough)
         fprintf(out, ": not settled, so neither median nor power is known");
     else
-        fprintf(out, ": %s", mill_summary_known(known, r->tally->precision, r->settled, &r->known));
+        fprintf(out, ": %s", say_known(known, r->tally->precision, r->settled, &r->known));
     if (!mill_tally_reached(r))
         fprintf(out, "; %.2g %% asked", 100 * r->tally->precision);
 }

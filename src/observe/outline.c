@@ -8,23 +8,12 @@
 /* Of the drum's radius: no triangle is farther from the surface that it stands for. */
 #define FLAT 1e-3
 
-static struct mill_chamber chamber_of(const struct mill_deck *deck)
-{
-    const double radius = deck->drum_radius;
-    const struct mill_chamber chamber = {
-        deck->wavy
-            ? mill_profile_make((int)deck->buckles, radius, deck->buckle_height, deck->buckle_angle)
-            : mill_profile_make(2, radius, 0.0, 0.0),
-        0.5 * deck->drum_length, FLAT * radius};
-    return chamber;
-}
-
-enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mill_world *world,
+enum mill_status mill_outline_make(const struct mill_profile *drum, const struct mill_world *world,
                                    bool turning, struct mill_outline *outline,
                                    struct mill_error *error)
 {
     const struct mill_outline nothing = {{0}, NULL, NULL};
-    const struct mill_chamber chamber = chamber_of(deck);
+    const struct mill_chamber chamber = {*drum, 0.5 * world->drum_length, FLAT * drum->radius};
     struct mill_mesh *mesh = &outline->mesh;
     *outline = nothing;
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {

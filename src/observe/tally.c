@@ -49,12 +49,9 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
-static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
-                                  struct mill_error *error)
+static enum mill_status gather(struct mill_tally *tally, const struct mill_impact *impact,
+                               struct mill_error *error)
 {
-    struct mill_tally *tally = (struct mill_tally *)observer;
-    if (tally->at.closed || (!tally->at.open && impact->time < tally->watch))
-        return MILL_OK;
     const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
     const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
     if (tally->at.open) {
@@ -62,6 +59,19 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
     }
     return count_strike(tally, impact, normal, tangential, error);
+}
+
+static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
+                                  struct mill_error *error)
+{
+    struct mill_tally *tally = (struct mill_tally *)observer;
+    enum mill_status status = MILL_OK;
+    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch))
+        status = gather(tally, impact, error);
+    if (++tally->at.collisions < tally->collisions || status != MILL_OK)
+        return status;
+    tally->at.ended = MILL_TALLY_COLLISIONS;
+    return mill_error_set(error, MILL_ENDED, "max_collisions");
 }
 
 /* ---- times ---- */
@@ -138,56 +148,25 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     const double now = tally->at.next;
-    (void)error; /* nothing here can fail */
     if (!tally->at.open && tally->begin <= now)
         open_window(tally, &world->account);
     if (tally->at.open)
         look(tally, world, t, now);
     mill_tally_window_sample(tally, &world->account, now);
-    if (tally->at.ended != MILL_TALLY_TIME)
+    const bool known = tally->at.ended == MILL_TALLY_PRECISION;
+    if (known)
         close_window(tally, &world->account, now);
     else if (tally->end <= now)
         close_window(tally, &world->account, tally->end);
     plan(tally);
-    return MILL_OK;
+    return known ? mill_error_set(error, MILL_ENDED, "precision") : MILL_OK;
 }
 
 /* ---- life ---- */
 
-enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mill_world *world,
-                                   struct mill_tally **out, struct mill_error *error)
+static void free_tally(struct mill_observer *observer)
 {
-    struct mill_tally *tally = *out = calloc(1, sizeof *tally);
-    if (!tally)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
-    const double duration = fmax(0, deck->time - deck->sample_from);
-    tally->observer.impact = on_impact;
-    tally->observer.sample = on_sample;
-    tally->begin = deck->sample_from; /* 0 where it is to be found */
-    tally->end = fmax(deck->time, deck->sample_from);
-    tally->watch = deck->sample_from - 2 * deck->strike_window; /* twice: for the rounding */
-    tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
-    mill_spectrum_grid_init(&tally->grid);
-    enum mill_status status = mill_maps_create(world, &tally->maps, error);
-    if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, deck->strike_window) ||
-                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
-                              !mill_tally_window_init(tally, deck, world)))
-        status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
-    if (status != MILL_OK) {
-        mill_tally_free(tally);
-        *out = NULL;
-        return status;
-    }
-    if (tally->begin <= 0 && duration > 0)
-        open_window(tally, &world->account);
-    plan(tally);
-    return MILL_OK;
-}
-
-void mill_tally_free(struct mill_tally *tally)
-{
-    if (!tally)
-        return;
+    struct mill_tally *tally = (struct mill_tally *)observer;
     mill_maps_free(tally->maps);
     mill_strikes_free(&tally->pairs);
     mill_rotorstat_free(&tally->rotor);
@@ -195,7 +174,54 @@ void mill_tally_free(struct mill_tally *tally)
     free(tally);
 }
 
-struct mill_observer *mill_tally_observer(struct mill_tally *tally)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
-    return &tally->observer;
+    struct mill_tally *tally = calloc(1, sizeof *tally);
+    if (!tally)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
+    const double duration = fmax(0, asked->end - asked->sample_from);
+    tally->observer.type = &mill_tally_type;
+    tally->begin = asked->sample_from; /* 0 where it is to be found */
+    tally->end = fmax(asked->end, asked->sample_from);
+    tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
+    tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
+    mill_spectrum_grid_init(&tally->grid);
+    enum mill_status status = mill_maps_create(world, &tally->maps, error);
+    if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
+                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
+                              !mill_tally_window_init(tally, asked, world)))
+        status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
+    if (status != MILL_OK) {
+        free_tally(&tally->observer);
+        return status;
+    }
+    if (tally->begin <= 0 && duration > 0)
+        open_window(tally, &world->account);
+    plan(tally);
+    *out = &tally->observer;
+    return MILL_OK;
 }
+
+static enum mill_status results(const struct mill_observer *observer,
+                                const struct mill_world *world, double t, struct mill_sink *sink,
+                                struct mill_error *error)
+{
+    struct mill_tally_results *results;
+    const struct mill_tally *tally = (const struct mill_tally *)observer;
+    enum mill_status status = mill_tally_results_make(tally, world, t, &results, error);
+    if (status == MILL_OK)
+        status = mill_tally_tell(results, sink, error);
+    mill_tally_results_free(results);
+    return status;
+}
+
+const struct mill_observer_type mill_tally_type = {
+    .name = "statistics",
+    .impact = on_impact,
+    .sample = on_sample,
+    .create = create,
+    .state = mill_tally_state,
+    .results = results,
+    .free = free_tally,
+};

@@ -3,10 +3,9 @@
 #ifndef MILL_TALLY_H
 #define MILL_TALLY_H
 
-#include "base/parts.h"
-#include "millsim/deck.h"
 #include "millsim/observer.h"
 #include "observe/maps.h"
+#include "observe/observe.h"
 #include "observe/precision.h"
 #include "observe/rotorstat.h"
 #include "observe/spectrum.h"
@@ -40,25 +39,20 @@ struct mill_tally_stretch {
 
 /* How far the gathering has come; all of it is plain numbers, saved as they are. */
 struct mill_tally_progress {
-    double next;        /* [s] as observer.next */
-    bool open;          /* the window has begun */
-    bool closed;        /* and it is over: nothing is gathered any more */
-    bool late;          /* its last tenth has begun */
-    uint64_t snapshots; /* taken for the maps */
-    double over;        /* [s] when it was closed */
-    uint64_t ticks;     /* so often it was asked whether the run is to end */
-    uint64_t length;    /* batches of a stretch */
-    uint64_t stretches; /* complete ones */
-    int32_t stretch;    /* number of the one being gathered */
+    double next;         /* [s] as observer.next */
+    bool open;           /* the window has begun */
+    bool closed;         /* and it is over: nothing is gathered any more */
+    bool late;           /* its last tenth has begun */
+    uint64_t snapshots;  /* taken for the maps */
+    double over;         /* [s] when it was closed */
+    uint64_t collisions; /* of all kinds, from t = 0 */
+    uint64_t length;     /* batches of a stretch */
+    uint64_t stretches;  /* complete ones */
+    int32_t stretch;     /* number of the one being gathered */
     enum mill_tally_end ended;
     bool settled; /* the start-up is over, as far as known */
     struct mill_precision_known known;
     struct mill_account at_begin, at_late, at_close; /* the world's books at these times */
-};
-
-/* In front of a saved state: lengths that must agree, and the one that sets the table's. */
-struct mill_tally_header {
-    uint64_t tally, cross, axial, planned, bits, batches, stretches;
 };
 
 struct mill_tally {
@@ -73,27 +67,16 @@ struct mill_tally {
     struct mill_rotorstat rotor;
     struct mill_maps *maps;
     /* ---- what may end the run before its time; all 0 where nothing may ---- */
-    double tick;       /* [s] it is asked so often whether the run is to end; 0: never */
-    double precision;  /* run.precision */
-    double collisions; /* run.max_collisions */
-    bool search;       /* the begin of the window is to be found */
+    double tick;      /* [s] between two times at which it is asked how much is known; 0: never */
+    double precision; /* run.precision */
+    uint64_t collisions; /* run.max_collisions; UINT64_MAX: no number ends the run */
+    bool search;         /* the begin of the window is to be found */
     struct mill_precision batches;
     uint64_t before[MILL_PRECISION_SLOTS]; /* impacts by speed when the last batch ended */
     struct mill_tally_stretch *stretch;    /* [MILL_TALLY_STRETCHES], or NULL */
-    struct mill_tally_header header;       /* as last listed by mill_tally_parts */
 };
 
-/* For a world at t = 0. Neither deck nor world is kept. Owner: the caller. */
-enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mill_world *world,
-                                   struct mill_tally **tally, struct mill_error *error);
-void mill_tally_free(struct mill_tally *tally);
-
-struct mill_observer *mill_tally_observer(struct mill_tally *tally);
-
-/* [s] simulated time up to which the run may go before this is asked again: it may end there, apart
- * from its planned end, or what may end it begins there; INFINITY: nothing else will. *over: it has
- * ended, at its last sample. */
-double mill_tally_next_end(const struct mill_tally *tally, bool *over);
+extern const struct mill_observer_type mill_tally_type;
 
 /* ---- results ---- */
 
@@ -144,9 +127,6 @@ double mill_tally_torque(const struct mill_tally_results *results);
 /* run.precision was asked for, the start-up is over, and both quantities are known as well. */
 bool mill_tally_reached(const struct mill_tally_results *results);
 
-/* "time", "precision", "max_collisions"; NULL where only its time may end the run. */
-const char *mill_tally_ended_by(const struct mill_tally *tally);
-
 /* Tells them as the group "statistics". MILL_FAILED: out of memory. */
 enum mill_status mill_tally_tell(const struct mill_tally_results *results, struct mill_sink *sink,
                                  struct mill_error *error);
@@ -154,7 +134,7 @@ enum mill_status mill_tally_tell(const struct mill_tally_results *results, struc
 /* ---- the end of the run and the begin of the window (tally_window.c), for tally.c ---- */
 
 /* After the window's begin, end and interval are set. false: out of memory. */
-bool mill_tally_window_init(struct mill_tally *tally, const struct mill_deck *deck,
+bool mill_tally_window_init(struct mill_tally *tally, const struct mill_observe *asked,
                             const struct mill_world *world);
 void mill_tally_window_free(struct mill_tally *tally);
 
@@ -174,16 +154,7 @@ bool mill_tally_window_results(const struct mill_tally *tally, struct mill_tally
 /* into += from, kind by kind */
 void mill_tally_add(struct mill_speeds into[MILL_KINDS], const struct mill_speeds from[MILL_KINDS]);
 
-/* ---- the state, for a run that is interrupted and goes on ---- */
-
-/* The state as a list of places that make one run of bytes, good for the same program only. Returns
- * how many. */
-enum { MILL_TALLY_PARTS = 24 + 8 * MILL_TALLY_STRETCHES }; /* room for so many */
-size_t mill_tally_parts(struct mill_tally *tally, struct mill_part *part);
-
-/* Loads a state into a tally made from the same deck and world. `source` has no other bytes left.
- */
-enum mill_status mill_tally_load(struct mill_tally *tally, struct mill_source *source,
-                                 struct mill_error *error);
+/* The observer's state (tally_state.c) */
+void mill_tally_state(struct mill_observer *observer, struct mill_state *state);
 
 #endif

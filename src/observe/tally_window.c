@@ -11,13 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool mill_tally_window_init(struct mill_tally *t, const struct mill_deck *deck,
+bool mill_tally_window_init(struct mill_tally *t, const struct mill_observe *asked,
                             const struct mill_world *world)
 {
-    t->precision = deck->precision;
-    t->collisions = deck->max_collisions;
-    t->search = deck->sample_found;
-    if (t->precision == 0 && t->collisions == 0)
+    t->precision = asked->precision;
+    t->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
+    t->search = asked->sample_found;
+    if (t->precision == 0 && asked->max_collisions == 0)
         return true;
     if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
         return false;
@@ -161,41 +161,13 @@ static void end_batch(struct mill_tally *t, const struct mill_account *account)
 
 double mill_tally_window_next(const struct mill_tally *t)
 {
-    if (t->tick == 0)
-        return INFINITY;
-    const double tick = t->collisions > 0 ? (double)(t->at.ticks + 1) * t->tick : (double)INFINITY;
-    return t->at.open ? fmin(tick, mill_precision_next(&t->batches)) : tick;
+    return t->at.open && t->tick > 0 ? mill_precision_next(&t->batches) : (double)INFINITY;
 }
 
 void mill_tally_window_sample(struct mill_tally *t, const struct mill_account *account, double now)
 {
-    uint64_t collisions = 0;
-    if (t->tick == 0)
-        return;
-    const bool ticks = t->collisions > 0 && (double)(t->at.ticks + 1) * t->tick <= now;
-    if (ticks)
-        t->at.ticks++;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        collisions += account->collisions[kind];
-    if (t->at.open && mill_precision_next(&t->batches) <= now)
+    if (mill_tally_window_next(t) <= now)
         end_batch(t, account);
-    if (ticks && t->at.ended == MILL_TALLY_TIME && (double)collisions >= t->collisions)
-        t->at.ended = MILL_TALLY_COLLISIONS;
-}
-
-double mill_tally_next_end(const struct mill_tally *t, bool *over)
-{
-    *over = t->at.closed && t->at.ended != MILL_TALLY_TIME;
-    if (t->at.closed || t->tick == 0)
-        return INFINITY;
-    const double next = mill_tally_window_next(t);
-    return t->at.open ? next : fmin(next, t->begin); /* where batches begin to end */
-}
-
-const char *mill_tally_ended_by(const struct mill_tally *t)
-{
-    static const char *const name[] = {"time", "precision", "max_collisions"};
-    return t->tick > 0 ? name[t->at.ended] : NULL;
 }
 
 /* Power and torque by whole revolutions, from the books. */

@@ -308,10 +308,10 @@ static void find_window(double precision)
 {
     fixture_init(&f);
     chance = 3;
-    f.deck.time = 20;
-    f.deck.sample_from = 0;
-    f.deck.sample_found = true;
-    f.deck.precision = precision;
+    f.asked.end = 20;
+    f.asked.sample_from = 0;
+    f.asked.sample_found = true;
+    f.asked.precision = precision;
     fixture_create(&f);
 }
 
@@ -343,14 +343,11 @@ END_TEST
 
 START_TEST(the_window_ends_when_it_is_known)
 {
-    bool over = false;
     find_window(0.03);
     double time = 0;
-    for (; time < 10 && !over; time += 0.05) {
+    for (; time < 10 && !f.tally->at.closed; time += 0.05)
         play(time, time + 0.05);
-        mill_tally_next_end(f.tally, &over);
-    }
-    ck_assert(over);
+    ck_assert(f.tally->at.closed);
     ck_assert_int_eq(f.tally->at.ended, MILL_TALLY_PRECISION);
     const uint64_t then = f.world.account.collisions[MILL_BALL_BALL];
     fixture_finish(&f, time);

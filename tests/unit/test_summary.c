@@ -47,13 +47,10 @@ static const char *printed(bool json)
     size_t size;
     FILE *out;
     free(text);
-    mill_tally_results_free(f.results);
-    fixture_finish(&f, facts.time);
+    fixture_wait(&f, facts.time);
+    const struct mill_observers observers = {1, {&f.tally->observer}};
     out = open_memstream(&text, &size);
-    if (json)
-        mill_summary_json(out, &f.world, f.results, &facts);
-    else
-        mill_summary_print(out, &f.world, f.results, &facts);
+    ck_assert_int_eq(mill_summary_write(out, json, &f.world, &observers, &facts, NULL), MILL_OK);
     fclose(out);
     return text;
 }
@@ -128,7 +125,7 @@ END_TEST
 
 START_TEST(the_table_says_why_there_is_no_standard_error)
 {
-    f.deck.time = 0.65;
+    f.asked.end = 0.65;
     facts.time = facts.local = 0.65;
     fixture_create(&f);
     assert_holds(printed(false), "(1 whole revolution: too few for an error)");
@@ -151,6 +148,16 @@ START_TEST(anomalies_are_counted_by_what_they_are)
     f.world.counts.largest_overlap = 2.5e-6;
     assert_holds(printed(false), "pinched balls let go: 2, overlaps: 1 (up to 2.500 um)\n");
     assert_holds(text, ", 3 anomalies\n");
+}
+END_TEST
+
+START_TEST(control_characters_of_file_names_do_not_reach_the_terminal)
+{
+    facts.deck = "a\033[31mred\n.ini";
+    facts.output = "b\033]0;title\007.h5";
+    run_mill();
+    assert_holds(printed(false), "output             b?]0;title?.h5\n");
+    assert_holds(text, "\nmillsim 0.1 a?[31mred?.ini: 1.5 s");
 }
 END_TEST
 
@@ -342,6 +349,7 @@ static Suite *make_suite(void)
     tcase_add_test(tests, the_table_says_why_there_is_no_standard_error);
     tcase_add_test(tests, without_anomalies_it_says_none);
     tcase_add_test(tests, anomalies_are_counted_by_what_they_are);
+    tcase_add_test(tests, control_characters_of_file_names_do_not_reach_the_terminal);
     tcase_add_test(tests, an_energy_that_is_no_number_is_an_anomaly);
     tcase_add_test(tests, the_last_line_says_it_all);
     tcase_add_test(tests, the_table_fits_100_columns_with_every_note_and_large_numbers);

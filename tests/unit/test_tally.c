@@ -1,6 +1,7 @@
 /* Claims about the statistics that the tally gathers. */
 #include "mill_fixture.h"
 #include "observe/sink.h"
+#include "state_fixture.h"
 
 #include <stdio.h>
 #include <unistd.h>
@@ -35,7 +36,7 @@ END_TEST
 
 START_TEST(a_window_from_zero_on_counts_impacts_at_time_zero)
 {
-    f.deck.sample_from = 0;
+    f.asked.sample_from = 0;
     fixture_create(&f);
     fixture_play(&f, blow(0, MILL_BALL_BALL, 1, 2, 1, 0.1));
     fixture_finish(&f, 1.5);
@@ -104,7 +105,7 @@ END_TEST
 
 START_TEST(without_a_strike_window_strikes_are_impacts)
 {
-    f.deck.strike_window = 0;
+    f.asked.strike_window = 0;
     fixture_create(&f);
     for (int i = 0; i < 100; i++)
         fixture_play(&f, blow(0.7, MILL_BALL_DRUM, i % 3, -1, 0.01 * i, 0.001 * i));
@@ -154,7 +155,7 @@ static void turn(double from, double to, double even, double odd)
     const int n = (int)lround((to - from) / step);
     for (int i = 0; i < n; i++) {
         const double time = from + (i + 0.5) * step;
-        const bool second = ((int)floor((time - f.deck.sample_from) * 10) & 1) != 0;
+        const bool second = ((int)floor((time - f.asked.sample_from) * 10) & 1) != 0;
         fixture_wait(&f, time);
         f.world.account.rotor_work += (second ? odd : even) * step;
         f.world.account.rotor_impulse += (second ? 2 : 4) * step;
@@ -180,7 +181,7 @@ END_TEST
 
 START_TEST(with_fewer_than_two_revolutions_there_is_no_standard_error)
 {
-    f.deck.time = 0.69; /* 1.9 revolutions */
+    f.asked.end = 0.69; /* 1.9 revolutions */
     fixture_create(&f);
     turn(0, 0.69, 100, 100);
     fixture_finish(&f, 0.69);
@@ -213,11 +214,11 @@ START_TEST(a_window_of_whole_revolutions_loses_none_to_rounding)
 {
     f.world.balls = 1; /* the snapshots are not looked at */
     for (int revolutions = 1; revolutions < 200; revolutions++) {
-        f.deck.sample_from = 0.1 * revolutions;
-        f.world.rotor_speed = f.deck.rotor_speed = 1 + 0.37 * revolutions;
-        f.deck.time = f.deck.sample_from + revolutions * 2 * PI / f.deck.rotor_speed;
+        f.asked.sample_from = 0.1 * revolutions;
+        f.world.rotor_speed = 1 + 0.37 * revolutions;
+        f.asked.end = f.asked.sample_from + revolutions * 2 * PI / f.world.rotor_speed;
         fixture_create(&f);
-        fixture_finish(&f, f.deck.time);
+        fixture_finish(&f, f.asked.end);
         ck_assert_uint_eq(f.results->rotor.blocks, (size_t)revolutions);
         fixture_free(&f);
     }
@@ -275,12 +276,12 @@ END_TEST
 
 START_TEST(a_short_window_gets_100_snapshots_a_long_one_1000_a_second)
 {
-    f.deck.time = 0.51;
+    f.asked.end = 0.51;
     fixture_create(&f);
     fixture_finish(&f, 0.51);
     ck_assert_uint_eq(f.results->maps->samples, 100);
     fixture_free(&f);
-    f.deck.time = 2;
+    f.asked.end = 2;
     fixture_create(&f);
     fixture_finish(&f, 2);
     ck_assert_uint_eq(f.results->maps->samples, 1500);
@@ -308,64 +309,62 @@ static void play_trace(int from, int to)
     }
 }
 
-static unsigned char *state_of(struct mill_tally *tally, size_t *size)
+static void save(struct mill_tally *tally, struct kept *kept)
 {
-    struct mill_part part[MILL_TALLY_PARTS];
-    const size_t parts = mill_tally_parts(tally, part);
-    ck_assert_uint_le(parts, MILL_TALLY_PARTS);
-    *size = mill_parts_size(part, parts);
-    unsigned char *state = malloc(*size);
-    mill_parts_pack(part, parts, state);
-    return state;
+    kept_init(kept);
+    mill_tally_state(&tally->observer, &kept->state);
 }
 
-static enum mill_status load(struct mill_tally *tally, const unsigned char *state, size_t size,
-                             struct mill_error *error)
+static enum mill_status load(struct mill_tally *tally, struct kept *kept)
 {
-    struct mill_source_memory memory = mill_parts_from(state, size);
-    return mill_tally_load(tally, &memory.source, error);
+    struct mill_state *state = kept_load(kept);
+    mill_tally_state(&tally->observer, state);
+    return state->status;
 }
 
-/* The results as bytes; `cut` < TRACE: saved there and loaded into a new tally. */
-static unsigned char *result_of(int cut, size_t *size)
+static void create_trace(void)
 {
     fixture_init(&f);
-    f.deck.time = 0.54;
-    f.deck.rotor_speed = f.world.rotor_speed = 2 * PI * 200;
+    f.asked.end = 0.54;
+    f.world.rotor_speed = 2 * PI * 200;
     fixture_create(&f);
+}
+
+/* The tally at the end; `cut` < TRACE: saved there and loaded into a new one. */
+static void play_all(int cut, struct kept *end)
+{
+    create_trace();
     play_trace(0, cut);
     if (cut < TRACE) {
-        unsigned char *state = state_of(f.tally, size);
-        struct fixture again = f; /* the books go on as they are */
+        struct kept kept;
+        const struct mill_account account = f.world.account; /* the books go on as they are */
+        struct mill_ball ball[FIXTURE_BALLS];
+        memcpy(ball, f.ball, sizeof ball);
+        save(f.tally, &kept);
         fixture_free(&f);
-        struct fixture fresh;
-        fixture_init(&fresh);
-        fresh.deck = again.deck;
-        fresh.world.rotor_speed = again.world.rotor_speed;
-        fixture_create(&fresh);
-        f.tally = fresh.tally;
-        ck_assert_int_eq(load(f.tally, state, *size, NULL), MILL_OK);
-        free(state);
+        create_trace();
+        f.world.account = account;
+        memcpy(f.ball, ball, sizeof ball);
+        ck_assert_int_eq(load(f.tally, &kept), MILL_OK);
+        kept_free(&kept);
     }
     play_trace(cut, TRACE);
     fixture_finish(&f, 0.54);
-    unsigned char *result = state_of(f.tally, size);
+    save(f.tally, end);
     fixture_free(&f);
-    return result;
 }
 
 START_TEST(an_interrupted_tally_ends_with_the_same_bits)
 {
     const int cuts[] = {0, 10, 1000, 10001, TRACE - 1};
-    size_t size, other;
-    unsigned char *straight = result_of(TRACE, &size);
+    struct kept straight, resumed;
+    play_all(TRACE, &straight);
     for (size_t i = 0; i < sizeof cuts / sizeof *cuts; i++) {
-        unsigned char *resumed = result_of(cuts[i], &other);
-        ck_assert_uint_eq(size, other);
-        ck_assert(memcmp(straight, resumed, size) == 0);
-        free(resumed);
+        play_all(cuts[i], &resumed);
+        ck_assert(kept_alike(&straight, &resumed));
+        kept_free(&resumed);
     }
-    free(straight);
+    kept_free(&straight);
 }
 END_TEST
 
@@ -373,50 +372,108 @@ END_TEST
 START_TEST(results_asked_for_meanwhile_leave_the_tally_as_it_is)
 {
     const int cuts[] = {0, 10, 1000, 10001, TRACE - 1, TRACE};
-    size_t size, other;
-    fixture_init(&f);
-    f.deck.time = 0.54;
-    f.deck.rotor_speed = f.world.rotor_speed = 2 * PI * 200;
-    fixture_create(&f);
+    create_trace();
     for (size_t i = 1; i < sizeof cuts / sizeof *cuts; i++) {
         struct mill_tally_results *results;
+        struct kept before, after;
         play_trace(cuts[i - 1], cuts[i]);
-        unsigned char *before = state_of(f.tally, &size);
+        save(f.tally, &before);
         ck_assert_int_eq(mill_tally_results_make(f.tally, &f.world, 0.5, &results, NULL), MILL_OK);
         ck_assert(i == 1 || mill_spectrum_count(&results->impacts[MILL_TALLY_ALL].normal, 0) > 0);
         mill_tally_results_free(results);
-        unsigned char *after = state_of(f.tally, &other);
-        ck_assert_uint_eq(size, other);
-        ck_assert_mem_eq(before, after, size);
-        free(before);
-        free(after);
+        save(f.tally, &after);
+        ck_assert(kept_alike(&before, &after));
+        kept_free(&before);
+        kept_free(&after);
     }
 }
 END_TEST
 
-START_TEST(a_state_cut_short_or_of_another_deck_is_refused)
+START_TEST(a_state_of_another_drum_is_refused)
 {
-    struct mill_error error;
+    struct kept kept;
     fixture_create(&f);
-    size_t size;
-    unsigned char *state = state_of(f.tally, &size);
-    ck_assert_int_eq(load(f.tally, state, size - 1, &error), MILL_FAILED);
-    ck_assert_int_eq(load(f.tally, state, 8, &error), MILL_FAILED);
+    save(f.tally, &kept);
     fixture_free(&f);
     f.world.drum_length = 0.24;
     fixture_create(&f);
-    ck_assert_int_eq(load(f.tally, state, size, &error), MILL_FAILED);
-    ck_assert_ptr_nonnull(strstr(error.text, "another deck"));
-    free(state);
+    ck_assert_int_eq(load(f.tally, &kept), MILL_FAILED);
+    kept_free(&kept);
+}
+END_TEST
+
+/* Numbers that would lead out of the tally's arrays */
+static void damage(struct kept *kept, int how)
+{
+    switch (how) {
+    case 0:
+        ((struct mill_strike *)kept_find(kept, "pairs")->value)[3].normal = MILL_SPECTRUM_SLOTS;
+        break;
+    case 1:
+        ((struct mill_strike *)kept_find(kept, "pairs")->value)[3].tangential = -1;
+        break;
+    case 2:
+        *(uint64_t *)kept_find(kept, "blocks")->value = 11;
+        break;
+    case 3:
+        *(double *)kept_find(kept, "pair_bits")->value = 41;
+        break;
+    case 4:
+        ((struct mill_tally_progress *)kept_find(kept, "progress")->value)->stretches =
+            MILL_TALLY_STRETCHES;
+        break;
+    case 5:
+        ((struct mill_tally_progress *)kept_find(kept, "progress")->value)->length = 0;
+        break;
+    case 6:
+        ((struct mill_precision_progress *)kept_find(kept, "batches")->value)->batches =
+            MILL_PRECISION_BATCHES;
+        break;
+    }
+}
+enum { DAMAGES = 7 };
+
+START_TEST(a_number_out_of_range_is_refused)
+{
+    struct kept kept;
+    f.asked.precision = 0.02;
+    fixture_create(&f);
+    save(f.tally, &kept);
+    ck_assert_int_eq(load(f.tally, &kept), MILL_OK);
+    damage(&kept, _i);
+    ck_assert_int_eq(load(f.tally, &kept), MILL_FAILED);
+    kept_free(&kept);
 }
 END_TEST
 
 START_TEST(the_tally_takes_less_than_two_megabytes)
 {
+    struct kept kept;
     fixture_create(&f);
-    size_t size;
-    free(state_of(f.tally, &size));
-    ck_assert_uint_lt(sizeof *f.tally + size, 2000000);
+    save(f.tally, &kept);
+    ck_assert_uint_lt(sizeof *f.tally + kept_size(&kept), 2000000);
+    kept_free(&kept);
+}
+END_TEST
+
+/* ---- the end of a run ---- */
+
+START_TEST(a_number_of_collisions_ends_the_run_at_just_that_one)
+{
+    for (int from = 0; from < 2; from++) {
+        fixture_init(&f);
+        f.asked.sample_from = from * 1.0;
+        f.asked.max_collisions = 500;
+        fixture_create(&f);
+        int played = 0;
+        for (; f.last != MILL_ENDED && played < 1000; played++)
+            fixture_play(&f, blow(0.001 * played, MILL_BALL_BALL, 1, 2, 1, 0.1));
+        ck_assert_int_eq(played, 500);
+        fixture_finish(&f, 0.499);
+        ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), from == 0 ? 500 : 0);
+        ck_assert_int_eq(f.tally->at.ended, MILL_TALLY_COLLISIONS);
+        fixture_free(&f);
+    }
 }
 END_TEST
 
@@ -445,8 +502,10 @@ static Suite *make_suite(void)
     tcase_add_test(tests, a_short_window_gets_100_snapshots_a_long_one_1000_a_second);
     tcase_add_test(tests, an_interrupted_tally_ends_with_the_same_bits);
     tcase_add_test(tests, results_asked_for_meanwhile_leave_the_tally_as_it_is);
-    tcase_add_test(tests, a_state_cut_short_or_of_another_deck_is_refused);
+    tcase_add_test(tests, a_state_of_another_drum_is_refused);
+    tcase_add_loop_test(tests, a_number_out_of_range_is_refused, 0, DAMAGES);
     tcase_add_test(tests, the_tally_takes_less_than_two_megabytes);
+    tcase_add_test(tests, a_number_of_collisions_ends_the_run_at_just_that_one);
     suite_add_tcase(suite, tests);
     return suite;
 }
