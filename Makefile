@@ -89,10 +89,8 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
-VERSIONED := $(patsubst %,$(BUILD)/src/app/%.o,main command run_end record checkpoint)
-$(VERSIONED): $(BUILD)/version
-$(VERSIONED): DEFINES = \
-	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
+$(BUILD)/src/base/version.o: $(BUILD)/version
+$(BUILD)/src/base/version.o: DEFINES = '-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
 
 # rewritten only when they change, so that a change rebuilds what depends on it
 $(BUILD)/flags: always

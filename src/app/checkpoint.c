@@ -5,12 +5,10 @@
  * once more on its way back. */
 #include "app/checkpoint.h"
 
+#include "base/version.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
 
 #define PATH "/checkpoint"
 
@@ -104,7 +102,7 @@ enum mill_status mill_checkpoint_take(const struct mill_checkpoint_parts *parts,
     const size_t tallies = mill_tally_parts(parts->tally, tally, &tally_values);
     memset(state, 0, sizeof *state); /* its padding too */
     memcpy(head->magic, magic, sizeof magic);
-    strncpy(head->version, MILL_VERSION, sizeof head->version - 1);
+    strncpy(head->version, mill_version, sizeof head->version - 1);
     head->sim = mill_parts_size(sim, sims);
     head->tally = mill_parts_size(tally, tallies);
     head->size = sizeof *head + head->sim + head->tally;
@@ -199,12 +197,12 @@ static enum mill_status read_head(struct mill_h5 *file, const char *name,
             "%s: its checkpoint is none of this program; start again with --force", name);
     char version[sizeof head->version + 1] = "";
     memcpy(version, head->version, sizeof head->version);
-    if (strcmp(version, MILL_VERSION) != 0)
+    if (strcmp(version, mill_version) != 0)
         return mill_error_set(
             error, MILL_FAILED,
             "%s: its checkpoint was written by millsim %s, and this is %s; resume "
             "it with that one, or start again with --force",
-            name, version, MILL_VERSION);
+            name, version, mill_version);
     const uint64_t body = size - sizeof *head;
     if (head->size != size || head->sim > body || head->tally != body - head->sim)
         return damaged(name, error);

@@ -2,14 +2,11 @@
  * is said when the file could not be written. */
 #include "app/run_private.h"
 #include "app/summary.h"
+#include "base/version.h"
 #include "observe/vtkhdf.h"
 
 #include <string.h>
 #include <unistd.h>
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
 
 struct mill_record_cost mill_run_cost(const struct mill_run *r)
 {
@@ -51,7 +48,7 @@ void mill_run_summarise(const struct mill_run *r, bool stopped)
                                              cost.cpu,
                                              mill_record_peak_memory(),
                                              mill_sim_time(r->sim),
-                                             MILL_VERSION,
+                                             mill_version,
                                              mill_deck_file(r->deck),
                                              r->options->output,
                                              stopped};
