@@ -92,10 +92,9 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 # what a checkpoint is good for: the same sources, flags and compiler
 BUILD_ID := $(shell (cat $(sort $(wildcard src/*/*.[ch] include/millsim/*.h)); echo '$(FLAGS)'; $(CC) --version) | \
     (sha256sum 2>/dev/null || shasum -a 256) | cut -c1-16)
-VERSIONED := $(patsubst %,$(BUILD)/src/app/%.o,main command run_end record checkpoint)
-$(VERSIONED): $(BUILD)/version
-$(VERSIONED): DEFINES = \
-	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"' '-DMILL_BUILD="$(BUILD_ID)"'
+$(BUILD)/src/base/version.o: $(BUILD)/version
+$(BUILD)/src/base/version.o: DEFINES = \
+    '-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"' '-DMILL_BUILD="$(BUILD_ID)"'
 
 # rewritten only when they change, so that a change rebuilds what depends on it
 $(BUILD)/flags: always

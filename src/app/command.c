@@ -1,15 +1,13 @@
 /* Reads the command line with getopt_long and says in one line what is wrong with it. */
 #include "app/command.h"
 
+#include "base/version.h"
+
 #include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
 
 enum { PARANOID = 256, EXPORT_START, VALUE }; /* options without a letter */
 
@@ -94,7 +92,7 @@ static void take_option(struct mill_command *a, int option)
         a->text = help;
         break;
     case 'V':
-        a->text = "millsim " MILL_VERSION "\n";
+        a->text = mill_version_line;
         break;
     }
 }

@@ -3,23 +3,13 @@
  * libraries. */
 #include "app/record.h"
 
+#include "base/version.h"
+
 #include <gsl/gsl_version.h>
 #include <math.h>
 #include <stdio.h>
 #include <sys/resource.h>
 #include <time.h>
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
-#ifndef MILL_FLAGS
-#define MILL_FLAGS "unknown"
-#endif
-#ifdef __clang__
-#define COMPILER "clang " __VERSION__
-#else
-#define COMPILER "gcc " __VERSION__
-#endif
 
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
@@ -35,9 +25,9 @@ void mill_record_start(struct mill_h5 *file, const char *command)
     const struct {
         const char *path, *text, *meaning;
     } table[] = {
-        {"/run/version", MILL_VERSION, "version of millsim"},
-        {"/run/compiler", COMPILER, "compiler that built it"},
-        {"/run/flags", MILL_FLAGS, "flags it was built with"},
+        {"/run/version", mill_version, "version of millsim"},
+        {"/run/compiler", mill_version_compiler, "compiler that built it"},
+        {"/run/flags", mill_version_flags, "flags it was built with"},
         {"/run/hdf5", hdf5, "version of the HDF5 library"},
         {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
         {"/run/command", command, "command line"},

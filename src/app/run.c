@@ -4,6 +4,7 @@
 
 #include "app/run_private.h"
 #include "app/summary.h"
+#include "store/draft.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -56,9 +57,10 @@ static enum mill_status look(struct mill_run *r, bool *done, struct mill_error *
     if (r->complete && mill_h5_exists(file, "/run/ended_by"))
         take_reason(r, file);
     *done = r->complete && !r->resumes;
-    if (*done)
+    if (*done) {
+        mill_draft_clear(name);
         say(r, "is complete: nothing to resume");
-    else if (status == MILL_OK && !r->resumes)
+    } else if (status == MILL_OK && !r->resumes)
         r->note = "ended before its first checkpoint: starting from the beginning";
     free(ended);
     mill_h5_close(file, NULL);
@@ -70,9 +72,10 @@ static enum mill_status open_output(struct mill_run *r, struct mill_error *error
     const char *name = r->options->output;
     if (r->resumes)
         return mill_h5_create(name, MILL_H5_UPDATE, &r->file, error);
-    const bool over = r->options->force || r->options->resume;
-    const enum mill_status status =
-        mill_h5_create(name, over ? MILL_H5_OVERWRITE : MILL_H5_NEW, &r->file, error);
+    const enum mill_h5_open how = r->options->force    ? MILL_H5_OVERWRITE
+                                  : r->options->resume ? MILL_H5_RESTART
+                                                       : MILL_H5_NEW;
+    const enum mill_status status = mill_h5_create(name, how, &r->file, error);
     if (status != MILL_OK)
         return status;
     mill_record_deck(r->file, r->deck);

@@ -2,15 +2,12 @@
  * is said when the file could not be written. */
 #include "app/run_private.h"
 #include "app/summary.h"
+#include "base/version.h"
 
 #include <string.h>
 #include <unistd.h>
 
 #define MANY_FRAMES 10000 /* from here on /VTKHDF takes long */
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
 
 struct mill_record_cost mill_run_cost(const struct mill_run *r)
 {
@@ -34,7 +31,7 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
         .peak_memory = mill_record_peak_memory(),
         .deck = mill_deck_file(r->deck),
         .output = r->options->output,
-        .version = MILL_VERSION,
+        .version = mill_version,
     };
 }
 

@@ -5,16 +5,13 @@
  * MDAnalysis expects none then. */
 #include "observe/frames.h"
 
+#include "base/version.h"
 #include "millsim/state.h"
 #include "observe/vtkhdf.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
 
 #define GROUP "/particles/trajectory"
 
@@ -44,7 +41,7 @@ static void write_h5md(struct mill_h5 *file)
         const char *group, *name, *text;
     } texts[] = {{"/h5md/author", "name", "millsim"},
                  {"/h5md/creator", "name", "millsim"},
-                 {"/h5md/creator", "version", MILL_VERSION},
+                 {"/h5md/creator", "version", mill_version},
                  {"/h5md/modules/units", "system", "SI"}};
     mill_h5_group(file, "/h5md", false);
     mill_h5_attribute(file, "/h5md", "version", MILL_H5_I32, 2, version);

@@ -6,46 +6,80 @@
 #include "store/h5_internal.h"
 
 #include <assert.h>
-#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #define METADATA 262144 /* [byte] of the file's structure that HDF5 keeps in memory */
+#define HDF5_BEGINS "\211HDF\r\n\032\n"
 
-/* Why HDF5 has failed first since the last failure was told. HDF5 forgets it at the next call. */
-static char reason[256];
+/* Why HDF5 has failed first since the last failure was told; it forgets that at the next call. */
+static struct {
+    int number;      /* errno, 0 = none */
+    char words[256]; /* "": nothing has failed */
+} reason;
+
+static void forget_reason(void)
+{
+    reason.number = 0;
+    reason.words[0] = '\0';
+}
 
 static herr_t note(unsigned depth, const H5E_error2_t *entry, void *self)
 {
+    const char *number = strstr(entry->desc, "errno = ");
     (void)self;
-    if (depth == 0)
-        snprintf(reason, sizeof reason, "%s", entry->desc);
+    if (depth > 0)
+        return 0;
+    reason.number = number ? atoi(number + strlen("errno = ")) : 0;
+    snprintf(reason.words, sizeof reason.words, "%s", entry->desc);
     return 0;
 }
 
 static herr_t note_first(hid_t stack, void *self)
 {
-    return reason[0] ? 0 : (herr_t)H5Ewalk2(stack, H5E_WALK_UPWARD, note, self);
+    return reason.words[0] ? 0 : (herr_t)H5Ewalk2(stack, H5E_WALK_UPWARD, note, self);
 }
 
-void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path)
+/* What HDF5 still holds must not reach the disk, and giving it back must not fail: from now on HDF5
+ * writes to nowhere. */
+static void detach(struct mill_h5 *file)
 {
-    const int number = file->disk.number;
-    const char *why = reason[0] ? reason : "the HDF5 library refused";
-    if (number)
-        why = number == EWOULDBLOCK ? "another run is writing it" : strerror(number);
-    if (mill_h5_good(file))
-        file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: cannot %s%s%s: %s", file->path,
-                                     verb, path ? " " : "", path ? path : "", why);
-    reason[0] = '\0';
+    void *descriptor;
+    const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (nowhere < 0)
+        return;
+    if (file->draft && file->id >= 0 && H5Fget_vfd_handle(file->id, H5P_DEFAULT, &descriptor) >= 0)
+        dup2(nowhere, *(const int *)descriptor);
+    close(nowhere);
 }
 
 void mill_h5_spend(struct mill_h5 *file, const char *why)
 {
-    if (mill_h5_good(file))
-        file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
+    if (!mill_h5_good(file))
+        return; /* the first failure stands */
+    file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
+    detach(file);
+}
+
+void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path)
+{
+    struct mill_error text;
+    const char *why = reason.words[0] ? reason.words : "the HDF5 library refused";
+    if (reason.number)
+        why = strerror(reason.number);
+    mill_error_set(&text, MILL_FAILED, "cannot %s%s%s: %s", verb, path ? " " : "", path ? path : "",
+                   why);
+    mill_h5_spend(file, text.text);
+    forget_reason();
+}
+
+static void fail_draft(struct mill_h5 *file, const char *verb, int failed)
+{
+    file->spent = mill_draft_tell(file->draft, file->path, verb, failed, &file->cause);
+    detach(file);
 }
 
 bool mill_h5_good(const struct mill_h5 *file)
@@ -87,43 +121,49 @@ static bool keep_little(hid_t list)
 }
 
 /* Files that HDF5 1.10 and later read, in the compact format of 1.8; closing takes all that is
- * still open along. */
-static hid_t access_list(struct mill_h5_disk *disk)
+ * still open along. PATH.lock keeps writers apart, and disks that know no locks are fine. */
+static hid_t access_list(void)
 {
     const hid_t list = H5Pcreate(H5P_FILE_ACCESS);
-    if (list < 0)
-        return list;
 #if H5_VERSION_GE(1, 10, 2)
     H5Pset_libver_bounds(list, H5F_LIBVER_V18, H5F_LIBVER_V110);
 #else
     H5Pset_libver_bounds(list, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
-    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) < 0 || !keep_little(list) ||
-        !mill_h5_use_disk(list, disk)) {
-        mill_h5_release(list);
-        return -1;
-    }
-    return list;
+#if H5_VERSION_GE(1, 12, 1) || (H5_VERS_MINOR == 10 && H5_VERS_RELEASE >= 7)
+    H5Pset_file_locking(list, false, true);
+#endif
+    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) >= 0 && keep_little(list))
+        return list;
+    mill_h5_release(list);
+    return -1;
 }
 
-/* Through the draft, which is open, or for reading only. */
+/* Through the draft, which is open, or for reading only. A new one is flushed at once, so that what
+ * a killed run leaves begins as HDF5 files do. */
 static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
 {
-    const hid_t list = access_list(&file->disk);
+    const hid_t list = access_list();
     const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
     hid_t id = -1;
-    if (list >= 0 && create >= 0 && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
-        id = H5Fopen(file->path, how == MILL_H5_READ ? H5F_ACC_RDONLY : H5F_ACC_RDWR, list);
-    else if (list >= 0 && create >= 0)
-        id = H5Fcreate(file->path, H5F_ACC_TRUNC, create, list);
+    if (how == MILL_H5_READ)
+        id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
+    else if (how == MILL_H5_UPDATE)
+        id = H5Fopen(mill_draft_part(file->draft), H5F_ACC_RDWR, list);
+    else
+        id = H5Fcreate(mill_draft_part(file->draft), H5F_ACC_TRUNC, create, list);
     mill_h5_release(create);
     mill_h5_release(list);
+    if (id >= 0 && how != MILL_H5_READ && H5Fflush(id, H5F_SCOPE_GLOBAL) < 0) {
+        H5Fclose(id);
+        return -1;
+    }
     return id;
 }
 
 static void release(struct mill_h5 *file)
 {
-    mill_draft_free(file->disk.draft);
+    mill_draft_free(file->draft);
     free(file->path);
     free(file);
 }
@@ -135,52 +175,55 @@ static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
         return NULL;
     file->id = -1;
     file->path = strdup(path);
-    file->disk.draft = how == MILL_H5_READ ? NULL : mill_draft_create(path);
-    if (!file->path || (how != MILL_H5_READ && !file->disk.draft)) {
+    file->draft = how == MILL_H5_READ ? NULL : mill_draft_create(path, HDF5_BEGINS);
+    if (!file->path || (how != MILL_H5_READ && !file->draft)) {
         release(file);
         return NULL;
     }
     return file;
 }
 
-static void refuse_existing(struct mill_h5 *file)
+/* The draft, if the file is to be written, and the file in it. */
+static void open_draft(struct mill_h5 *file, enum mill_h5_open how)
 {
-    mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
+    static const enum mill_draft_way way[] = {[MILL_H5_NEW] = MILL_DRAFT_EMPTY,
+                                              [MILL_H5_RESTART] = MILL_DRAFT_EMPTY,
+                                              [MILL_H5_OVERWRITE] = MILL_DRAFT_FORCE,
+                                              [MILL_H5_UPDATE] = MILL_DRAFT_COPY};
+    const char *verb = how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create";
+    const int failed = file->draft ? mill_draft_open(file->draft, way[how]) : 0;
+    if (failed)
+        fail_draft(file, verb, failed);
+    /* asked for only now, under the lock: a run that ends makes the file */
+    else if (how == MILL_H5_NEW && access(file->path, F_OK) == 0)
+        mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
+    else if ((file->id = open_file(file, how)) < 0)
+        mill_h5_fail(file, verb, NULL);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    *out = NULL;
-    struct mill_h5 *file = allocate(path, how);
+    struct mill_h5 *file = *out = allocate(path, how);
     if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
     H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
-    reason[0] = '\0';
-    if (file->disk.draft)
-        file->disk.number = mill_draft_open(file->disk.draft, how == MILL_H5_UPDATE);
-    /* asked for only now, under the lock: a run that ends makes the file */
-    if (!file->disk.number && how == MILL_H5_NEW && access(path, F_OK) == 0)
-        refuse_existing(file);
-    else if (file->disk.number || (file->id = open_file(file, how)) < 0)
-        mill_h5_fail(file, how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create", NULL);
+    forget_reason();
+    open_draft(file, how);
     const enum mill_status status = mill_h5_status(file, error);
-    if (status != MILL_OK && how == MILL_H5_READ && !file->disk.number)
-        mill_error_set(error, status, "%s; it is no HDF5 file, or damaged or cut off",
-                       file->cause.text);
-    if (status != MILL_OK)
+    if (status != MILL_OK) {
         release(file);
-    else
-        *out = file;
+        *out = NULL;
+    }
     return status;
 }
 
-static void publish(struct mill_h5 *file, bool go_on)
+static void publish(struct mill_h5 *file, bool last)
 {
-    file->disk.number = mill_draft_publish(file->disk.draft, go_on);
-    if (file->disk.number)
-        mill_h5_fail(file, "write", NULL);
+    const int failed = mill_draft_publish(file->draft, last);
+    if (failed)
+        fail_draft(file, "write", failed);
 }
 
 static void flush(struct mill_h5 *file)
@@ -194,7 +237,7 @@ enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error)
 {
     flush(file);
     if (mill_h5_good(file))
-        publish(file, true);
+        publish(file, false);
     return mill_h5_status(file, error);
 }
 
@@ -202,14 +245,15 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
 {
     if (!file)
         return MILL_OK;
-    if (file->disk.draft)
+    if (file->draft)
         flush(file);
-    file->disk.mute = !mill_h5_good(file); /* what HDF5 still holds must not reach the disk */
     mill_h5_free_columns(file);
-    if (H5Fclose(file->id) < 0)
+    const hid_t id = file->id;
+    file->id = -1;
+    if (H5Fclose(id) < 0)
         mill_h5_fail(file, "close", NULL);
-    if (mill_h5_good(file) && file->disk.draft)
-        publish(file, false);
+    if (mill_h5_good(file) && file->draft)
+        publish(file, true);
     const enum mill_status status = mill_h5_status(file, error);
     release(file);
     return status;

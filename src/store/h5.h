@@ -31,7 +31,8 @@ enum mill_h5_type {
 
 enum mill_h5_open {
     MILL_H5_NEW,       /* refuse a file that exists */
-    MILL_H5_OVERWRITE, /* empty a file that exists */
+    MILL_H5_RESTART,   /* replace a file that exists */
+    MILL_H5_OVERWRITE, /* the same, and whatever stands in the way of PATH.part and PATH.lock */
     MILL_H5_UPDATE,    /* go on in a file as it was last published */
     MILL_H5_READ       /* look into a file, whoever writes it */
 };
@@ -39,7 +40,8 @@ enum mill_h5_open {
 /* ---- the file ---- */
 
 /* Until the first flush nothing is at `path` that was not there before; what is written goes to
- * PATH.part meanwhile, and PATH.lock keeps a second writer away. Owner: the caller. */
+ * PATH.part meanwhile, and PATH.lock keeps a second writer away. MILL_BAD_DECK: there is a file of
+ * such a name that millsim has not left behind. Owner: the caller. */
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **file,
                                 struct mill_error *error);
 

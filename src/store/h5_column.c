@@ -112,18 +112,19 @@ static void open_set(struct mill_h5_column *column, const struct mill_h5_layout 
                                              : make_set(column, layout, access)))
         mill_h5_fail(file, "write", column->path);
     mill_h5_release(access);
-    if (mill_h5_good(file) && rows < keep)
-        file->spent = mill_error_set(&file->cause, MILL_FAILED,
-                                     "%s: %s has %llu rows, its checkpoint says %llu: damaged; "
-                                     "start again with --force",
-                                     file->path, column->path, (unsigned long long)rows,
-                                     (unsigned long long)keep);
+    if (rows < keep) {
+        struct mill_error text;
+        mill_error_set(&text, MILL_FAILED,
+                       "%s has %llu rows, its checkpoint says %llu: damaged; start again with "
+                       "--force",
+                       column->path, (unsigned long long)rows, (unsigned long long)keep);
+        mill_h5_spend(file, text.text);
+    }
 }
 
 static void release(struct mill_h5_column *column)
 {
-    /* on a spent file this is left to its closing */
-    if (mill_h5_good(column->file) && !mill_h5_release(column->set))
+    if (!mill_h5_release(column->set))
         mill_h5_fail(column->file, "write", column->path);
     free(column->path);
     free(column->buffer);

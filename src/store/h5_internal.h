@@ -1,4 +1,4 @@
-/* What the parts of the h5 module (h5.c, h5_driver.c, h5_data.c, h5_attribute.c, h5_column.c)
+/* What the parts of the h5 module (h5.c, h5_data.c, h5_attribute.c, h5_column.c)
  * share; no other file includes this. */
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
@@ -8,15 +8,8 @@
 
 #include <hdf5.h>
 
-/* What the file driver and the owner of the file tell each other. */
-struct mill_h5_disk {
-    struct mill_draft *draft; /* NULL: the file is only read */
-    bool mute;                /* nothing is to be written any more */
-    int number;               /* errno of the first failure, 0 = none */
-};
-
 struct mill_h5 {
-    struct mill_h5_disk disk;
+    struct mill_draft *draft; /* NULL: the file is only read */
     hid_t id;
     char *path;                     /* as the user gave it: for messages */
     enum mill_status spent;         /* MILL_OK until the first failure */
@@ -39,9 +32,6 @@ bool mill_h5_make_way(struct mill_h5 *file, const char *path);
 
 /* Makes the groups above `path`. */
 void mill_h5_parents(struct mill_h5 *file, const char *path);
-
-/* Files opened with this access list go through h5_driver.c; `disk` must outlive them. */
-bool mill_h5_use_disk(hid_t access_list, struct mill_h5_disk *disk);
 
 /* Writes what all columns have gathered. */
 void mill_h5_flush_columns(struct mill_h5 *file);
