@@ -117,6 +117,11 @@ enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *ob
     return MILL_OK;
 }
 
+const struct mill_world *mill_sim_world(const struct mill_sim *sim)
+{
+    return sim->world;
+}
+
 double mill_sim_time(const struct mill_sim *sim)
 {
     return sim->world->base + sim->now;
@@ -127,12 +132,19 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
+/* All observers are told of what one of them ends the run with. */
+static bool goes_on(const struct mill_sim *sim)
+{
+    return sim->status == MILL_OK || sim->status == MILL_ENDED;
+}
+
 static void tell(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    for (int k = 0; k < sim->observers && sim->status == MILL_OK; k++) {
+    for (int k = 0; k < sim->observers && goes_on(sim); k++) {
         struct mill_observer *o = sim->observer[k];
-        if (o->impact)
-            sim->status = o->impact(o, impact, sim->error);
+        const enum mill_status status =
+            o->type->impact ? o->type->impact(o, impact, sim->error) : MILL_OK;
+        sim->status = status != MILL_OK ? status : sim->status;
     }
 }
 
@@ -210,8 +222,10 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     impact.partner = j;
     impact.position = vec3_axpy(a->r, sa->radius, n);
     impact.normal = vec3_scale(n, -1.0);
+    impact.impulse = vec3_scale(blow.impulse, -1.0);
+    impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
     const bool smooth = law.friction == 0.0;
-    kick(w, i, n, vec3_scale(blow.impulse, -1.0), smooth);
+    kick(w, i, n, impact.impulse, smooth);
     kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
     book(sim, MILL_BALL_BALL, reduced, &blow, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
@@ -274,6 +288,8 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     impact.partner = shape->number;
     impact.position = c.point;
     impact.normal = c.normal;
+    impact.impulse = impulse;
+    impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
     kick(w, i, n, impulse, law.friction == 0.0);
     book(sim, kind, sb->mass, &blow, &impact);
     if (shape->type->pinches)
@@ -341,10 +357,11 @@ static double next_sample(const struct mill_sim *sim)
 
 static void take_samples(struct mill_sim *sim, double due)
 {
-    for (int k = 0; k < sim->observers && sim->status == MILL_OK; k++) {
+    for (int k = 0; k < sim->observers && goes_on(sim); k++) {
         struct mill_observer *o = sim->observer[k];
-        if (o->next <= due)
-            sim->status = o->sample(o, sim->world, sim->now, sim->error);
+        const enum mill_status status =
+            o->next <= due ? o->type->sample(o, sim->world, sim->now, sim->error) : MILL_OK;
+        sim->status = status != MILL_OK ? status : sim->status;
     }
 }
 
