@@ -44,10 +44,10 @@ struct mill_heading mill_elementary_heading(double angle)
     const double cosine = most + (((1.0 - most) - half) + (z * z * even - a * rest));
     /* the quarter turns, without a branch */
     static const double of_cos[4] = {1.0, -1.0, -1.0, 1.0}, of_sin[4] = {1.0, 1.0, -1.0, -1.0};
-    const double part[2] = {cosine, sine};
+    const double both[2] = {cosine, sine};
     const int quarter = (int)((int64_t)k & 3), odd_one = quarter & 1;
-    return (struct mill_heading){of_cos[quarter] * part[odd_one],
-                                 of_sin[quarter] * part[1 - odd_one]};
+    return (struct mill_heading){of_cos[quarter] * both[odd_one],
+                                 of_sin[quarter] * both[1 - odd_one]};
 }
 
 double mill_elementary_cos(double angle)
