@@ -1,8 +1,7 @@
 /* HDF5 files as the rest of the program sees them: opening and closing, groups, links, and how
  * failures are told. HDF5's own error stack is never printed; why it failed is noted at the first
- * failure. After a first failure (disk full, mostly) the library's cache no
- * longer matches the disk, and every further write would fail in a new way: so the file is spent,
- * and closing only lets go. */
+ * failure. After that (disk full, mostly) the library's cache no longer matches the disk, and every
+ * further write would fail in a new way: so the file is spent, and closing only lets go. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
@@ -139,30 +138,29 @@ static hid_t access_list(void)
     return -1;
 }
 
-/* Through the draft, which is open, or for reading only. A new one is flushed at once, so that what
- * a killed run leaves begins as HDF5 files do. */
-static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
+/* Through the draft, which is open, or for reading only. A new file is flushed at once, so that
+ * what a killed run leaves begins as HDF5 files do. */
+static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *verb)
 {
-    const hid_t list = access_list();
-    const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
-    hid_t id = -1;
+    const hid_t list = access_list(), create = mill_h5_timeless(H5P_FILE_CREATE);
     if (how == MILL_H5_READ)
-        id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
+        file->id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
     else if (how == MILL_H5_UPDATE)
-        id = H5Fopen(mill_draft_part(file->draft), H5F_ACC_RDWR, list);
+        file->id = H5Fopen(mill_draft_part(file->draft), H5F_ACC_RDWR, list);
     else
-        id = H5Fcreate(mill_draft_part(file->draft), H5F_ACC_TRUNC, create, list);
+        file->id = H5Fcreate(mill_draft_part(file->draft), H5F_ACC_TRUNC, create, list);
     mill_h5_release(create);
     mill_h5_release(list);
-    if (id >= 0 && how != MILL_H5_READ && H5Fflush(id, H5F_SCOPE_GLOBAL) < 0) {
-        H5Fclose(id);
-        return -1;
-    }
-    return id;
+    if (file->id < 0 && !reason.number && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
+        snprintf(reason.words, sizeof reason.words, "it is no HDF5 file, or damaged or cut off");
+    if (file->id < 0 || (file->draft && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0))
+        mill_h5_fail(file, verb, NULL);
 }
 
 static void release(struct mill_h5 *file)
 {
+    if (file->id >= 0)
+        H5Fclose(file->id);
     mill_draft_free(file->draft);
     free(file->path);
     free(file);
@@ -197,8 +195,8 @@ static void open_draft(struct mill_h5 *file, enum mill_h5_open how)
     /* asked for only now, under the lock: a run that ends makes the file */
     else if (how == MILL_H5_NEW && access(file->path, F_OK) == 0)
         mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
-    else if ((file->id = open_file(file, how)) < 0)
-        mill_h5_fail(file, verb, NULL);
+    else
+        open_file(file, how, verb);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,

@@ -29,18 +29,14 @@ hid_t mill_h5_file_type(enum mill_h5_type type)
 
 size_t mill_h5_type_size(enum mill_h5_type type)
 {
-    static const size_t size[MILL_H5_TYPES] = {8, 4, 8, 4, 8, 1};
-    return size[type];
+    return H5Tget_size(mill_h5_memory_type(type));
 }
 
 hid_t mill_h5_text_type(void)
 {
     const hid_t type = H5Tcopy(H5T_C_S1);
-    if (type >= 0 &&
-        (H5Tset_size(type, H5T_VARIABLE) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0)) {
-        H5Tclose(type);
-        return -1;
-    }
+    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_cset(type, H5T_CSET_UTF8);
     return type;
 }
 
