@@ -11,8 +11,13 @@
 #include <string.h>
 #include <unistd.h>
 
-#define METADATA 262144 /* [byte] of the file's structure that HDF5 keeps in memory */
-#define HDF5_BEGINS "\211HDF\r\n\032\n"
+enum {
+    METADATA = 262144, /* [byte] of the file's structure that HDF5 keeps in memory */
+    CONVERTED = 4096,  /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them */
+    PATH = 1024        /* [byte] no path in a file is as long: names from decks are short */
+};
+
+static const char hdf5_begins[] = "\211HDF\r\n\032\n";
 
 /* Why HDF5 has failed first since the last failure was told; it forgets that at the next call. */
 static struct {
@@ -153,7 +158,10 @@ static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *v
     mill_h5_release(list);
     if (file->id < 0 && !reason.number && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
         snprintf(reason.words, sizeof reason.words, "it is no HDF5 file, or damaged or cut off");
-    if (file->id < 0 || (file->draft && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0))
+    /* what is empty then is not what HDF5 has opened: somebody put another file in its place */
+    if (file->id < 0 ||
+        (file->draft && (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 ||
+                         lseek(mill_draft_descriptor(file->draft), 0, SEEK_END) <= 0)))
         mill_h5_fail(file, verb, NULL);
 }
 
@@ -161,6 +169,9 @@ static void release(struct mill_h5 *file)
 {
     if (file->id >= 0)
         H5Fclose(file->id);
+    mill_h5_release(file->text);
+    mill_h5_release(file->access);
+    mill_h5_release(file->transfer);
     mill_draft_free(file->draft);
     free(file->path);
     free(file);
@@ -172,8 +183,15 @@ static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
     if (!file)
         return NULL;
     file->id = -1;
+    file->text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(file->text, H5T_VARIABLE);
+    H5Tset_cset(file->text, H5T_CSET_UTF8);
+    file->access = H5Pcreate(H5P_DATASET_ACCESS);
+    H5Pset_chunk_cache(file->access, H5D_CHUNK_CACHE_NSLOTS_DEFAULT, 0, H5D_CHUNK_CACHE_W0_DEFAULT);
+    file->transfer = H5Pcreate(H5P_DATASET_XFER);
+    H5Pset_buffer(file->transfer, CONVERTED, NULL, NULL);
     file->path = strdup(path);
-    file->draft = how == MILL_H5_READ ? NULL : mill_draft_create(path, HDF5_BEGINS);
+    file->draft = how == MILL_H5_READ ? NULL : mill_draft_create(path, hdf5_begins);
     if (!file->path || (how != MILL_H5_READ && !file->draft)) {
         release(file);
         return NULL;
@@ -202,12 +220,12 @@ static void open_draft(struct mill_h5 *file, enum mill_h5_open how)
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    struct mill_h5 *file = *out = allocate(path, how);
-    if (!file)
-        return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
     H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
     forget_reason();
+    struct mill_h5 *file = *out = allocate(path, how);
+    if (!file)
+        return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     open_draft(file, how);
     const enum mill_status status = mill_h5_status(file, error);
     if (status != MILL_OK) {
@@ -264,8 +282,6 @@ void mill_h5_abandon(struct mill_h5 *file)
     mill_h5_spend(file, "abandoned");
     mill_h5_close(file, NULL);
 }
-
-enum { PATH = 1024 }; /* [byte] no path is as long: names from decks are short */
 
 /* The group that holds `path`, "" for the root. */
 static const char *parent_of(const char *path, char parent[PATH])

@@ -61,34 +61,26 @@ static hid_t chunked(const struct mill_h5_column *column, bool plain)
     return -1;
 }
 
-hid_t mill_h5_without_cache(void)
+static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout *layout)
 {
-    const hid_t list = H5Pcreate(H5P_DATASET_ACCESS);
-    if (list >= 0)
-        H5Pset_chunk_cache(list, H5D_CHUNK_CACHE_NSLOTS_DEFAULT, 0, H5D_CHUNK_CACHE_W0_DEFAULT);
-    return list;
-}
-
-static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout *layout,
-                     hid_t access)
-{
+    struct mill_h5 *file = column->file;
     hsize_t most[MAX_ROW_RANK + 1];
     memcpy(most, column->extent, sizeof most);
     most[0] = H5S_UNLIMITED;
     const hid_t space = H5Screate_simple(column->rank + 1, column->extent, most);
     const hid_t list = chunked(column, layout->plain);
     if (space >= 0 && list >= 0)
-        column->set = H5Dcreate2(column->file->id, column->path, mill_h5_file_type(column->type),
-                                 space, H5P_DEFAULT, list, access);
+        column->set = H5Dcreate2(file->id, column->path, mill_h5_file_type(column->type), space,
+                                 H5P_DEFAULT, list, file->access);
     mill_h5_release(list);
     mill_h5_release(space);
-    return column->set >= 0 && mill_h5_label(column->set, layout->unit, layout->description);
+    return column->set >= 0 && mill_h5_label(file, column->set, layout->unit, layout->description);
 }
 
-static bool take_up(struct mill_h5_column *column, uint64_t keep, hid_t access, uint64_t *rows)
+static bool take_up(struct mill_h5_column *column, uint64_t keep, uint64_t *rows)
 {
     hsize_t extent[MAX_ROW_RANK + 1];
-    column->set = H5Dopen2(column->file->id, column->path, access);
+    column->set = H5Dopen2(column->file->id, column->path, column->file->access);
     const hid_t space = column->set >= 0 ? H5Dget_space(column->set) : -1;
     const bool fits = space >= 0 && H5Sget_simple_extent_ndims(space) == column->rank + 1 &&
                       H5Sget_simple_extent_dims(space, extent, NULL) >= 0;
@@ -105,12 +97,10 @@ static void open_set(struct mill_h5_column *column, const struct mill_h5_layout 
                      uint64_t keep)
 {
     struct mill_h5 *file = column->file;
-    const hid_t access = mill_h5_without_cache();
     uint64_t rows = 0;
-    if (!(mill_h5_exists(file, column->path) ? take_up(column, keep, access, &rows)
-                                             : make_set(column, layout, access)))
+    if (!(mill_h5_exists(file, column->path) ? take_up(column, keep, &rows)
+                                             : make_set(column, layout)))
         mill_h5_fail(file, "write", column->path);
-    mill_h5_release(access);
     if (rows < keep) {
         struct mill_error text;
         mill_error_set(&text, MILL_FAILED,
