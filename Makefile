@@ -89,14 +89,18 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
+# what a checkpoint is good for: the same sources, flags and compiler
+BUILD_ID := $(shell (cat $(sort $(wildcard src/*/*.[ch] include/millsim/*.h)); echo '$(FLAGS)'; $(CC) --version) | \
+    (sha256sum 2>/dev/null || shasum -a 256) | cut -c1-16)
 $(BUILD)/src/base/version.o: $(BUILD)/version
-$(BUILD)/src/base/version.o: DEFINES = '-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
+$(BUILD)/src/base/version.o: DEFINES = \
+    '-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"' '-DMILL_BUILD="$(BUILD_ID)"'
 
 # rewritten only when they change, so that a change rebuilds what depends on it
 $(BUILD)/flags: always
 	@mkdir -p $(@D); echo '$(CC) $(ALL_CFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS)' > $@
 $(BUILD)/version: always
-	@mkdir -p $(@D); echo '$(VERSION)' | cmp -s - $@ || echo '$(VERSION)' > $@
+	@mkdir -p $(@D); echo '$(VERSION) $(BUILD_ID)' | cmp -s - $@ || echo '$(VERSION) $(BUILD_ID)' > $@
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)

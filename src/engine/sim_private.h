@@ -2,9 +2,12 @@
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
-#include "engine/predict.h"
+#include "engine/schedule.h"
 #include "engine/sim_paranoid.h"
 #include "millsim/sim.h"
+
+/* [s] between restarts of local time; a power of two, so that the sum is exact */
+#define MILL_SIM_EPOCH 0.0625
 
 enum { MILL_SIM_OBSERVERS = 8 }; /* at most */
 
@@ -21,19 +24,13 @@ struct mill_watch {
     uint64_t events;   /* in it */
 };
 
-/* In front of a saved state: what must agree before any byte is believed. */
-struct mill_sim_header {
-    uint64_t balls, cells, shapes, ball, plan, account, counts, pinch;
-};
-
 struct mill_sim {
     struct mill_world *world;
-    struct mill_predict *predict;
+    struct mill_schedule *schedule;
     struct mill_pinch *pinch;
     struct mill_watch watch;
     struct mill_sim_paranoid *paranoid; /* NULL: off */
     double now;                         /* [s] local */
-    struct mill_sim_header header;      /* as last listed by mill_sim_parts */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_error *error; /* of the running mill_sim_run */

@@ -6,8 +6,11 @@
 #include "observe/frames.h"
 
 #include "base/version.h"
+#include "millsim/state.h"
+#include "observe/vtkhdf.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,13 +20,11 @@ enum { POSITION, VELOCITY, SPIN, STATES };
 
 struct frames {
     struct mill_observer observer;
+    struct mill_observe asked;
+    uint64_t rows; /* frames, as last saved */
     struct mill_h5 *file;
-    double interval;                                    /* [s] */
-    double end;                                         /* [s] of the run */
-    uint64_t last;                                      /* number of the last frame */
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
-    int32_t piece;                                      /* balls stored together */
-    float *row;                                         /* one state of them */
+    float *row;                                         /* one state of the balls */
 };
 
 static const char *const state_name[STATES] = {"position", "velocity", "angular_velocity"};
@@ -32,14 +33,6 @@ static const char *const state_meaning[STATES] = {
     "centres of the balls: frame, ball, (x, y, z)",
     "velocities of the balls: frame, ball, (x, y, z)",
     "angular velocities of the balls: frame, ball, (x, y, z)"};
-
-/* Due time of frame k; the last one may lie a rounding error behind the end of the run. */
-static double due(const struct frames *frames, uint64_t k)
-{
-    if (k > frames->last)
-        return INFINITY;
-    return fmin((double)k * frames->interval, frames->end);
-}
 
 static void write_h5md(struct mill_h5 *file)
 {
@@ -170,71 +163,72 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     mill_h5_column_append(frames->time, 1, &self->next);
     for (int i = 0; i < STATES; i++)
         store_state(frames, world, i, t);
-    self->next = due(frames, (uint64_t)k + 1);
+    self->next = mill_observe_due(frames->asked.frames, frames->asked.end, (uint64_t)k + 1);
     return mill_h5_status(frames->file, error);
 }
 
-enum mill_status mill_frames_resume(struct mill_h5 *file, const struct mill_deck *deck,
-                                    const struct mill_world *world,
-                                    const struct mill_frames_state *state,
-                                    struct mill_observer **observer, struct mill_error *error)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
     struct frames *frames = calloc(1, sizeof *frames);
-    *observer = frames ? &frames->observer : NULL;
+    (void)world;
     if (!frames)
         return mill_error_set(error, MILL_FAILED, "out of memory for frames");
+    frames->observer = (struct mill_observer){&mill_frames_type, INFINITY};
+    frames->asked = *asked;
+    *out = &frames->observer;
+    return MILL_OK;
+}
+
+static void tell_state(struct mill_observer *self, struct mill_state *state)
+{
+    struct frames *frames = (struct frames *)self;
+    if (!state->loads)
+        frames->rows = mill_h5_column_rows(frames->step);
+    mill_state_structs(state, "rows", sizeof frames->rows, 1, &frames->rows);
+}
+
+static void open_file(struct mill_observer *self, struct mill_h5 *file,
+                      const struct mill_world *world)
+{
+    struct frames *frames = (struct frames *)self;
     frames->file = file;
-    frames->observer.next = INFINITY;
-    frames->interval = deck->frames;
-    frames->end = deck->time;
-    if (deck->frames > 0) {
-        frames->last = (uint64_t)floor(deck->time / deck->frames + 1e-9);
-        frames->observer.sample = sample;
-        frames->observer.next = due(frames, state->rows);
-        open_columns(frames, (size_t)world->balls, state->rows);
-        frames->row = malloc((3 * (size_t)world->balls + 1) * sizeof *frames->row);
-        if (!frames->row)
-            mill_h5_spend(file, "out of memory for frames");
+    mill_vtkhdf_remove(file);
+    if (frames->rows == 0) {
+        write_h5md(file);
+        write_box(file);
+        write_balls(file, world);
+        write_species_names(file, world);
     }
-    const enum mill_status status = mill_h5_status(file, error);
-    if (status != MILL_OK) {
-        mill_frames_free(*observer);
-        *observer = NULL;
-    }
-    return status;
+    if (frames->asked.frames == 0)
+        return;
+    self->next = mill_observe_due(frames->asked.frames, frames->asked.end, frames->rows);
+    open_columns(frames, (size_t)world->balls, frames->rows);
+    frames->row = malloc((3 * (size_t)world->balls + 1) * sizeof *frames->row);
+    if (!frames->row)
+        mill_h5_spend(file, "out of memory for frames");
 }
 
-enum mill_status mill_frames_create(struct mill_h5 *file, const struct mill_deck *deck,
-                                    const struct mill_world *world, struct mill_observer **observer,
-                                    struct mill_error *error)
+static bool finish(struct mill_observer *self, const struct mill_world *world,
+                   const struct mill_going *going)
 {
-    static const struct mill_frames_state fresh = {0};
-    write_h5md(file);
-    write_box(file);
-    write_balls(file, world);
-    write_species_names(file, world);
-    return mill_frames_resume(file, deck, world, &fresh, observer, error);
+    const struct frames *frames = (const struct frames *)self;
+    const uint64_t rows = mill_h5_column_rows(frames->step);
+    return mill_vtkhdf_write(frames->file, &frames->asked, world, rows, going);
 }
 
-uint64_t mill_frames_count(const struct mill_observer *observer)
+static void free_frames(struct mill_observer *self)
 {
-    return mill_h5_column_rows(((const struct frames *)observer)->step);
+    free(((struct frames *)self)->row);
+    free(self);
 }
 
-double mill_frames_time(const struct mill_observer *observer, uint64_t k)
-{
-    return due((const struct frames *)observer, k);
-}
-
-void mill_frames_save(const struct mill_observer *observer, struct mill_frames_state *state)
-{
-    state->rows = mill_frames_count(observer);
-}
-
-void mill_frames_free(struct mill_observer *observer)
-{
-    struct frames *frames = (struct frames *)observer;
-    if (frames)
-        free(frames->row);
-    free(frames);
-}
+const struct mill_observer_type mill_frames_type = {
+    .name = "frames",
+    .sample = sample,
+    .create = create,
+    .state = tell_state,
+    .open = open_file,
+    .finish = finish,
+    .free = free_frames,
+};

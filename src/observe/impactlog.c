@@ -2,6 +2,10 @@
  * second, so a row costs a few stores into arrays; only every BLOCK rows HDF5 is called. */
 #include "observe/impactlog.h"
 
+#include "millsim/state.h"
+#include "observe/observe.h"
+#include "store/h5.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -46,6 +50,7 @@ struct block {
 struct impactlog {
     struct mill_observer observer;
     struct mill_h5 *file;
+    uint64_t rows;                          /* as last saved */
     size_t gathered;                        /* rows in the block */
     struct mill_h5_column *column[COLUMNS]; /* the file's */
     struct block block;
@@ -88,20 +93,33 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
     return mill_h5_status(log->file, error);
 }
 
-enum mill_status mill_impactlog_resume(struct mill_h5 *file, const struct mill_deck *deck,
-                                       const struct mill_world *world,
-                                       const struct mill_impactlog_state *state,
-                                       struct mill_observer **observer, struct mill_error *error)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
-    struct impactlog *log = calloc(1, sizeof *log);
-    (void)deck;
+    struct impactlog *log = asked->log_impacts ? calloc(1, sizeof *log) : NULL;
     (void)world;
-    *observer = NULL;
-    if (!log)
+    if (asked->log_impacts && !log)
         return mill_error_set(error, MILL_FAILED, "out of memory for the log of impacts");
+    if (log)
+        log->observer = (struct mill_observer){&mill_impactlog_type, INFINITY};
+    *out = log ? &log->observer : NULL;
+    return MILL_OK;
+}
+
+static void tell_state(struct mill_observer *self, struct mill_state *state)
+{
+    struct impactlog *log = (struct impactlog *)self;
+    if (!state->loads)
+        log->rows = mill_h5_column_rows(log->column[TIME]) + log->gathered;
+    mill_state_structs(state, "rows", sizeof log->rows, 1, &log->rows);
+}
+
+static void open_file(struct mill_observer *self, struct mill_h5 *file,
+                      const struct mill_world *world)
+{
+    struct impactlog *log = (struct impactlog *)self;
+    (void)world;
     log->file = file;
-    log->observer.next = INFINITY;
-    log->observer.impact = log_impact;
     for (int i = 0; i < COLUMNS; i++) {
         const struct mill_h5_layout layout = {.type = table[i].type,
                                               .rank = table[i].rank,
@@ -109,38 +127,28 @@ enum mill_status mill_impactlog_resume(struct mill_h5 *file, const struct mill_d
                                               .chunk = CHUNK,
                                               .unit = table[i].unit,
                                               .description = table[i].meaning};
-        log->column[i] = mill_h5_column_create(file, table[i].path, &layout, state->rows);
+        log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
     }
     mill_h5_attribute_texts(file, "/impacts", "kinds", MILL_KINDS, mill_kind_name);
     mill_h5_attribute_texts(file, "/impacts/kind", "kinds", MILL_KINDS, mill_kind_name);
-    const enum mill_status status = mill_h5_status(file, error);
-    if (status == MILL_OK)
-        *observer = &log->observer;
-    else
-        free(log);
-    return status;
 }
 
-enum mill_status mill_impactlog_create(struct mill_h5 *file, const struct mill_deck *deck,
-                                       const struct mill_world *world,
-                                       struct mill_observer **observer, struct mill_error *error)
+static void flush(struct mill_observer *self)
 {
-    const struct mill_impactlog_state fresh = {0};
-    return mill_impactlog_resume(file, deck, world, &fresh, observer, error);
+    write_block((struct impactlog *)self);
 }
 
-void mill_impactlog_save(const struct mill_observer *observer, struct mill_impactlog_state *state)
+static void free_log(struct mill_observer *self)
 {
-    const struct impactlog *log = (const struct impactlog *)observer;
-    state->rows = mill_h5_column_rows(log->column[TIME]) + log->gathered;
+    free(self);
 }
 
-void mill_impactlog_finish(struct mill_observer *observer)
-{
-    write_block((struct impactlog *)observer);
-}
-
-void mill_impactlog_free(struct mill_observer *observer)
-{
-    free((struct impactlog *)observer);
-}
+const struct mill_observer_type mill_impactlog_type = {
+    .name = "impacts",
+    .impact = log_impact,
+    .create = create,
+    .state = tell_state,
+    .open = open_file,
+    .flush = flush,
+    .free = free_log,
+};

@@ -4,6 +4,10 @@
  * written in blocks; step and time are stored once and linked. */
 #include "observe/series.h"
 
+#include "millsim/state.h"
+#include "observe/observe.h"
+#include "store/h5.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -39,20 +43,12 @@ struct series {
     struct mill_h5 *file;
     double interval;      /* [s] */
     double end;           /* [s] of the run */
-    uint64_t last;        /* number of the last row */
+    uint64_t rows;        /* as last saved */
     double rotor_impulse; /* [N m s] at the row before */
     /* the file's */
     struct mill_h5_column *step, *time, *single[SINGLES], *kind[PER_KIND][MILL_KINDS];
     struct mill_h5_column *fast[MILL_KINDS];
 };
-
-/* Due time of row k; the last one may lie a rounding error behind the end of the run. */
-static double due(const struct series *series, uint64_t k)
-{
-    if (k > series->last)
-        return INFINITY;
-    return fmin((double)k * series->interval, series->end);
-}
 
 /* One element {step, time, value}; the first one made holds step and time, the others link to them.
  */
@@ -148,52 +144,53 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     for (int i = 0; i < SINGLES; i++)
         mill_h5_column_append(series->single[i], 1, &row[i]);
     append_kinds(series, account);
-    self->next = due(series, (uint64_t)k + 1);
+    self->next = mill_observe_due(series->interval, series->end, (uint64_t)k + 1);
     return mill_h5_status(series->file, error);
 }
 
-enum mill_status mill_series_resume(struct mill_h5 *file, const struct mill_deck *deck,
-                                    const struct mill_world *world,
-                                    const struct mill_series_state *state,
-                                    struct mill_observer **observer, struct mill_error *error)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
     struct series *series = calloc(1, sizeof *series);
     (void)world;
-    *observer = NULL;
     if (!series)
         return mill_error_set(error, MILL_FAILED, "out of memory for the time series");
+    series->observer = (struct mill_observer){&mill_series_type, 0};
+    series->interval = asked->series;
+    series->end = asked->end;
+    *out = &series->observer;
+    return MILL_OK;
+}
+
+static void tell_state(struct mill_observer *self, struct mill_state *state)
+{
+    struct series *series = (struct series *)self;
+    if (!state->loads)
+        series->rows = mill_h5_column_rows(series->step);
+    mill_state_structs(state, "rows", sizeof series->rows, 1, &series->rows);
+    mill_state_field(state, "rotor_impulse", MILL_FIELD_F64, 1, &series->rotor_impulse);
+}
+
+static void open_file(struct mill_observer *self, struct mill_h5 *file,
+                      const struct mill_world *world)
+{
+    struct series *series = (struct series *)self;
+    (void)world;
     series->file = file;
-    series->interval = deck->series;
-    series->end = deck->time;
-    series->last = (uint64_t)floor(deck->time / deck->series + 1e-9);
-    series->rotor_impulse = state->rotor_impulse;
-    series->observer.sample = sample;
-    series->observer.next = due(series, state->rows);
-    open_columns(series, state->rows);
-    const enum mill_status status = mill_h5_status(file, error);
-    if (status == MILL_OK)
-        *observer = &series->observer;
-    else
-        free(series);
-    return status;
+    self->next = mill_observe_due(series->interval, series->end, series->rows);
+    open_columns(series, series->rows);
 }
 
-enum mill_status mill_series_create(struct mill_h5 *file, const struct mill_deck *deck,
-                                    const struct mill_world *world, struct mill_observer **observer,
-                                    struct mill_error *error)
+static void free_series(struct mill_observer *self)
 {
-    const struct mill_series_state fresh = {0, 0};
-    return mill_series_resume(file, deck, world, &fresh, observer, error);
+    free(self);
 }
 
-void mill_series_save(const struct mill_observer *observer, struct mill_series_state *state)
-{
-    const struct series *series = (const struct series *)observer;
-    state->rows = mill_h5_column_rows(series->step);
-    state->rotor_impulse = series->rotor_impulse;
-}
-
-void mill_series_free(struct mill_observer *observer)
-{
-    free((struct series *)observer);
-}
+const struct mill_observer_type mill_series_type = {
+    .name = "series",
+    .sample = sample,
+    .create = create,
+    .state = tell_state,
+    .open = open_file,
+    .free = free_series,
+};

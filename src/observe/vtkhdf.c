@@ -9,7 +9,6 @@
 
 #include "base/elementary.h"
 
-#include "observe/frames.h"
 #include "observe/outline.h"
 
 #include <stdio.h>
@@ -25,6 +24,10 @@ enum { PATH = 160, NAME = 64, AT_ONCE = 512 };
 
 struct scene {
     struct mill_h5 *file;
+    const struct mill_observe *asked;
+    const struct mill_world *world;
+    const struct mill_going *going;
+    bool left; /* it was not to go on */
     size_t frames;
     const char *block; /* its group */
 };
@@ -219,29 +222,37 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-static void put_turning_points(struct scene *s, const struct mill_deck *deck,
-                               const struct mill_observer *frames, const struct mill_mesh *mesh,
-                               float *points)
+static void put_turning_points(struct scene *s, const struct mill_mesh *mesh, float *points)
 {
-    const struct mill_h5_layout layout = {
-        MILL_H5_F32, 1, {3, 0}, 0, "m", "corners of the triangles, frame after frame", false};
+    static const struct mill_h5_layout layout = {
+        .type = MILL_H5_F32,
+        .rank = 1,
+        .dims = {3},
+        .unit = "m",
+        .description = "corners of the triangles, frame after frame",
+    };
+    const struct mill_observe *asked = s->asked;
     char path[PATH];
     join(s, path, "Points");
     struct mill_h5_column *column = mill_h5_column_create(s->file, path, &layout, 0);
     for (size_t k = 0; k < s->frames && mill_h5_status(s->file, NULL) == MILL_OK; k++) {
-        turn(mesh, deck->rotor_angle + deck->rotor_speed * mill_frames_time(frames, k), points);
+        const double time = mill_observe_due(asked->frames, asked->end, k);
+        turn(mesh, asked->rotor_angle + s->world->rotor_speed * time, points);
         mill_h5_column_append(column, mesh->points, points);
+        if (!s->going->on(s->going->self, (double)k, (double)s->frames)) {
+            s->left = true;
+            break;
+        }
     }
     mill_h5_column_close(column);
 }
 
 /* Drum or rotor; a rotor that stands is as still as a drum. */
-static void put_body(struct scene *s, const char *name, int64_t index, const struct mill_deck *deck,
-                     const struct mill_observer *frames, const struct mill_outline *outline,
-                     bool turning)
+static void put_body(struct scene *s, const char *name, int64_t index,
+                     const struct mill_outline *outline, bool turning)
 {
     const struct mill_mesh *mesh = &outline->mesh;
-    const bool moving = turning && deck->rotor_speed != 0.0;
+    const bool moving = turning && s->world->rotor_speed != 0.0;
     const size_t dims[2] = {mesh->points, 3};
     float *points = malloc(3 * mesh->points * sizeof *points);
     char path[PATH];
@@ -252,9 +263,9 @@ static void put_body(struct scene *s, const char *name, int64_t index, const str
     begin_block(s, name, index);
     put_number(s, "NumberOfPoints", (int64_t)mesh->points, "number of points of a frame");
     if (moving) {
-        put_turning_points(s, deck, frames, mesh, points);
+        put_turning_points(s, mesh, points);
     } else {
-        turn(mesh, turning ? deck->rotor_angle : 0.0, points);
+        turn(mesh, turning ? s->asked->rotor_angle : 0.0, points);
         put(s, "Points", MILL_H5_F32, 2, dims, points, "m", "corners of the triangles");
     }
     put_cells(s, false, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
@@ -271,31 +282,37 @@ static void put_body(struct scene *s, const char *name, int64_t index, const str
     free(points);
 }
 
-static void put_bodies(struct scene *s, const struct mill_deck *deck,
-                       const struct mill_world *world, const struct mill_observer *frames)
+static void put_bodies(struct scene *s)
 {
     for (int turning = 0; turning < 2; turning++) {
         struct mill_outline outline;
         struct mill_error error;
         s->block = turning ? ROOT "/rotor" : ROOT "/drum";
-        if (mill_outline_make(deck, world, turning, &outline, &error) != MILL_OK)
+        if (mill_outline_make(&s->asked->drum, s->world, turning, &outline, &error) != MILL_OK)
             mill_h5_spend(s->file, error.text);
         else if (outline.mesh.triangles > 0)
-            put_body(s, turning ? "rotor" : "drum", 1 + turning, deck, frames, &outline, turning);
+            put_body(s, turning ? "rotor" : "drum", 1 + turning, &outline, turning);
         mill_outline_free(&outline);
     }
 }
 
-void mill_vtkhdf_write(struct mill_h5 *file, const struct mill_deck *deck,
-                       const struct mill_world *world, const struct mill_observer *frames)
+bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
+                       const struct mill_world *world, uint64_t frames,
+                       const struct mill_going *going)
 {
-    struct scene s = {file, (size_t)mill_frames_count(frames), ROOT};
-    if (s.frames == 0)
-        return;
+    struct scene s = {.file = file,
+                      .asked = asked,
+                      .world = world,
+                      .going = going,
+                      .frames = (size_t)frames,
+                      .block = ROOT};
+    if (frames == 0)
+        return true;
     put_typed_group(&s, ROOT, "PartitionedDataSetCollection");
     mill_h5_group(file, ROOT "/Assembly", true);
     put_balls(&s, (size_t)world->balls);
-    put_bodies(&s, deck, world, frames);
+    put_bodies(&s);
+    return !s.left;
 }
 
 void mill_vtkhdf_remove(struct mill_h5 *file)

@@ -80,6 +80,17 @@ struct mill_draft *mill_draft_create(const char *path, const char *begins)
     return NULL;
 }
 
+bool mill_draft_replaces(const struct mill_draft *draft, const char *path)
+{
+    const char *const own[] = {draft->part, draft->new, draft->lock};
+    struct stat file, here;
+    for (int i = 0; i < 3; i++)
+        if (stat(own[i], &here) == 0 && stat(path, &file) == 0 && file.st_dev == here.st_dev &&
+            file.st_ino == here.st_ino)
+            return true;
+    return false;
+}
+
 /* ---- calls that a signal may interrupt ---- */
 
 static int open_file(const char *name, int flags)

@@ -99,17 +99,21 @@ START_TEST(the_end_replaces_what_a_checkpoint_wrote)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    struct mill_record_end end = {"running", 0.1, 0.1, {3, 2, 0.5, 7}, 1e6, NULL};
+    struct mill_facts facts = {
+        .status = "running", .time = 0.1, .local = 0.1, .cost = {3, 2, 0.5, 7}, .peak_memory = 1e6};
+    struct mill_sink_file to;
     mill_record_start(file, "millsim");
     f.world.account.collisions[MILL_BALL_WALL] = 5;
-    mill_record_finish(file, &f.world, &end);
-    end.status = "complete";
-    end.time = 0.3;
+    mill_sink_file(&to, file, "/run");
+    mill_record_tell(&f.world, &facts, &to.sink);
+    facts.status = "complete";
+    facts.time = 0.3;
     f.world.account.collisions[MILL_BALL_WALL] = 17;
     f.world.account.floored[MILL_BALL_BALL] = 4;
     f.world.counts.reliefs = 2;
     f.world.counts.largest_overlap = 1e-12;
-    mill_record_finish(file, &f.world, &end);
+    mill_sink_file(&to, file, "/run");
+    mill_record_tell(&f.world, &facts, &to.sink);
     mill_h5_close(file, NULL);
     assert_text(f.path, "/run/status", NULL, "complete");
     ck_assert(look_at(f.path, "/run/time", 0, 0) == 0.3);
