@@ -169,12 +169,6 @@ struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *p
  * single rows are cheap; whole chunks of rows go to the file directly. */
 void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows);
 
-/* A row of rank 1 or 2 that is long is stored in pieces of so many elements along its first axis,
- * the last one shorter; the others are one piece. Piece by piece, in order, a row needs not be in
- * memory as a whole: `first` is the element that the piece begins with, 0, piece, 2 piece, ... */
-size_t mill_h5_column_piece(const struct mill_h5_column *column);
-void mill_h5_column_append_piece(struct mill_h5_column *column, size_t first, const void *values);
-
 /* Rows so far, gathered ones included. */
 uint64_t mill_h5_column_rows(const struct mill_h5_column *column);
 
