@@ -8,7 +8,6 @@
 #ifndef MILL_H5FILE_H
 #define MILL_H5FILE_H
 
-#include "base/parts.h"
 #include "millsim/status.h"
 
 #include <stdbool.h>
@@ -110,10 +109,6 @@ void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type
                   const size_t *dims, const char *source, int source_rank,
                   const size_t *source_dims, const char *unit, const char *description);
 
-/* Bytes that stand in several places, one part after another, as one array of U8. */
-void mill_h5_write_parts(struct mill_h5 *file, const char *path, const struct mill_part *part,
-                         size_t parts, const char *description);
-
 /* ---- reading: MILL_FAILED, and the file is spent, where it does not hold what is asked for ----
  */
 
@@ -121,18 +116,10 @@ void mill_h5_write_parts(struct mill_h5 *file, const char *path, const struct mi
 enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
                                    struct mill_error *error);
 
-/* How many elements a dataset has; and all of them, of this type and so many, their checksum, if
- * they have one, right: else "FILE: damaged: PATH ...". */
-enum mill_status mill_h5_length(struct mill_h5 *file, const char *path, size_t *count,
-                                struct mill_error *error);
+/* All elements of a dataset, which are of this type and so many, their checksum, if they have one,
+ * right: else "FILE: damaged: PATH ...". */
 enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_h5_type type,
                               size_t count, void *values, struct mill_error *error);
-
-/* How many bytes an array of U8 has, and those from `first` on. */
-enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
-                                     struct mill_error *error);
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
-                                    size_t count, void *bytes, struct mill_error *error);
 
 /* ---- attributes of the group or dataset `object`: each replaces an old one of its name ---- */
 

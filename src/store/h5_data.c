@@ -98,41 +98,6 @@ void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_
           checked(type, rank, dims), values, "", description);
 }
 
-/* Writes `count` bytes to, or reads them from, an array of U8 at `first`. */
-static bool move_bytes(hid_t set, bool write, size_t first, size_t count, void *bytes)
-{
-    const hsize_t from = first, length = count;
-    const hid_t place = H5Dget_space(set), memory = H5Screate_simple(1, &length, NULL);
-    const hid_t type = H5T_NATIVE_UINT8;
-    bool good = place >= 0 && memory >= 0 && H5Sget_simple_extent_ndims(place) == 1 &&
-                H5Sselect_hyperslab(place, H5S_SELECT_SET, &from, NULL, &length, NULL) >= 0;
-    if (good && write)
-        good = H5Dwrite(set, type, memory, place, H5P_DEFAULT, bytes) >= 0;
-    else if (good)
-        good = H5Dread(set, type, memory, place, H5P_DEFAULT, bytes) >= 0;
-    mill_h5_release(memory);
-    mill_h5_release(place);
-    return good;
-}
-
-void mill_h5_write_parts(struct mill_h5 *file, const char *path, const struct mill_part *part,
-                         size_t parts, const char *description)
-{
-    const size_t size = mill_parts_size(part, parts);
-    mill_h5_flush_columns(file);
-    mill_h5_write(file, path, MILL_H5_U8, 1, &size, NULL, "byte", description);
-    if (!mill_h5_good(file))
-        return;
-    const hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT);
-    bool good = set >= 0;
-    for (size_t i = 0, at = 0; good && i < parts; at += part[i++].bytes) {
-        if (part[i].bytes > 0)
-            good = move_bytes(set, true, at, part[i].bytes, part[i].at);
-    }
-    if (!mill_h5_release(set) || !good)
-        mill_h5_fail(file, "write", path);
-}
-
 void mill_h5_write_double(struct mill_h5 *file, const char *path, double value, const char *unit,
                           const char *description)
 {
@@ -215,16 +180,6 @@ static void find_damaged(struct mill_h5 *file, const char *path, const char *how
     mill_h5_spend(file, text.text);
 }
 
-enum mill_status mill_h5_length(struct mill_h5 *file, const char *path, size_t *count,
-                                struct mill_error *error)
-{
-    const hid_t set = open_set(file, path, count);
-    if (set < 0)
-        find_damaged(file, path, "is missing");
-    mill_h5_release(set);
-    return mill_h5_status(file, error);
-}
-
 enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_h5_type type,
                               size_t count, void *values, struct mill_error *error)
 {
@@ -238,27 +193,6 @@ enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_
         find_damaged(file, path, "is of another length");
     else if (count > 0 && H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
         find_damaged(file, path, "cannot be read, or its checksum is wrong");
-    mill_h5_release(set);
-    return mill_h5_status(file, error);
-}
-
-enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
-                                     struct mill_error *error)
-{
-    const hid_t set = open_set(file, path, count);
-    if (set < 0 || !holds(set, MILL_H5_U8))
-        mill_h5_fail(file, "read", path);
-    mill_h5_release(set);
-    return mill_h5_status(file, error);
-}
-
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
-                                    size_t count, void *bytes, struct mill_error *error)
-{
-    size_t there;
-    const hid_t set = open_set(file, path, &there);
-    if (set < 0 || first + count > there || !move_bytes(set, false, first, count, bytes))
-        mill_h5_fail(file, "read", path);
     mill_h5_release(set);
     return mill_h5_status(file, error);
 }
