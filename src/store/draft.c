@@ -47,11 +47,11 @@ static char *follow(const char *path)
     char link[4096];
     const ssize_t length = readlink(path, link, sizeof link - 1);
     if (length <= 0)
-        return join(path, "");
+        return strdup(path);
     link[length] = '\0';
     const char *slash = strrchr(path, '/');
     if (link[0] == '/' || !slash)
-        return join(link, "");
+        return strdup(link);
     const size_t folder = (size_t)(slash - path) + 1;
     target = malloc(folder + (size_t)length + 1);
     if (target) {
