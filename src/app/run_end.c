@@ -47,7 +47,6 @@ void mill_run_write(const struct mill_run *r, const char *status)
     const struct mill_facts facts = facts_of(r, status);
     struct mill_sink_file to;
     struct mill_error error;
-    mill_observers_flush(&r->observers);
     mill_sink_file(&to, r->file, "");
     if (mill_observers_results(&r->observers, r->world, facts.local, &to.sink, &error) != MILL_OK)
         mill_h5_spend(r->file, error.text);

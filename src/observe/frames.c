@@ -167,16 +167,12 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     return mill_h5_status(frames->file, error);
 }
 
-static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
-                               struct mill_observer **out, struct mill_error *error)
+static enum mill_status create(struct mill_observer *self, const struct mill_observe *asked,
+                               const struct mill_world *world, struct mill_error *error)
 {
-    struct frames *frames = calloc(1, sizeof *frames);
     (void)world;
-    if (!frames)
-        return mill_error_set(error, MILL_FAILED, "out of memory for frames");
-    frames->observer = (struct mill_observer){&mill_frames_type, INFINITY};
-    frames->asked = *asked;
-    *out = &frames->observer;
+    (void)error;
+    ((struct frames *)self)->asked = *asked;
     return MILL_OK;
 }
 
@@ -220,11 +216,11 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
 static void free_frames(struct mill_observer *self)
 {
     free(((struct frames *)self)->row);
-    free(self);
 }
 
 const struct mill_observer_type mill_frames_type = {
     .name = "frames",
+    .size = sizeof(struct frames),
     .sample = sample,
     .create = create,
     .state = tell_state,
