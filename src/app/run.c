@@ -201,6 +201,18 @@ static void release(struct mill_run *r)
     mill_world_free(r->world);
 }
 
+/* Frames by the million rather come from a slip in a unit than from a wish. */
+static void warn_of_frames(const struct mill_run *r)
+{
+    const double frames = r->deck->frames > 0 ? r->deck->time / r->deck->frames : 0;
+    const double bytes = frames * r->world->balls * 9 * sizeof(float);
+    char text[120];
+    snprintf(text, sizeof text, "output.frames = %g s makes %.3g frames, %.3g GB or more",
+             r->deck->frames, frames, bytes / 1e9);
+    if (frames > 1e6)
+        say(r, text);
+}
+
 static void say_resuming(const struct mill_run *r)
 {
     char text[80];
@@ -226,6 +238,8 @@ static enum mill_status prepare(struct mill_run *r, struct mill_error *error)
         return status;
     if (r->resumes)
         say_resuming(r);
+    else
+        warn_of_frames(r);
     show(r, true);
     if (r->resumes)
         return MILL_OK;
