@@ -3,8 +3,9 @@
 #ifndef MILLSIM_WORLD_H
 #define MILLSIM_WORLD_H
 
-#include "millsim/deck.h"
+#include "millsim/impact.h"
 #include "millsim/kinds.h"
+#include "millsim/motion.h"
 #include "millsim/poly.h"
 #include "millsim/status.h"
 #include "millsim/vec3.h"
@@ -21,7 +22,7 @@ struct mill_ball {
 };
 
 struct mill_species {
-    char name[MILL_NAME_LENGTH];
+    char name[64];
     double radius;  /* [m] */
     double mass;    /* [kg] */
     double inertia; /* [kg m^2] about any diameter */
@@ -65,7 +66,7 @@ struct mill_energy {
     double potential;  /* [J] 0 for a ball at the origin */
 };
 
-struct mill_shape; /* src/geometry/shape.h */
+struct mill_shape;
 
 struct mill_world {
     double base; /* [s] simulated time at local time 0: local times stay small and exact */
@@ -76,8 +77,9 @@ struct mill_world {
     int species_count;
     struct mill_species *species;
     double drum_radius, drum_length; /* [m] a wavy drum's outermost radius */
-    double rotor_speed;              /* [rad/s] 0: no rotor or standing */
-    double turn;                     /* [rad] rotor's angle at local time 0, modulo 2 pi */
+    int motions;
+    struct mill_motion **motion; /* the rotor first, where there is one */
+    double rotor_speed;          /* [rad/s] about +x; 0: no rotor or standing */
     int shapes;
     struct mill_shape **shape;
     struct mill_law law[MILL_KINDS];
@@ -87,20 +89,6 @@ struct mill_world {
     struct mill_counts counts;
 };
 
-/* Builds the world of a deck: shapes, species, start positions, all checked. Owner: the caller. */
-enum mill_status mill_world_create(const struct mill_deck *deck, struct mill_world **world,
-                                   struct mill_error *error);
-
-/* Who is told, often, how far the start positions are: `done` of `all` balls. */
-struct mill_start_watch {
-    void (*tell)(void *self, const char *what, int32_t done, int32_t all);
-    void *self;
-};
-
-/* The same, watched; watch may be NULL. */
-enum mill_status mill_world_create_watched(const struct mill_deck *deck,
-                                           const struct mill_start_watch *watch,
-                                           struct mill_world **world, struct mill_error *error);
 void mill_world_free(struct mill_world *world);
 
 /* Where ball i is, and how fast, at local time t >= its own time. */
@@ -113,9 +101,5 @@ struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 /* |rotor work - change of energy - dissipation| and the energy turned over until local time t [J].
  */
 void mill_world_balance(const struct mill_world *world, double t, double *error, double *turnover);
-
-/* Least gap of a point (radius 0) to any shape at rotor angle `turn` [m]: > 0 in the free volume.
- */
-double mill_world_gap(const struct mill_world *world, vec3 point, double radius, double turn);
 
 #endif

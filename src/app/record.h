@@ -2,7 +2,7 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/sink.h"
 

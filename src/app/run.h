@@ -2,7 +2,7 @@
 #ifndef MILLSIM_RUN_H
 #define MILLSIM_RUN_H
 
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/sim.h"
 #include "millsim/status.h"
 

@@ -1,12 +1,9 @@
 /* How a run begins: the world from the deck, watched, for it may take a while; and the command that
  * wants nothing but that, as a file. */
 #include "app/run_private.h"
-#include "start/start.h"
+#include "app/start_write.h"
+#include "deck/deck_setup.h"
 
-#include <gsl/gsl_errno.h>
-#ifdef __linux__
-#include <malloc.h>
-#endif
 #include <time.h>
 
 double mill_run_clock(void)
@@ -40,12 +37,7 @@ enum mill_status mill_run_build(const struct mill_deck *deck,
 {
     struct watch w = {options, mill_run_clock(), 0.0};
     const struct mill_start_watch watch = {show, &w};
-    gsl_set_error_handler_off(); /* its own handler would abort */
-#ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
-    mallopt(M_MMAP_THRESHOLD, 1 << 20);
-#endif
-    return mill_world_create_watched(deck, &watch, world, error);
+    return mill_deck_setup_world(deck, &watch, world, error);
 }
 
 enum mill_status mill_run_export(const struct mill_deck *deck,

@@ -9,7 +9,7 @@ struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_
 {
     struct mill_blow blow;
     const double closing = vec3_dot(slip, n); /* rounding may make it negative at a due contact */
-    const double g_n = fmax(closing, 0.0);
+    const double g_n = mill_greatest(closing, 0.0);
     const vec3 g_t = vec3_axpy(slip, -closing, n);
     const double s_t = vec3_norm(g_t);
 
@@ -26,7 +26,7 @@ struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_
     if (law->friction > 0.0 && s_t > 0.0) {
         /* uniform spheres: the tangential reduced mass is 2/7 of the normal one */
         const double sticking = (2.0 / 7.0) * reduced_mass * (1.0 + law->tangential) * s_t;
-        const double j_t = fmin(sticking, law->friction * j_n);
+        const double j_t = mill_least(sticking, law->friction * j_n);
         const double after = s_t - 3.5 * j_t / reduced_mass;
         blow.impulse = vec3_axpy(blow.impulse, j_t / s_t, g_t);
         blow.dissipation += 0.5 * j_t * (s_t + after);

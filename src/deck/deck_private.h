@@ -2,8 +2,8 @@
 #ifndef MILL_DECK_PRIVATE_H
 #define MILL_DECK_PRIVATE_H
 
+#include "deck/deck.h"
 #include "deck/units.h"
-#include "millsim/deck.h"
 
 #include <stddef.h>
 

@@ -10,8 +10,6 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-/* [s] between restarts of local time; a power of two, so that the sum is exact */
-#define EPOCH 0.0625
 /* [m] an overlap beyond this is an anomaly */
 #define DEEP 1e-9
 /* Pinch relief: more than so many contacts of one ball within this time [s], more than so many of
@@ -36,19 +34,19 @@ static void move_to(struct mill_world *w, int32_t i, double t)
 
 static void begin_epoch(struct mill_sim *sim)
 {
-    struct mill_predict *p = sim->predict;
+    struct mill_schedule *p = sim->schedule;
     mill_calendar_clear(p->calendar, 0.0);
-    p->horizon = EPOCH;
+    p->horizon = MILL_SIM_EPOCH;
     for (int32_t i = 0; i < sim->world->balls; i++)
-        mill_predict_ball(p, i, 0.0, MILL_NOBODY);
+        mill_schedule_ball(p, i, 0.0, MILL_NOBODY);
 }
 
 void mill_sim_audit(struct mill_sim *sim)
 {
     struct mill_counts *counts = &sim->world->counts;
     for (int32_t i = 0; i < sim->world->balls; i++) {
-        const double overlap = mill_predict_overlap(sim->predict, i, sim->now);
-        counts->largest_overlap = fmax(counts->largest_overlap, overlap);
+        const double overlap = mill_schedule_overlap(sim->schedule, i, sim->now);
+        counts->largest_overlap = mill_greatest(counts->largest_overlap, overlap);
         counts->overlaps += overlap > DEEP;
     }
 }
@@ -56,18 +54,19 @@ void mill_sim_audit(struct mill_sim *sim)
 static void end_epoch(struct mill_sim *sim)
 {
     struct mill_world *w = sim->world;
-    sim->now = EPOCH;
+    sim->now = MILL_SIM_EPOCH;
     mill_sim_audit(sim);
     for (int32_t i = 0; i < w->balls; i++) {
-        move_to(w, i, EPOCH);
+        move_to(w, i, MILL_SIM_EPOCH);
         w->ball[i].t = 0.0;
         if (sim->pinch)
-            sim->pinch[i].since -= EPOCH;
+            sim->pinch[i].since -= MILL_SIM_EPOCH;
     }
-    w->base += EPOCH;
-    w->turn = fmod(w->turn + w->rotor_speed * EPOCH, 2.0 * MILL_PI);
-    sim->watch.last -= EPOCH;
-    sim->watch.since -= EPOCH;
+    w->base += MILL_SIM_EPOCH;
+    for (int k = 0; k < w->motions; k++)
+        w->motion[k]->type->restart(w->motion[k], MILL_SIM_EPOCH);
+    sim->watch.last -= MILL_SIM_EPOCH;
+    sim->watch.since -= MILL_SIM_EPOCH;
     sim->now = 0.0;
     begin_epoch(sim);
     if (sim->paranoid)
@@ -82,15 +81,15 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
     if (!s)
         return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     s->world = world;
-    const bool blades =
-        world->shape[world->shapes - 1]->ops->kind == MILL_BALL_BLADE; /* the last ones */
-    /* without blades nothing pinches, and a large run keeps the memory */
-    s->pinch = blades ? mill_memory_get((size_t)world->balls, sizeof *s->pinch) : NULL;
-    if (blades && !s->pinch) {
+    bool pinches = false; /* where nothing does a large run keeps the memory */
+    for (int k = 0; k < world->shapes; k++)
+        pinches = pinches || world->shape[k]->type->pinches;
+    s->pinch = pinches ? mill_memory_get((size_t)world->balls, sizeof *s->pinch) : NULL;
+    if (pinches && !s->pinch) {
         free(s);
         return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     }
-    const enum mill_status status = mill_predict_create(world, &s->predict, error);
+    const enum mill_status status = mill_schedule_create(world, &s->schedule, error);
     if (status != MILL_OK) {
         mill_sim_free(s);
         return status;
@@ -104,7 +103,7 @@ void mill_sim_free(struct mill_sim *sim)
 {
     if (!sim)
         return;
-    mill_predict_free(sim->predict);
+    mill_schedule_free(sim->schedule);
     free(sim->pinch);
     free(sim->paranoid);
     free(sim);
@@ -216,7 +215,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     const struct mill_law law = law_of(sim, MILL_BALL_BALL);
     const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, reduced, n, slip);
     w->counts.not_closing += vec3_dot(slip, n) < 0.0;
-    w->counts.largest_overlap = fmax(w->counts.largest_overlap, sa->radius + sb->radius - distance);
+    w->counts.largest_overlap =
+        mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
     struct mill_impact impact;
     impact.ball = i;
     impact.partner = j;
@@ -228,8 +228,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     kick(w, i, n, impact.impulse, smooth);
     kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
     book(sim, MILL_BALL_BALL, reduced, &blow, &impact);
-    mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
-    mill_predict_ball(sim->predict, j, sim->now, MILL_NOBODY);
+    mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
+    mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
 }
 
 /* What was planned is not so any more: the ball is planned anew from here. */
@@ -237,10 +237,10 @@ static void drop_stale(struct mill_sim *sim, int32_t i)
 {
     sim->world->counts.stale++;
     move_to(sim->world, i, sim->now);
-    mill_predict_ball(sim->predict, i, sim->now, MILL_NOBODY);
+    mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
 }
 
-/* A ball that a blade presses against something may meet both without end: the blades let it go. */
+/* A ball that a body presses against something may meet both without end: it is let go. */
 static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
     struct mill_pinch *p = &sim->pinch[i];
@@ -252,7 +252,7 @@ static void relieve_pinch(struct mill_sim *sim, int32_t i)
     }
     p->blows++;
     if (p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
-        sim->predict->plan[i].let_go = true;
+        sim->schedule->plan[i].let_go = true;
         sim->world->counts.reliefs++;
         p->blows = 0;
     }
@@ -265,19 +265,19 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     move_to(w, i, sim->now);
     const struct mill_ball *b = &w->ball[i];
     const struct mill_species *sb = &w->species[b->species];
-    const double turn = w->turn + w->rotor_speed * sim->now;
-    const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, turn);
+    const struct mill_pose pose = mill_shape_pose(shape, sim->now);
+    const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
     const vec3 u = vec3_sub(b->v, c.velocity);
     const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));
-    const enum mill_kind kind = shape->ops->kind;
+    const enum mill_kind kind = shape->type->kind;
     const struct mill_law law = law_of(sim, kind);
     const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, sb->mass, n, slip);
     w->counts.not_closing += vec3_dot(slip, n) < 0.0;
-    if (!sim->predict->plan[i].let_go || kind != MILL_BALL_BLADE)
-        w->counts.largest_overlap = fmax(w->counts.largest_overlap, -c.gap);
+    if (!sim->schedule->plan[i].let_go || !shape->type->pinches)
+        w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
     const vec3 impulse = vec3_scale(blow.impulse, -1.0); /* on the ball */
-    if (shape->turns) {
+    if (shape->motion) {
         const double work = vec3_dot(impulse, c.velocity);
         w->account.rotor_work += work;
         w->account.rotor_work_gross += fabs(work);
@@ -292,34 +292,30 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
     kick(w, i, n, impulse, law.friction == 0.0);
     book(sim, kind, sb->mass, &blow, &impact);
-    if (kind == MILL_BALL_BLADE)
+    if (shape->type->pinches)
         relieve_pinch(sim, i);
-    mill_predict_ball(sim->predict, i, sim->now, s);
+    mill_schedule_ball(sim->schedule, i, sim->now, s);
 }
 
 static void ball_changes_cell(struct mill_sim *sim, int32_t i)
 {
     move_to(sim->world, i, sim->now);
-    if (!mill_predict_cross(sim->predict, i, sim->now))
+    if (!mill_schedule_cross(sim->schedule, i, sim->now))
         sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
 }
 
 static void happen(struct mill_sim *sim, int32_t i)
 {
-    const struct mill_plan *plan = &sim->predict->plan[i];
-    if (plan->pair_t <= plan->shape_t && plan->pair_t <= plan->exit_t) {
-        if (sim->world->ball[plan->partner].contacts == plan->partner_contacts)
-            ball_meets_ball(sim, i, plan->partner);
-        else
-            drop_stale(sim, i);
-    } else if (plan->shape_t <= plan->exit_t) {
-        if (plan->again)
-            drop_stale(sim, i);
-        else
-            ball_meets_shape(sim, i, plan->shape);
-    } else {
+    const struct mill_plan *plan = &sim->schedule->plan[i];
+    if (plan->next == MILL_NEXT_PAIR &&
+        sim->world->ball[plan->partner].contacts == plan->partner_contacts)
+        ball_meets_ball(sim, i, plan->partner);
+    else if (plan->next == MILL_NEXT_EXIT)
         ball_changes_cell(sim, i);
-    }
+    else if (plan->next == MILL_NEXT_SURFACE)
+        ball_meets_shape(sim, i, plan->shape);
+    else
+        drop_stale(sim, i); /* the partner changed its course, or a search goes on */
 }
 
 /* Stops runs in which infinitely many contacts would happen in finite time. */
@@ -355,7 +351,7 @@ static double next_sample(const struct mill_sim *sim)
 {
     double next = INFINITY;
     for (int k = 0; k < sim->observers; k++)
-        next = fmin(next, sim->observer[k]->next);
+        next = mill_least(next, sim->observer[k]->next);
     return next;
 }
 
@@ -377,12 +373,13 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     sim->status = MILL_OK;
     while (sim->status == MILL_OK && budget > 0) {
         const double sample = next_sample(sim);
-        const double halt = fmin(sample, until);
-        const double limit = fmin(fmax(halt - sim->world->base, sim->now), EPOCH);
+        const double halt = mill_least(sample, until);
+        const double limit =
+            mill_least(mill_greatest(halt - sim->world->base, sim->now), MILL_SIM_EPOCH);
         double t = INFINITY;
         int32_t i = -1;
         while (sim->status == MILL_OK && budget > 0 &&
-               (i = mill_calendar_next(sim->predict->calendar, &t)) >= 0 && t < limit) {
+               (i = mill_calendar_next(sim->schedule->calendar, &t)) >= 0 && t < limit) {
             if (stop && *stop)
                 return MILL_STOPPED;
             if (sim->paranoid) {
@@ -391,9 +388,9 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
                     break;
             }
             /* rounding may put an event a hair before the last one: time never runs backwards */
-            sim->now = fmax(t, sim->now);
+            sim->now = mill_greatest(t, sim->now);
             if (large)
-                mill_predict_ahead(sim->predict);
+                mill_schedule_ahead(sim->schedule);
             happen(sim, i);
             watch_time(sim, i, t);
             if (sim->paranoid && sim->status == MILL_OK)
@@ -403,7 +400,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         if (sim->status != MILL_OK || budget == 0)
             break;
         sim->now = limit;
-        if (halt - sim->world->base > EPOCH) {
+        if (halt - sim->world->base > MILL_SIM_EPOCH) {
             end_epoch(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);

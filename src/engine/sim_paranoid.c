@@ -17,11 +17,11 @@
 static enum mill_status check_calendar(struct mill_sim_paranoid *p, double *first, int32_t *item,
                                        struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
+    const struct mill_schedule *q = p->schedule;
     *first = INFINITY;
     *item = MILL_NOBODY;
     for (int32_t k = 0; k < q->world->balls; k++) {
-        const double planned = mill_sim_paranoid_next(&q->plan[k]);
+        const double planned = mill_plan_time(&q->plan[k]);
         const double entered = mill_calendar_time(q->calendar, k);
         if (!(planned == entered))
             return mill_error_set(
@@ -40,7 +40,7 @@ static enum mill_status check_calendar(struct mill_sim_paranoid *p, double *firs
 static enum mill_status check_order(struct mill_sim_paranoid *p, int32_t i, double t, double now,
                                     struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
+    const struct mill_schedule *q = p->schedule;
     const double base = q->world->base;
     double first;
     int32_t item;
@@ -74,7 +74,7 @@ static bool is_inside(const struct mill_cells *c, int axis, int32_t index, doubl
 static enum mill_status check_place(struct mill_sim_paranoid *p, int32_t i, double now,
                                     struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
+    const struct mill_schedule *q = p->schedule;
     const struct mill_cells *c = &q->cells;
     const vec3 r = mill_world_position(q->world, i, now);
     const double travel = vec3_norm(mill_world_velocity(q->world, i, now)) * q->horizon;
@@ -105,7 +105,7 @@ static enum mill_status check_place(struct mill_sim_paranoid *p, int32_t i, doub
 enum mill_status mill_sim_paranoid_account(struct mill_sim_paranoid *p, double now,
                                            struct mill_error *error)
 {
-    const struct mill_world *w = p->predict->world;
+    const struct mill_world *w = p->schedule->world;
     const struct mill_energy e = mill_world_energy(w, now);
     double imbalance, turnover, mass = 0.0;
     mill_world_balance(w, now, &imbalance, &turnover);
@@ -128,7 +128,7 @@ enum mill_status mill_sim_paranoid_account(struct mill_sim_paranoid *p, double n
 enum mill_status mill_sim_paranoid_before(struct mill_sim_paranoid *p, int32_t i, double t,
                                           double now, struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
+    const struct mill_schedule *q = p->schedule;
     p->due = q->plan[i];
     p->contacts = q->world->ball[i].contacts;
     enum mill_status status = check_order(p, i, t, now, error);
@@ -145,7 +145,7 @@ static enum mill_status check_ball(struct mill_sim_paranoid *p, int32_t i, doubl
     enum mill_status status = check_place(p, i, now, error);
     p->checks.predictions++;
     if (status == MILL_OK)
-        status = mill_sim_paranoid_touch(p, i, &p->predict->plan[i], error);
+        status = mill_sim_paranoid_touch(p, i, &p->schedule->plan[i], error);
     if (status == MILL_OK)
         status = mill_sim_paranoid_ball(p, i, now, fresh, touched, error);
     return status;
@@ -155,10 +155,9 @@ enum mill_status mill_sim_paranoid_after(struct mill_sim_paranoid *p, int32_t i,
                                          struct mill_error *error)
 {
     const struct mill_plan *due = &p->due;
-    const double next = mill_sim_paranoid_next(due);
-    const bool met = p->predict->world->ball[i].contacts != p->contacts;
-    const bool pair = due->pair_t == next;
-    const bool crossed = !pair && due->shape_t != next;
+    const bool met = p->schedule->world->ball[i].contacts != p->contacts;
+    const bool pair = due->next == MILL_NEXT_PAIR;
+    const bool crossed = due->next == MILL_NEXT_EXIT;
     const int32_t touched = met && !pair ? due->shape : MILL_NOBODY;
     enum mill_status status = met ? mill_sim_paranoid_met(p, i, now, error) : MILL_OK;
     if (status == MILL_OK)
@@ -177,7 +176,7 @@ enum mill_status mill_sim_paranoid_all(struct mill_sim_paranoid *p, double now, 
     double first;
     int32_t item;
     enum mill_status status = check_calendar(p, &first, &item, error);
-    for (int32_t i = 0; i < p->predict->world->balls && status == MILL_OK; i++)
+    for (int32_t i = 0; i < p->schedule->world->balls && status == MILL_OK; i++)
         status = check_ball(p, i, now, fresh, MILL_NOBODY, error);
     if (status == MILL_OK)
         status = mill_sim_paranoid_account(p, now, error);
@@ -194,7 +193,7 @@ enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_er
         return MILL_OK;
     if (!sim->paranoid)
         return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
-    sim->paranoid->predict = sim->predict;
+    sim->paranoid->schedule = sim->schedule;
     return mill_sim_paranoid_all(sim->paranoid, sim->now, false, error);
 }
 

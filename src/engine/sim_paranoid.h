@@ -3,14 +3,14 @@
 #ifndef MILL_SIM_PARANOID_H
 #define MILL_SIM_PARANOID_H
 
-#include "engine/predict.h"
+#include "engine/schedule.h"
 #include "millsim/sim.h"
 
 /* Roundings that add up in a position, a root or an energy, at most: a few dozen operations each */
 #define MILL_SIM_ROUNDINGS (64.0 * 2.2e-16)
 
 struct mill_sim_paranoid {
-    struct mill_predict *predict;
+    struct mill_schedule *schedule;
     struct mill_sim_checks checks;
     struct mill_plan due; /* the plan of the event under way */
     uint32_t contacts;    /* of its ball, before it */
@@ -51,13 +51,6 @@ enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_
  * MILL_NOBODY. */
 enum mill_status mill_sim_paranoid_ball(struct mill_sim_paranoid *p, int32_t i, double now,
                                         bool fresh, int32_t touched, struct mill_error *error);
-
-/* The earliest of a plan's three times. */
-static inline double mill_sim_paranoid_next(const struct mill_plan *plan)
-{
-    const double contact = plan->pair_t < plan->shape_t ? plan->pair_t : plan->shape_t;
-    return plan->exit_t < contact ? plan->exit_t : contact;
-}
 
 /* Bound of a coordinate in the mill [m]: what roundings of positions are measured by. */
 static inline double mill_sim_paranoid_size(const struct mill_world *w)

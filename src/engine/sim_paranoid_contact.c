@@ -32,9 +32,15 @@ static vec3 velocity(const struct mill_world *w, int32_t i, double t)
     return vec3_axpy(w->ball[i].v, t - w->ball[i].t, w->g);
 }
 
-static double turn_at(const struct mill_world *w, double t)
+/* The fastest that any surface moves [m/s] */
+static double fastest_surface(const struct mill_world *w)
 {
-    return w->turn + w->rotor_speed * t;
+    double fastest = 0.0;
+    for (int k = 0; k < w->motions; k++) {
+        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
+        fastest = fmax(fastest, b.speed + b.turning * w->drum_radius);
+    }
+    return fastest;
 }
 
 /* Ball j as seen from ball i */
@@ -44,7 +50,7 @@ struct pair {
     double slack; /* [m] what roundings may make of a gap of the two */
 };
 
-static struct pair relate(const struct mill_predict *q, int32_t i, int32_t j, double t)
+static struct pair relate(const struct mill_schedule *q, int32_t i, int32_t j, double t)
 {
     const struct mill_world *w = q->world;
     const double *side = q->cells.side;
@@ -62,19 +68,19 @@ static struct pair relate(const struct mill_predict *q, int32_t i, int32_t j, do
 /* How far roundings may take the gap of ball i to a surface until local time `end` [m]: the squares
  * of all it travels through come in, and how far it and the surface get within a tick of the clock
  */
-static double surface_slack(const struct mill_predict *q, int32_t i, double now, double end)
+static double surface_slack(const struct mill_schedule *q, int32_t i, double now, double end)
 {
     const struct mill_world *w = q->world;
     const double dt = fmax(end - now, 0.0);
     const double swift = vec3_norm(velocity(w, i, now)) + dt * vec3_norm(w->g);
     const double reach = mill_sim_paranoid_size(w) + dt * swift;
-    const double ticks = (swift + fabs(w->rotor_speed) * w->drum_radius) * q->horizon;
+    const double ticks = (swift + fastest_surface(w)) * q->horizon;
     return MILL_SIM_ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
 }
 
 /* ---- the contact a plan ends with ---- */
 
-static enum mill_status touch_ball(const struct mill_predict *q, int32_t i,
+static enum mill_status touch_ball(const struct mill_schedule *q, int32_t i,
                                    const struct mill_plan *plan, struct mill_error *error)
 {
     const struct mill_world *w = q->world;
@@ -102,20 +108,21 @@ static enum mill_status touch_ball(const struct mill_predict *q, int32_t i,
     return MILL_OK;
 }
 
-static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
+static enum mill_status touch_surface(const struct mill_schedule *q, int32_t i,
                                       const struct mill_plan *plan, struct mill_error *error)
 {
     const struct mill_world *w = q->world;
     const double t = plan->shape_t, radius = radius_of(w, i);
-    if (plan->again)
+    if (plan->next == MILL_NEXT_SEARCH)
         return MILL_OK; /* no contact, a search to go on; how often costs time alone */
     if (plan->shape < 0 || plan->shape >= w->shapes)
         return mill_error_set(error, MILL_FAILED, "paranoid: ball %ld plans to meet surface %d",
                               (long)i, (int)plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
-    const char *kind = mill_kind_name[shape->ops->kind];
+    const char *kind = mill_kind_name[shape->type->kind];
     const vec3 v = velocity(w, i, t);
-    const struct mill_contact c = mill_shape_meet(shape, place(w, i, t), v, radius, turn_at(w, t));
+    const struct mill_pose pose = mill_shape_pose(shape, t);
+    const struct mill_contact c = mill_shape_meet(shape, place(w, i, t), v, radius, &pose);
     const double slack = surface_slack(q, i, w->ball[i].t, t);
     if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
         return mill_error_set(
@@ -124,7 +131,7 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
             (long)i, kind, c.gap, w->base + t);
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
     /* the gap's second derivative, from the ball's and the surface's curvature, at most */
-    const double swift = vec3_norm(v) + fabs(w->rotor_speed) * w->drum_radius;
+    const double swift = vec3_norm(v) + fastest_surface(w);
     const double around = (shape->hollow > radius ? shape->hollow : w->drum_radius) - radius;
     const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
     if (opening > DEEP && !(opening * opening <= 2.0 * bend * slack))
@@ -138,7 +145,7 @@ static enum mill_status touch_surface(const struct mill_predict *q, int32_t i,
 enum mill_status mill_sim_paranoid_touch(const struct mill_sim_paranoid *p, int32_t i,
                                          const struct mill_plan *plan, struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
+    const struct mill_schedule *q = p->schedule;
     enum mill_status status = MILL_OK;
     if (plan->pair_t <= q->horizon)
         status = touch_ball(q, i, plan, error);
@@ -150,10 +157,10 @@ enum mill_status mill_sim_paranoid_touch(const struct mill_sim_paranoid *p, int3
 enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_t i, double now,
                                        struct mill_error *error)
 {
-    const struct mill_world *w = p->predict->world;
+    const struct mill_world *w = p->schedule->world;
     const struct mill_plan *due = &p->due;
-    if (due->pair_t == mill_sim_paranoid_next(due)) {
-        const struct pair k = relate(p->predict, i, due->partner, now);
+    if (due->next == MILL_NEXT_PAIR) {
+        const struct pair k = relate(p->schedule, i, due->partner, now);
         const double gap = vec3_norm(k.d) - k.sum;
         if (!(gap <= k.slack))
             return mill_error_set(error, MILL_FAILED,
@@ -162,13 +169,13 @@ enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_
                                   (long)i, (long)due->partner, gap, w->base + now);
     } else {
         const struct mill_shape *shape = w->shape[due->shape];
-        const double gap =
-            shape->ops->gap(shape, place(w, i, now), radius_of(w, i), turn_at(w, now));
-        if (!(gap <= MILL_SHAPE_CLOSED + surface_slack(p->predict, i, now, now)))
+        const struct mill_pose pose = mill_shape_pose(shape, now);
+        const double gap = shape->type->gap(shape, place(w, i, now), radius_of(w, i), &pose);
+        if (!(gap <= MILL_SHAPE_CLOSED + surface_slack(p->schedule, i, now, now)))
             return mill_error_set(error, MILL_FAILED,
                                   "paranoid: ball %ld met a surface (%s) with a gap of %.3g m at t "
                                   "= %.17g s",
-                                  (long)i, mill_kind_name[shape->ops->kind], gap, w->base + now);
+                                  (long)i, mill_kind_name[shape->type->kind], gap, w->base + now);
     }
     return MILL_OK;
 }
@@ -183,7 +190,7 @@ static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)
 }
 
 /* No overlap at `now`, and none that grows until `end`. */
-static enum mill_status check_pair(const struct mill_predict *q, int32_t i, int32_t j, double now,
+static enum mill_status check_pair(const struct mill_schedule *q, int32_t i, int32_t j, double now,
                                    double end, struct mill_error *error)
 {
     const struct pair k = relate(q, i, j, now);
@@ -211,12 +218,12 @@ static enum mill_status check_pair(const struct mill_predict *q, int32_t i, int3
 static enum mill_status check_balls(struct mill_sim_paranoid *p, int32_t i, double now, bool fresh,
                                     struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
-    const double mine = mill_sim_paranoid_next(&q->plan[i]);
+    const struct mill_schedule *q = p->schedule;
+    const double mine = mill_plan_time(&q->plan[i]);
     for (int32_t j = 0; j < q->world->balls; j++) {
         if (j == i)
             continue;
-        double end = fmin(mine, mill_sim_paranoid_next(&q->plan[j]));
+        double end = fmin(mine, mill_plan_time(&q->plan[j]));
         if (fresh && are_neighbours(&q->cells, q->cells.cell[i], q->cells.cell[j]))
             end = q->plan[i].pair_t;
         const enum mill_status status = check_pair(q, i, j, now, fmin(end, q->horizon), error);
@@ -239,8 +246,9 @@ struct pass {
 
 static double gap_at(const struct pass *k, double t)
 {
-    return k->shape->ops->gap(k->shape, place(k->world, k->ball, t), radius_of(k->world, k->ball),
-                              turn_at(k->world, t));
+    const struct mill_pose pose = mill_shape_pose(k->shape, t);
+    return k->shape->type->gap(k->shape, place(k->world, k->ball, t), radius_of(k->world, k->ball),
+                               &pose);
 }
 
 /* The surface's own search until it says when, or `end` is passed. */
@@ -249,15 +257,17 @@ static double meet(const struct pass *k, double window_end, double end, bool tou
     const struct mill_world *w = k->world;
     double t = k->now;
     for (int asked = 0; asked < MOST_ASKED && t < end; asked++) {
-        /* no heading: what the loop rejects by it is searched here */
-        const struct mill_flight f = {
-            .r = place(w, k->ball, t), .v = velocity(w, k->ball, t), .g = w->g};
-        const double dt =
-            k->shape->ops->next_contact(k->shape, &f, radius_of(w, k->ball), turn_at(w, t),
-                                        window_end - t, touching && asked == 0);
-        t += fabs(dt);
-        if (dt >= 0.0)
-            return t;
+        /* no pose of late: what the loop rejects by it is searched here */
+        const struct mill_flight f = {.r = place(w, k->ball, t),
+                                      .v = velocity(w, k->ball, t),
+                                      .g = w->g,
+                                      .pull = vec3_norm(w->g),
+                                      .travel = INFINITY};
+        const struct mill_hit hit = k->shape->type->next_contact(
+            k->shape, &f, radius_of(w, k->ball), t, window_end - t, touching && asked == 0);
+        if (hit.state != MILL_HIT_ASK_AGAIN)
+            return t + hit.t;
+        t += hit.t;
     }
     return INFINITY;
 }
@@ -270,7 +280,7 @@ static double least_gap(struct mill_sim_paranoid *p, const struct pass *k, doubl
     const struct mill_world *w = k->world;
     const double dt = to - k->now;
     const double fastest = vec3_norm(velocity(w, k->ball, k->now)) + dt * vec3_norm(w->g) +
-                           (k->shape->turns ? fabs(w->rotor_speed) * w->drum_radius : 0.0);
+                           (k->shape->motion ? fastest_surface(w) : 0.0);
     double least = INFINITY;
     for (double t = from;;) {
         const double gap = gap_at(k, t);
@@ -290,7 +300,7 @@ static enum mill_status check_surface(struct mill_sim_paranoid *p, const struct 
                                       bool touching, struct mill_error *error)
 {
     const struct mill_world *w = k->world;
-    const char *kind = mill_kind_name[k->shape->ops->kind];
+    const char *kind = mill_kind_name[k->shape->type->kind];
     const double gap = gap_at(k, k->now);
     p->checks.surfaces++;
     if (!(gap >= -DEEP))
@@ -299,10 +309,10 @@ static enum mill_status check_surface(struct mill_sim_paranoid *p, const struct 
                               (long)k->ball, kind, -gap, w->base + k->now);
     if (end <= k->now)
         return MILL_OK;
-    const double slack = surface_slack(p->predict, k->ball, k->now, end);
+    const double slack = surface_slack(p->schedule, k->ball, k->now, end);
     double when = k->now;
     double least = least_gap(p, k, k->now, end, &when);
-    const double contact = meet(k, p->predict->horizon + LEISURE, end, touching);
+    const double contact = meet(k, p->schedule->horizon + LEISURE, end, touching);
     if (contact < end)
         least = fmin(least, least_gap(p, k, contact, end, &when));
     if (!(fmin(gap, 0.0) - least <= slack))
@@ -317,14 +327,14 @@ static enum mill_status check_surface(struct mill_sim_paranoid *p, const struct 
 enum mill_status mill_sim_paranoid_ball(struct mill_sim_paranoid *p, int32_t i, double now,
                                         bool fresh, int32_t touched, struct mill_error *error)
 {
-    const struct mill_predict *q = p->predict;
+    const struct mill_schedule *q = p->schedule;
     struct mill_world *w = q->world;
     const struct mill_poly_counts counts = w->counts.quartics;
-    const double end = fmin(mill_sim_paranoid_next(&q->plan[i]), q->horizon);
+    const double end = fmin(mill_plan_time(&q->plan[i]), q->horizon);
     enum mill_status status = check_balls(p, i, now, fresh, error);
     for (int32_t s = 0; s < w->shapes && status == MILL_OK; s++) {
         const struct pass k = {w, w->shape[s], i, now};
-        if (!q->plan[i].let_go || w->shape[s]->ops->kind != MILL_BALL_BLADE)
+        if (!q->plan[i].let_go || !w->shape[s]->type->pinches)
             status = check_surface(p, &k, end, s == touched, error);
     }
     w->counts.quartics = counts; /* the searches of the run alone are counted */

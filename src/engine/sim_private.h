@@ -2,9 +2,12 @@
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
-#include "engine/predict.h"
+#include "engine/schedule.h"
 #include "engine/sim_paranoid.h"
 #include "millsim/sim.h"
+
+/* [s] between restarts of local time; a power of two, so that the sum is exact */
+#define MILL_SIM_EPOCH 0.0625
 
 enum { MILL_SIM_OBSERVERS = 8 }; /* at most */
 
@@ -23,7 +26,7 @@ struct mill_watch {
 
 struct mill_sim {
     struct mill_world *world;
-    struct mill_predict *predict;
+    struct mill_schedule *schedule;
     struct mill_pinch *pinch;
     struct mill_watch watch;
     struct mill_sim_paranoid *paranoid; /* NULL: off */

@@ -37,8 +37,8 @@ static bool sane(const struct mill_sim *sim, const int32_t *cell)
 {
     const struct mill_world *w = sim->world;
     for (int32_t i = 0; i < w->balls; i++) {
-        const struct mill_plan *plan = &sim->predict->plan[i];
-        if (!is_inner(&sim->predict->cells, cell[i]) || w->ball[i].species < 0 ||
+        const struct mill_plan *plan = &sim->schedule->plan[i];
+        if (!is_inner(&sim->schedule->cells, cell[i]) || w->ball[i].species < 0 ||
             w->ball[i].species >= w->species_count ||
             !is_index(plan->partner, w->balls, plan->pair_t) || plan->partner == i ||
             !is_index(plan->shape, w->shapes, plan->shape_t) || plan->face < 0 || plan->face > 5)
@@ -53,7 +53,6 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     struct mill_world *w = s->world;
     const size_t n = (size_t)w->balls;
     mill_state_field(state, "base", MILL_FIELD_F64, 1, &w->base);
-    mill_state_field(state, "turn", MILL_FIELD_F64, 1, &w->turn);
     mill_state_field(state, "now", MILL_FIELD_F64, 1, &s->now);
     mill_state_structs(state, "watch", sizeof s->watch, 1, &s->watch);
     mill_state_structs(state, "start", sizeof w->start, 1, &w->start);
@@ -61,14 +60,14 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     mill_state_structs(state, "counts", sizeof w->counts, 1, &w->counts);
     mill_state_structs(state, "ball", sizeof *w->ball, n, w->ball);
     mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
-    mill_state_structs(state, "plan", sizeof *s->predict->plan, n, s->predict->plan);
+    mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
     mill_state_structs(state, "pinch", sizeof *s->pinch, s->pinch ? n : 0, s->pinch);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
 }
 
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
 {
-    const struct mill_cells *cells = &sim->predict->cells;
+    const struct mill_cells *cells = &sim->schedule->cells;
     const struct sizes own = {(uint64_t)sim->world->balls, (uint64_t)mill_cells_count(cells),
                               (uint64_t)sim->world->shapes};
     struct sizes sizes = own;
@@ -85,7 +84,11 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
     tell_fields(sim, cell, state);
     if (state->status == MILL_OK && !sane(sim, cell))
         mill_state_refuse(state, "the saved balls are damaged");
-    if (state->status == MILL_OK && !mill_predict_restore(sim->predict, cell))
+    if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
         mill_state_refuse(state, "out of memory for the cell grid");
+    /* the motions as they are after so many epochs: a sum of roundings, so they are gone through */
+    for (double t = 0.0; state->status == MILL_OK && t < sim->world->base; t += MILL_SIM_EPOCH)
+        for (int k = 0; k < sim->world->motions; k++)
+            sim->world->motion[k]->type->restart(sim->world->motion[k], MILL_SIM_EPOCH);
     free(cell);
 }

@@ -1,7 +1,7 @@
 /* The state of the mill, asked for positions, energies and the balance of its books. */
 #include "millsim/world.h"
 
-#include "geometry/walls.h"
+#include "geometry/shapes.h"
 
 #include <stdlib.h>
 
@@ -11,7 +11,10 @@ void mill_world_free(struct mill_world *w)
 {
     if (!w)
         return;
-    mill_walls_free(w->shape, w->shapes);
+    mill_shapes_free(w->shape, w->shapes);
+    for (int k = 0; k < w->motions; k++)
+        free(w->motion[k]);
+    free(w->motion);
     free(w->species);
     free(w->spin);
     free(w->ball);
@@ -55,12 +58,4 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
     *turnover = w->start.kinetic + w->start.rotational + fabs(w->start.potential) +
                 fabs(e.potential - w->start.potential) + w->account.rotor_work_gross +
                 w->account.dissipation_gross + w->account.incident;
-}
-
-double mill_world_gap(const struct mill_world *w, vec3 point, double radius, double turn)
-{
-    double least = INFINITY;
-    for (int k = 0; k < w->shapes; k++)
-        least = fmin(least, w->shape[k]->ops->gap(w->shape[k], point, radius, turn));
-    return least;
 }

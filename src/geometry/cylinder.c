@@ -2,16 +2,12 @@
  * |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where gravity has no
  * component across the axis). rho is the radius at which the centre touches: R - a in the drum, R +
  * a at the shaft. The sign is chosen so that the quartic rises where the gap closes. */
-#include "geometry/cylinder.h"
-
 #include "geometry/mesh.h"
-
-#include <stdlib.h>
+#include "geometry/shapes.h"
 
 struct cylinder {
     struct mill_shape base;
     double radius; /* [m] */
-    double speed;  /* [rad/s] of its surface about +x */
     double inward; /* +1: met from inside (drum), -1: from outside (shaft) */
 };
 
@@ -20,13 +16,13 @@ static double contact_radius(const struct cylinder *c, double radius)
     return c->radius - c->inward * radius;
 }
 
-static double next_contact(const struct mill_shape *shape, const struct mill_flight *f,
-                           double radius, double turn, double horizon, bool touching)
+static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                    double radius, double now, double horizon, bool touching)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
     const double s = c->inward;
     const double rho = contact_radius(c, radius);
-    (void)turn;
+    (void)now;
     const double p[5] = {
         s * (f->r.y * f->r.y + f->r.z * f->r.z - rho * rho),
         s * 2.0 * (f->r.y * f->v.y + f->r.z * f->v.z),
@@ -34,30 +30,30 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
         s * (f->v.y * f->g.y + f->v.z * f->g.z),
         s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
     };
-    return mill_poly_first_rise(p, horizon, touching, shape->counts);
+    return mill_hit_at(mill_poly_first_rise(p, horizon, touching, shape->counts));
 }
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius, double turn)
+static double gap(const struct mill_shape *shape, vec3 centre, double radius,
+                  const struct mill_pose *pose)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
-    (void)turn;
+    (void)pose;
     return c->inward *
            (contact_radius(c, radius) - sqrt(centre.y * centre.y + centre.z * centre.z));
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
-                                   double turn)
+                                   const struct mill_pose *pose)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
     const double rho = sqrt(centre.y * centre.y + centre.z * centre.z);
-    (void)turn;
     /* only a shaft without thickness has no direction at its axis; any will do there */
     const double uy = rho > 0.0 ? centre.y / rho : 1.0;
     const double uz = rho > 0.0 ? centre.z / rho : 0.0;
     struct mill_contact k;
     k.normal = vec3_make(0.0, -c->inward * uy, -c->inward * uz);
     k.point = vec3_make(centre.x, c->radius * uy, c->radius * uz);
-    k.velocity = vec3_make(0.0, -c->speed * k.point.z, c->speed * k.point.y);
+    k.velocity = mill_pose_velocity(pose, k.point);
     k.gap = c->inward * (contact_radius(c, radius) - rho);
     return k;
 }
@@ -86,51 +82,63 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     return sqrt(y * y + z * z) <= rho + margin;
 }
 
-static void release(struct mill_shape *shape)
-{
-    free(shape);
-}
-
 /* From end wall to end wall, and its ends, so that it is a body */
 static void draw_shaft(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                       struct mill_mesh *mesh)
+                       double tolerance, struct mill_mesh *mesh)
 {
     const struct mill_profile circle =
         mill_profile_make(2, ((const struct cylinder *)shape)->radius, 0.0, 0.0);
     const double end = chamber->half_length;
-    mill_mesh_mantle(mesh, &circle, end, chamber->tolerance, false);
-    mill_mesh_lid(mesh, &circle, -end, -1.0, chamber->tolerance);
-    mill_mesh_lid(mesh, &circle, end, 1.0, chamber->tolerance);
+    mill_mesh_mantle(mesh, &circle, end, tolerance, false);
+    mill_mesh_lid(mesh, &circle, -end, -1.0, tolerance);
+    mill_mesh_lid(mesh, &circle, end, 1.0, tolerance);
 }
 
-static const struct mill_shape_ops drum_ops = {MILL_BALL_DRUM, next_contact, gap,
-                                               contact,        reachable,    release,
-                                               NULL,           NULL,         mill_shape_draw_drum};
-static const struct mill_shape_ops shaft_ops = {
-    MILL_BALL_SHAFT, next_contact, gap, contact, reachable, release, NULL, NULL, draw_shaft};
-
-static struct mill_shape *create(const struct mill_shape_ops *ops, double radius, double speed,
-                                 double inward)
+static struct mill_shape *create(const struct mill_shape *base, double radius, double inward)
 {
-    struct cylinder *c = calloc(1, sizeof *c);
+    struct cylinder *c = mill_shape_allocate(base, sizeof *c);
     if (!c)
         return NULL;
-    c->base.ops = ops;
-    c->base.number = -1;
-    c->base.turns = inward < 0.0;
     c->base.hollow = inward > 0.0 ? radius : 0.0;
     c->radius = radius;
-    c->speed = speed;
     c->inward = inward;
     return &c->base;
 }
 
-struct mill_shape *mill_cylinder_drum(double radius)
+static struct mill_shape *create_drum(const struct mill_shape *base, const void *form,
+                                      const struct mill_chamber *chamber)
 {
-    return create(&drum_ops, radius, 0.0, 1.0);
+    (void)form;
+    return create(base, chamber->drum.radius, 1.0);
 }
 
-struct mill_shape *mill_cylinder_shaft(double radius, double speed)
+static struct mill_shape *create_shaft(const struct mill_shape *base, const void *form,
+                                       const struct mill_chamber *chamber)
 {
-    return create(&shaft_ops, radius, speed, -1.0);
+    (void)chamber;
+    return create(base, ((const struct mill_shaft *)form)->radius, -1.0);
 }
+
+const struct mill_shape_type mill_cylinder_drum_type = {
+    .name = "drum",
+    .kind = MILL_BALL_DRUM,
+    .create = create_drum,
+    .free = mill_shape_free,
+    .next_contact = next_contact,
+    .gap = gap,
+    .contact = contact,
+    .reachable = reachable,
+    .draw = mill_shape_draw_drum,
+};
+
+const struct mill_shape_type mill_cylinder_shaft_type = {
+    .name = "shaft",
+    .kind = MILL_BALL_SHAFT,
+    .create = create_shaft,
+    .free = mill_shape_free,
+    .next_contact = next_contact,
+    .gap = gap,
+    .contact = contact,
+    .reachable = reachable,
+    .draw = draw_shaft,
+};

@@ -1,10 +1,7 @@
 /* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel to
  * it. On a straight line one division settles when, and whether in time. */
-#include "geometry/plate.h"
-
 #include "geometry/mesh.h"
-
-#include <stdlib.h>
+#include "geometry/shapes.h"
 
 struct plate {
     struct mill_shape base;
@@ -12,40 +9,42 @@ struct plate {
     double inward; /* +1 or -1: x component of the normal into the mill */
 };
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius, double turn)
+static double gap(const struct mill_shape *shape, vec3 centre, double radius,
+                  const struct mill_pose *pose)
 {
     const struct plate *w = (const struct plate *)shape;
-    (void)turn;
+    (void)pose;
     return w->inward * (centre.x - w->x) - radius;
 }
 
-static double next_contact(const struct mill_shape *shape, const struct mill_flight *f,
-                           double radius, double turn, double horizon, bool touching)
+static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                    double radius, double now, double horizon, bool touching)
 {
     const struct plate *w = (const struct plate *)shape;
-    const double away = gap(shape, f->r, radius, turn), closing = -w->inward * f->v.x;
+    (void)now;
+    const double away = w->inward * (f->r.x - w->x) - radius, closing = -w->inward * f->v.x;
     const double pull = -0.5 * w->inward * f->g.x;
     if (pull == 0.0 && (touching || away > 0.0)) {
         if (closing <= 0.0)
-            return INFINITY;
+            return mill_hit_at(INFINITY);
         /* a quotient is rounded to the nearest double, so where it is not the horizon itself it
          * lies on the right side of it */
         const double t = away / closing;
         if (!touching && t != horizon)
-            return t < horizon ? t : (double)INFINITY;
+            return mill_hit_at(t < horizon ? t : (double)INFINITY);
     }
     const double p[5] = {-away, closing, pull, 0.0, 0.0};
-    return mill_poly_first_rise(p, horizon, touching, NULL);
+    return mill_hit_at(mill_poly_first_rise(p, horizon, touching, NULL));
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
-                                   double turn)
+                                   const struct mill_pose *pose)
 {
     const struct plate *w = (const struct plate *)shape;
     const struct mill_contact k = {{w->inward, 0.0, 0.0},
                                    {w->x, centre.y, centre.z},
                                    {0.0, 0.0, 0.0},
-                                   gap(shape, centre, radius, turn)};
+                                   gap(shape, centre, radius, pose)};
     return k;
 }
 
@@ -56,29 +55,33 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     return nearest <= radius * (1.0 + 1e-3) + 1e-6 * fabs(w->x);
 }
 
-static void release(struct mill_shape *shape)
-{
-    free(shape);
-}
-
 static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
-                 struct mill_mesh *mesh)
+                 double tolerance, struct mill_mesh *mesh)
 {
     const struct plate *w = (const struct plate *)shape;
-    mill_mesh_lid(mesh, &chamber->drum, w->x, w->inward, chamber->tolerance);
+    mill_mesh_lid(mesh, &chamber->drum, w->x, w->inward, tolerance);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_WALL, next_contact, gap,  contact, reachable,
-                                          release,        NULL,         NULL, draw};
-
-struct mill_shape *mill_plate_create(int number, double length)
+static struct mill_shape *create(const struct mill_shape *base, const void *form,
+                                 const struct mill_chamber *chamber)
 {
-    struct plate *w = calloc(1, sizeof *w);
+    struct plate *w = mill_shape_allocate(base, sizeof *w);
+    (void)form;
     if (!w)
         return NULL;
-    w->base.ops = &ops;
-    w->base.number = number;
-    w->inward = number == 0 ? 1.0 : -1.0;
-    w->x = -0.5 * length * w->inward;
+    w->inward = base->number == 0 ? 1.0 : -1.0;
+    w->x = -chamber->half_length * w->inward;
     return &w->base;
 }
+
+const struct mill_shape_type mill_plate_type = {
+    .name = "end wall",
+    .kind = MILL_BALL_WALL,
+    .create = create,
+    .free = mill_shape_free,
+    .next_contact = next_contact,
+    .gap = gap,
+    .contact = contact,
+    .reachable = reachable,
+    .draw = draw,
+};

@@ -11,7 +11,7 @@
  * arc is known, and mill_poly_first_rise tells when its gap, a quartic, first closes. The pieces
  * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
  * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
-#include "geometry/wavy.h"
+#include "geometry/shapes.h"
 
 #include "base/elementary.h"
 
@@ -128,10 +128,11 @@ static double gap_to(const struct wavy *w, int arc, double y, double z, double r
     return s * (w->radius - s * radius - distance(&w->arc[arc], y, z));
 }
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius, double turn)
+static double gap(const struct mill_shape *shape, vec3 centre, double radius,
+                  const struct mill_pose *pose)
 {
     const struct wavy *w = (const struct wavy *)shape;
-    (void)turn;
+    (void)pose;
     return gap_to(w, nearest(w, centre.y, centre.z, NULL), centre.y, centre.z, radius);
 }
 
@@ -152,10 +153,10 @@ static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 cent
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
-                                   double turn)
+                                   const struct mill_pose *pose)
 {
     const struct wavy *w = (const struct wavy *)shape;
-    (void)turn;
+    (void)pose;
     return contact_with(w, nearest(w, centre.y, centre.z, NULL), centre, radius);
 }
 
@@ -283,16 +284,16 @@ static bool out_of_reach(const struct wavy *w, const struct mill_flight *f, stru
     return true;
 }
 
-static double next_contact(const struct mill_shape *shape, const struct mill_flight *f,
-                           double radius, double turn, double horizon, bool touching)
+static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                    double radius, double now, double horizon, bool touching)
 {
     const struct wavy *w = (const struct wavy *)shape;
     const struct mill_span all = {0, (int16_t)w->arcs};
     const struct mill_span parts = f->parts.count > 0 ? f->parts : all;
     if (out_of_reach(w, f, parts, radius, horizon))
-        return INFINITY;
+        return mill_hit_at(INFINITY);
     const bool fits = w->radius - radius > SNUG * w->far;
-    (void)turn;
+    (void)now;
     struct mill_flight piece = *f;
     for (double from = 0.0;;) {
         int outer = NO_ARC;
@@ -307,9 +308,9 @@ static double next_contact(const struct mill_shape *shape, const struct mill_fli
         const double t =
             piece_contact(w, outer, &piece, parts, radius, to - from, touching && from == 0.0);
         if (t <= to - from)
-            return from + t;
+            return mill_hit_at(from + t);
         if (!(to < horizon))
-            return INFINITY;
+            return mill_hit_at(INFINITY);
         from = to;
         piece.r = vec3_fly(f->r, f->v, f->g, from);
         piece.v = vec3_axpy(f->v, from, f->g);
@@ -407,10 +408,6 @@ static void release(struct mill_shape *shape)
     free(shape);
 }
 
-static const struct mill_shape_ops ops = {MILL_BALL_DRUM, next_contact, gap,
-                                          contact,        reachable,    release,
-                                          parts,          beside,       mill_shape_draw_drum};
-
 /* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
 static void set_edge(struct arc *outer, int edge, const struct arc *inner)
 {
@@ -435,13 +432,15 @@ static void find_pitches(struct wavy *w)
     }
 }
 
-struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
+static struct mill_shape *create(const struct mill_shape *base, const void *form,
+                                 const struct mill_chamber *chamber)
 {
+    const struct mill_profile *profile = &chamber->drum;
     const int arcs = 2 * profile->buckles;
-    struct wavy *w = calloc(1, sizeof *w);
+    struct wavy *w = mill_shape_allocate(base, sizeof *w);
+    (void)form;
     if (!w)
         return NULL;
-    w->base.ops = &ops;
     w->sectors = SECTORS * profile->buckles;
     w->arc = calloc((size_t)arcs, sizeof *w->arc);
     w->outer_at = calloc((size_t)w->sectors, sizeof *w->outer_at);
@@ -449,7 +448,6 @@ struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
         release(&w->base);
         return NULL;
     }
-    w->base.number = -1;
     w->base.hollow = profile->arc;
     w->radius = profile->arc;
     w->far = profile->radius + profile->height;
@@ -476,3 +474,17 @@ struct mill_shape *mill_wavy_create(const struct mill_profile *profile)
     find_pitches(w);
     return &w->base;
 }
+
+const struct mill_shape_type mill_wavy_type = {
+    .name = "drum",
+    .kind = MILL_BALL_DRUM,
+    .create = create,
+    .free = release,
+    .next_contact = next_contact,
+    .gap = gap,
+    .contact = contact,
+    .reachable = reachable,
+    .parts = parts,
+    .beside = beside,
+    .draw = mill_shape_draw_drum,
+};

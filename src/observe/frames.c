@@ -10,6 +10,7 @@
 #include "observe/vtkhdf.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,8 +24,7 @@ struct frames {
     uint64_t rows; /* frames, as last saved */
     struct mill_h5 *file;
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
-    int32_t piece;                                      /* balls stored together */
-    float *row;                                         /* one state of them */
+    float *row;                                         /* one state of the balls */
 };
 
 static const char *const state_name[STATES] = {"position", "velocity", "angular_velocity"};

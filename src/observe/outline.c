@@ -13,22 +13,22 @@ enum mill_status mill_outline_make(const struct mill_profile *drum, const struct
                                    struct mill_error *error)
 {
     const struct mill_outline nothing = {{0}, NULL, NULL};
-    const struct mill_chamber chamber = {*drum, 0.5 * world->drum_length, FLAT * drum->radius};
+    const struct mill_chamber chamber = {.drum = *drum, .half_length = 0.5 * world->drum_length};
     struct mill_mesh *mesh = &outline->mesh;
     *outline = nothing;
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
         const struct mill_shape *shape = world->shape[k];
         const size_t before = mesh->triangles;
-        if (shape->turns != turning)
+        if ((shape->motion != NULL) != turning)
             continue;
-        shape->ops->draw(shape, &chamber, mesh);
+        shape->type->draw(shape, &chamber, FLAT * drum->radius, mesh);
         uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
         outline->kind = kind ? kind : outline->kind;
         int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);
         outline->number = number ? number : outline->number;
         mesh->failed = mesh->failed || !kind || !number;
         for (size_t i = before; i < mesh->triangles && !mesh->failed; i++) {
-            kind[i] = (uint8_t)shape->ops->kind;
+            kind[i] = (uint8_t)shape->type->kind;
             number[i] = shape->number;
         }
     }

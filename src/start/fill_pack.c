@@ -18,9 +18,9 @@
 struct pack {
     struct mill_world *world;
     const struct mill_fill_room *room;
-    gsl_rng *rng;
+    struct mill_random *random;
     const struct mill_start_watch *watch;
-    struct mill_fill_sieve sieve;
+    struct mill_fill_grids grids;
     int32_t *near;
 };
 
@@ -47,10 +47,10 @@ static void tell(const struct pack *p, const char *what, int32_t done)
 /* Is a ball there, shrunk like all others by `scale`, clear of those placed so far? */
 static bool balls_clear(struct pack *p, vec3 r, double radius, double scale)
 {
-    const struct mill_fill_spot *spot = p->sieve.spot;
-    const int32_t n = mill_fill_sieve_near(&p->sieve, r, radius, p->near);
+    const struct mill_fill_place *place = p->grids.place;
+    const int32_t n = mill_fill_grids_near(&p->grids, r, radius, p->near);
     for (int32_t k = 0; k < n; k++) {
-        const struct mill_fill_spot *o = &spot[p->near[k]];
+        const struct mill_fill_place *o = &place[p->near[k]];
         const vec3 d = vec3_sub(o->r, r);
         const double s = scale * (radius + o->radius);
         if (vec3_dot(d, d) <= s * s)
@@ -63,17 +63,17 @@ static bool balls_clear(struct pack *p, vec3 r, double radius, double scale)
 static bool drop(struct pack *p, int32_t i, double scale)
 {
     const double r = p->world->drum_radius, l = p->world->drum_length;
-    struct mill_fill_spot *spot = &p->sieve.spot[i];
-    const double a = spot->radius;
+    struct mill_fill_place *place = &p->grids.place[i];
+    const double a = place->radius;
     for (int tries = 0; tries < DROPS; tries++) {
         double y, z;
         do {
-            y = (2.0 * gsl_rng_uniform(p->rng) - 1.0) * (r - a);
-            z = (2.0 * gsl_rng_uniform(p->rng) - 1.0) * (r - a);
+            y = (2.0 * mill_random_uniform(p->random) - 1.0) * (r - a);
+            z = (2.0 * mill_random_uniform(p->random) - 1.0) * (r - a);
         } while (y * y + z * z > (r - a) * (r - a));
-        spot->r = vec3_make((gsl_rng_uniform(p->rng) - 0.5) * (l - 2.0 * a), y, z);
-        if (mill_fill_room_clear(p->room, spot->r, a) && balls_clear(p, spot->r, a, scale)) {
-            mill_fill_sieve_place(&p->sieve, i);
+        place->r = vec3_make((mill_random_uniform(p->random) - 0.5) * (l - 2.0 * a), y, z);
+        if (mill_fill_room_clear(p->room, place->r, a) && balls_clear(p, place->r, a, scale)) {
+            mill_fill_grids_place(&p->grids, i);
             return true;
         }
     }
@@ -85,7 +85,7 @@ static bool drop_all(struct pack *p, double scale)
 {
     const struct mill_world *w = p->world;
     double last = (double)INFINITY;
-    mill_fill_sieve_clear(&p->sieve);
+    mill_fill_grids_clear(&p->grids);
     for (int32_t dropped = 0; dropped < w->balls;) {
         double a = 0.0; /* the next smaller radius */
         for (int k = 0; k < w->species_count; k++) {
@@ -93,7 +93,7 @@ static bool drop_all(struct pack *p, double scale)
                 a = fmax(a, w->species[k].radius);
         }
         for (int32_t i = 0; i < w->balls; i++) {
-            if (p->sieve.spot[i].radius != a)
+            if (p->grids.place[i].radius != a)
                 continue;
             if (!drop(p, i, scale))
                 return false;
@@ -108,7 +108,7 @@ static bool drop_all(struct pack *p, double scale)
 /* Numbers equal balls by place: neighbours in space become neighbours in memory. */
 static bool sort_by_place(struct pack *p)
 {
-    struct mill_fill_spot *spot = p->sieve.spot;
+    struct mill_fill_place *place = p->grids.place;
     const struct mill_ball *ball = p->world->ball;
     const int32_t balls = p->world->balls;
     struct keyed *item = malloc(sizeof *item * (size_t)balls);
@@ -116,19 +116,19 @@ static bool sort_by_place(struct pack *p)
         return false;
     int32_t n = 0;
     for (int32_t i = 0; i < balls; i++) {
-        const struct keyed k = {spot[i].cell, i, spot[i].r};
+        const struct keyed k = {place[i].cell, i, place[i].r};
         item[n++] = k;
         if (i + 1 < balls && ball[i + 1].species == ball[i].species)
             continue;
         qsort(item, (size_t)n, sizeof *item, by_cell);
         for (int32_t m = 0; m < n; m++)
-            spot[i + 1 - n + m].r = item[m].r;
+            place[i + 1 - n + m].r = item[m].r;
         n = 0;
     }
     free(item);
-    mill_fill_sieve_clear(&p->sieve);
+    mill_fill_grids_clear(&p->grids);
     for (int32_t i = balls - 1; i >= 0; i--)
-        mill_fill_sieve_place(&p->sieve, i);
+        mill_fill_grids_place(&p->grids, i);
     return true;
 }
 
@@ -136,11 +136,11 @@ static bool sort_by_place(struct pack *p)
  * what they were pushed, in radii. */
 static double push_from_balls(struct pack *p, int32_t i)
 {
-    struct mill_fill_spot *spot = p->sieve.spot, *me = &spot[i];
-    const int32_t n = mill_fill_sieve_near(&p->sieve, me->r, me->radius, p->near);
+    struct mill_fill_place *place = p->grids.place, *me = &place[i];
+    const int32_t n = mill_fill_grids_near(&p->grids, me->r, me->radius, p->near);
     double pushed = 0.0;
     for (int32_t k = 0; k < n; k++) {
-        struct mill_fill_spot *o = &spot[p->near[k]];
+        struct mill_fill_place *o = &place[p->near[k]];
         const double sum = me->radius + o->radius;
         const double close = (1.0 + MILL_FILL_CLOSE) * sum;
         const vec3 d = vec3_sub(o->r, me->r);
@@ -154,29 +154,29 @@ static double push_from_balls(struct pack *p, int32_t i)
         /* the smaller one gives way: it finds room sooner */
         me->r = vec3_axpy(me->r, -push * (o->radius / sum), n_io);
         o->r = vec3_axpy(o->r, push * (me->radius / sum), n_io);
-        me->stirred = o->stirred = true;
-        mill_fill_sieve_replace(&p->sieve, p->near[k]);
+        me->disturbed = o->disturbed = true;
+        mill_fill_grids_replace(&p->grids, p->near[k]);
         pushed += push / sum;
     }
     return pushed;
 }
 
-/* One round over all balls whose neighbourhood was stirred; adds their number to *looks and returns
- * the sum of what they were pushed. */
+/* One round over all balls whose neighbourhood was disturbed; adds their number to *looks and
+ * returns the sum of what they were pushed. */
 static double push_round(struct pack *p, uint64_t *looks)
 {
-    struct mill_fill_spot *spot = p->sieve.spot;
+    struct mill_fill_place *place = p->grids.place;
     const int32_t balls = p->world->balls;
     double pushed = 0.0;
     for (int32_t i = 0; i < balls; i++) {
-        if (!spot[i].stirred)
+        if (!place[i].disturbed)
             continue;
         ++*looks;
-        spot[i].stirred = false;
+        place[i].disturbed = false;
         pushed += push_from_balls(p, i);
-        if (mill_fill_room_push(p->room, &spot[i].r, spot[i].radius))
-            spot[i].stirred = true;
-        mill_fill_sieve_replace(&p->sieve, i);
+        if (mill_fill_room_push(p->room, &place[i].r, place[i].radius))
+            place[i].disturbed = true;
+        mill_fill_grids_replace(&p->grids, i);
     }
     return pushed;
 }
@@ -184,14 +184,14 @@ static double push_round(struct pack *p, uint64_t *looks)
 /* Is every ball clear of all others and of all surfaces at full size? */
 static bool all_clear(struct pack *p)
 {
-    const struct mill_fill_spot *spot = p->sieve.spot;
+    const struct mill_fill_place *place = p->grids.place;
     for (int32_t i = 0; i < p->world->balls; i++) {
-        const struct mill_fill_spot *me = &spot[i];
+        const struct mill_fill_place *me = &place[i];
         if (!mill_fill_room_clear(p->room, me->r, me->radius))
             return false;
-        const int32_t n = mill_fill_sieve_near(&p->sieve, me->r, me->radius, p->near);
+        const int32_t n = mill_fill_grids_near(&p->grids, me->r, me->radius, p->near);
         for (int32_t k = 0; k < n; k++) {
-            const struct mill_fill_spot *o = &spot[p->near[k]];
+            const struct mill_fill_place *o = &place[p->near[k]];
             const vec3 d = vec3_sub(o->r, me->r);
             const double s = me->radius + o->radius;
             if (o != me && vec3_dot(d, d) <= s * s)
@@ -208,7 +208,7 @@ static bool push_apart(struct pack *p)
     double least = (double)INFINITY;
     uint64_t looks = 0; /* since the last progress */
     for (int32_t i = 0; i < p->world->balls; i++)
-        p->sieve.spot[i].stirred = true;
+        p->grids.place[i].disturbed = true;
     for (int round = 1; looks < PATIENCE * balls; round++) {
         const uint64_t before = looks;
         const double pushed = push_round(p, &looks);
@@ -240,18 +240,19 @@ static enum mill_status settle(struct pack *p, double fraction)
 }
 
 enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill_room *room,
-                                gsl_rng *rng, double fraction, const struct mill_start_watch *watch)
+                                struct mill_random *random, double fraction,
+                                const struct mill_start_watch *watch)
 {
-    struct pack p = {world, room, rng, watch, {0}, NULL};
+    struct pack p = {world, room, random, watch, {0}, NULL};
     enum mill_status status = MILL_FAILED;
     if (world->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */
         return MILL_BAD_DECK;
     p.near = malloc(sizeof *p.near * (size_t)world->balls);
-    if (p.near && mill_fill_sieve_init(&p.sieve, world))
+    if (p.near && mill_fill_grids_init(&p.grids, world))
         status = settle(&p, fraction);
     for (int32_t i = 0; status == MILL_OK && i < world->balls; i++)
-        world->ball[i].r = p.sieve.spot[i].r;
-    mill_fill_sieve_free(&p.sieve);
+        world->ball[i].r = p.grids.place[i].r;
+    mill_fill_grids_free(&p.grids);
     free(p.near);
     return status;
 }

@@ -3,11 +3,10 @@
 #ifndef MILL_FILL_PRIVATE_H
 #define MILL_FILL_PRIVATE_H
 
+#include "base/random.h"
+#include "millsim/start.h"
 #include "millsim/status.h"
-#include "millsim/vec3.h"
-#include "millsim/world.h"
 
-#include <gsl/gsl_rng.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -21,8 +20,9 @@
 /* A lattice over the drum's box that knows, for every cell of it, which surfaces are near. */
 struct mill_fill_room {
     const struct mill_world *world;
-    double volume; /* [m^3] not taken by the rotor */
-    vec3 lo;       /* [m] corner of the first cell */
+    struct mill_pose *pose; /* [shapes] at the start */
+    double volume;          /* [m^3] not taken by the rotor */
+    vec3 lo;                /* [m] corner of the first cell */
     double side[3];
     int32_t n[3];
     uint64_t *near; /* bit k of a cell: one of the shapes k, k + 64, ... is within reach */
@@ -38,17 +38,17 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
 /* Moves a ball off the surfaces that it is too close to; true when it had to. */
 bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius);
 
-/* ---- balls by place (fill_sieve.c) ---- */
+/* ---- balls by place (fill_grids.c) ---- */
 
 #define MILL_FILL_CLASSES 16
 
-struct mill_fill_spot {
+struct mill_fill_place {
     vec3 r;        /* [m] */
     double radius; /* [m] */
     int32_t next;  /* in its cell's list, -1 at the end */
     int32_t cell;
     int16_t class;
-    bool stirred; /* its neighbourhood has to be looked at */
+    bool disturbed; /* its neighbourhood has to be looked at */
 };
 
 /* The cells of balls of about one size */
@@ -62,25 +62,25 @@ struct mill_fill_grid {
     int32_t *head; /* first ball of each cell, -1: none */
 };
 
-struct mill_fill_sieve {
+struct mill_fill_grids {
     int32_t balls;
-    struct mill_fill_spot *spot;
+    struct mill_fill_place *place;
     struct mill_fill_grid grid[MILL_FILL_CLASSES];
 };
 
 /* Balls and radii of the world, none placed. False: out of memory. */
-bool mill_fill_sieve_init(struct mill_fill_sieve *sieve, const struct mill_world *world);
-void mill_fill_sieve_free(struct mill_fill_sieve *sieve);
+bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world);
+void mill_fill_grids_free(struct mill_fill_grids *grids);
 
-void mill_fill_sieve_clear(struct mill_fill_sieve *sieve);
+void mill_fill_grids_clear(struct mill_fill_grids *grids);
 
-/* Puts ball i, at its spot's r, into the lists; again after it was moved. */
-void mill_fill_sieve_place(struct mill_fill_sieve *sieve, int32_t i);
-void mill_fill_sieve_replace(struct mill_fill_sieve *sieve, int32_t i);
+/* Puts ball i, at its place's r, into the lists; again after it was moved. */
+void mill_fill_grids_place(struct mill_fill_grids *grids, int32_t i);
+void mill_fill_grids_replace(struct mill_fill_grids *grids, int32_t i);
 
 /* Lists all placed balls that a ball of this radius at r may be nearer to than the spacing, and
  * some others; `out` must have room for all balls. */
-int32_t mill_fill_sieve_near(const struct mill_fill_sieve *sieve, vec3 r, double radius,
+int32_t mill_fill_grids_near(const struct mill_fill_grids *grids, vec3 r, double radius,
                              int32_t *out);
 
 /* ---- the packing (fill_pack.c) ---- */
@@ -88,7 +88,7 @@ int32_t mill_fill_sieve_near(const struct mill_fill_sieve *sieve, vec3 r, double
 /* Gives every ball of the world its r. fraction: of the room that the balls fill. MILL_BAD_DECK,
  * with no text: they do not fit. MILL_FAILED, with no text: out of memory. watch may be NULL. */
 enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill_room *room,
-                                gsl_rng *rng, double fraction,
+                                struct mill_random *random, double fraction,
                                 const struct mill_start_watch *watch);
 
 #endif

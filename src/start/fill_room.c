@@ -56,7 +56,7 @@ static void look_at(struct mill_fill_room *room, int shape, const int32_t first[
     for (at[0] = first[0]; at[0] <= last[0]; at[0]++) {
         for (at[1] = first[1]; at[1] <= last[1]; at[1]++) {
             for (at[2] = first[2]; at[2] <= last[2]; at[2]++) {
-                const double gap = s->ops->gap(s, centre_of(room, at), 0.0, room->world->turn);
+                const double gap = s->type->gap(s, centre_of(room, at), 0.0, &room->pose[shape]);
                 *cell_at(room, at) |= (uint64_t)(gap < near) << shape % 64;
                 if (!(gap > 0.0))
                     clear[at[0] - first[0]][at[1] - first[1]][at[2] - first[2]] = false;
@@ -81,7 +81,7 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], d
     memset(clear, true, sizeof clear);
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        if (s->ops->reachable(s, centre_of(room, first), centre_of(room, last), near))
+        if (s->type->reachable(s, centre_of(room, first), centre_of(room, last), near))
             look_at(room, k, first, last, near, clear);
     }
     for (int i = 0; i < BLOCK * BLOCK * BLOCK; i++)
@@ -101,8 +101,13 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
     room->world = w;
     room->lo = vec3_make(-0.5 * extent[0], -0.5 * extent[1], -0.5 * extent[2]);
     room->near = calloc(cells, sizeof *room->near);
-    if (!room->near)
+    room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
+    if (!room->near || !room->pose) {
+        mill_fill_room_free(room);
         return false;
+    }
+    for (int k = 0; k < w->shapes; k++)
+        room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
     size_t inside = 0;
     int32_t from[3];
     for (from[0] = 0; from[0] < room->n[0]; from[0] += BLOCK) {
@@ -118,7 +123,9 @@ bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w
 void mill_fill_room_free(struct mill_fill_room *room)
 {
     free(room->near);
+    free(room->pose);
     room->near = NULL;
+    room->pose = NULL;
 }
 
 static int32_t along(double x, double side, int32_t n)
@@ -140,7 +147,8 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
     const struct mill_world *w = room->world;
     const uint64_t mask = shapes_near(room, r);
     for (int k = 0; mask && k < w->shapes; k++) {
-        if (mask >> k % 64 & 1 && !(w->shape[k]->ops->gap(w->shape[k], r, radius, w->turn) > 0.0))
+        if (mask >> k % 64 & 1 &&
+            !(w->shape[k]->type->gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
             return false;
     }
     return true;
@@ -154,7 +162,8 @@ bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radi
     for (int k = 0; mask && k < w->shapes; k++) {
         if (!(mask >> k % 64 & 1))
             continue;
-        const struct mill_contact c = w->shape[k]->ops->contact(w->shape[k], *r, radius, w->turn);
+        const struct mill_contact c =
+            w->shape[k]->type->contact(w->shape[k], *r, radius, &room->pose[k]);
         if (c.gap < MILL_FILL_CLOSE * radius) {
             *r = vec3_axpy(*r, MILL_FILL_SPACING * radius - c.gap, c.normal);
             moved = true;

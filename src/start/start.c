@@ -1,226 +1,126 @@
-/* First positions from a text file, and the check that nothing overlaps. */
-#include "start/start.h"
+/* Builds the world of a setup: motions, surfaces, species, start positions. */
+#include "millsim/start.h"
 
-#include "engine/cells.h"
-#include "geometry/shape.h"
+#include "base/memory.h"
+#include "geometry/shapes.h"
+#include "start/check.h"
+#include "start/fill.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
-/* [m] rounding of a decimal position may make touching balls overlap by this much */
-#define SLACK 1e-12
-#define LIGHT                                                                                      \
-    299792458.0 /* [m/s] a speed beyond it is a slip of units, and its square may overflow */
+enum { MOST_BALLS = 50000000, MOST_SHAPES = INT16_MAX - 3 };
 
-enum { LONGEST_ROW = 4096, TOLD = 8192 /* rows between two reports */ };
-
-static const char *shape_name(const struct mill_shape *shape)
+static bool positive(double x)
 {
-    static const char *const name[MILL_KINDS] = {"another ball", "the drum", "an end wall",
-                                                 "the shaft", "a blade"};
-    return name[shape->ops->kind];
+    return x > 0.0 && x < (double)INFINITY;
 }
 
-/* The next row, without comment and newline, but no more of a file that has no rows than fits.
- * false: the end. *good: it is text. */
-static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
+/* Every number that could make the loop meaningless or endless */
+static bool is_sound(const struct mill_setup *s)
 {
-    int length = 0, c = getc_unlocked(in); /* nobody else reads it */
-    bool comment = false;
-    if (c == EOF)
-        return false;
-    for (*good = true; c != EOF && c != '\n' && *good; c = getc_unlocked(in)) {
-        comment = comment || c == '#';
-        *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
-        if (*good && !comment)
-            row[length++] = (char)c;
+    int64_t balls = 0;
+    bool good = positive(s->drum.radius) && positive(s->drum.length) && isfinite(s->speed) &&
+                isfinite(vec3_norm(s->gravity)) && s->rebound_floor >= 0.0 && s->species > 0 &&
+                s->surfaces <= MOST_SHAPES;
+    for (int k = 0; good && k < s->species; k++) {
+        const struct mill_setup_balls *b = &s->balls[k];
+        good = positive(b->diameter) && positive(b->density) && b->count >= 0;
+        balls += b->count;
     }
-    row[length] = '\0';
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        const struct mill_law *law = &s->law[kind];
+        good = good && law->restitution >= 0.0 && law->restitution <= 1.0 && law->friction >= 0.0 &&
+               fabs(law->tangential) <= 1.0;
+    }
+    return good && balls > 0 && balls <= MOST_BALLS;
+}
+
+static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
+{
+    w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));
+    for (int k = 0; w->motion && k < setup->motions; k++) {
+        const struct mill_setup_motion *m = &setup->motion[k];
+        w->motion[k] = m->type->create(m->form);
+        if (!w->motion[k])
+            return false;
+        w->motions++;
+        w->motion[k]->number = k;
+        w->motion[k]->on = m->on == MILL_STILL ? NULL : w->motion[m->on];
+    }
+    if (w->motions > 0)
+        w->rotor_speed = mill_motion_pose(w->motion[0], 0.0).angular_velocity.x;
+    return w->motion != NULL;
+}
+
+static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
+{
+    for (int k = 0; k < setup->species; k++)
+        w->balls += setup->balls[k].count;
+    w->species_count = setup->species;
+    w->species = calloc((size_t)setup->species, sizeof *w->species);
+    w->spin = mill_memory_get((size_t)w->balls, sizeof *w->spin);
+    w->ball = mill_memory_get((size_t)w->balls, sizeof *w->ball);
+    if (!w->species || !w->spin || !w->ball)
+        return false;
+    int32_t i = 0;
+    for (int k = 0; k < setup->species; k++) {
+        const struct mill_setup_balls *of = &setup->balls[k];
+        struct mill_species *s = &w->species[k];
+        if (of->name)
+            strncpy(s->name, of->name, sizeof s->name - 1);
+        s->radius = 0.5 * of->diameter;
+        s->mass = of->density * (4.0 / 3.0) * MILL_PI * s->radius * s->radius * s->radius;
+        s->inertia = 0.4 * s->mass * s->radius * s->radius;
+        for (int32_t n = 0; n < of->count; n++)
+            w->ball[i++].species = k;
+    }
     return true;
 }
 
-#define BLANKS " \t\r\f\v,"
-
-/* Reads up to nine numbers of a row; -1: something else stands there. Hexadecimal ones are none, as
- * in a deck. A comma stands between all numbers or between none: some, as in "0,1 0,2 0,3", are
- * decimal commas, and would give six numbers. */
-static int read_numbers(const char *row, double value[10])
+static enum mill_fault_code place_balls(const struct mill_setup *setup,
+                                        const struct mill_start_watch *watch, struct mill_world *w,
+                                        struct mill_fault *fault)
 {
-    int n = 0, separated = 0;
-    for (const char *p = row;;) {
-        int commas = 0;
-        for (; *p && strchr(BLANKS, *p); p++)
-            commas += *p == ',';
-        if (!*p)
-            return separated == 0 || separated == n - 1 ? n : -1;
-        const char *digits = p + (*p == '+' || *p == '-');
-        char *end;
-        const double x = strtod(p, &end);
-        if (end == p || !isfinite(x) || !strchr(BLANKS, *end) || n == 9 || commas > 1 ||
-            (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X')))
-            return -1;
-        separated += n > 0 && commas > 0;
-        value[n++] = x;
-        p = end;
+    if (!setup->start)
+        return mill_fill_random(setup, watch, w, fault);
+    for (int32_t i = 0; i < w->balls; i++) {
+        w->ball[i].r = setup->start[i].position;
+        w->ball[i].v = setup->start[i].velocity;
+        w->spin[i] = setup->start[i].spin;
     }
+    return mill_check_start(w, fault);
 }
 
-static enum mill_status cannot_read(const struct mill_deck *deck, int why, struct mill_error *error)
+enum mill_fault_code mill_start_world(const struct mill_setup *setup,
+                                      const struct mill_start_watch *watch,
+                                      struct mill_world **world, struct mill_fault *fault)
 {
-    return mill_deck_fault(deck, error, "balls", "start", "cannot read '%s': %s", deck->start,
-                           strerror(why));
-}
-
-static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
-                                  const struct mill_start_watch *watch, struct mill_world *world,
-                                  long *line_of, struct mill_error *error)
-{
-    char row[LONGEST_ROW];
-    int32_t rows = 0;
-    bool good;
-    enum mill_status status = MILL_OK;
-    errno = 0;
-    for (long number = 1; status == MILL_OK && next_row(in, row, &good); number++) {
-        double x[10] = {0.0};
-        /* of UTF-8 */
-        const bool marked = number == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
-        const int n = good ? read_numbers(row + (marked ? 3 : 0), x) : -1;
-        if (n == 0)
-            continue;
-        if (n != 3 && n != 6 && n != 9) {
-            status = mill_error_set(error, MILL_BAD_DECK,
-                                    "%s:%ld: expected 3, 6 or 9 numbers "
-                                    "'x y z [vx vy vz [wx wy wz]]' in SI units",
-                                    deck->start, number);
-        } else if (rows == world->balls) {
-            status = mill_error_set(error, MILL_BAD_DECK,
-                                    "%s:%ld: more rows than the %ld balls of the deck", deck->start,
-                                    number, (long)world->balls);
-        } else {
-            world->ball[rows].r = vec3_make(x[0], x[1], x[2]);
-            world->ball[rows].v = vec3_make(x[3], x[4], x[5]);
-            world->spin[rows] = vec3_make(x[6], x[7], x[8]);
-            line_of[rows++] = number;
-            if (watch && rows % TOLD == 0)
-                watch->tell(watch->self, "reading the start file", rows, world->balls);
-        }
+    struct mill_fault unread;
+    struct mill_world *w = calloc(1, sizeof *w);
+    fault = fault ? fault : &unread;
+    *fault = (struct mill_fault){.code = MILL_FAULT_NONE};
+    *world = NULL;
+    if (w && !is_sound(setup)) {
+        free(w);
+        return fault->code = MILL_FAULT_NUMBER;
     }
-    const int failed = ferror(in), why = errno;
-    if (status == MILL_OK && failed && why == EISDIR)
-        status = cannot_read(deck, why, error);
-    else if (status == MILL_OK && failed)
-        status = mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(why));
-    if (status == MILL_OK && rows != world->balls)
-        status = mill_deck_fault(deck, error, "balls", "start",
-                                 "'%s' has %ld rows, but the deck has %ld balls", deck->start,
-                                 (long)rows, (long)world->balls);
-    return status;
-}
-
-static enum mill_status check_speeds(const struct mill_deck *deck, const struct mill_world *world,
-                                     const long *line_of, struct mill_error *error)
-{
-    for (int32_t i = 0; i < world->balls; i++) {
-        const struct mill_ball *b = &world->ball[i];
-        const double radius = world->species[b->species].radius;
-        if (!(vec3_norm(b->v) <= LIGHT) || !(vec3_norm(world->spin[i]) * radius <= LIGHT))
-            return mill_error_set(error, MILL_BAD_DECK,
-                                  "%s:%ld: a speed beyond that of light: give m/s and rad/s",
-                                  deck->start, line_of[i]);
+    if (!w || !make_motions(setup, w) || !make_balls(setup, w) ||
+        !mill_shapes_create(setup, w->motion, &w->counts.quartics, &w->shape, &w->shapes)) {
+        mill_world_free(w);
+        return fault->code = MILL_FAULT_MEMORY;
     }
-    return MILL_OK;
-}
-
-static enum mill_status check_shapes(const struct mill_deck *deck, const struct mill_world *world,
-                                     const long *line_of, struct mill_error *error)
-{
-    for (int32_t i = 0; i < world->balls; i++) {
-        const struct mill_ball *b = &world->ball[i];
-        const double radius = world->species[b->species].radius;
-        for (int k = 0; k < world->shapes; k++) {
-            const struct mill_shape *s = world->shape[k];
-            const double gap = s->ops->gap(s, b->r, radius, world->turn);
-            if (!(gap >= -SLACK))
-                return mill_error_set(error, MILL_BAD_DECK,
-                                      "%s:%ld: ball overlaps %s by %.4g m: move it", deck->start,
-                                      line_of[i], shape_name(s), -gap);
-        }
+    w->g = setup->gravity;
+    w->drum_radius =
+        setup->drum.radius + (setup->drum.buckles > 0 ? setup->drum.buckle_height : 0.0);
+    w->drum_length = setup->drum.length;
+    memcpy(w->law, setup->law, sizeof w->law);
+    w->rebound_floor = setup->rebound_floor;
+    if (place_balls(setup, watch, w, fault) != MILL_FAULT_NONE) {
+        mill_world_free(w);
+        return fault->code;
     }
-    return MILL_OK;
-}
-
-static enum mill_status check_pair(const struct mill_deck *deck, const struct mill_world *world,
-                                   const long *line_of, int32_t i, int32_t j,
-                                   struct mill_error *error)
-{
-    const struct mill_ball *a = &world->ball[i], *b = &world->ball[j];
-    const double reach = world->species[a->species].radius + world->species[b->species].radius;
-    const double gap = vec3_norm(vec3_sub(a->r, b->r)) - reach;
-    if (gap >= -SLACK)
-        return MILL_OK;
-    return mill_error_set(error, MILL_BAD_DECK,
-                          "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them",
-                          deck->start, line_of[i], line_of[j], -gap);
-}
-
-static enum mill_status check_pairs(const struct mill_deck *deck, const struct mill_world *world,
-                                    const long *line_of, struct mill_error *error)
-{
-    double widest = 0.0, least = INFINITY;
-    for (int k = 0; k < world->species_count; k++) {
-        widest = fmax(widest, 2.0 * world->species[k].radius);
-        least = fmin(least, 2.0 * world->species[k].radius);
-    }
-    const double r = world->drum_radius, l = 0.5 * world->drum_length;
-    struct mill_cells cells;
-    int32_t *near = malloc(sizeof *near * ((size_t)world->balls + MILL_CELL_ROW));
-    enum mill_status status = MILL_OK;
-    if (!near || !mill_cells_init(&cells, vec3_make(-l, -r, -r), vec3_make(l, r, r), widest, least,
-                                  world->balls)) {
-        free(near);
-        return mill_error_set(error, MILL_FAILED, "out of memory for the cell grid");
-    }
-    for (int32_t i = 0; i < world->balls && status == MILL_OK; i++) {
-        const int32_t cell = mill_cells_at(&cells, world->ball[i].r);
-        const int32_t n = mill_cells_gather(&cells, cell, cells.around, 27, 1, near);
-        for (int32_t k = 0; k < n && status == MILL_OK; k++)
-            status = check_pair(deck, world, line_of, i, near[k], error);
-        if (status == MILL_OK && !mill_cells_insert(&cells, i, cell))
-            status = mill_error_set(error, MILL_FAILED, "out of memory for the cell grid");
-    }
-    mill_cells_release(&cells);
-    free(near);
-    return status;
-}
-
-enum mill_status mill_start_read(const struct mill_deck *deck, const struct mill_start_watch *watch,
-                                 struct mill_world *world, struct mill_error *error)
-{
-    struct stat about;
-    FILE *in = fopen(deck->start, "r");
-    if (!in)
-        return cannot_read(deck, errno, error);
-    if (fstat(fileno(in), &about) == 0 && (S_ISCHR(about.st_mode) || S_ISBLK(about.st_mode))) {
-        fclose(in); /* it may have no end */
-        return mill_deck_fault(deck, error, "balls", "start", "'%s' is a device, not a file",
-                               deck->start);
-    }
-    long *line_of = malloc(sizeof *line_of * ((size_t)world->balls + 1));
-    enum mill_status status = MILL_OK;
-    if (!line_of)
-        status =
-            mill_error_set(error, MILL_FAILED, "out of memory for %ld balls", (long)world->balls);
-    if (status == MILL_OK)
-        status = read_rows(deck, in, watch, world, line_of, error);
-    if (status == MILL_OK)
-        status = check_speeds(deck, world, line_of, error);
-    if (status == MILL_OK)
-        status = check_shapes(deck, world, line_of, error);
-    if (status == MILL_OK)
-        status = check_pairs(deck, world, line_of, error);
-    fclose(in);
-    free(line_of);
-    return status;
+    w->start = mill_world_energy(w, 0.0);
+    *world = w;
+    return MILL_FAULT_NONE;
 }

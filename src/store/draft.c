@@ -47,11 +47,11 @@ static char *follow(const char *path)
     char link[4096];
     const ssize_t length = readlink(path, link, sizeof link - 1);
     if (length <= 0)
-        return join(path, "");
+        return strdup(path);
     link[length] = '\0';
     const char *slash = strrchr(path, '/');
     if (link[0] == '/' || !slash)
-        return join(link, "");
+        return strdup(link);
     const size_t folder = (size_t)(slash - path) + 1;
     target = malloc(folder + (size_t)length + 1);
     if (target) {
@@ -78,6 +78,17 @@ struct mill_draft *mill_draft_create(const char *path, const char *begins)
         return draft;
     mill_draft_free(draft);
     return NULL;
+}
+
+bool mill_draft_replaces(const struct mill_draft *draft, const char *path)
+{
+    const char *const own[] = {draft->part, draft->new, draft->lock};
+    struct stat file, here;
+    for (int i = 0; i < 3; i++)
+        if (stat(own[i], &here) == 0 && stat(path, &file) == 0 && file.st_dev == here.st_dev &&
+            file.st_ino == here.st_ino)
+            return true;
+    return false;
 }
 
 /* ---- calls that a signal may interrupt ---- */

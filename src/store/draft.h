@@ -24,6 +24,9 @@ enum mill_draft_way {
  * It must outlive the draft. NULL: out of memory. Owner: the caller. */
 struct mill_draft *mill_draft_create(const char *path, const char *begins);
 
+/* Is PATH.part, PATH.new or PATH.lock the file at `path`, by whatever name? */
+bool mill_draft_replaces(const struct mill_draft *draft, const char *path);
+
 /* Begins the draft. EWOULDBLOCK: another process writes this file. EEXIST: a file that no draft
  * has left is in the way; it is not touched. */
 int mill_draft_open(struct mill_draft *draft, enum mill_draft_way way);

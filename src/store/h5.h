@@ -89,7 +89,9 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
                    const size_t *dims, const void *values, const char *unit,
                    const char *description);
 
-/* The same with a checksum of HDF5's own, which reading tests; rank > 0. */
+/* The same with a checksum of HDF5's own, which reading tests; rank > 0. For a state that is
+ * removed after the publication: rows gathered in columns are written first, so that its room is at
+ * the end of the file, which gets shorter again. */
 void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                            const size_t *dims, const void *values, const char *description);
 

@@ -93,6 +93,7 @@ void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_
                            const size_t *dims, const void *values, const char *description)
 {
     assert(rank > 0);
+    mill_h5_flush_columns(file);
     store(file, path, mill_h5_file_type(type), mill_h5_memory_type(type), make_space(rank, dims),
           checked(type, rank, dims), values, "", description);
 }

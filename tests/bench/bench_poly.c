@@ -11,7 +11,7 @@
 
 #include "../unit/poly_cases.h"
 #include "geometry/shape.h"
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/poly.h"
 #include "millsim/sim.h"
 

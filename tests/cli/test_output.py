@@ -461,17 +461,6 @@ def test_files_in_the_way_that_are_not_ours_are_refused_and_kept(tmp_path, end, 
     assert {entry.name for entry in tmp_path.iterdir()} == {"mill.h5", "mill.ini"}
 
 
-@pytest.mark.parametrize("end", ["part", "lock"])
-def test_a_deck_named_as_what_stands_beside_the_file_is_kept(tmp_path, end):
-    deck = tmp_path / f"run.{end}"
-    deck.write_text(DECK)
-    done = millsim(tmp_path, "-q", "-o", "run", deck.name)
-    assert done.returncode == 2
-    assert f"millsim: {deck.name}: " in done.stderr
-    assert deck.read_text() == DECK
-    assert [entry.name for entry in tmp_path.iterdir()] == [deck.name]
-
-
 @pytest.mark.parametrize("end", ["part", "new", "lock"])
 def test_links_in_the_way_are_not_followed(tmp_path, end):
     (tmp_path / "mill.ini").write_text(DECK)
@@ -511,7 +500,6 @@ def test_a_disk_that_fills_up_ends_in_one_line_and_status_1(tmp_path):
     (tmp_path / "mill.ini").write_text(DECK)
 
     def small_disk():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
 
     done = millsim(tmp_path, "-q", "mill.ini", preexec_fn=small_disk)

@@ -2,7 +2,7 @@
  * back from its own print to the same. Behind each 0x1e stands one --set value. */
 #include "fuzz.h"
 
-#include "millsim/deck.h"
+#include "deck/deck.h"
 
 enum { MOST_ORDERS = 8 };
 

@@ -4,7 +4,7 @@
 #define SIM_FIXTURE_H
 
 #include "geometry/shape.h"
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/sim.h"
 
 #include <check.h>

@@ -1,6 +1,6 @@
 /* The deck as a struct: what is read, what follows from it, what prints back to the same bits. The
  * messages are tested through the program, in tests/cli/test_deck.py. */
-#include "millsim/deck.h"
+#include "deck/deck.h"
 
 #include <check.h>
 #include <stdlib.h>

@@ -485,6 +485,30 @@ START_TEST(a_flipped_bit_is_found)
 }
 END_TEST
 
+/* Rows gathered before must not come to lie behind it. */
+START_TEST(the_room_of_a_state_that_was_removed_is_given_back)
+{
+    const struct mill_h5_layout layout = {.type = MILL_H5_I64, .unit = "1", .description = "-"};
+    const size_t count = 1 << 17;
+    double *state = calloc(count, sizeof *state);
+    struct fixture f;
+    struct mill_h5 *file = new_file(&f);
+    struct mill_h5_column *column = mill_h5_column_create(file, "/c", &layout, 0);
+    append_range(column, 0, 1000, false);
+    mill_h5_write_checked(file, "/state", MILL_H5_F64, 1, &count, state, "-");
+    ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
+    mill_h5_remove(file, "/state");
+    close_file(file);
+    assert_counts_up(f.path, "/c", 1000);
+    FILE *in = fopen(f.path, "rb");
+    fseek(in, 0, SEEK_END);
+    ck_assert_int_lt(ftell(in), 100000);
+    fclose(in);
+    free(state);
+    unlink(f.path);
+}
+END_TEST
+
 START_TEST(after_a_failure_every_call_does_nothing)
 {
     const struct mill_h5_layout layout = {.type = MILL_H5_F64, .unit = "1", .description = "-"};
@@ -535,6 +559,7 @@ int main(void)
         what_was_written_checked_is_read_back,
         nothing_else_passes_for_what_was_written_checked,
         a_flipped_bit_is_found,
+        the_room_of_a_state_that_was_removed_is_given_back,
         after_a_failure_every_call_does_nothing,
         two_files_of_the_same_content_have_the_same_bytes,
         a_long_row_is_the_row,

@@ -7,7 +7,7 @@
  * dissipation, 0...) and then one row a ball: position, velocity, spin. */
 #include "engine/predict.h"
 #include "engine/sim_private.h"
-#include "millsim/deck.h"
+#include "deck/deck.h"
 #include "millsim/sim.h"
 
 #include <stdio.h>

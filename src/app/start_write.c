@@ -1,12 +1,13 @@
 /* A start state as a start file: what mill_start_read makes the same balls of, to the last bit. The
  * order is that of the world's rows, which is all that a random start leaves behind: its balls were
  * numbered by place within each kind, and a start file's are taken as they come. */
-#include "start/start.h"
+#include "app/start_write.h"
 
 #include "store/draft.h"
 
 #include <errno.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 

@@ -35,18 +35,18 @@ static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
     return g->head != NULL;
 }
 
-bool mill_fill_sieve_init(struct mill_fill_sieve *s, const struct mill_world *w)
+bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
 {
     double widest = 0.0;
     memset(s, 0, sizeof *s);
     s->balls = w->balls;
-    s->spot = calloc((size_t)w->balls, sizeof *s->spot);
-    if (!s->spot)
+    s->place = calloc((size_t)w->balls, sizeof *s->place);
+    if (!s->place)
         return false;
     for (int k = 0; k < w->species_count; k++)
         widest = fmax(widest, w->species[k].radius);
     for (int32_t i = 0; i < w->balls; i++) {
-        struct mill_fill_spot *p = &s->spot[i];
+        struct mill_fill_place *p = &s->place[i];
         p->radius = w->species[w->ball[i].species].radius;
         p->class = class_of(p->radius, widest);
         struct mill_fill_grid *g = &s->grid[p->class];
@@ -55,23 +55,23 @@ bool mill_fill_sieve_init(struct mill_fill_sieve *s, const struct mill_world *w)
     }
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
         if (s->grid[k].balls > 0 && !make_grid(&s->grid[k], w)) {
-            mill_fill_sieve_free(s);
+            mill_fill_grids_free(s);
             return false;
         }
     }
-    mill_fill_sieve_clear(s);
+    mill_fill_grids_clear(s);
     return true;
 }
 
-void mill_fill_sieve_free(struct mill_fill_sieve *s)
+void mill_fill_grids_free(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++)
         free(s->grid[k].head);
-    free(s->spot);
+    free(s->place);
     memset(s, 0, sizeof *s);
 }
 
-void mill_fill_sieve_clear(struct mill_fill_sieve *s)
+void mill_fill_grids_clear(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
         struct mill_fill_grid *g = &s->grid[k];
@@ -95,9 +95,9 @@ static int32_t cell_at(const struct mill_fill_grid *g, vec3 r)
     return (ix * g->n[1] + iy) * g->n[2] + along(g, 2, r.z - g->lo.z);
 }
 
-void mill_fill_sieve_place(struct mill_fill_sieve *s, int32_t i)
+void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
 {
-    struct mill_fill_spot *p = &s->spot[i];
+    struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
     p->cell = cell_at(g, p->r);
     p->next = g->head[p->cell];
@@ -105,21 +105,21 @@ void mill_fill_sieve_place(struct mill_fill_sieve *s, int32_t i)
     g->placed++;
 }
 
-void mill_fill_sieve_replace(struct mill_fill_sieve *s, int32_t i)
+void mill_fill_grids_replace(struct mill_fill_grids *s, int32_t i)
 {
-    struct mill_fill_spot *p = &s->spot[i];
+    struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
     if (cell_at(g, p->r) == p->cell)
         return;
     int32_t *link = &g->head[p->cell];
     while (*link != i)
-        link = &s->spot[*link].next;
+        link = &s->place[*link].next;
     *link = p->next;
     g->placed--;
-    mill_fill_sieve_place(s, i);
+    mill_fill_grids_place(s, i);
 }
 
-int32_t mill_fill_sieve_near(const struct mill_fill_sieve *s, vec3 r, double radius, int32_t *out)
+int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double radius, int32_t *out)
 {
     int32_t n = 0;
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
@@ -135,7 +135,7 @@ int32_t mill_fill_sieve_near(const struct mill_fill_sieve *s, vec3 r, double rad
             for (int32_t y = y0; y <= y1; y++) {
                 const int32_t *row = g->head + (x * g->n[1] + y) * g->n[2];
                 for (int32_t z = z0; z <= z1; z++) {
-                    for (int32_t i = row[z]; i >= 0; i = s->spot[i].next)
+                    for (int32_t i = row[z]; i >= 0; i = s->place[i].next)
                         out[n++] = i;
                 }
             }

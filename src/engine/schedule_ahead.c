@@ -2,7 +2,7 @@
  * the next: the event to its ball, the ball to its cell, the cells around it to their balls. So
  * every event asks for a part of what later ones need, in three steps, each when the memory asked
  * for in the step before has arrived. Nothing is changed and no result depends on it. */
-#include "engine/predict.h"
+#include "engine/schedule.h"
 
 #define STEP 2 /* items between the steps */
 
@@ -14,7 +14,7 @@ static void fetch(const void *address)
     __asm__ volatile("");
 }
 
-static void fetch_ball(const struct mill_predict *p, int32_t i)
+static void fetch_ball(const struct mill_schedule *p, int32_t i)
 {
     fetch(&p->world->ball[i]);
     fetch(&p->world->spin[i]);
@@ -24,12 +24,11 @@ static void fetch_ball(const struct mill_predict *p, int32_t i)
 /* The partner of a ball's event, MILL_NOBODY when the event is another one */
 static int32_t partner_of(const struct mill_plan *plan)
 {
-    return plan->pair_t <= plan->shape_t && plan->pair_t <= plan->exit_t ? plan->partner
-                                                                         : MILL_NOBODY;
+    return plan->next == MILL_NEXT_PAIR ? plan->partner : MILL_NOBODY;
 }
 
 /* The ball and its partner; its plan has just come. */
-static void fetch_balls(const struct mill_predict *p, int32_t i)
+static void fetch_balls(const struct mill_schedule *p, int32_t i)
 {
     const int32_t partner = partner_of(&p->plan[i]);
     fetch_ball(p, i);
@@ -46,7 +45,7 @@ struct region {
 };
 
 /* Their rows, and the list of surfaces there. */
-static void fetch_cells(const struct mill_predict *p, const struct region *region)
+static void fetch_cells(const struct mill_schedule *p, const struct region *region)
 {
     const struct mill_cells *c = &p->cells;
     const size_t word = mill_cells_word_size(c);
@@ -58,7 +57,7 @@ static void fetch_cells(const struct mill_predict *p, const struct region *regio
 
 /* The balls in them. Their numbers are copied first, without a branch: to go through the rows, of
  * which most hold none or one, would be mispredicted at every second. */
-static void fetch_neighbours(const struct mill_predict *p, const struct region *region)
+static void fetch_neighbours(const struct mill_schedule *p, const struct region *region)
 {
     int32_t *near = p->pairs.near;
     const int32_t n =
@@ -69,13 +68,13 @@ static void fetch_neighbours(const struct mill_predict *p, const struct region *
 
 /* Where ball i's event will look: around the ball and, where that is another cell, around its
  * partner; after a crossing only into the cells that came near. */
-static void look(const struct mill_predict *p, int32_t i,
-                 void (*fetch_region)(const struct mill_predict *, const struct region *))
+static void look(const struct mill_schedule *p, int32_t i,
+                 void (*fetch_region)(const struct mill_schedule *, const struct region *))
 {
     const struct mill_plan *plan = &p->plan[i];
     const struct mill_cells *c = &p->cells;
     const int32_t cell = c->cell[i], partner = partner_of(plan);
-    if (plan->exit_t < plan->pair_t && plan->exit_t < plan->shape_t) {
+    if (plan->next == MILL_NEXT_EXIT) {
         const struct region new = {cell + mill_cells_step(c, plan->face), 9, c->ahead[plan->face]};
         fetch_region(p, &new);
         return;
@@ -89,15 +88,15 @@ static void look(const struct mill_predict *p, int32_t i,
 }
 
 /* Takes the next item of the calendar's walk through all steps; false when there is none. */
-static bool foresee(struct mill_predict *p)
+static bool foresee(struct mill_schedule *p)
 {
     const int32_t next = mill_calendar_ahead(p->calendar);
     if (next < 0)
         return false;
-    const uint32_t turn = p->turns++;
-    const int32_t second = p->foreseen[(turn - STEP) % MILL_PREDICT_FORESEEN];
-    const int32_t third = p->foreseen[(turn - 2 * STEP) % MILL_PREDICT_FORESEEN];
-    p->foreseen[turn % MILL_PREDICT_FORESEEN] = next;
+    const uint32_t slot = p->foresights++;
+    const int32_t second = p->foreseen[(slot - STEP) % MILL_SCHEDULE_FORESEEN];
+    const int32_t third = p->foreseen[(slot - 2 * STEP) % MILL_SCHEDULE_FORESEEN];
+    p->foreseen[slot % MILL_SCHEDULE_FORESEEN] = next;
     fetch_balls(p, next);
     if (second >= 0)
         look(p, second, fetch_cells);
@@ -106,7 +105,7 @@ static bool foresee(struct mill_predict *p)
     return true;
 }
 
-void mill_predict_ahead(struct mill_predict *p)
+void mill_schedule_ahead(struct mill_schedule *p)
 {
     if (foresee(p)) /* two an event: the walk begins behind, and days differ */
         foresee(p);

@@ -1,27 +1,20 @@
-/* Contact prediction for one ball. All balls fall alike, so the relative motion of two is a
+/* The schedule of each ball. All balls fall alike, so the relative motion of two is a
  * straight line and their contact a quadratic; it is evaluated for every neighbour at once without
  * branches, and only the few that are closing and will touch before the best one known get a square
  * root. Surfaces are searched no further than the window the best pair and the cell leave. The
  * earliest event of the ball goes into the calendar; a partner is not told, its contact counter
  * shows later whether it changed. */
-#include "engine/predict.h"
+#include "engine/schedule.h"
 
 #include "base/elementary.h"
-
 #include "base/memory.h"
 #include "geometry/shape.h"
 
 #include <stdlib.h>
 
-/* A ball that was let go by a blade is clear of it at this gap, in radii. It begins at a gap of
+/* A ball that was let go is clear of what pinched it at this gap, in radii. It begins at a gap of
  * zero, and must not be caught again at once by the pinch that was relieved. */
 #define CLEAR 0.01
-
-/* fmin is a call, for the sake of NaN */
-static double least(double a, double b)
-{
-    return a < b ? a : b;
-}
 
 /* A gas of which cells of the smallest size hold fewer balls than DILUTE gets cells that hold HELD,
  * though none wider than so many diameters. */
@@ -29,14 +22,17 @@ static double least(double a, double b)
 #define HELD 0.35
 #define WIDEST 1.7
 
-static enum mill_status no_memory(struct mill_predict *p, struct mill_error *error)
+/* [of a radius] a moving body may have gone on by so much since its pose was looked at. */
+#define LATELY 0.01
+
+static enum mill_status no_memory(struct mill_schedule *p, struct mill_error *error)
 {
-    mill_predict_free(p);
+    mill_schedule_free(p);
     return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
 }
 
 /* Which shapes a ball in each cell can meet at all. */
-static bool list_surfaces(struct mill_predict *p, double widest)
+static bool list_surfaces(struct mill_schedule *p, double widest)
 {
     const struct mill_world *w = p->world;
     const int32_t cells = mill_cells_count(&p->cells);
@@ -60,15 +56,25 @@ static bool list_surfaces(struct mill_predict *p, double widest)
             struct mill_surface *next = &p->surface[n];
             next->shape = k;
             next->parts.first = next->parts.count = 0;
-            if (!shape->ops->reachable(shape, lo, hi, widest))
+            if (!shape->type->reachable(shape, lo, hi, widest))
                 continue;
-            if (shape->ops->parts)
-                next->parts = shape->ops->parts(shape, lo, hi, widest);
+            if (shape->type->parts)
+                next->parts = shape->type->parts(shape, lo, hi, widest);
             n++;
         }
     }
     p->surface_start[cells] = (int32_t)n;
     return true;
+}
+
+static bool is_driven(const struct mill_world *w)
+{
+    bool driven = false;
+    for (int k = 0; k < w->motions; k++) {
+        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
+        driven = driven || b.speed > 0.0 || b.turning > 0.0;
+    }
+    return driven;
 }
 
 /* Cells as small as they may be cost least where balls are close, and they are in any mill: gravity
@@ -77,20 +83,20 @@ static double cell_side(const struct mill_world *w, double diameter)
 {
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
     const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
-    const bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0 && w->rotor_speed == 0.0;
+    const bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0 && !is_driven(w);
     return gas && held < DILUTE ? diameter * fmin(mill_elementary_cbrt(HELD / held), WIDEST)
                                 : diameter;
 }
 
-static bool allocate(struct mill_predict *p, double *widest)
+static bool allocate(struct mill_schedule *p, double *widest)
 {
     const struct mill_world *w = p->world;
     const size_t n = (size_t)w->balls + MILL_PAIRS_ROOM;
     double thinnest = INFINITY;
     p->search = mill_pairs_choose();
-    p->known_turn = NAN;
-    for (int k = 0; k < MILL_PREDICT_FORESEEN; k++)
+    for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
         p->foreseen[k] = MILL_NOBODY;
+    p->lately = calloc((size_t)w->motions + 1, sizeof *p->lately);
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
     p->pairs.near = malloc(sizeof *p->pairs.near * n);
@@ -100,13 +106,26 @@ static bool allocate(struct mill_predict *p, double *widest)
     p->pairs.square = malloc(sizeof *p->pairs.square * n);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
     if (!p->radius || !p->plan || !p->pairs.near || !p->pairs.kept || !p->pairs.b || !p->pairs.c ||
-        !p->pairs.square || !p->calendar)
+        !p->pairs.square || !p->calendar || !p->lately)
         return false;
     *widest = 0.0;
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
         *widest = fmax(*widest, p->radius[k]);
         thinnest = fmin(thinnest, p->radius[k]);
+    }
+    p->pull = vec3_norm(w->g);
+    for (int k = 0; k < w->motions; k++) {
+        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
+        const double reach = w->drum_radius, coriolis = 2.0 * b.turning;
+        struct mill_lately *l = &p->lately[k];
+        l->t = NAN;
+        l->drift = b.speed + b.turning * reach;
+        l->most = LATELY * thinnest / l->drift;
+        l->coriolis = coriolis * (1.0 + 1e-9);
+        l->acceleration = p->pull + b.acceleration + coriolis * b.speed +
+                          (b.turning * b.turning + b.spin_up) * reach;
+        l->margin = 1e-9 * reach;
     }
     p->pairs.ball = w->ball;
     p->pairs.cells = &p->cells;
@@ -118,12 +137,12 @@ static bool allocate(struct mill_predict *p, double *widest)
                            cell_side(w, 2.0 * *widest), 2.0 * thinnest, w->balls);
 }
 
-enum mill_status mill_predict_create(struct mill_world *world, struct mill_predict **predict,
-                                     struct mill_error *error)
+enum mill_status mill_schedule_create(struct mill_world *world, struct mill_schedule **schedule,
+                                      struct mill_error *error)
 {
     double widest;
-    struct mill_predict *p = calloc(1, sizeof *p);
-    *predict = NULL;
+    struct mill_schedule *p = calloc(1, sizeof *p);
+    *schedule = NULL;
     if (!p)
         return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
     p->world = world;
@@ -133,11 +152,11 @@ enum mill_status mill_predict_create(struct mill_world *world, struct mill_predi
         if (!mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, world->ball[i].r)))
             return no_memory(p, error);
     }
-    *predict = p;
+    *schedule = p;
     return MILL_OK;
 }
 
-bool mill_predict_restore(struct mill_predict *p, const int32_t *cell)
+bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
 {
     for (int32_t i = 0; i < p->world->balls; i++)
         mill_cells_remove(&p->cells, i);
@@ -146,17 +165,18 @@ bool mill_predict_restore(struct mill_predict *p, const int32_t *cell)
         const struct mill_plan *plan = &p->plan[i];
         if (!mill_cells_insert(&p->cells, i, cell[i]))
             return false;
-        mill_calendar_set(p->calendar, i, least(least(plan->pair_t, plan->shape_t), plan->exit_t));
+        mill_calendar_set(p->calendar, i, mill_plan_time(plan));
     }
     return true;
 }
 
-void mill_predict_free(struct mill_predict *p)
+void mill_schedule_free(struct mill_schedule *p)
 {
     if (!p)
         return;
     mill_calendar_free(p->calendar);
     mill_cells_release(&p->cells);
+    free(p->lately);
     free(p->radius);
     free(p->plan);
     free(p->pairs.near);
@@ -170,7 +190,7 @@ void mill_predict_free(struct mill_predict *p)
 }
 
 /* Looks into `count` cells and improves the plan's pair contact. */
-static void scan(struct mill_predict *p, int32_t i, double now, const int64_t *offset,
+static void scan(struct mill_schedule *p, int32_t i, double now, const int64_t *offset,
                  int32_t count)
 {
     struct mill_plan *plan = &p->plan[i];
@@ -183,83 +203,111 @@ static void scan(struct mill_predict *p, int32_t i, double now, const int64_t *o
     }
 }
 
-/* Is a ball that was let go clear of every blade again? */
-static bool clear_of_blades(const struct mill_predict *p, int32_t i, double now)
+/* Is a ball that was let go clear again of everything that pinches? */
+static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
 {
     const struct mill_world *w = p->world;
     const double radius = p->radius[w->ball[i].species];
-    const double turn = w->turn + w->rotor_speed * now;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        if (s->ops->kind == MILL_BALL_BLADE &&
-            s->ops->gap(s, w->ball[i].r, radius, turn) <= CLEAR * radius)
+        if (!s->type->pinches)
+            continue;
+        const struct mill_pose pose = mill_shape_pose(s, now);
+        if (s->type->gap(s, w->ball[i].r, radius, &pose) <= CLEAR * radius)
             return false;
     }
     return true;
 }
 
-/* Cosine and sine of the rotor's angle, good to 1e-15: turned on from the last ones known as long
- * as the angle between is small. */
-static struct mill_heading heading_at(struct mill_predict *p, double turn)
+/* Where the ball is and how far it can get within `window` [s], as bodies on that motion see it: in
+ * their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts; the frame itself
+ * has gone on a little since its pose was looked at. */
+static void look_lately(struct mill_schedule *p, const struct mill_motion *motion, double now,
+                        double window, struct mill_flight *f)
 {
-    double by = turn - p->known_turn;
-    if (!(fabs(by) < 0.02)) {
-        p->known_turn = turn;
-        p->known = mill_elementary_heading(turn);
-        by = 0.0;
+    struct mill_lately *l = &p->lately[motion->number];
+    double age = fabs(now - l->t);
+    if (!(age <= l->most)) {
+        l->pose = mill_motion_pose(motion, now);
+        l->t = now;
+        age = 0.0;
     }
-    const double square = by * by;
-    const double c = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
-    const double s = by * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
-    const struct mill_heading heading = {p->known.cos * c - p->known.sin * s,
-                                         p->known.sin * c + p->known.cos * s};
-    return heading;
+    const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
+    const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
+    const double a = l->acceleration + l->coriolis * v;
+    f->place = mill_pose_in(&l->pose, f->r);
+    f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
+}
+
+/* The first contact with a surface in reach of the cell, within the window [s] that the best pair
+ * and the cell leave. */
+static void search_surfaces(struct mill_schedule *p, int32_t i, double now, double window,
+                            int32_t touched)
+{
+    const struct mill_world *w = p->world;
+    struct mill_plan *plan = &p->plan[i];
+    const struct mill_ball *ball = &w->ball[i];
+    const int32_t cell = p->cells.cell[i];
+    const double radius = p->radius[ball->species];
+    const struct mill_motion *seen = NULL;
+    struct mill_flight flight = {
+        .r = ball->r, .v = ball->v, .g = w->g, .pull = p->pull, .travel = INFINITY};
+    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
+    const struct mill_shape *last = w->shape[p->surface[end - 1].shape];
+    if (last->type->pinches && last->motion) { /* those of one motion mostly stand together */
+        look_lately(p, last->motion, now, window, &flight);
+        seen = last->motion;
+    }
+    for (int32_t k = first; k < end; k++) {
+        const int32_t s = p->surface[k].shape;
+        const struct mill_shape *shape = w->shape[s];
+        if (plan->let_go && shape->type->pinches)
+            continue;
+        flight.parts = p->surface[k].parts;
+        if (shape->type->pinches & (shape->motion != seen)) {
+            look_lately(p, shape->motion, now, window, &flight);
+            seen = shape->motion;
+        }
+        const struct mill_hit hit =
+            shape->type->next_contact(shape, &flight, radius, now, window, s == touched);
+        if (hit.t <= window) {
+            window = hit.t;
+            plan->shape_t = now + hit.t;
+            plan->shape = (int16_t)s;
+            plan->next = hit.state == MILL_HIT_ASK_AGAIN ? MILL_NEXT_SEARCH : MILL_NEXT_SURFACE;
+        }
+    }
 }
 
 /* Cell exit, then surfaces within the window that is left, then the calendar. */
-static void complete(struct mill_predict *p, int32_t i, double now, int32_t touched)
+static void complete(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
     const struct mill_world *w = p->world;
     struct mill_plan *plan = &p->plan[i];
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
     const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g,
-                                                      least(plan->pair_t, p->horizon) - now);
+                                                      mill_least(plan->pair_t, p->horizon) - now);
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
     plan->shape = MILL_NOBODY;
-    plan->again = false;
-
+    plan->next = MILL_NEXT_SURFACE;
     if (plan->let_go)
-        plan->let_go = !clear_of_blades(p, i, now);
-    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
-    if (first < end) {
-        const double radius = p->radius[ball->species];
-        const double turn = w->turn + w->rotor_speed * now;
-        const struct mill_heading heading = heading_at(p, turn);
-        struct mill_flight flight = {ball->r, ball->v, w->g, heading, {0, 0}};
-        double window = least(least(plan->pair_t, plan->exit_t), p->horizon) - now;
-        for (int32_t k = first; k < end; k++) {
-            const int32_t s = p->surface[k].shape;
-            const struct mill_shape *shape = w->shape[s];
-            if (plan->let_go && shape->ops->kind == MILL_BALL_BLADE)
-                continue;
-            flight.parts = p->surface[k].parts;
-            const double dt =
-                shape->ops->next_contact(shape, &flight, radius, turn, window, s == touched);
-            if (fabs(dt) <= window) {
-                window = fabs(dt);
-                plan->shape_t = now + window;
-                plan->shape = (int16_t)s;
-                plan->again = dt < 0.0;
-            }
-        }
-    }
-    mill_calendar_set(p->calendar, i, least(least(plan->pair_t, plan->shape_t), plan->exit_t));
+        plan->let_go = !is_clear(p, i, now);
+    if (p->surface_start[cell] < p->surface_start[cell + 1])
+        search_surfaces(p, i, now,
+                        mill_least(mill_least(plan->pair_t, plan->exit_t), p->horizon) - now,
+                        touched);
+    /* by arithmetic: half of these branches would be mispredicted */
+    const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
+    const int surface = plan->shape_t <= plan->exit_t;
+    plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
+                           pair * MILL_NEXT_PAIR);
+    mill_calendar_set(p->calendar, i, mill_plan_time(plan));
 }
 
-void mill_predict_ball(struct mill_predict *p, int32_t i, double now, int32_t touched)
+void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
@@ -268,7 +316,7 @@ void mill_predict_ball(struct mill_predict *p, int32_t i, double now, int32_t to
     complete(p, i, now, touched);
 }
 
-bool mill_predict_cross(struct mill_predict *p, int32_t i, double now)
+bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
 {
     const int32_t face = p->plan[i].face;
     if (!mill_cells_cross(&p->cells, i, face))
@@ -279,10 +327,9 @@ bool mill_predict_cross(struct mill_predict *p, int32_t i, double now)
     return true;
 }
 
-double mill_predict_overlap(struct mill_predict *p, int32_t i, double t)
+double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
 {
     const struct mill_world *w = p->world;
-    const double turn = w->turn + w->rotor_speed * t;
     const vec3 r = mill_world_position(w, i, t);
     const struct mill_ball *me = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
@@ -297,8 +344,10 @@ double mill_predict_overlap(struct mill_predict *p, int32_t i, double t)
                                vec3_norm(vec3_sub(mill_world_position(w, p->pairs.near[k], t), r)));
     }
     for (int k = 0; k < w->shapes; k++) {
-        if (!p->plan[i].let_go || w->shape[k]->ops->kind != MILL_BALL_BLADE)
-            deepest = fmax(deepest, -w->shape[k]->ops->gap(w->shape[k], r, radius, turn));
+        const struct mill_shape *s = w->shape[k];
+        const struct mill_pose pose = mill_shape_pose(s, t);
+        if (!p->plan[i].let_go || !s->type->pinches)
+            deepest = fmax(deepest, -s->type->gap(s, r, radius, &pose));
     }
     return deepest;
 }

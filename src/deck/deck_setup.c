@@ -1,0 +1,177 @@
+/* The deck as a setup. What names, lines and files are stays here; the world is built from numbers,
+ * and its faults come back as codes. */
+#include "deck/deck_setup.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The parts of a setup that are lists */
+struct lists {
+    struct mill_turn rotor;
+    struct mill_setup_motion motion;
+    struct mill_shaft shaft;
+    struct mill_blade *blade;
+    struct mill_setup_surface *surface;
+    struct mill_setup_balls *balls;
+    struct mill_deck_start start;
+};
+
+static void free_lists(struct lists *lists)
+{
+    free(lists->blade);
+    free(lists->surface);
+    free(lists->balls);
+    free(lists->start.ball);
+    free(lists->start.line);
+}
+
+static void add_rotor(const struct mill_deck *deck, struct lists *lists, struct mill_setup *setup)
+{
+    if (!deck->rotor)
+        return;
+    lists->rotor = (struct mill_turn){
+        .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
+    lists->motion = (struct mill_setup_motion){
+        .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
+    setup->motion = &lists->motion;
+    setup->motions = 1;
+    setup->surface = lists->surface;
+    if (deck->shaft_radius > 0.0) {
+        lists->shaft.radius = deck->shaft_radius;
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
+    }
+    for (int k = 0; k < deck->blades; k++) {
+        const struct mill_deck_blade *b = &deck->blade[k];
+        lists->blade[k] = (struct mill_blade){b->position, b->angle,     b->tip_radius,
+                                              b->width,    b->thickness, b->pitch};
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = &mill_blade_type, .form = &lists->blade[k], .number = k, .motion = 0};
+    }
+}
+
+static bool make_lists(const struct mill_deck *deck, struct lists *lists)
+{
+    lists->blade = calloc((size_t)deck->blades + 1, sizeof *lists->blade);
+    lists->surface = calloc((size_t)deck->blades + 1, sizeof *lists->surface);
+    lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
+    return lists->blade && lists->surface && lists->balls;
+}
+
+static enum mill_status make_setup(const struct mill_deck *deck,
+                                   const struct mill_start_watch *watch, struct lists *lists,
+                                   struct mill_setup *setup, struct mill_error *error)
+{
+    int32_t balls = 0;
+    *setup = (struct mill_setup){
+        .gravity = deck->gravity,
+        .drum = {.radius = deck->drum_radius,
+                 .length = deck->drum_length,
+                 .buckles = deck->wavy ? (int)deck->buckles : 0,
+                 .buckle_height = deck->buckle_height,
+                 .buckle_angle = deck->buckle_angle},
+        .species = deck->kinds,
+        .speed = deck->speed,
+        .seed = deck->seed,
+        .rebound_floor = deck->rebound_floor,
+    };
+    memcpy(setup->law, deck->law, sizeof setup->law);
+    if (!make_lists(deck, lists))
+        return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
+    for (int k = 0; k < deck->kinds; k++) {
+        const struct mill_deck_balls *b = &deck->balls[k];
+        lists->balls[k] =
+            (struct mill_setup_balls){b->name, b->diameter, b->density, (int32_t)b->count};
+        balls += (int32_t)b->count;
+    }
+    setup->balls = lists->balls;
+    add_rotor(deck, lists, setup);
+    if (!deck->start)
+        return MILL_OK;
+    const enum mill_status status = mill_deck_start_read(deck, balls, watch, &lists->start, error);
+    setup->start = lists->start.ball;
+    return status;
+}
+
+/* ---- faults ---- */
+
+/* "384 big, 3072 small", or the number alone of one kind */
+static void name_counts(const struct mill_deck *deck, const int32_t *count, char *text, size_t size)
+{
+    size_t used = 0;
+    if (deck->kinds == 1)
+        snprintf(text, size, "%ld", (long)count[0]);
+    for (int k = 0; deck->kinds > 1 && k < deck->kinds && k < MILL_FAULT_SPECIES && used < size;
+         k++)
+        used += (size_t)snprintf(text + used, size - used, "%s%ld %s", k ? ", " : "",
+                                 (long)count[k], deck->balls[k].name);
+}
+
+static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
+                                     struct mill_error *error)
+{
+    char section[MILL_NAME_LENGTH + 8] = "balls", counts[512];
+    const bool mixture = deck->kinds > 1;
+    long balls = 0;
+    for (int k = 0; k < deck->kinds; k++)
+        balls += deck->balls[k].count;
+    if (mixture || strcmp(deck->balls[0].name, "balls") != 0)
+        snprintf(section, sizeof section, "balls.%s", deck->balls[0].name);
+    if (fault->fits[0] == 0)
+        return mill_deck_fault(deck, error, section, "count",
+                               "not a single ball%s fits: make balls or rotor smaller",
+                               mixture ? " of each kind" : "");
+    name_counts(deck, fault->fits, counts, sizeof counts);
+    return mill_deck_fault(deck, error, section, "count",
+                           "%ld balls do not fit (solid fraction %.3f of the free volume); %s do",
+                           balls, fault->amount, counts);
+}
+
+static enum mill_status tell(const struct mill_deck *deck, const struct lists *lists,
+                             const struct mill_fault *fault, struct mill_error *error)
+{
+    static const char *const shape[MILL_KINDS] = {"another ball", "the drum", "an end wall",
+                                                  "the shaft", "a blade"};
+    const long *line = lists->start.line;
+    switch (fault->code) {
+    case MILL_FAULT_NONE:
+        return MILL_OK;
+    case MILL_FAULT_MEMORY:
+        return mill_error_set(error, MILL_FAILED, "out of memory for the mill and its balls");
+    case MILL_FAULT_NUMBER:
+        return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
+    case MILL_FAULT_SPEED:
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "%s:%ld: a speed beyond that of light: give m/s and rad/s",
+                              deck->start, line[fault->ball]);
+    case MILL_FAULT_BALL_IN_SHAPE:
+        return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s by %.4g m: move it",
+                              deck->start, line[fault->ball], shape[fault->kind], fault->amount);
+    case MILL_FAULT_BALL_IN_BALL:
+        return mill_error_set(
+            error, MILL_BAD_DECK,
+            "%s:%ld: ball overlaps the one of line %ld by %.4g m: move one of them", deck->start,
+            line[fault->ball], line[fault->other], fault->amount);
+    case MILL_FAULT_NO_ROOM:
+        break;
+    }
+    return tell_no_room(deck, fault, error);
+}
+
+enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
+                                       const struct mill_start_watch *watch,
+                                       struct mill_world **world, struct mill_error *error)
+{
+    struct lists lists = {.blade = NULL};
+    struct mill_setup setup;
+    struct mill_fault fault;
+    *world = NULL;
+    enum mill_status status = make_setup(deck, watch, &lists, &setup, error);
+    if (status == MILL_OK) {
+        mill_start_world(&setup, watch, world, &fault);
+        status = tell(deck, &lists, &fault, error);
+    }
+    free_lists(&lists);
+    return status;
+}

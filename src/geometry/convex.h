@@ -1,0 +1,126 @@
+/* A convex body on a motion, met from outside. In the body's frame it stands still, and the gap of
+ * a ball is the distance of its centre less its radius: exact for faces, edges and corners, and not
+ * polynomial in time. The first contact is found with a certificate: the distance to a convex body
+ * is a convex function of place, so along a path the gap d obeys d'' >= -A, A a bound of the
+ * acceleration in the body's frame (gravity, Coriolis, centrifugal and Euler parts, and what the
+ * frame's origin does). From (d, d') the gap cannot vanish before
+ * t = (d' + sqrt(d'^2 + 2 A d)) / A; stepping there and asking again never overshoots the first
+ * contact and converges quadratically on it.
+ *
+ * A kind of body gives its distance as a function; these are compiled into it. */
+#ifndef MILLSIM_CONVEX_H
+#define MILLSIM_CONVEX_H
+
+#include "geometry/shape.h"
+
+/* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
+#define MILL_CONVEX_SLOWEST 1e-9
+/* [m] what a search without patience concedes: a ball that glides along the body, its gap next to
+ * nothing, would go on by steps next to nothing */
+#define MILL_CONVEX_CONCEDED 1e-13
+/* [s] a search looks no further: the bound of the acceleration grows with it */
+#define MILL_CONVEX_FARTHEST 1.0
+enum {
+    MILL_CONVEX_PATIENCE = 400, /* steps of one search; one or two are usual */
+    MILL_CONVEX_MOST = 4000     /* then it is to be asked again */
+};
+
+/* Where a place is as seen from the body */
+struct mill_view {
+    double d; /* [m] signed distance */
+    vec3 n;   /* unit: from the body to the place */
+};
+
+/* Every convex body starts with this. */
+struct mill_convex {
+    struct mill_shape base;
+    double reach; /* [m] no ball's centre is ever farther from the axis of the motion */
+    struct mill_motion_bounds bounds; /* of the motion */
+};
+
+/* Place and normal in the body's frame */
+typedef struct mill_view mill_convex_view_fn(const struct mill_convex *, vec3 place);
+
+static inline struct mill_view mill_convex_look(const struct mill_convex *c,
+                                                mill_convex_view_fn *view, vec3 r,
+                                                const struct mill_pose *pose)
+{
+    struct mill_view k = view(c, mill_pose_in(pose, r));
+    k.n = mill_pose_turn_out(pose, k.n);
+    return k;
+}
+
+/* [m/s^2] of a ball in the body's frame, at most, within h [s]; h is finite. */
+static inline double mill_convex_acceleration(const struct mill_convex *c,
+                                              const struct mill_flight *f, double h)
+{
+    const struct mill_motion_bounds *b = &c->bounds;
+    const vec3 across = vec3_axpy(f->v, -vec3_dot(f->v, b->axis), b->axis);
+    const double omega = b->turning, v = vec3_norm(across) + b->speed + f->pull * h;
+    return f->pull + b->acceleration + omega * (2.0 * v + omega * c->reach) + b->spin_up * c->reach;
+}
+
+/* [s] until the gap, d > 0 or nearly, of rate d1, can vanish at acceleration a */
+static inline double mill_convex_step(double d, double d1, double a, bool glides)
+{
+    if (d <= 0.0 && !glides)
+        return d1 / a; /* overlapping and opening: it cannot close before this */
+    if (d1 < 0.0)
+        return 2.0 * d / (sqrt(d1 * d1 + 2.0 * a * d) - d1);
+    const double room = (d > 0.0 ? d : 0.0) + (glides ? MILL_CONVEX_CONCEDED : 0.0);
+    return (d1 + sqrt(d1 * d1 + 2.0 * a * room)) / a;
+}
+
+/* next_contact of struct mill_shape_type. A contact just resolved has its gap opening: the steps
+ * leave it by themselves. */
+static inline struct mill_hit mill_convex_search(const struct mill_convex *c,
+                                                 mill_convex_view_fn *view,
+                                                 const struct mill_flight *f, double radius,
+                                                 double now, double horizon)
+{
+    const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
+    const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
+    const bool still = c->bounds.turning == 0.0 && c->bounds.speed == 0.0;
+    const double a = mill_convex_acceleration(c, f, end) + 1e-9;
+    double t = 0.0;
+    for (int step = 0; step < MILL_CONVEX_MOST; step++) {
+        const vec3 r = vec3_fly(f->r, f->v, f->g, t);
+        const vec3 v = vec3_axpy(f->v, t, f->g);
+        const struct mill_pose pose = mill_shape_pose(&c->base, now + t);
+        const struct mill_view k = mill_convex_look(c, view, r, &pose);
+        const double d = k.d - radius;
+        const double d1 = vec3_dot(k.n, vec3_sub(v, mill_pose_velocity(&pose, r)));
+        if (still && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(k.n, f->g) >= 0.0)
+            return none; /* the plane between body and ball stands still: never nearer again */
+        if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
+            return (struct mill_hit){MILL_HIT_CONTACT, t};
+        const bool glides = step >= MILL_CONVEX_PATIENCE && d > -MILL_SHAPE_CLOSED;
+        const double next = t + mill_convex_step(d, d1, a, glides);
+        if (next > end)
+            return end < horizon ? later : none;
+        if (next > t)
+            t = next;
+        else if (d1 <= 0.0)
+            return (struct mill_hit){MILL_HIT_CONTACT, t}; /* nearer than the clock can tell */
+        else
+            t = nextafter(t, INFINITY);
+    }
+    /* a ball that hops along the body */
+    return (struct mill_hit){MILL_HIT_ASK_AGAIN, t};
+}
+
+static inline struct mill_contact mill_convex_contact(const struct mill_convex *c,
+                                                      mill_convex_view_fn *view, vec3 centre,
+                                                      double radius, const struct mill_pose *pose)
+{
+    const struct mill_view k = mill_convex_look(c, view, centre, pose);
+    const vec3 point = vec3_axpy(centre, -k.d, k.n);
+    return (struct mill_contact){
+        .normal = k.n,
+        .point = point,
+        .velocity = mill_pose_velocity(pose, point),
+        .gap = k.d - radius,
+    };
+}
+
+#endif

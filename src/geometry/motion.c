@@ -1,0 +1,69 @@
+/* Chains of motions: a pose within its carrier's, and bounds that hold for both together. */
+#include "millsim/motion.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* The pose `inner` within the frame of `outer`. */
+static struct mill_pose within(const struct mill_pose *outer, const struct mill_pose *inner)
+{
+    const vec3 place = mill_pose_out(outer, inner->place);
+    return (struct mill_pose){
+        .place = place,
+        .x = mill_pose_turn_out(outer, inner->x),
+        .y = mill_pose_turn_out(outer, inner->y),
+        .z = mill_pose_turn_out(outer, inner->z),
+        .velocity =
+            vec3_add(mill_pose_velocity(outer, place), mill_pose_turn_out(outer, inner->velocity)),
+        .angular_velocity =
+            vec3_add(outer->angular_velocity, mill_pose_turn_out(outer, inner->angular_velocity)),
+    };
+}
+
+struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t)
+{
+    if (!motion)
+        return mill_pose_still;
+    if (!motion->on)
+        return motion->type->pose(motion, t);
+    struct mill_pose pose = motion->type->pose(motion, t);
+    for (const struct mill_motion *m = motion->on; m; m = m->on) {
+        const struct mill_pose outer = m->type->pose(m, t);
+        pose = within(&outer, &pose);
+    }
+    return pose;
+}
+
+/* Of a frame within another: sums of what each does alone, and of what the outer one does to the
+ * inner one's motion (centrifugal, Coriolis and Euler terms). */
+static struct mill_motion_bounds bounds_within(const struct mill_motion_bounds *o,
+                                               const struct mill_motion_bounds *i)
+{
+    const double turning = o->turning;
+    const bool parallel = vec3_norm(o->axis) > 0.0 && vec3_norm(i->axis) > 0.0 &&
+                          vec3_norm(vec3_cross(o->axis, i->axis)) < 1e-15;
+    const vec3 none = {0.0, 0.0, 0.0};
+    return (struct mill_motion_bounds){
+        .far = o->far + i->far,
+        .speed = o->speed + turning * i->far + i->speed,
+        .acceleration = o->acceleration + (o->spin_up + turning * turning) * i->far +
+                        2.0 * turning * i->speed + i->acceleration,
+        .turning = turning + i->turning,
+        .spin_up = o->spin_up + i->spin_up + (parallel ? 0.0 : turning * i->turning),
+        .axis = turning == 0.0                  ? i->axis
+                : i->turning == 0.0 || parallel ? o->axis
+                                                : none,
+    };
+}
+
+struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion)
+{
+    if (!motion)
+        return (struct mill_motion_bounds){0};
+    struct mill_motion_bounds bounds = motion->type->bounds(motion);
+    for (const struct mill_motion *m = motion->on; m; m = m->on) {
+        const struct mill_motion_bounds outer = m->type->bounds(m);
+        bounds = bounds_within(&outer, &bounds);
+    }
+    return bounds;
+}

@@ -1,0 +1,20 @@
+/* The kinds of shape, and the surfaces of a mill. */
+#ifndef MILLSIM_SHAPES_H
+#define MILLSIM_SHAPES_H
+
+#include "geometry/shape.h"
+#include "millsim/setup.h"
+
+/* Those of the drum, made from its profile and length alone */
+extern const struct mill_shape_type mill_cylinder_drum_type, mill_wavy_type, mill_plate_type;
+
+/* The room of the setup's drum. */
+struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum);
+
+/* Drum, end walls, then the setup's surfaces: *shapes[*count]. counts: where solvers count; may be
+ * NULL. false: out of memory. Owner: the caller. */
+bool mill_shapes_create(const struct mill_setup *setup, struct mill_motion *const *motion,
+                        struct mill_poly_counts *counts, struct mill_shape ***shapes, int *count);
+void mill_shapes_free(struct mill_shape **shapes, int count);
+
+#endif

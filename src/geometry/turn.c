@@ -1,0 +1,85 @@
+/* The turn at constant speed about a fixed axis: a rotor, a tumbling drum, a planetary jar on its
+ * sun wheel. Rotation by Rodrigues' formula: of a vector, the part along the axis stays, the part
+ * across it becomes cos(angle) of itself and sin(angle) of its cross product with the axis. */
+#include "base/elementary.h"
+#include "millsim/motion.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+
+struct turn {
+    struct mill_motion base;
+    struct mill_turn is;                 /* its axis of length 1, its angle at local time 0 */
+    bool about_x;                        /* its axis is x through the carrier's origin */
+    vec3 along[3], across[3], turned[3]; /* of the directions x, y, z */
+};
+
+static struct mill_motion *create(const void *form)
+{
+    const struct mill_turn *asked = form;
+    static const vec3 direction[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    struct turn *turn = calloc(1, sizeof *turn);
+    if (!turn)
+        return NULL;
+    const vec3 axis = vec3_scale(asked->axis, 1.0 / vec3_norm(asked->axis));
+    turn->base.type = &mill_turn_type;
+    turn->is = *asked;
+    turn->is.axis = axis;
+    turn->about_x = vec3_norm(asked->centre) == 0.0 && axis.x == 1.0;
+    turn->is.angle = fmod(asked->angle, 2.0 * MILL_PI);
+    for (int k = 0; k < 3; k++) {
+        turn->along[k] = vec3_scale(axis, vec3_dot(axis, direction[k]));
+        turn->across[k] = vec3_sub(direction[k], turn->along[k]);
+        turn->turned[k] = vec3_cross(axis, direction[k]);
+    }
+    return &turn->base;
+}
+
+static vec3 axis_at(const struct turn *turn, int k, struct mill_heading at)
+{
+    return vec3_axpy(vec3_axpy(turn->along[k], at.cos, turn->across[k]), at.sin, turn->turned[k]);
+}
+
+static struct mill_pose pose(const struct mill_motion *motion, double t)
+{
+    const struct turn *turn = (const struct turn *)motion;
+    const struct mill_heading at = mill_elementary_heading(turn->is.angle + turn->is.speed * t);
+    if (turn->about_x)
+        return (struct mill_pose){.x = {1.0, 0.0, 0.0},
+                                  .y = {0.0, at.cos, at.sin},
+                                  .z = {0.0, -at.sin, at.cos},
+                                  .angular_velocity = {turn->is.speed, 0.0, 0.0},
+                                  .about_x = true};
+    struct mill_pose pose = {
+        .x = axis_at(turn, 0, at),
+        .y = axis_at(turn, 1, at),
+        .z = axis_at(turn, 2, at),
+        .angular_velocity = vec3_scale(turn->is.axis, turn->is.speed),
+    };
+    const vec3 origin = mill_pose_turn_out(&pose, vec3_scale(turn->is.centre, -1.0));
+    pose.place = vec3_add(turn->is.centre, origin);
+    pose.velocity = vec3_cross(pose.angular_velocity, origin);
+    return pose;
+}
+
+static struct mill_motion_bounds bounds(const struct mill_motion *motion)
+{
+    const struct mill_turn *is = &((const struct turn *)motion)->is;
+    const double centre = vec3_norm(is->centre), speed = fabs(is->speed);
+    return (struct mill_motion_bounds){
+        .far = 2.0 * centre,
+        .speed = speed * centre,
+        .acceleration = speed * speed * centre,
+        .turning = speed,
+        .axis = is->axis,
+    };
+}
+
+static void restart(struct mill_motion *motion, double t)
+{
+    struct mill_turn *is = &((struct turn *)motion)->is;
+    is->angle = fmod(is->angle + is->speed * t, 2.0 * MILL_PI);
+}
+
+const struct mill_motion_type mill_turn_type = {
+    .name = "turn", .create = create, .pose = pose, .bounds = bounds, .restart = restart};
