@@ -9,7 +9,8 @@
 
 #define MANY_FRAMES 10000 /* from here on /VTKHDF takes long */
 
-struct mill_record_cost mill_run_cost(const struct mill_run *r)
+/* What all legs of the run have cost up to now. */
+static struct mill_record_cost cost_of(const struct mill_run *r)
 {
     struct mill_record_cost cost = r->cost;
     cost.wall += mill_run_clock() - r->started;
@@ -27,7 +28,7 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
         .time = mill_sim_time(r->sim),
         .local = mill_sim_local_time(r->sim),
         .end = r->deck->time,
-        .cost = mill_run_cost(r),
+        .cost = cost_of(r),
         .peak_memory = mill_record_peak_memory(),
         .deck = mill_deck_file(r->deck),
         .output = r->options->output,
@@ -37,7 +38,7 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
 
 void mill_run_keep(const struct mill_run *r)
 {
-    struct mill_record_cost cost = mill_run_cost(r);
+    struct mill_record_cost cost = cost_of(r);
     const struct mill_checkpoint from = {r->sim, &r->observers, &cost};
     mill_checkpoint_write(&from, r->file);
 }

@@ -214,8 +214,8 @@ static void print_note(FILE *out, const char *text)
     fputc('\n', out);
 }
 
-void mill_summary_print(FILE *out, const struct mill_world *world,
-                        const struct mill_tally_results *r, const struct mill_facts *facts)
+static void print_all(FILE *out, const struct mill_world *world, const struct mill_tally_results *r,
+                      const struct mill_facts *facts)
 {
     const struct mill_totals totals = mill_record_add(world, facts->local);
     char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
@@ -249,7 +249,7 @@ enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_worl
     if (status == MILL_OK && json)
         status = mill_summary_json(out, world, results, observers, facts, error);
     else if (status == MILL_OK)
-        mill_summary_print(out, world, results, facts);
+        print_all(out, world, results, facts);
     mill_tally_results_free(results);
     return status;
 }

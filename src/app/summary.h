@@ -22,16 +22,12 @@ enum { MILL_SUMMARY_KNOWN = 64 };
 const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
                                const struct mill_observers *observers);
 
-/* ---- the two of them; results: of the tally among the observers ---- */
+/* ---- what it is made of; results: of the tally among the observers ---- */
 
-void mill_summary_print(FILE *out, const struct mill_world *world,
-                        const struct mill_tally_results *results, const struct mill_facts *facts);
 enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
                                    const struct mill_tally_results *results,
                                    const struct mill_observers *observers,
                                    const struct mill_facts *facts, struct mill_error *error);
-
-/* ---- what both are made of ---- */
 
 enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32 };
 

@@ -14,8 +14,6 @@
 /* Rows of the results: the kinds, then all of them together */
 enum { MILL_TALLY_ALL = MILL_KINDS, MILL_TALLY_ROWS };
 
-enum { MILL_TALLY_LEVELS = 10 };
-
 struct mill_sink;
 
 /* Impacts (or strikes) of one kind: how fast they come, by both speeds. */
@@ -102,9 +100,6 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
                                          struct mill_tally_results **results,
                                          struct mill_error *error);
 void mill_tally_results_free(struct mill_tally_results *results);
-
-/* Levels of the quantiles: 0.01 ... 0.999 */
-extern const double mill_tally_level[MILL_TALLY_LEVELS];
 
 /* "ball_ball", ..., "all" */
 const char *mill_tally_name(int row);
