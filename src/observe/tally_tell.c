@@ -174,7 +174,7 @@ static bool tell_maps(struct mill_sink *sink, const struct mill_tally_results *r
     static const char *const xyz[3] = {"velocity_x", "velocity_y", "velocity_z"};
     static const char *const xrp[3] = {"velocity_x", "velocity_r", "velocity_phi"};
     const struct mill_map *cross = &r->maps->cross, *axial = &r->maps->axial;
-    const struct mill_maps *own = r->tally->maps;
+    const struct mill_maps *own = r->tally->gathered.maps;
     sink->open(sink, "maps");
     mill_tell_count(sink, "samples", r->maps->samples,
                     "snapshots that the solid fraction and the mean velocity are averaged over");
