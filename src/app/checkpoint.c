@@ -74,7 +74,7 @@ enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bo
     enum mill_status status = MILL_OK;
     *found = mill_h5_exists(file, PATH);
     if (!*found)
-        return MILL_OK;
+        return mill_h5_status(file, error);
     if (mill_h5_read_text(file, PATH "/build", &build, NULL) != MILL_OK)
         status = mill_error_set(
             error, MILL_FAILED,

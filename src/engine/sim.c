@@ -7,6 +7,7 @@
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -46,8 +47,12 @@ void mill_sim_audit(struct mill_sim *sim)
     struct mill_counts *counts = &sim->world->counts;
     for (int32_t i = 0; i < sim->world->balls; i++) {
         const double overlap = mill_schedule_overlap(sim->schedule, i, sim->now);
-        counts->largest_overlap = mill_greatest(counts->largest_overlap, overlap);
+        counts->largest_overlap = mill_greatest(overlap, counts->largest_overlap);
         counts->overlaps += overlap > DEEP;
+        if (overlap == (double)INFINITY)
+            sim->status = mill_error_set(sim->error, MILL_FAILED,
+                                         "ball %ld has no place any more at t = %.9g s", (long)i,
+                                         mill_sim_time(sim));
     }
 }
 
@@ -68,6 +73,8 @@ static void end_epoch(struct mill_sim *sim)
     sim->watch.last -= MILL_SIM_EPOCH;
     sim->watch.since -= MILL_SIM_EPOCH;
     sim->now = 0.0;
+    if (sim->status != MILL_OK)
+        return;
     begin_epoch(sim);
     if (sim->paranoid)
         sim->status = mill_sim_paranoid_all(sim->paranoid, sim->now, true, sim->error);
@@ -111,6 +118,7 @@ void mill_sim_free(struct mill_sim *sim)
 
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer)
 {
+    assert(observer && observer->type);
     if (sim->observers == MILL_SIM_OBSERVERS)
         return MILL_FAILED;
     sim->observer[sim->observers++] = observer;
@@ -195,6 +203,7 @@ static struct mill_law law_of(struct mill_sim *sim, enum mill_kind kind)
 
 static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
 {
+    assert(i != j);
     struct mill_world *w = sim->world;
     if (i > j) {
         const int32_t swap = i;
@@ -365,51 +374,76 @@ static void take_samples(struct mill_sim *sim, double due)
     }
 }
 
-enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
-                              const volatile sig_atomic_t *stop, struct mill_error *error)
+/* One event: ball i's, at local time t. */
+static void take_event(struct mill_sim *sim, int32_t i, double t)
 {
-    const bool large = sim->world->balls >= LARGE;
-    sim->error = error;
-    sim->status = MILL_OK;
-    while (sim->status == MILL_OK && budget > 0) {
+    if (sim->paranoid)
+        sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, sim->error);
+    if (sim->status != MILL_OK)
+        return;
+    /* rounding may put an event a hair before the last one: time never runs backwards */
+    sim->now = mill_greatest(t, sim->now);
+    if (sim->world->balls >= LARGE)
+        mill_schedule_ahead(sim->schedule);
+    happen(sim, i);
+    watch_time(sim, i, t);
+    if (sim->paranoid && sim->status == MILL_OK)
+        sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, sim->error);
+}
+
+/* All events before local time `limit`, as far as the budget goes: it is then 0. */
+static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
+                        const volatile sig_atomic_t *stop)
+{
+    double t;
+    int32_t i;
+    while (sim->status == MILL_OK && *budget > 0 &&
+           (i = mill_calendar_next(sim->schedule->calendar, &t)) >= 0 && t < limit) {
+        if (stop && *stop) {
+            sim->status = MILL_STOPPED;
+            return;
+        }
+        take_event(sim, i, t);
+        --*budget;
+    }
+}
+
+/* Events, epochs and samples up to `until`. */
+static void run_on(struct mill_sim *sim, double until, uint64_t budget,
+                   const volatile sig_atomic_t *stop)
+{
+    while (budget > 0) {
         const double sample = next_sample(sim);
         const double halt = mill_least(sample, until);
         const double limit =
             mill_least(mill_greatest(halt - sim->world->base, sim->now), MILL_SIM_EPOCH);
-        double t = INFINITY;
-        int32_t i = -1;
-        while (sim->status == MILL_OK && budget > 0 &&
-               (i = mill_calendar_next(sim->schedule->calendar, &t)) >= 0 && t < limit) {
-            if (stop && *stop)
-                return MILL_STOPPED;
-            if (sim->paranoid) {
-                sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, error);
-                if (sim->status != MILL_OK)
-                    break;
-            }
-            /* rounding may put an event a hair before the last one: time never runs backwards */
-            sim->now = mill_greatest(t, sim->now);
-            if (large)
-                mill_schedule_ahead(sim->schedule);
-            happen(sim, i);
-            watch_time(sim, i, t);
-            if (sim->paranoid && sim->status == MILL_OK)
-                sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, error);
-            budget--;
-        }
+        take_events(sim, limit, &budget, stop);
         if (sim->status != MILL_OK || budget == 0)
-            break;
+            return;
         sim->now = limit;
         if (halt - sim->world->base > MILL_SIM_EPOCH) {
             end_epoch(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);
         } else {
-            return sim->paranoid ? mill_sim_paranoid_account(sim->paranoid, sim->now, error)
-                                 : MILL_OK;
+            if (sim->paranoid)
+                sim->status = mill_sim_paranoid_account(sim->paranoid, sim->now, sim->error);
+            return;
         }
-        if (stop && *stop)
-            return MILL_STOPPED;
+        if (sim->status == MILL_OK && stop && *stop)
+            sim->status = MILL_STOPPED;
+        if (sim->status != MILL_OK)
+            return;
     }
+}
+
+enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
+                              const volatile sig_atomic_t *stop, struct mill_error *error)
+{
+    assert(until == until);
+    sim->error = error;
+    sim->status = MILL_OK;
+    run_on(sim, until, budget, stop);
+    sim->error = NULL;
     return sim->status;
 }

@@ -245,7 +245,8 @@ static void publish(struct mill_h5 *file, bool last)
 static void flush(struct mill_h5 *file)
 {
     mill_h5_flush_columns(file);
-    if (mill_h5_good(file) && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
+    /* a failure that nobody looked at, such as that of asking whether a name exists, counts too */
+    if (mill_h5_good(file) && (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 || reason.words[0]))
         mill_h5_fail(file, "write", NULL);
 }
 
@@ -293,12 +294,17 @@ static const char *parent_of(const char *path, char parent[PATH])
     return parent;
 }
 
-bool mill_h5_exists(const struct mill_h5 *file, const char *path)
+bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
     char parent[PATH];
+    if (!path[0])
+        return true;
     /* H5Lexists fails where a group on the way is missing */
-    return !path[0] || (mill_h5_exists(file, parent_of(path, parent)) &&
-                        H5Lexists(file->id, path, H5P_DEFAULT) > 0);
+    const bool held = mill_h5_exists(file, parent_of(path, parent));
+    const htri_t there = held ? H5Lexists(file->id, path, H5P_DEFAULT) : 0;
+    if (there < 0)
+        mill_h5_fail(file, "read", path);
+    return there > 0;
 }
 
 void mill_h5_remove(struct mill_h5 *file, const char *path)

@@ -63,8 +63,9 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error);
 /* Closes and frees without publishing what was written since the last flush. NULL is fine. */
 void mill_h5_abandon(struct mill_h5 *file);
 
-/* True if the path exists in the file (a dataset, a group or a link). */
-bool mill_h5_exists(const struct mill_h5 *file, const char *path);
+/* True if the path exists in the file (a dataset, a group or a link). Where that cannot be read,
+ * the file is spent: what seems to be missing then is not. */
+bool mill_h5_exists(struct mill_h5 *file, const char *path);
 
 /* Takes the name away (a whole group with all that only it holds); no error where there is none. */
 void mill_h5_remove(struct mill_h5 *file, const char *path);
