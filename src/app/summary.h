@@ -36,12 +36,6 @@ int mill_summary_notes(const struct mill_world *world, const struct mill_tally_r
                        const struct mill_facts *facts,
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE]);
 
-/* A line that says what was cut off and why the run ended; nothing where only its time could end
- * it.
- */
-void mill_summary_end(FILE *out, const struct mill_tally_results *r,
-                      const struct mill_facts *facts);
-
 /* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. Returns `text`. */
 const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit);
 
