@@ -65,7 +65,8 @@ struct mill_observer_type {
     /* What it has gathered by now comes to, as if the run ended at local time t; it goes on. */
     enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
                                 struct mill_sink *, struct mill_error *);
-    /* Adds to the file what only that of a finished run has. false: it was not to go on. */
+    /* Adds to the file what only that of a finished run has. false: it was not to go on; NULL: to
+     * the end. */
     bool (*finish)(struct mill_observer *, const struct mill_world *, const struct mill_going *);
     /* Frees what it holds, besides its struct. */
     void (*free)(struct mill_observer *);

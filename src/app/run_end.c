@@ -68,14 +68,6 @@ static bool goes_on(void *self, double done, double all)
     return !(r->options->stop && *r->options->stop);
 }
 
-static bool always(void *self, double done, double all)
-{
-    (void)self;
-    (void)done;
-    (void)all;
-    return true;
-}
-
 static enum mill_status close_output(struct mill_run *r, struct mill_error *error)
 {
     struct mill_h5 *file = r->file;
@@ -113,7 +105,7 @@ enum mill_status mill_run_conclude(struct mill_run *r, enum mill_status ended,
     if (slow && ended == MILL_OK)
         return finish_slowly(r, error);
     if (!slow)
-        mill_observers_finish(&r->observers, r->world, &(struct mill_going){always, NULL});
+        mill_observers_finish(&r->observers, r->world, NULL);
     return close_output(r, error);
 }
 

@@ -245,7 +245,7 @@ static void put_turning_points(struct scene *s, const struct mill_mesh *mesh, fl
         const double time = mill_observe_due(asked->frames, asked->end, k);
         turn(mesh, asked->rotor_angle + s->world->rotor_speed * time, points);
         mill_h5_column_append(column, mesh->points, points);
-        if (!s->going->on(s->going->self, (double)k, (double)s->frames)) {
+        if (s->going && !s->going->on(s->going->self, (double)k, (double)s->frames)) {
             s->left = true;
             break;
         }
