@@ -32,9 +32,11 @@ static bool is_index(int32_t index, int32_t count, double time)
            (index != MILL_NOBODY || isinf(time));
 }
 
-/* What comes next has a partner, or a shape. */
+/* What comes next, if anything does, has a partner or a shape. */
 static bool is_possible(const struct mill_plan *plan)
 {
+    if (isinf(mill_plan_time(plan)))
+        return true;
     switch (plan->next) {
     case MILL_NEXT_PAIR:
         return plan->partner != MILL_NOBODY;

@@ -246,16 +246,19 @@ static void damage(struct mill_sim *sim, int how)
         break;
     case 15:
         plan->next = MILL_NEXT_EXIT + 1;
+        plan->exit_t = sim->now;
         break;
     case 16:
         plan->next = MILL_NEXT_PAIR;
         plan->partner = MILL_NOBODY;
         plan->pair_t = INFINITY;
+        plan->exit_t = sim->now;
         break;
     case 17:
         plan->next = MILL_NEXT_SURFACE;
         plan->shape = MILL_NOBODY;
         plan->shape_t = INFINITY;
+        plan->exit_t = sim->now;
         break;
     }
 }
