@@ -41,7 +41,7 @@ struct block {
 /* (volume, flow) of a cell, or to be added to one */
 typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 
-/* Everything below is part of mill_maps_sample, which is compiled for several processors. */
+/* Everything below is part of `sample`, which is compiled for several processors. */
 #define INLINE static inline __attribute__((always_inline))
 
 /* Up to BLOCK balls from `first` on; the last one again to round them up */
@@ -173,7 +173,8 @@ INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
 #if defined __x86_64__ && defined __gnu_linux__ && __has_attribute(target_clones)
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
-void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t)
+static void
+sample(struct mill_maps *maps, const struct mill_world *world, double t)
 {
     const int cell = (int)sizeof *maps->cross.flow;
     struct block b __attribute__((aligned(64)));
@@ -189,4 +190,9 @@ void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, do
         }
     }
     maps->samples++;
+}
+
+void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t)
+{
+    sample(maps, world, t);
 }
