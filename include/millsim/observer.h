@@ -7,6 +7,9 @@
 #include "millsim/status.h"
 #include "millsim/world.h"
 
+#include <stdbool.h>
+#include <stddef.h>
+
 struct mill_impact {
     double time; /* [s] simulated */
     enum mill_kind kind;
@@ -34,6 +37,7 @@ struct mill_state;   /* millsim/state.h */
 /* NULL where there is nothing to do. */
 struct mill_observer_type {
     const char *name; /* of the group its state is kept in */
+    size_t size;      /* of its struct */
 
     /* ---- called by the loop: MILL_OK; MILL_ENDED, and the reason as the error's text: it has seen
      * enough, and the run ends here, told to all observers; or a failure ---- */
@@ -47,22 +51,24 @@ struct mill_observer_type {
 
     /* ---- called by the program around it, in this order ---- */
 
-    /* For a world at t = 0; neither argument is kept. *observer NULL: it is not wanted.
-     * MILL_FAILED: out of memory. Owner: the caller. */
-    enum mill_status (*create)(const struct mill_observe *, const struct mill_world *,
-                               struct mill_observer **observer, struct mill_error *);
+    /* Is it asked for? NULL: always. */
+    bool (*wanted)(const struct mill_observe *);
+    /* Fills its struct, of zeros but for type and next = INFINITY, for a world at t = 0; neither is
+     * kept. MILL_FAILED: out of memory; freed in any case. */
+    enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
+                               const struct mill_world *, struct mill_error *);
     /* Tells its state, or takes up one that was saved. */
     void (*state)(struct mill_observer *, struct mill_state *);
     /* Makes what it writes to, or goes on behind what its state knows of. The file must outlive it.
      */
     void (*open)(struct mill_observer *, struct mill_h5 *file, const struct mill_world *);
-    /* What it still holds goes to the file; it goes on. */
-    void (*flush)(struct mill_observer *);
     /* What it has gathered by now comes to, as if the run ended at local time t; it goes on. */
     enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
                                 struct mill_sink *, struct mill_error *);
-    /* Adds to the file what only that of a finished run has. false: it was not to go on. */
+    /* Adds to the file what only that of a finished run has. false: it was not to go on; NULL: to
+     * the end. */
     bool (*finish)(struct mill_observer *, const struct mill_world *, const struct mill_going *);
+    /* Frees what it holds, besides its struct. */
     void (*free)(struct mill_observer *);
 };
 

@@ -21,13 +21,28 @@ static void say(const struct mill_run *r, const char *what)
         r->options->say(line.text);
 }
 
-/* What ended a run that is complete */
-static void take_reason(struct mill_run *r, struct mill_h5 *file)
+/* Is the file's run complete, what ended it, and is there a state to go on from? */
+static enum mill_status look_into(struct mill_run *r, struct mill_h5 *file,
+                                  struct mill_error *error)
 {
+    const char *name = r->options->output;
     char *text = NULL;
-    if (mill_h5_read_text(file, "/run/ended_by", &text, NULL) == MILL_OK)
-        mill_error_set(&r->ended_by, MILL_OK, "%s", text);
+    enum mill_status status = mill_h5_read_text(file, "/run/status", &text, error);
+    if (status == MILL_OK && strcmp(text, "failed") == 0)
+        status = mill_error_set(error, MILL_FAILED,
+                                "%s: its run failed and would fail again; change the deck and "
+                                "start again with --force",
+                                name);
+    r->complete = status == MILL_OK && strcmp(text, "complete") == 0;
     free(text);
+    text = NULL;
+    if (status == MILL_OK)
+        status = mill_checkpoint_find(file, name, &r->resumes, error);
+    if (status == MILL_OK && r->complete && mill_h5_exists(file, "/run/ended_by"))
+        status = mill_h5_read_text(file, "/run/ended_by", &text, error);
+    mill_error_set(&r->ended_by, MILL_OK, "%s", text ? text : "time");
+    free(text);
+    return status;
 }
 
 /* What --resume finds: `done` where nothing is left to do, a state to go on from, or none. */
@@ -35,7 +50,6 @@ static enum mill_status look(struct mill_run *r, bool *done, struct mill_error *
 {
     const char *name = r->options->output;
     struct mill_h5 *file;
-    char *ended = NULL;
     if (access(name, F_OK) != 0) {
         r->note = "does not exist yet: starting from the beginning";
         return MILL_OK;
@@ -45,24 +59,14 @@ static enum mill_status look(struct mill_run *r, bool *done, struct mill_error *
         return status;
     status = mill_record_compare(file, name, r->deck, error);
     if (status == MILL_OK)
-        status = mill_h5_read_text(file, "/run/status", &ended, error);
-    if (status == MILL_OK && strcmp(ended, "failed") == 0)
-        status = mill_error_set(error, MILL_FAILED,
-                                "%s: its run failed and would fail again; change the deck and "
-                                "start again with --force",
-                                name);
-    r->complete = status == MILL_OK && strcmp(ended, "complete") == 0;
-    if (status == MILL_OK)
-        status = mill_checkpoint_find(file, name, &r->resumes, error);
-    if (r->complete && mill_h5_exists(file, "/run/ended_by"))
-        take_reason(r, file);
-    *done = r->complete && !r->resumes;
+        status = look_into(r, file, error);
+    *done = status == MILL_OK && r->complete && !r->resumes;
     if (*done) {
         mill_draft_clear(name);
         say(r, "is complete: nothing to resume");
-    } else if (status == MILL_OK && !r->resumes)
+    } else if (status == MILL_OK && !r->resumes) {
         r->note = "ended before its first checkpoint: starting from the beginning";
-    free(ended);
+    }
     mill_h5_close(file, NULL);
     return status;
 }
@@ -121,11 +125,19 @@ static void show(const struct mill_run *r, bool begins)
         r->options->progress(r->options->self, &p);
 }
 
-/* Loop and observers take up the state; the file is then that of a run that goes on. */
+/* Loop and observers take up the state, of a file that nobody else writes to any more; it is then
+ * that of a run that goes on. */
 static enum mill_status take_up(struct mill_run *r, struct mill_error *error)
 {
     const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
-    const enum mill_status status = mill_checkpoint_load(&to, r->file, r->options->output, error);
+    enum mill_status status = look_into(r, r->file, error);
+    if (status == MILL_OK && !r->resumes)
+        status = mill_error_set(error, MILL_FAILED,
+                                "%s: another run has written to it meanwhile; see whether it still "
+                                "needs --resume",
+                                r->options->output);
+    if (status == MILL_OK)
+        status = mill_checkpoint_load(&to, r->file, r->options->output, error);
     if (status == MILL_OK)
         mill_checkpoint_remove(r->file);
     r->saved = true;
@@ -201,6 +213,18 @@ static void release(struct mill_run *r)
     mill_world_free(r->world);
 }
 
+/* Frames by the million rather come from a slip in a unit than from a wish. */
+static void warn_of_frames(const struct mill_run *r)
+{
+    const double frames = r->deck->frames > 0 ? r->deck->time / r->deck->frames : 0;
+    const double bytes = frames * r->world->balls * 9 * sizeof(float);
+    char text[120];
+    snprintf(text, sizeof text, "output.frames = %g s makes %.3g frames, %.3g GB or more",
+             r->deck->frames, frames, bytes / 1e9);
+    if (frames > 1e6)
+        say(r, text);
+}
+
 static void say_resuming(const struct mill_run *r)
 {
     char text[80];
@@ -226,6 +250,8 @@ static enum mill_status prepare(struct mill_run *r, struct mill_error *error)
         return status;
     if (r->resumes)
         say_resuming(r);
+    else
+        warn_of_frames(r);
     show(r, true);
     if (r->resumes)
         return MILL_OK;

@@ -9,7 +9,8 @@
 
 #define MANY_FRAMES 10000 /* from here on /VTKHDF takes long */
 
-struct mill_record_cost mill_run_cost(const struct mill_run *r)
+/* What all legs of the run have cost up to now. */
+static struct mill_record_cost cost_of(const struct mill_run *r)
 {
     struct mill_record_cost cost = r->cost;
     cost.wall += mill_run_clock() - r->started;
@@ -27,7 +28,7 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
         .time = mill_sim_time(r->sim),
         .local = mill_sim_local_time(r->sim),
         .end = r->deck->time,
-        .cost = mill_run_cost(r),
+        .cost = cost_of(r),
         .peak_memory = mill_record_peak_memory(),
         .deck = mill_deck_file(r->deck),
         .output = r->options->output,
@@ -37,7 +38,7 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
 
 void mill_run_keep(const struct mill_run *r)
 {
-    struct mill_record_cost cost = mill_run_cost(r);
+    struct mill_record_cost cost = cost_of(r);
     const struct mill_checkpoint from = {r->sim, &r->observers, &cost};
     mill_checkpoint_write(&from, r->file);
 }
@@ -47,7 +48,6 @@ void mill_run_write(const struct mill_run *r, const char *status)
     const struct mill_facts facts = facts_of(r, status);
     struct mill_sink_file to;
     struct mill_error error;
-    mill_observers_flush(&r->observers);
     mill_sink_file(&to, r->file, "");
     if (mill_observers_results(&r->observers, r->world, facts.local, &to.sink, &error) != MILL_OK)
         mill_h5_spend(r->file, error.text);
@@ -66,14 +66,6 @@ static bool goes_on(void *self, double done, double all)
     if (r->options->progress)
         r->options->progress(r->options->self, &p);
     return !(r->options->stop && *r->options->stop);
-}
-
-static bool always(void *self, double done, double all)
-{
-    (void)self;
-    (void)done;
-    (void)all;
-    return true;
 }
 
 static enum mill_status close_output(struct mill_run *r, struct mill_error *error)
@@ -113,7 +105,7 @@ enum mill_status mill_run_conclude(struct mill_run *r, enum mill_status ended,
     if (slow && ended == MILL_OK)
         return finish_slowly(r, error);
     if (!slow)
-        mill_observers_finish(&r->observers, r->world, &(struct mill_going){always, NULL});
+        mill_observers_finish(&r->observers, r->world, NULL);
     return close_output(r, error);
 }
 

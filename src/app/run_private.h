@@ -37,9 +37,6 @@ enum mill_status mill_run_build(const struct mill_deck *deck,
                                 const struct mill_run_options *options, struct mill_world **world,
                                 struct mill_error *error);
 
-/* What all legs of the run have cost up to now. */
-struct mill_record_cost mill_run_cost(const struct mill_run *r);
-
 /* The state that the run can go on from into the file */
 void mill_run_keep(const struct mill_run *r);
 

@@ -54,6 +54,89 @@ const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, co
     return text;
 }
 
+/* ---- how well the results are known: said of a run with run.precision ---- */
+
+/* Relative standard error; NaN: not known, or of nothing. */
+static double relative(const struct mill_precision_mean *mean)
+{
+    return mean->value != 0 ? mean->error / fabs(mean->value) : (double)NAN;
+}
+
+/* "median +- 1.3 %" */
+static int say_error(char *text, size_t room, const char *what,
+                     const struct mill_precision_mean *mean)
+{
+    const double error = relative(mean);
+    if (isnan(error))
+        return snprintf(text, room, "%s unknown", what);
+    return snprintf(text, room, error < 10 ? "%s +- %.2g %%" : "%s +- %.0f %%", what, 100 * error);
+}
+
+static const char *say_known(char text[MILL_SUMMARY_KNOWN], double asked, bool settled,
+                             const struct mill_precision_known *known)
+{
+    text[0] = '\0';
+    if (asked == 0)
+        return text;
+    if (!settled || !known->enough)
+        return strcpy(text, "warming up");
+    int used = say_error(text, MILL_SUMMARY_KNOWN, "median", &known->median);
+    if (!known->idle && used < MILL_SUMMARY_KNOWN) {
+        used += snprintf(text + used, MILL_SUMMARY_KNOWN - (size_t)used, ", ");
+        if (used < MILL_SUMMARY_KNOWN)
+            say_error(text + used, MILL_SUMMARY_KNOWN - (size_t)used, "power", &known->power);
+    }
+    return text;
+}
+
+const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
+                               const struct mill_observers *observers)
+{
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
+    return say_known(text, tally->precision, tally->at.settled, &tally->at.known);
+}
+
+/* Why it ended where it did; without the full stop */
+static void say_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
+{
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], known[MILL_SUMMARY_KNOWN];
+    mill_summary_number(a, facts->time, "s");
+    if (r->tally->at.ended == MILL_TALLY_PRECISION)
+        fprintf(out, "ended at %s", a);
+    else if (strcmp(facts->status, "stopped") == 0)
+        fprintf(out, "stopped at %s", a);
+    else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
+        fprintf(out, "run.max_collisions = %s reached at %s",
+                mill_summary_number(b, (double)r->tally->collisions, ""), a);
+    else
+        fprintf(out, "run.time = %s reached", a);
+    if (r->tally->precision == 0)
+        return;
+    if (!r->settled || !r->known.enough)
+        fprintf(out, ": not settled, so neither median nor power is known");
+    else
+        fprintf(out, ": %s", say_known(known, r->tally->precision, r->settled, &r->known));
+    if (!mill_tally_reached(r))
+        fprintf(out, "; %.2g %% asked", 100 * r->tally->precision);
+}
+
+/* A line that says what was cut off and why the run ended; nothing where only its time could end
+ * it. */
+static void print_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
+{
+    char a[MILL_SUMMARY_NUMBER];
+    if (r->tally->tick == 0)
+        return;
+    if (r->tally->search)
+        fprintf(out, "cut the first %s (%s by MSER-5), ", mill_summary_number(a, r->begin, "s"),
+                r->settled ? "warm-up" : "best cut");
+    say_end(out, r, facts);
+    fprintf(out, "\n");
+}
+
+/* ---- the table ---- */
+
 static void print_row(FILE *out, const struct mill_tally_results *r, int row)
 {
     const struct mill_spectrum *normal = &r->impacts[row].normal;
@@ -82,7 +165,7 @@ static void print_contacts(FILE *out, const struct mill_tally_results *r,
     fprintf(out, "sampled for %s, from %s to %s\n", mill_summary_number(a, duration, "s"),
             mill_summary_number(b, r->begin, "s"),
             mill_summary_number(c, r->begin + duration, "s"));
-    mill_summary_end(out, r, facts);
+    print_end(out, r, facts);
     fputc('\n', out);
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
@@ -214,8 +297,8 @@ static void print_note(FILE *out, const char *text)
     fputc('\n', out);
 }
 
-void mill_summary_print(FILE *out, const struct mill_world *world,
-                        const struct mill_tally_results *r, const struct mill_facts *facts)
+static void print_all(FILE *out, const struct mill_world *world, const struct mill_tally_results *r,
+                      const struct mill_facts *facts)
 {
     const struct mill_totals totals = mill_record_add(world, facts->local);
     char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
@@ -249,7 +332,7 @@ enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_worl
     if (status == MILL_OK && json)
         status = mill_summary_json(out, world, results, observers, facts, error);
     else if (status == MILL_OK)
-        mill_summary_print(out, world, results, facts);
+        print_all(out, world, results, facts);
     mill_tally_results_free(results);
     return status;
 }

@@ -22,16 +22,12 @@ enum { MILL_SUMMARY_KNOWN = 64 };
 const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
                                const struct mill_observers *observers);
 
-/* ---- the two of them; results: of the tally among the observers ---- */
+/* ---- what it is made of; results: of the tally among the observers ---- */
 
-void mill_summary_print(FILE *out, const struct mill_world *world,
-                        const struct mill_tally_results *results, const struct mill_facts *facts);
 enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
                                    const struct mill_tally_results *results,
                                    const struct mill_observers *observers,
                                    const struct mill_facts *facts, struct mill_error *error);
-
-/* ---- what both are made of ---- */
 
 enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32 };
 
@@ -39,12 +35,6 @@ enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32
 int mill_summary_notes(const struct mill_world *world, const struct mill_tally_results *r,
                        const struct mill_facts *facts,
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE]);
-
-/* A line that says what was cut off and why the run ended; nothing where only its time could end
- * it.
- */
-void mill_summary_end(FILE *out, const struct mill_tally_results *r,
-                      const struct mill_facts *facts);
 
 /* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. Returns `text`. */
 const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit);

@@ -32,6 +32,22 @@ static bool is_index(int32_t index, int32_t count, double time)
            (index != MILL_NOBODY || isinf(time));
 }
 
+/* What comes next, if anything does, has a partner or a shape. */
+static bool is_possible(const struct mill_plan *plan)
+{
+    if (isinf(mill_plan_time(plan)))
+        return true;
+    switch (plan->next) {
+    case MILL_NEXT_PAIR:
+        return plan->partner != MILL_NOBODY;
+    case MILL_NEXT_SURFACE:
+    case MILL_NEXT_SEARCH:
+        return plan->shape != MILL_NOBODY;
+    default:
+        return plan->next == MILL_NEXT_EXIT;
+    }
+}
+
 /* Indices that a damaged file must not smuggle in */
 static bool sane(const struct mill_sim *sim, const int32_t *cell)
 {
@@ -41,7 +57,8 @@ static bool sane(const struct mill_sim *sim, const int32_t *cell)
         if (!is_inner(&sim->schedule->cells, cell[i]) || w->ball[i].species < 0 ||
             w->ball[i].species >= w->species_count ||
             !is_index(plan->partner, w->balls, plan->pair_t) || plan->partner == i ||
-            !is_index(plan->shape, w->shapes, plan->shape_t) || plan->face < 0 || plan->face > 5)
+            !is_index(plan->shape, w->shapes, plan->shape_t) || plan->face < 0 || plan->face > 5 ||
+            !is_possible(plan))
             return false;
     }
     return true;

@@ -27,12 +27,13 @@ struct frames {
     float *row;                                         /* one state of the balls */
 };
 
-static const char *const state_name[STATES] = {"position", "velocity", "angular_velocity"};
-static const char *const state_unit[STATES] = {"m", "m s-1", "rad s-1"};
-static const char *const state_meaning[STATES] = {
-    "centres of the balls: frame, ball, (x, y, z)",
-    "velocities of the balls: frame, ball, (x, y, z)",
-    "angular velocities of the balls: frame, ball, (x, y, z)"};
+static const struct {
+    const char *name, *unit, *meaning;
+} table[STATES] = {
+    {"position", "m", "centres of the balls: frame, ball, (x, y, z)"},
+    {"velocity", "m s-1", "velocities of the balls: frame, ball, (x, y, z)"},
+    {"angular_velocity", "rad s-1", "angular velocities of the balls: frame, ball, (x, y, z)"},
+};
 
 static void write_h5md(struct mill_h5 *file)
 {
@@ -61,48 +62,38 @@ static void write_box(struct mill_h5 *file)
     mill_h5_attribute_texts(file, GROUP "/box", "boundary", 3, boundary);
 }
 
-static void write_species_names(struct mill_h5 *file, const struct mill_world *world)
-{
-    const size_t count = (size_t)world->species_count;
-    const char **names = malloc(count * sizeof *names);
-    if (!names) {
-        mill_h5_spend(file, "out of memory for the names of the ball kinds");
-        return;
-    }
-    for (size_t i = 0; i < count; i++)
-        names[i] = world->species[i].name;
-    mill_h5_attribute_texts(file, GROUP "/species", "names", count, names);
-    free(names);
-}
-
-/* id, species, mass and diameter of every ball */
+/* id, species, mass and diameter of every ball, and the names of the species */
 static void write_balls(struct mill_h5 *file, const struct mill_world *world)
 {
-    const size_t n = (size_t)world->balls;
-    int32_t *number = malloc((n ? n : 1) * sizeof *number);
-    double *value = malloc((n ? n : 1) * sizeof *value);
-    if (!number || !value) {
+    const size_t n = (size_t)world->balls, kinds = (size_t)world->species_count;
+    int32_t *id = malloc((n + 1) * sizeof *id), *species = malloc((n + 1) * sizeof *species);
+    double *mass = malloc((n + 1) * sizeof *mass), *diameter = malloc((n + 1) * sizeof *diameter);
+    const char **names = malloc(kinds * sizeof *names);
+    if (id && species && mass && diameter && names) {
+        for (size_t i = 0; i < n; i++) {
+            id[i] = (int32_t)i;
+            species[i] = world->ball[i].species;
+            mass[i] = world->species[species[i]].mass;
+            diameter[i] = 2 * world->species[species[i]].radius;
+        }
+        for (size_t i = 0; i < kinds; i++)
+            names[i] = world->species[i].name;
+        mill_h5_write(file, GROUP "/id", MILL_H5_I32, 1, &n, id, "1",
+                      "number of the ball: its line in the start file, from 0");
+        mill_h5_write(file, GROUP "/species", MILL_H5_I32, 1, &n, species, "1",
+                      "kind of the ball: index into the attribute names");
+        mill_h5_attribute_texts(file, GROUP "/species", "names", kinds, names);
+        mill_h5_write(file, GROUP "/mass", MILL_H5_F64, 1, &n, mass, "kg", "mass of the ball");
+        mill_h5_write(file, GROUP "/diameter", MILL_H5_F64, 1, &n, diameter, "m",
+                      "diameter of the ball");
+    } else {
         mill_h5_spend(file, "out of memory for the balls");
-        free(number);
-        free(value);
-        return;
     }
-    for (size_t i = 0; i < n; i++)
-        number[i] = (int32_t)i;
-    mill_h5_write(file, GROUP "/id", MILL_H5_I32, 1, &n, number, "1",
-                  "number of the ball: its line in the start file, from 0");
-    for (size_t i = 0; i < n; i++)
-        number[i] = world->ball[i].species;
-    mill_h5_write(file, GROUP "/species", MILL_H5_I32, 1, &n, number, "1",
-                  "kind of the ball: index into the attribute names");
-    for (size_t i = 0; i < n; i++)
-        value[i] = world->species[world->ball[i].species].mass;
-    mill_h5_write(file, GROUP "/mass", MILL_H5_F64, 1, &n, value, "kg", "mass of the ball");
-    for (size_t i = 0; i < n; i++)
-        value[i] = 2 * world->species[world->ball[i].species].radius;
-    mill_h5_write(file, GROUP "/diameter", MILL_H5_F64, 1, &n, value, "m", "diameter of the ball");
-    free(number);
-    free(value);
+    free(id);
+    free(species);
+    free(mass);
+    free(diameter);
+    free(names);
 }
 
 static void open_columns(struct frames *frames, size_t balls, uint64_t rows)
@@ -120,17 +111,17 @@ static void open_columns(struct frames *frames, size_t balls, uint64_t rows)
         const struct mill_h5_layout value = {.type = MILL_H5_F32,
                                              .rank = 2,
                                              .dims = {balls, 3},
-                                             .unit = state_unit[i],
-                                             .description = state_meaning[i],
+                                             .unit = table[i].unit,
+                                             .description = table[i].meaning,
                                              .plain = true};
         char path[64];
-        snprintf(path, sizeof path, GROUP "/%s/value", state_name[i]);
+        snprintf(path, sizeof path, GROUP "/%s/value", table[i].name);
         frames->value[i] = mill_h5_column_create(file, path, &value, rows);
         if (i == POSITION)
             continue;
-        snprintf(path, sizeof path, GROUP "/%s/step", state_name[i]);
+        snprintf(path, sizeof path, GROUP "/%s/step", table[i].name);
         mill_h5_link(file, GROUP "/position/step", path);
-        snprintf(path, sizeof path, GROUP "/%s/time", state_name[i]);
+        snprintf(path, sizeof path, GROUP "/%s/time", table[i].name);
         mill_h5_link(file, GROUP "/position/time", path);
     }
 }
@@ -167,16 +158,12 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     return mill_h5_status(frames->file, error);
 }
 
-static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
-                               struct mill_observer **out, struct mill_error *error)
+static enum mill_status create(struct mill_observer *self, const struct mill_observe *asked,
+                               const struct mill_world *world, struct mill_error *error)
 {
-    struct frames *frames = calloc(1, sizeof *frames);
     (void)world;
-    if (!frames)
-        return mill_error_set(error, MILL_FAILED, "out of memory for frames");
-    frames->observer = (struct mill_observer){&mill_frames_type, INFINITY};
-    frames->asked = *asked;
-    *out = &frames->observer;
+    (void)error;
+    ((struct frames *)self)->asked = *asked;
     return MILL_OK;
 }
 
@@ -198,7 +185,6 @@ static void open_file(struct mill_observer *self, struct mill_h5 *file,
         write_h5md(file);
         write_box(file);
         write_balls(file, world);
-        write_species_names(file, world);
     }
     if (frames->asked.frames == 0)
         return;
@@ -220,11 +206,11 @@ static bool finish(struct mill_observer *self, const struct mill_world *world,
 static void free_frames(struct mill_observer *self)
 {
     free(((struct frames *)self)->row);
-    free(self);
 }
 
 const struct mill_observer_type mill_frames_type = {
     .name = "frames",
+    .size = sizeof(struct frames),
     .sample = sample,
     .create = create,
     .state = tell_state,

@@ -1,16 +1,9 @@
-/* Logs every impact (output.impacts = all), one dataset a column. Impacts come by the million a
- * second, so a row costs a few stores into arrays; only every BLOCK rows HDF5 is called. */
+/* Logs every impact (output.impacts = all), one dataset a column. */
 #include "observe/impactlog.h"
 
 #include "millsim/state.h"
 #include "observe/observe.h"
 #include "store/h5.h"
-
-#include <math.h>
-#include <stdlib.h>
-
-#define BLOCK 65536
-#define CHUNK 16384
 
 enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
 
@@ -35,82 +28,47 @@ static const struct {
      "energy lost in the impact; negative where the rebound floor gave energy", MILL_H5_F64, 0},
 };
 
-struct block {
-    double time[BLOCK];
-    uint8_t kind[BLOCK];
-    int32_t ball[BLOCK];
-    int32_t partner[BLOCK];
-    float position[BLOCK][3];
-    float normal[BLOCK][3];
-    double normal_speed[BLOCK];
-    double tangential_speed[BLOCK];
-    double loss[BLOCK];
-};
-
 struct impactlog {
     struct mill_observer observer;
     struct mill_h5 *file;
     uint64_t rows;                          /* as last saved */
-    size_t gathered;                        /* rows in the block */
     struct mill_h5_column *column[COLUMNS]; /* the file's */
-    struct block block;
 };
 
-static void write_block(struct impactlog *log)
+static bool is_wanted(const struct mill_observe *asked)
 {
-    const struct block *block = &log->block;
-    const void *const rows[COLUMNS] = {
-        block->time,     block->kind,   block->ball,         block->partner,
-        block->position, block->normal, block->normal_speed, block->tangential_speed,
-        block->loss};
-    for (int i = 0; i < COLUMNS; i++)
-        mill_h5_column_append(log->column[i], log->gathered, rows[i]);
-    log->gathered = 0;
+    return asked->log_impacts;
 }
 
 static enum mill_status log_impact(struct mill_observer *self, const struct mill_impact *impact,
                                    struct mill_error *error)
 {
     struct impactlog *log = (struct impactlog *)self;
-    struct block *block = &log->block;
-    const size_t i = log->gathered++;
-    block->time[i] = impact->time;
-    block->kind[i] = (uint8_t)impact->kind;
-    block->ball[i] = impact->ball;
-    block->partner[i] = impact->partner;
-    block->position[i][0] = (float)impact->position.x;
-    block->position[i][1] = (float)impact->position.y;
-    block->position[i][2] = (float)impact->position.z;
-    block->normal[i][0] = (float)impact->normal.x;
-    block->normal[i][1] = (float)impact->normal.y;
-    block->normal[i][2] = (float)impact->normal.z;
-    block->normal_speed[i] = impact->normal_speed;
-    block->tangential_speed[i] = impact->tangential_speed;
-    block->loss[i] = impact->dissipation;
-    if (i + 1 < BLOCK)
-        return MILL_OK;
-    write_block(log);
+    const vec3 *r = &impact->position, *n = &impact->normal;
+    const uint8_t kind = (uint8_t)impact->kind;
+    const float position[3] = {(float)r->x, (float)r->y, (float)r->z};
+    const float normal[3] = {(float)n->x, (float)n->y, (float)n->z};
+    const void *const row[COLUMNS] = {
+        [TIME] = &impact->time,
+        [KIND] = &kind,
+        [BALL] = &impact->ball,
+        [PARTNER] = &impact->partner,
+        [POSITION] = position,
+        [NORMAL] = normal,
+        [NORMAL_SPEED] = &impact->normal_speed,
+        [TANGENTIAL_SPEED] = &impact->tangential_speed,
+        [LOSS] = &impact->dissipation,
+    };
+    for (int i = 0; i < COLUMNS; i++)
+        mill_h5_column_append(log->column[i], 1, row[i]);
     return mill_h5_status(log->file, error);
-}
-
-static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
-                               struct mill_observer **out, struct mill_error *error)
-{
-    struct impactlog *log = asked->log_impacts ? calloc(1, sizeof *log) : NULL;
-    (void)world;
-    if (asked->log_impacts && !log)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the log of impacts");
-    if (log)
-        log->observer = (struct mill_observer){&mill_impactlog_type, INFINITY};
-    *out = log ? &log->observer : NULL;
-    return MILL_OK;
 }
 
 static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
     struct impactlog *log = (struct impactlog *)self;
     if (!state->loads)
-        log->rows = mill_h5_column_rows(log->column[TIME]) + log->gathered;
+        log->rows = mill_h5_column_rows(log->column[TIME]);
     mill_state_structs(state, "rows", sizeof log->rows, 1, &log->rows);
 }
 
@@ -124,7 +82,7 @@ static void open_file(struct mill_observer *self, struct mill_h5 *file,
         const struct mill_h5_layout layout = {.type = table[i].type,
                                               .rank = table[i].rank,
                                               .dims = {3},
-                                              .chunk = CHUNK,
+                                              .chunk = 16384,
                                               .unit = table[i].unit,
                                               .description = table[i].meaning};
         log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
@@ -133,22 +91,11 @@ static void open_file(struct mill_observer *self, struct mill_h5 *file,
     mill_h5_attribute_texts(file, "/impacts/kind", "kinds", MILL_KINDS, mill_kind_name);
 }
 
-static void flush(struct mill_observer *self)
-{
-    write_block((struct impactlog *)self);
-}
-
-static void free_log(struct mill_observer *self)
-{
-    free(self);
-}
-
 const struct mill_observer_type mill_impactlog_type = {
     .name = "impacts",
+    .size = sizeof(struct impactlog),
+    .wanted = is_wanted,
     .impact = log_impact,
-    .create = create,
     .state = tell_state,
     .open = open_file,
-    .flush = flush,
-    .free = free_log,
 };

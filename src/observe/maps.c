@@ -2,6 +2,7 @@
  * the balls are on average: maps_sample.c. */
 #include "observe/maps.h"
 
+#include "base/memory.h"
 #include "observe/section.h"
 
 #include <math.h>
@@ -9,28 +10,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    RINGS = 30,
-    FEWEST_SLICES = 4,
-    LINE = 64 /* [B] of the cache */
-};
-
-/* Zeroed, and so placed that no element lies across two cache lines where its size allows. */
-static void *make_cells(size_t cells, size_t size)
-{
-    void *room;
-    if (posix_memalign(&room, LINE, cells * size) != 0)
-        return NULL;
-    return memset(room, 0, cells * size);
-}
+enum { RINGS = 30, FEWEST_SLICES = 4 };
 
 static bool map_init(struct mill_map *map, int n0, int n1)
 {
     const size_t cells = (size_t)n0 * (size_t)n1;
     map->n[0] = n0;
     map->n[1] = n1;
-    map->hits = make_cells(cells, sizeof *map->hits);
-    map->flow = make_cells(cells, sizeof *map->flow);
+    map->hits = mill_memory_get(cells, sizeof *map->hits);
+    map->flow = mill_memory_get(cells, sizeof *map->flow);
     map->room = calloc(cells, sizeof *map->room);
     return map->hits && map->flow && map->room;
 }
@@ -97,8 +85,8 @@ static bool map_like(struct mill_map *map, const struct mill_map *as)
     const size_t cells = (size_t)as->n[0] * (size_t)as->n[1];
     *map = *as;
     map->room = NULL;
-    map->hits = make_cells(cells, sizeof *map->hits);
-    map->flow = make_cells(cells, sizeof *map->flow);
+    map->hits = mill_memory_get(cells, sizeof *map->hits);
+    map->flow = mill_memory_get(cells, sizeof *map->flow);
     return map->hits && map->flow;
 }
 

@@ -58,12 +58,6 @@ void mill_maps_impact(struct mill_maps *maps, vec3 position, double normal_speed
  * within it. */
 void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t);
 
-/* The same with vector instructions of 128, 256 or 512 bits, to the same bits; and the widest that
- * this processor has, which mill_maps_sample takes. */
-void mill_maps_sample_as(struct mill_maps *maps, const struct mill_world *world, double t,
-                         int width);
-int mill_maps_widest(void);
-
 /* Index along one axis (0 or 1) of the cell that holds coordinate `at` [m]. */
 static inline int mill_maps_place(const struct mill_map *map, int axis, double at)
 {

@@ -38,12 +38,10 @@ struct block {
     unsigned row[4][BLOCK], column[4][BLOCK], slice[4][BLOCK], ring[SPOTS][BLOCK];
 };
 
-/* (volume, flow) of a cell, or to be poured into one; at once, or in two halves where the processor
- * has no instruction for four numbers (made in one piece it would go through memory there) */
-typedef double jug __attribute__((vector_size(32), aligned(32), may_alias));
-typedef double half __attribute__((vector_size(16), may_alias));
+/* (volume, flow) of a cell, or to be added to one */
+typedef double four __attribute__((vector_size(32), aligned(32), may_alias));
 
-/* Everything below is compiled for each width of vectors: see mill_maps_sample_as. */
+/* Everything below is part of `sample`, which is compiled for several processors. */
 #define INLINE static inline __attribute__((always_inline))
 
 /* Up to BLOCK balls from `first` on; the last one again to round them up */
@@ -114,87 +112,69 @@ INLINE void place_spots(const struct mill_map *map, struct block *b)
     }
 }
 
-INLINE void pour(char *row, unsigned offset, const jug *what)
+INLINE void add(char *row, unsigned offset, const four *what)
 {
-    *(jug *)(void *)(row + offset) += *what;
+    *(four *)(void *)(row + offset) += *what;
 }
 
 /* Seen along x the lattice is 12 places: four hold 4 points each, eight hold 2. */
-INLINE void pour_square(char *flow, const struct block *b, int i, const jug *two, const jug *four)
-{
-    const unsigned left = b->column[0][i], right = b->column[3][i];
-    const unsigned inner[2] = {b->column[1][i], b->column[2][i]};
-    char *row = flow + b->row[0][i];
-    pour(row, inner[0], two);
-    pour(row, inner[1], two);
-    row = flow + b->row[1][i];
-    pour(row, left, two);
-    pour(row, inner[0], four);
-    pour(row, inner[1], four);
-    pour(row, right, two);
-    row = flow + b->row[2][i];
-    pour(row, left, two);
-    pour(row, inner[0], four);
-    pour(row, inner[1], four);
-    pour(row, right, two);
-    row = flow + b->row[3][i];
-    pour(row, inner[0], two);
-    pour(row, inner[1], two);
-}
-
-INLINE void pour_cross(const struct mill_map *map, const struct block *b, int i, bool wide)
+INLINE void add_cross(const struct mill_map *map, const struct block *b, int i)
 {
     const double n = b->two[i];
-    if (wide) {
-        const jug two = {n, n * b->u[i], n * b->v[i], n * b->w[i]}, four = two + two;
-        pour_square((char *)map->flow, b, i, &two, &four);
-    } else {
-        const half two[2]
-            __attribute__((aligned(32))) = {{n, n * b->u[i]}, {n * b->v[i], n * b->w[i]}};
-        const half four[2] __attribute__((aligned(32))) = {two[0] + two[0], two[1] + two[1]};
-        pour_square((char *)map->flow, b, i, (const jug *)two, (const jug *)four);
-    }
+    const four two = {n, n * b->u[i], n * b->v[i], n * b->w[i]}, twice = two + two;
+    const unsigned left = b->column[0][i], right = b->column[3][i];
+    const unsigned inner[2] = {b->column[1][i], b->column[2][i]};
+    char *row = (char *)map->flow + b->row[0][i];
+    add(row, inner[0], &two);
+    add(row, inner[1], &two);
+    row = (char *)map->flow + b->row[1][i];
+    add(row, left, &two);
+    add(row, inner[0], &twice);
+    add(row, inner[1], &twice);
+    add(row, right, &two);
+    row = (char *)map->flow + b->row[2][i];
+    add(row, left, &two);
+    add(row, inner[0], &twice);
+    add(row, inner[1], &twice);
+    add(row, right, &two);
+    row = (char *)map->flow + b->row[3][i];
+    add(row, inner[0], &two);
+    add(row, inner[1], &two);
 }
 
-/* The inner two of the four planes, or all */
-INLINE void pour_line(char *const slice[4], unsigned ring, bool all, const jug *two)
+/* One of the spots: the inner two of the four planes, or all */
+INLINE void add_spot(char *flow, const struct block *b, int i, int k, bool all)
 {
-    if (all)
-        pour(slice[0], ring, two);
-    pour(slice[1], ring, two);
-    pour(slice[2], ring, two);
-    if (all)
-        pour(slice[3], ring, two);
-}
-
-INLINE void pour_spot(char *const slice[4], const struct block *b, int i, int k, bool wide)
-{
-    const bool all = k == 1 || k == 2;
     const double n = b->two[i], out = b->out[i] * b->share[k][i];
     const double around = b->around[i] * b->share[k][i];
-    if (wide) {
-        const jug two = {n, n * b->u[i], n * out, n * around};
-        pour_line(slice, b->ring[k][i], all, &two);
-    } else {
-        const half two[2] __attribute__((aligned(32))) = {{n, n * b->u[i]}, {n * out, n * around}};
-        pour_line(slice, b->ring[k][i], all, (const jug *)two);
-    }
+    const four two = {n, n * b->u[i], n * out, n * around};
+    if (all)
+        add(flow + b->slice[0][i], b->ring[k][i], &two);
+    add(flow + b->slice[1][i], b->ring[k][i], &two);
+    add(flow + b->slice[2][i], b->ring[k][i], &two);
+    if (all)
+        add(flow + b->slice[3][i], b->ring[k][i], &two);
 }
 
-INLINE void pour_axial(const struct mill_map *map, const struct block *b, int i, bool wide)
+INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
 {
     char *const flow = (char *)map->flow;
-    char *const slice[4] = {flow + b->slice[0][i], flow + b->slice[1][i], flow + b->slice[2][i],
-                            flow + b->slice[3][i]};
-    pour_spot(slice, b, i, 0, wide);
-    pour_spot(slice, b, i, 1, wide);
-    pour_spot(slice, b, i, 2, wide);
-    pour_spot(slice, b, i, 3, wide);
-    pour_spot(slice, b, i, 4, wide);
-    pour_spot(slice, b, i, 5, wide);
+    add_spot(flow, b, i, 0, false);
+    add_spot(flow, b, i, 1, true);
+    add_spot(flow, b, i, 2, true);
+    add_spot(flow, b, i, 3, false);
+    add_spot(flow, b, i, 4, false);
+    add_spot(flow, b, i, 5, false);
 }
 
-INLINE void sample(struct mill_maps *maps, const struct mill_world *world, double t, bool wide)
+/* The same source for any processor and, where the loader can choose, for those with AVX2 and with
+ * AVX-512: the same operations on more numbers at a time, to the same bits, as none is contracted.
+ */
+#if defined __x86_64__ && defined __gnu_linux__ && __has_attribute(target_clones)
+__attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
+static void
+sample(struct mill_maps *maps, const struct mill_world *world, double t)
 {
     const int cell = (int)sizeof *maps->cross.flow;
     struct block b __attribute__((aligned(64)));
@@ -205,65 +185,14 @@ INLINE void sample(struct mill_maps *maps, const struct mill_world *world, doubl
         place_planes(&maps->axial, b.padded, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);
         place_spots(&maps->axial, &b);
         for (int i = 0; i < b.count; i++) {
-            pour_cross(&maps->cross, &b, i, wide);
-            pour_axial(&maps->axial, &b, i, wide);
+            add_cross(&maps->cross, &b, i);
+            add_axial(&maps->axial, &b, i);
         }
     }
     maps->samples++;
 }
 
-/* The same source for any processor and, on x86-64, for those with AVX2 and with AVX-512: the same
- * operations on more numbers at a time, to the same bits, as none is contracted. */
-static void sample_any(struct mill_maps *maps, const struct mill_world *world, double t)
-{
-    sample(maps, world, t, false);
-}
-
-#if defined __x86_64__ && defined __GNUC__
-__attribute__((target("avx2"))) static void sample_avx2(struct mill_maps *maps,
-                                                        const struct mill_world *world, double t)
-{
-    sample(maps, world, t, true);
-}
-
-__attribute__((target("avx512f,avx512vl"))) static void
-sample_avx512(struct mill_maps *maps, const struct mill_world *world, double t)
-{
-    sample(maps, world, t, true);
-}
-
-int mill_maps_widest(void)
-{
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl"))
-        return 512;
-    return __builtin_cpu_supports("avx2") ? 256 : 128;
-}
-
-void mill_maps_sample_as(struct mill_maps *maps, const struct mill_world *world, double t,
-                         int width)
-{
-    if (width == 512)
-        sample_avx512(maps, world, t);
-    else if (width == 256)
-        sample_avx2(maps, world, t);
-    else
-        sample_any(maps, world, t);
-}
-#else
-int mill_maps_widest(void)
-{
-    return 128;
-}
-
-void mill_maps_sample_as(struct mill_maps *maps, const struct mill_world *world, double t,
-                         int width)
-{
-    (void)width;
-    sample_any(maps, world, t);
-}
-#endif
-
 void mill_maps_sample(struct mill_maps *maps, const struct mill_world *world, double t)
 {
-    mill_maps_sample_as(maps, world, t, mill_maps_widest());
+    sample(maps, world, t);
 }

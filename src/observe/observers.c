@@ -7,6 +7,7 @@
 #include "observe/tally.h"
 
 #include <assert.h>
+#include <stdlib.h>
 
 /* In the order in which the loop calls them */
 static const struct mill_observer_type *const types[] = {
@@ -16,6 +17,30 @@ static const struct mill_observer_type *const types[] = {
     &mill_impactlog_type,
 };
 
+struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
+                                         const struct mill_observe *asked,
+                                         const struct mill_world *world, struct mill_error *error)
+{
+    struct mill_observer *one = calloc(1, type->size);
+    if (!one) {
+        mill_error_set(error, MILL_FAILED, "out of memory for %s", type->name);
+        return NULL;
+    }
+    one->type = type;
+    one->next = INFINITY;
+    if (!type->create || type->create(one, asked, world, error) == MILL_OK)
+        return one;
+    mill_observers_free_one(one);
+    return NULL;
+}
+
+void mill_observers_free_one(struct mill_observer *observer)
+{
+    if (observer->type->free)
+        observer->type->free(observer);
+    free(observer);
+}
+
 enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error)
@@ -24,12 +49,12 @@ enum mill_status mill_observers_create(const struct mill_observe *asked,
     assert(count <= MILL_OBSERVERS);
     *observers = (struct mill_observers){0};
     for (size_t k = 0; k < count; k++) {
-        struct mill_observer *one = NULL;
-        const enum mill_status status = types[k]->create(asked, world, &one, error);
-        if (status != MILL_OK)
-            return status;
-        if (one)
-            observers->each[observers->count++] = one;
+        if (types[k]->wanted && !types[k]->wanted(asked))
+            continue;
+        struct mill_observer *one = mill_observers_one(types[k], asked, world, error);
+        if (!one)
+            return MILL_FAILED;
+        observers->each[observers->count++] = one;
     }
     return MILL_OK;
 }
@@ -37,7 +62,7 @@ enum mill_status mill_observers_create(const struct mill_observe *asked,
 void mill_observers_free(struct mill_observers *observers)
 {
     for (int k = 0; k < observers->count; k++)
-        observers->each[k]->type->free(observers->each[k]);
+        mill_observers_free_one(observers->each[k]);
     observers->count = 0;
 }
 
@@ -64,13 +89,6 @@ enum mill_status mill_observers_open(const struct mill_observers *observers, str
         status = mill_sim_observe(sim, one);
     }
     return status == MILL_OK ? mill_h5_status(file, error) : status;
-}
-
-void mill_observers_flush(const struct mill_observers *observers)
-{
-    for (int k = 0; k < observers->count; k++)
-        if (observers->each[k]->type->flush)
-            observers->each[k]->type->flush(observers->each[k]);
 }
 
 enum mill_status mill_observers_results(const struct mill_observers *observers,

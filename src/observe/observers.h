@@ -9,6 +9,12 @@
 
 enum { MILL_OBSERVERS = 8 }; /* at most */
 
+/* One of the type. NULL: out of memory. Owner: the caller. */
+struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
+                                         const struct mill_observe *asked,
+                                         const struct mill_world *world, struct mill_error *error);
+void mill_observers_free_one(struct mill_observer *observer);
+
 struct mill_observers {
     int count;
     struct mill_observer *each[MILL_OBSERVERS];
@@ -28,7 +34,6 @@ void mill_observers_state(const struct mill_observers *observers, struct mill_st
 enum mill_status mill_observers_open(const struct mill_observers *observers, struct mill_h5 *file,
                                      struct mill_sim *sim, struct mill_error *error);
 
-void mill_observers_flush(const struct mill_observers *observers);
 enum mill_status mill_observers_results(const struct mill_observers *observers,
                                         const struct mill_world *world, double t,
                                         struct mill_sink *sink, struct mill_error *error);

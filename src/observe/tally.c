@@ -23,7 +23,7 @@ static void count(struct mill_speeds *speeds, const struct mill_impact *impact, 
 static enum mill_status count_strike(struct mill_tally *tally, const struct mill_impact *impact,
                                      int normal, int tangential, struct mill_error *error)
 {
-    struct mill_speeds *speeds = &tally->strikes[impact->kind];
+    struct mill_speeds *speeds = &tally->gathered.strikes[impact->kind];
     bool fresh = true;
     struct mill_strike *strike = NULL;
     if (tally->pairs.window > 0) {
@@ -55,8 +55,9 @@ static enum mill_status gather(struct mill_tally *tally, const struct mill_impac
     const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
     const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
     if (tally->at.open) {
-        count(&tally->impacts[impact->kind], impact, normal, tangential);
-        mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
+        count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
+        mill_maps_impact(tally->gathered.maps, impact->position, impact->normal_speed,
+                         impact->dissipation);
     }
     return count_strike(tally, impact, normal, tangential, error);
 }
@@ -134,7 +135,7 @@ static void look(struct mill_tally *tally, const struct mill_world *world, doubl
     while (next_block(tally) <= same)
         mill_rotorstat_close(&tally->rotor, &world->account);
     while (next_snapshot(tally) <= now) {
-        mill_maps_sample(tally->maps, world, t);
+        mill_maps_sample(tally->gathered.maps, world, t);
         tally->at.snapshots++;
     }
     if (!tally->at.late && late(tally) <= now) {
@@ -167,39 +168,32 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    mill_maps_free(tally->maps);
+    mill_maps_free(tally->gathered.maps);
     mill_strikes_free(&tally->pairs);
     mill_rotorstat_free(&tally->rotor);
     mill_tally_window_free(tally);
-    free(tally);
 }
 
-static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
-                               struct mill_observer **out, struct mill_error *error)
+static enum mill_status create(struct mill_observer *observer, const struct mill_observe *asked,
+                               const struct mill_world *world, struct mill_error *error)
 {
-    struct mill_tally *tally = calloc(1, sizeof *tally);
-    if (!tally)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
+    struct mill_tally *tally = (struct mill_tally *)observer;
     const double duration = fmax(0, asked->end - asked->sample_from);
-    tally->observer.type = &mill_tally_type;
     tally->begin = asked->sample_from; /* 0 where it is to be found */
     tally->end = fmax(asked->end, asked->sample_from);
     tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
-    enum mill_status status = mill_maps_create(world, &tally->maps, error);
-    if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
-                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
-                              !mill_tally_window_init(tally, asked, world)))
-        status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
-    if (status != MILL_OK) {
-        free_tally(&tally->observer);
+    const enum mill_status status = mill_maps_create(world, &tally->gathered.maps, error);
+    if (status != MILL_OK)
         return status;
-    }
+    if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
+        !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
+        !mill_tally_window_init(tally, asked, world))
+        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     if (tally->begin <= 0 && duration > 0)
         open_window(tally, &world->account);
     plan(tally);
-    *out = &tally->observer;
     return MILL_OK;
 }
 
@@ -218,6 +212,7 @@ static enum mill_status results(const struct mill_observer *observer,
 
 const struct mill_observer_type mill_tally_type = {
     .name = "statistics",
+    .size = sizeof(struct mill_tally),
     .impact = on_impact,
     .sample = on_sample,
     .create = create,

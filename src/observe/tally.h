@@ -14,14 +14,18 @@
 /* Rows of the results: the kinds, then all of them together */
 enum { MILL_TALLY_ALL = MILL_KINDS, MILL_TALLY_ROWS };
 
-enum { MILL_TALLY_LEVELS = 10 };
-
 struct mill_sink;
 
 /* Impacts (or strikes) of one kind: how fast they come, by both speeds. */
 struct mill_speeds {
     struct mill_spectrum normal;
     struct mill_spectrum tangential[2]; /* of those with v_n < 0.05 m/s; of the others */
+};
+
+/* What is gathered of impacts and flow */
+struct mill_gathered {
+    struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
+    struct mill_maps *maps;
 };
 
 /* What ended the window */
@@ -32,9 +36,8 @@ enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIO
 enum { MILL_TALLY_STRETCHES = 24 };
 
 struct mill_tally_stretch {
-    struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
+    struct mill_gathered gathered;
     int32_t last; /* number of the last of the stretches as gathered that it is made of */
-    struct mill_maps *maps;
 };
 
 /* How far the gathering has come; all of it is plain numbers, saved as they are. */
@@ -62,10 +65,9 @@ struct mill_tally {
     double interval;               /* [s] between the maps' snapshots; INFINITY: none */
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
-    struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS]; /* since the last stretch */
+    struct mill_gathered gathered; /* since the last stretch */
     struct mill_strikes pairs;
     struct mill_rotorstat rotor;
-    struct mill_maps *maps;
     /* ---- what may end the run before its time; all 0 where nothing may ---- */
     double tick;      /* [s] between two times at which it is asked how much is known; 0: never */
     double precision; /* run.precision */
@@ -102,9 +104,6 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
                                          struct mill_tally_results **results,
                                          struct mill_error *error);
 void mill_tally_results_free(struct mill_tally_results *results);
-
-/* Levels of the quantiles: 0.01 ... 0.999 */
-extern const double mill_tally_level[MILL_TALLY_LEVELS];
 
 /* "ball_ball", ..., "all" */
 const char *mill_tally_name(int row);

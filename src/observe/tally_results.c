@@ -32,10 +32,10 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->known = at->known;
     r->at_end = at->closed ? at->at_close : world->account;
     r->at_begin = at->open ? at->at_begin : r->at_end;
-    r->maps = tally->maps;
+    r->maps = tally->gathered.maps;
     r->rotor = tally->rotor;
-    mill_tally_add(r->impacts, tally->impacts);
-    mill_tally_add(r->strikes, tally->strikes);
+    mill_tally_add(r->impacts, tally->gathered.impacts);
+    mill_tally_add(r->strikes, tally->gathered.strikes);
     if (at->open && tally->tick > 0 && !mill_tally_window_results(tally, r)) {
         mill_tally_results_free(r);
         *out = NULL;

@@ -23,14 +23,14 @@ static void tell_map(struct mill_map *map, const char *hits, const char *flow, i
     mill_state_structs(state, field_name(name, flow, number), sizeof *map->flow, cells, map->flow);
 }
 
-static void tell_gathered(struct mill_speeds *impacts, struct mill_speeds *strikes,
-                          struct mill_maps *maps, int number, struct mill_state *state)
+static void tell_gathered(struct mill_gathered *g, int number, struct mill_state *state)
 {
+    struct mill_maps *maps = g->maps;
     char name[32];
-    mill_state_structs(state, field_name(name, "impacts", number), sizeof *impacts, MILL_KINDS,
-                       impacts);
-    mill_state_structs(state, field_name(name, "strikes", number), sizeof *strikes, MILL_KINDS,
-                       strikes);
+    mill_state_structs(state, field_name(name, "impacts", number), sizeof g->impacts, 1,
+                       g->impacts);
+    mill_state_structs(state, field_name(name, "strikes", number), sizeof g->strikes, 1,
+                       g->strikes);
     mill_state_structs(state, field_name(name, "samples", number), sizeof maps->samples, 1,
                        &maps->samples);
     tell_map(&maps->cross, "cross_hits", "cross_flow", number, state);
@@ -84,7 +84,7 @@ static void tell_batches(struct mill_tally *t, struct mill_state *state)
         struct mill_tally_stretch *stretch = &t->stretch[i];
         char name[32];
         mill_state_field(state, field_name(name, "last", i), MILL_FIELD_I32, 1, &stretch->last);
-        tell_gathered(stretch->impacts, stretch->strikes, stretch->maps, i, state);
+        tell_gathered(&stretch->gathered, i, state);
     }
 }
 
@@ -104,7 +104,7 @@ void mill_tally_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_field(state, "block_work", MILL_FIELD_F64, 1, &rotor->work);
     mill_state_field(state, "block_impulse", MILL_FIELD_F64, 1, &rotor->impulse);
     tell_strikes(&t->pairs, state);
-    tell_gathered(t->impacts, t->strikes, t->maps, -1, state);
+    tell_gathered(&t->gathered, -1, state);
     if (t->tick > 0)
         tell_batches(t, state);
     t->observer.next = t->at.next;

@@ -28,7 +28,7 @@ bool mill_tally_window_init(struct mill_tally *t, const struct mill_observe *ask
         return true;
     t->stretch = calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch);
     for (int i = 0; t->stretch && i < MILL_TALLY_STRETCHES; i++)
-        if (!(t->stretch[i].maps = mill_maps_like(t->maps)))
+        if (!(t->stretch[i].gathered.maps = mill_maps_like(t->gathered.maps)))
             return false;
     return t->stretch != NULL;
 }
@@ -36,7 +36,7 @@ bool mill_tally_window_init(struct mill_tally *t, const struct mill_observe *ask
 void mill_tally_window_free(struct mill_tally *t)
 {
     for (int i = 0; t->stretch && i < MILL_TALLY_STRETCHES; i++)
-        mill_maps_free(t->stretch[i].maps);
+        mill_maps_free(t->stretch[i].gathered.maps);
     free(t->stretch);
     mill_precision_free(&t->batches);
 }
@@ -50,6 +50,20 @@ void mill_tally_add(struct mill_speeds into[MILL_KINDS], const struct mill_speed
         mill_spectrum_merge(&into[kind].tangential[0], &from[kind].tangential[0]);
         mill_spectrum_merge(&into[kind].tangential[1], &from[kind].tangential[1]);
     }
+}
+
+static void add_gathered(struct mill_gathered *into, const struct mill_gathered *from)
+{
+    mill_tally_add(into->impacts, from->impacts);
+    mill_tally_add(into->strikes, from->strikes);
+    mill_maps_add(into->maps, from->maps);
+}
+
+static void clear_gathered(struct mill_gathered *gathered)
+{
+    memset(gathered->impacts, 0, sizeof gathered->impacts);
+    memset(gathered->strikes, 0, sizeof gathered->strikes);
+    mill_maps_clear(gathered->maps);
 }
 
 /* How many stretches to join into one: so that whole ones make a revolution, or are made of some */
@@ -67,15 +81,13 @@ static void join_stretches(struct mill_tally *t)
     for (uint64_t k = 0; t->search && k < t->at.stretches / many; k++) {
         struct mill_tally_stretch *first = &t->stretch[many * k];
         for (uint64_t m = 1; m < many; m++) {
-            mill_tally_add(first->impacts, first[m].impacts);
-            mill_tally_add(first->strikes, first[m].strikes);
-            mill_maps_add(first->maps, first[m].maps);
+            add_gathered(&first->gathered, &first[m].gathered);
             first->last = first[m].last;
         }
         if (k > 0) {
-            struct mill_maps *free_one = t->stretch[k].maps;
+            struct mill_maps *free_one = t->stretch[k].gathered.maps;
             memcpy(&t->stretch[k], first, sizeof *first);
-            first->maps = free_one;
+            first->gathered.maps = free_one;
         }
     }
     t->at.stretches /= many;
@@ -86,14 +98,10 @@ static void join_stretches(struct mill_tally *t)
 static void keep_stretch(struct mill_tally *t)
 {
     struct mill_tally_stretch *stretch = &t->stretch[t->at.stretches++];
-    memcpy(stretch->impacts, t->impacts, sizeof stretch->impacts);
-    memcpy(stretch->strikes, t->strikes, sizeof stretch->strikes);
-    memset(t->impacts, 0, sizeof t->impacts);
-    memset(t->strikes, 0, sizeof t->strikes);
+    clear_gathered(&stretch->gathered);
+    add_gathered(&stretch->gathered, &t->gathered);
+    clear_gathered(&t->gathered);
     memset(t->before, 0, sizeof t->before);
-    mill_maps_clear(stretch->maps);
-    mill_maps_add(stretch->maps, t->maps);
-    mill_maps_clear(t->maps);
     stretch->last = t->at.stretch++;
 }
 
@@ -101,8 +109,8 @@ struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t stre
 {
     for (uint64_t i = 0; t->stretch && i < t->at.stretches; i++)
         if (stretch <= t->stretch[i].last)
-            return t->stretch[i].strikes;
-    return t->strikes;
+            return t->stretch[i].gathered.strikes;
+    return t->gathered.strikes;
 }
 
 /* ---- the window ---- */
@@ -136,7 +144,7 @@ static void end_batch(struct mill_tally *t, const struct mill_account *account)
     for (int i = 0; i < MILL_PRECISION_SLOTS; i++) {
         uint64_t now = 0;
         for (int kind = 0; kind < MILL_KINDS; kind++)
-            now += t->impacts[kind].normal.slot[MILL_SPECTRUM_FAST + i].count;
+            now += t->gathered.impacts[kind].normal.slot[MILL_SPECTRUM_FAST + i].count;
         count[i] = now - t->before[i];
         t->before[i] = now;
     }
@@ -209,14 +217,15 @@ bool mill_tally_window_results(const struct mill_tally *t, struct mill_tally_res
         return true;
     r->begin = batches->origin + (double)from * batches->at.batch;
     r->at_begin = batches->books[from];
-    r->maps = r->sum = mill_maps_like(t->maps);
+    r->maps = r->sum = mill_maps_like(t->gathered.maps);
     if (!r->sum)
         return false;
-    mill_maps_add(r->sum, t->maps);
+    mill_maps_add(r->sum, t->gathered.maps);
     for (uint64_t i = from / t->at.length; i < t->at.stretches; i++) {
-        mill_tally_add(r->impacts, t->stretch[i].impacts);
-        mill_tally_add(r->strikes, t->stretch[i].strikes);
-        mill_maps_add(r->sum, t->stretch[i].maps);
+        const struct mill_gathered *gathered = &t->stretch[i].gathered;
+        mill_tally_add(r->impacts, gathered->impacts);
+        mill_tally_add(r->strikes, gathered->strikes);
+        mill_maps_add(r->sum, gathered->maps);
     }
     fill_blocks(batches, from, r);
     return true;

@@ -67,7 +67,8 @@ static void link_to(struct scene *s, const char *existing, const char *name)
 static void put_rows(struct scene *s, const char *name, size_t rows, size_t width, int64_t first,
                      int64_t step, const char *text)
 {
-    const struct mill_h5_layout layout = {MILL_H5_I64, width > 1, {width, 0}, 0, "1", text, false};
+    const struct mill_h5_layout layout = {
+        .type = MILL_H5_I64, .rank = width > 1, .dims = {width}, .unit = "1", .description = text};
     char path[PATH];
     int64_t some[AT_ONCE];
     join(s, path, name);
@@ -110,27 +111,31 @@ static void begin_block(struct scene *s, const char *name, int64_t index)
     mill_h5_soft_link(s->file, s->block, place);
 }
 
+/* Rows that all blocks have in common: the balls have them, the others link to them. */
+static void put_common(struct scene *s, const char *name, size_t width, int64_t value,
+                       const char *text)
+{
+    char first[PATH];
+    snprintf(first, sizeof first, BALLS "/%s", name);
+    if (strcmp(s->block, BALLS) == 0)
+        put_rows(s, name, s->frames, width, value, 0, text);
+    else
+        link_to(s, first, name);
+}
+
 /* The steps' times and offsets; moving: each step has its own points, else all have the same. */
-static void put_steps(struct scene *s, bool first, bool moving, size_t points)
+static void put_steps(struct scene *s, bool moving, size_t points)
 {
     char path[PATH];
     link_to(s, TRAJECTORY "/position/time", "Steps/Values");
     join(s, path, "Steps");
     put_attribute(s, path, "NSteps", (int64_t)s->frames);
-    if (first) {
-        put_rows(s, "Steps/PartOffsets", s->frames, 1, 0, 0,
-                 "where a frame begins in what all frames share: 0");
-        put_rows(s, "Steps/NumberOfParts", s->frames, 1, 1, 0, "parts of a frame: 1");
-        put_rows(s, "Steps/CellOffsets", s->frames, 4, 0, 0,
-                 "where a frame's vertices, lines, polygons and strips begin: 0, all frames share "
-                 "them");
-        link_to(s, BALLS "/Steps/CellOffsets", "Steps/ConnectivityIdOffsets");
-    } else {
-        link_to(s, ALIKE, "Steps/PartOffsets");
-        link_to(s, BALLS "/Steps/NumberOfParts", "Steps/NumberOfParts");
-        link_to(s, BALLS "/Steps/CellOffsets", "Steps/CellOffsets");
-        link_to(s, BALLS "/Steps/CellOffsets", "Steps/ConnectivityIdOffsets");
-    }
+    put_common(s, "Steps/PartOffsets", 1, 0, "where a frame begins in what all frames share: 0");
+    put_common(s, "Steps/NumberOfParts", 1, 1, "parts of a frame: 1");
+    put_common(s, "Steps/CellOffsets", 4, 0,
+               "where a frame's vertices, lines, polygons and strips begin: 0, all frames share "
+               "them");
+    link_to(s, BALLS "/Steps/CellOffsets", "Steps/ConnectivityIdOffsets");
     if (moving)
         put_rows(s, "Steps/PointOffsets", s->frames, 1, 0, (int64_t)points,
                  "where a frame's points, and what changes with them, begin");
@@ -140,9 +145,10 @@ static void put_steps(struct scene *s, bool first, bool moving, size_t points)
 
 /* The cells of one kind, `each` corners to a cell; corner NULL: point k is the corner of cell k.
  * The other kinds are empty. */
-static void put_cells(struct scene *s, bool first, const char *group, size_t cells, size_t each,
+static void put_cells(struct scene *s, const char *group, size_t cells, size_t each,
                       const int64_t *corner)
 {
+    const bool first = strcmp(s->block, BALLS) == 0;
     const size_t corners = cells * each;
     char name[NAME];
     for (size_t k = 0; k < sizeof cell_groups / sizeof *cell_groups; k++) {
@@ -191,8 +197,8 @@ static void put_balls(struct scene *s, size_t balls)
     begin_block(s, "balls", 0);
     put_number(s, "NumberOfPoints", (int64_t)balls, "number of points of a frame");
     put_view(s, "Points", "position", balls, "m", "centres of the balls, frame after frame");
-    put_cells(s, true, "Vertices", balls, 1, NULL);
-    put_steps(s, true, true, balls);
+    put_cells(s, "Vertices", balls, 1, NULL);
+    put_steps(s, true, balls);
     put_view(s, "PointData/velocity", "velocity", balls, "m s-1",
              "velocities of the balls, frame after frame");
     put_view(s, "PointData/angular_velocity", "angular_velocity", balls, "rad s-1",
@@ -239,7 +245,7 @@ static void put_turning_points(struct scene *s, const struct mill_mesh *mesh, fl
         const double time = mill_observe_due(asked->frames, asked->end, k);
         turn(mesh, asked->rotor_angle + s->world->rotor_speed * time, points);
         mill_h5_column_append(column, mesh->points, points);
-        if (!s->going->on(s->going->self, (double)k, (double)s->frames)) {
+        if (s->going && !s->going->on(s->going->self, (double)k, (double)s->frames)) {
             s->left = true;
             break;
         }
@@ -268,8 +274,8 @@ static void put_body(struct scene *s, const char *name, int64_t index,
         turn(mesh, turning ? s->asked->rotor_angle : 0.0, points);
         put(s, "Points", MILL_H5_F32, 2, dims, points, "m", "corners of the triangles");
     }
-    put_cells(s, false, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
-    put_steps(s, false, moving, mesh->points);
+    put_cells(s, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
+    put_steps(s, moving, mesh->points);
     put(s, "CellData/kind", MILL_H5_U8, 1, &mesh->triangles, outline->kind, "1",
         "what the triangle is part of, as the kind of contact with it: index into the attribute "
         "kinds");

@@ -8,7 +8,7 @@
 #include "store/h5.h"
 
 /* Writes it for the first `frames` frames; nothing where there are none. false: it was not to go
- * on, and is left unfinished. */
+ * on, and is left unfinished; going NULL: to the end. */
 bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
                        const struct mill_world *world, uint64_t frames,
                        const struct mill_going *going);

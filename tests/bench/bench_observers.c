@@ -4,9 +4,11 @@
  * back to back, everything in the cache ("replayed"), and beside the event loop, 64 at a time, with
  * the cache as the loop leaves it ("in the loop"); snapshots likewise with the cache warm, and
  * after a walk through 8 MiB. `bench_observers [--json FILE] [DECK]`; DECK: input/simoloyer.ini. */
+#include "deck/deck_setup.h"
 #include "millsim/sim.h"
 #include "observe/impactlog.h"
 #include "observe/maps.h"
+#include "observe/observers.h"
 #include "observe/tally.h"
 #include "store/h5.h"
 
@@ -98,8 +100,8 @@ static struct mill_observer *new_tally(const struct bench *b)
 {
     const struct mill_observe asked = {.end = b->deck->time,
                                        .strike_window = b->deck->strike_window};
-    struct mill_observer *tally;
-    need(mill_tally_type.create(&asked, b->world, &tally, NULL) == MILL_OK, "out of memory");
+    struct mill_observer *tally = mill_observers_one(&mill_tally_type, &asked, b->world, NULL);
+    need(tally != NULL, "out of memory");
     return tally;
 }
 
@@ -120,7 +122,7 @@ static void measure_in_loop(struct bench *b, struct recorder *r)
     qsort(r->taken, BATCHES, sizeof r->taken[0], ascending);
     b->cost[IN_LOOP] = 1e9 * r->taken[BATCHES / 2] / BATCH; /* the median: others run, too */
     r->to = NULL;
-    tally->type->free(tally);
+    mill_observers_free_one(tally);
 }
 
 static void measure_replayed(struct bench *b, const struct recorder *r)
@@ -131,7 +133,7 @@ static void measure_replayed(struct bench *b, const struct recorder *r)
         const double start = seconds();
         need(play(tally, r->impact, IMPACTS) == MILL_OK, "an impact failed");
         best = fmin(best, seconds() - start);
-        tally->type->free(tally);
+        mill_observers_free_one(tally);
     }
     b->cost[REPLAYED] = 1e9 * best / IMPACTS;
 }
@@ -144,7 +146,8 @@ static void measure_log(struct bench *b, struct recorder *r)
     struct mill_observer *log;
     need(mill_h5_create(scratch, MILL_H5_OVERWRITE, &file, &error) == MILL_OK, error.text);
     const struct mill_observe asked = {.log_impacts = true};
-    need(mill_impactlog_type.create(&asked, b->world, &log, &error) == MILL_OK, error.text);
+    log = mill_observers_one(&mill_impactlog_type, &asked, b->world, &error);
+    need(log != NULL, error.text);
     log->type->open(log, file, b->world);
     const double begun = seconds();
     for (size_t i = 0; i < BATCHES; i++) {
@@ -152,12 +155,12 @@ static void measure_log(struct bench *b, struct recorder *r)
         need(play(log, r->impact + i * BATCH, BATCH) == MILL_OK, "a write failed");
         r->taken[i] = seconds() - start;
     }
-    log->type->flush(log);
+    need(mill_h5_flush(file, &error) == MILL_OK, error.text);
     need(mill_h5_status(file, &error) == MILL_OK, error.text);
     b->cost[LOG_WRITTEN] = 1e9 * (seconds() - begun) / IMPACTS;
     qsort(r->taken, BATCHES, sizeof r->taken[0], ascending);
     b->cost[LOG_STORED] = 1e9 * r->taken[BATCHES / 2] / BATCH;
-    log->type->free(log);
+    mill_observers_free_one(log);
     mill_h5_abandon(file);
     remove(scratch);
 }
@@ -192,7 +195,7 @@ static void start(struct bench *b, const char *path, struct recorder *r)
     static const char *const orders[] = {"run.sample_from=0 s"};
     struct mill_error error;
     need(mill_deck_read(path, 1, orders, NULL, &b->deck, &error) == MILL_OK, error.text);
-    need(mill_world_create(b->deck, &b->world, &error) == MILL_OK, error.text);
+    need(mill_deck_setup_world(b->deck, NULL, &b->world, &error) == MILL_OK, error.text);
     need(mill_sim_create(b->world, &b->sim, &error) == MILL_OK, error.text);
     need(mill_sim_run(b->sim, SETTLE, UINT64_MAX, NULL, &error) == MILL_OK, error.text);
     r->observer = (struct mill_observer){&recorder, INFINITY};

@@ -3,6 +3,7 @@
 #ifndef MILL_FIXTURE_H
 #define MILL_FIXTURE_H
 
+#include "observe/observers.h"
 #include "observe/tally.h"
 
 #include <check.h>
@@ -54,9 +55,9 @@ static inline void fixture_init(struct fixture *f)
 
 static inline void fixture_create(struct fixture *f)
 {
-    struct mill_observer *observer = NULL;
-    ck_assert_int_eq(mill_tally_type.create(&f->asked, &f->world, &observer, NULL), MILL_OK);
-    f->tally = (struct mill_tally *)observer;
+    f->tally =
+        (struct mill_tally *)mill_observers_one(&mill_tally_type, &f->asked, &f->world, NULL);
+    ck_assert_ptr_nonnull(f->tally);
 }
 
 static inline struct mill_impact blow(double time, enum mill_kind kind, int ball, int partner,
@@ -111,7 +112,7 @@ static inline void fixture_free(struct fixture *f)
 {
     mill_tally_results_free(f->results);
     if (f->tally)
-        f->tally->observer.type->free(&f->tally->observer);
+        mill_observers_free_one(&f->tally->observer);
     f->results = NULL;
     f->tally = NULL;
 }

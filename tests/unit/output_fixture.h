@@ -5,7 +5,7 @@
 
 #include "millsim/observer.h"
 #include "millsim/world.h"
-#include "observe/observe.h"
+#include "observe/observers.h"
 #include "store/h5.h"
 
 #include "state_fixture.h"
@@ -64,8 +64,8 @@ static inline struct mill_observer *make_writer(const struct mill_observer_type 
                                                 const struct fixture *f, struct mill_h5 *file,
                                                 struct kept *state)
 {
-    struct mill_observer *writer = NULL;
-    ck_assert_int_eq(type->create(&f->asked, &f->world, &writer, NULL), MILL_OK);
+    struct mill_observer *writer = mill_observers_one(type, &f->asked, &f->world, NULL);
+    ck_assert_ptr_nonnull(writer);
     if (state)
         type->state(writer, kept_load(state));
     type->open(writer, file, &f->world);

@@ -105,7 +105,6 @@ static void setup(void)
     keep_all(&run, &saved);
     run.cost = (struct mill_record_cost){7.5, 3.25, 0.5, 9};
     mill_checkpoint_write(&run.parts, run.file);
-    mill_observers_flush(&run.observers);
     ck_assert_int_eq(mill_h5_close(run.file, NULL), MILL_OK);
     run.file = NULL;
 }

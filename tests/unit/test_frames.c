@@ -12,7 +12,7 @@ static void run(struct fixture *f)
     ck_assert_int_eq(mill_h5_create(f->path, MILL_H5_NEW, &file, NULL), MILL_OK);
     frames = make_writer(&mill_frames_type, f, file, NULL);
     run_samples(frames, &f->world, f->asked.end);
-    frames->type->free(frames);
+    mill_observers_free_one(frames);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
 
@@ -152,13 +152,13 @@ START_TEST(a_run_taken_up_again_leaves_the_same_frames)
     run_samples(frames, &f.world, 0.15);
     save_writer(frames, &state);
     run_samples(frames, &f.world, 0.25); /* lost: after the checkpoint */
-    frames->type->free(frames);
+    mill_observers_free_one(frames);
     mill_h5_close(file, NULL);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
     frames = make_writer(&mill_frames_type, &f, file, &state);
     ck_assert(frames->next == 0.2);
     run_samples(frames, &f.world, f.asked.end);
-    frames->type->free(frames);
+    mill_observers_free_one(frames);
     mill_h5_close(file, NULL);
     resumed = look(f.path, AT "position/value", 3, dims);
     ck_assert_uint_eq(dims[0], 4);

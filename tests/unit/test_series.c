@@ -25,7 +25,7 @@ static void run_on(struct fixture *f, struct mill_observer *series, double until
 
 static void close_all(struct mill_h5 *file, struct mill_observer *series)
 {
-    series->type->free(series);
+    mill_observers_free_one(series);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
 

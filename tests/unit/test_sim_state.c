@@ -244,9 +244,25 @@ static void damage(struct mill_sim *sim, int how)
     case 14:
         plan->pair_t = (double)NAN;
         break;
+    case 15:
+        plan->next = MILL_NEXT_EXIT + 1;
+        plan->exit_t = sim->now;
+        break;
+    case 16:
+        plan->next = MILL_NEXT_PAIR;
+        plan->partner = MILL_NOBODY;
+        plan->pair_t = INFINITY;
+        plan->exit_t = sim->now;
+        break;
+    case 17:
+        plan->next = MILL_NEXT_SURFACE;
+        plan->shape = MILL_NOBODY;
+        plan->shape_t = INFINITY;
+        plan->exit_t = sim->now;
+        break;
     }
 }
-enum { DAMAGES = 15 };
+enum { DAMAGES = 18 };
 
 START_TEST(an_index_out_of_range_is_refused)
 {

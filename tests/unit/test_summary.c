@@ -186,8 +186,8 @@ START_TEST(the_table_fits_100_columns_with_every_note_and_large_numbers)
     for (int kind = 0; kind < MILL_KINDS; kind++) {
         f.world.law[kind].restitution = 0.5;
         f.world.law[kind].friction = 0.3;
-        f.tally->impacts[kind].normal.slot[900].count = 123456789012;
-        f.tally->impacts[kind].normal.slot[900].dissipation = 123456.789;
+        f.tally->gathered.impacts[kind].normal.slot[900].count = 123456789012;
+        f.tally->gathered.impacts[kind].normal.slot[900].dissipation = 123456.789;
         f.tally->at.at_close.floored[kind] = f.tally->at.at_close.collisions[kind];
     }
     facts.status = "stopped";

@@ -1,4 +1,4 @@
-"""How do the statistics look in the output file? /statistics, dataset by dataset, as src/observe/tally_write.c has it.
+"""How do the statistics look in the output file? /statistics, dataset by dataset, as src/observe/tally_tell.c has it.
 
 `part` = "normal" is on every dataset that holds only the normal part of the dissipated energy.
 """

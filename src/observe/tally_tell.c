@@ -6,8 +6,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-const double mill_tally_level[MILL_TALLY_LEVELS] = {0.01, 0.05, 0.1,  0.25, 0.5,
-                                                    0.75, 0.9,  0.95, 0.99, 0.999};
+/* Levels of the quantiles */
+static const double level[] = {0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999};
+enum { LEVELS = sizeof level / sizeof *level };
 
 /* ---- spectra ---- */
 
@@ -44,12 +45,12 @@ static void tell_quantiles(struct mill_sink *sink, const char *name,
                            const struct mill_spectrum_grid *grid,
                            const struct mill_spectrum *spectrum, int slot, const char *meaning)
 {
-    double value[MILL_TALLY_LEVELS];
-    for (int i = 0; i < MILL_TALLY_LEVELS; i++)
-        value[i] = mill_spectrum_quantile(grid, spectrum, slot, mill_tally_level[i]);
-    mill_tell_array(sink, name, MILL_TALLY_LEVELS, value, "m s-1", meaning);
+    double value[LEVELS];
+    for (int i = 0; i < LEVELS; i++)
+        value[i] = mill_spectrum_quantile(grid, spectrum, slot, level[i]);
+    mill_tell_array(sink, name, LEVELS, value, "m s-1", meaning);
     if (sink->full)
-        sink->attribute(sink, "levels", MILL_H5_F64, MILL_TALLY_LEVELS, mill_tally_level);
+        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
 }
 
 /* spectrum: all of them; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
@@ -173,7 +174,7 @@ static bool tell_maps(struct mill_sink *sink, const struct mill_tally_results *r
     static const char *const xyz[3] = {"velocity_x", "velocity_y", "velocity_z"};
     static const char *const xrp[3] = {"velocity_x", "velocity_r", "velocity_phi"};
     const struct mill_map *cross = &r->maps->cross, *axial = &r->maps->axial;
-    const struct mill_maps *own = r->tally->maps;
+    const struct mill_maps *own = r->tally->gathered.maps;
     sink->open(sink, "maps");
     mill_tell_count(sink, "samples", r->maps->samples,
                     "snapshots that the solid fraction and the mean velocity are averaged over");
@@ -268,8 +269,7 @@ enum mill_status mill_tally_tell(const struct mill_tally_results *r, struct mill
                                       : "length of the window that the statistics cover: from "
                                         "run.sample_from to the end");
     if (!sink->full)
-        mill_tell_array(sink, "quantile_levels", MILL_TALLY_LEVELS, mill_tally_level, "1",
-                        "levels of the quantiles");
+        mill_tell_array(sink, "quantile_levels", LEVELS, level, "1", "levels of the quantiles");
     tell_rows(sink, "impacts", r, r->impacts);
     tell_rows(sink, "strikes", r, r->strikes);
     tell_floor_share(sink, r);
