@@ -1,206 +1,190 @@
-/* Reads the command line with getopt_long and says in one line what is wrong with it. */
+/* The command line by one table: what getopt_long knows, what --help says, what excludes what.
+ * Wrong usage is told in one line. */
 #include "app/command.h"
 
 #include <getopt.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #ifndef MILL_VERSION
 #define MILL_VERSION "unknown"
 #endif
 
-enum { PARANOID = 256, EXPORT_START, VALUE }; /* options without a letter */
+enum { LONG = 256 }; /* + enum mill_option: what getopt_long calls an option by its long name */
 
-static const char help[] =
-    "Usage: millsim [options] DECK\n"
-    "Simulates the balls of a high-energy ball mill, contact by contact.\n"
-    "\n"
-    "  -o, --output FILE    where results go; default: the deck's name with .h5, in this folder\n"
-    "  -s, --set SECTION.KEY=VALUE\n"
-    "                       override one value of the deck, such as -s 'rotor.speed=800 rpm';\n"
-    "                       may be repeated\n"
-    "  -c, --check          check the deck and print it with all defaults; do not run\n"
-    "  -r, --resume         continue an interrupted run of this output file, to the\n"
-    "                       same results as if it had never been interrupted\n"
-    "  -f, --force          overwrite an existing output file\n"
-    "  -j, --json           print the summary as one JSON object\n"
-    "  -q, --quiet          no progress\n"
-    "      --export-start FILE\n"
-    "                       write the balls as they start to FILE, which balls.start reads back\n"
-    "                       to the same bits; do not run\n"
-    "      --value SECTION.KEY=VALUE\n"
-    "                       print what this value is: key, kind, SI value, SI unit, meaning, with\n"
-    "                       tabs between; without a deck; may be repeated\n"
-    "      --paranoid       check every step against brute force (slow)\n"
-    "  -h, --help           print this and end\n"
-    "  -V, --version        print the version and end\n"
-    "\n"
-    "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
-    "signal N (INT, TERM or HUP), with everything up to then in the output file, for --resume.\n";
+static const struct row {
+    const char *name;
+    char letter;       /* '\0': none */
+    const char *value; /* as --help names it; NULL: has none */
+    const char *help;  /* behind 23 columns */
+} rows[MILL_OPTIONS] = {
+    [MILL_OUTPUT] = {"output", 'o', "FILE",
+                     "where results go; default: the deck's name with .h5, in this folder"},
+    [MILL_SET] = {"set", 's', "SECTION.KEY=VALUE",
+                  "\n                       override a value of the deck: -s 'rotor.speed=800 rpm';"
+                  "\n                       may be repeated"},
+    [MILL_CHECK] = {"check", 'c', NULL,
+                    "check the deck and print it with all defaults; do not run"},
+    [MILL_RESUME] = {"resume", 'r', NULL,
+                     "continue an interrupted run of this output file, to the\n"
+                     "                       same results as if it had never been interrupted"},
+    [MILL_FORCE] = {"force", 'f', NULL, "overwrite an existing output file"},
+    [MILL_JSON] = {"json", 'j', NULL, "print the summary as one JSON object"},
+    [MILL_QUIET] = {"quiet", 'q', NULL, "no progress"},
+    [MILL_EXPORT_START] =
+        {"export-start", 0, "FILE",
+         "\n                       write the balls as they start to FILE, which balls.start reads\n"
+         "                       back to the same bits; do not run"},
+    [MILL_VALUE] = {"value", 0, "SECTION.KEY=VALUE",
+                    "\n                       print what it is: key, kind, SI value, SI unit,"
+                    "\n                       meaning, with tabs between; without a deck;"
+                    "\n                       may be repeated"},
+    [MILL_PARANOID] = {"paranoid", 0, NULL, "check every step against brute force (slow)"},
+    [MILL_HELP] = {"help", 'h', NULL, "print this and end"},
+    [MILL_VERSION_LINE] = {"version", 'V', NULL, "print the version and end"},
+};
+
+static const char told[] = "values are told without a deck and nothing is run";
+
+static const struct {
+    enum mill_option one;
+    const char *others; /* their names; no name is part of another */
+    const char *why;
+} exclusions[] = {
+    {MILL_RESUME, "force", "go on, or start again"},
+    {MILL_EXPORT_START, "output check resume json paranoid",
+     "the start is written and nothing is run"},
+    {MILL_VALUE, "output check resume json paranoid set force export-start", told},
+};
+
+static void print_help(FILE *out)
+{
+    fputs("Usage: millsim [options] DECK\n"
+          "Simulates the balls of a high-energy ball mill, contact by contact.\n\n",
+          out);
+    for (const struct row *row = rows; row < rows + MILL_OPTIONS; row++) {
+        const char letter[] = {'-', row->letter, ',', '\0'};
+        char head[64];
+        snprintf(head, sizeof head, "  %3s --%s %s", row->letter ? letter : "", row->name,
+                 row->value ? row->value : "");
+        fprintf(out, "%-23s%s\n", head, row->help);
+    }
+    fputs("\n"
+          "Exit status: 0 done; 1 the run failed; 2 wrong usage or a wrong deck; 128+N stopped by\n"
+          "signal N (INT, TERM, HUP or XCPU), with everything up to then in the output file, for\n"
+          "--resume.\n",
+          out);
+}
+
+bool mill_command_answer(const struct mill_command *a, FILE *out)
+{
+    if (a->given[MILL_HELP])
+        print_help(out);
+    else if (a->given[MILL_VERSION_LINE])
+        fputs("millsim " MILL_VERSION "\n", out);
+    return a->given[MILL_HELP] || a->given[MILL_VERSION_LINE];
+}
 
 /* What getopt_long refused, as a usage error. */
 static enum mill_status refuse_option(int result, char *const *argv, struct mill_error *error)
 {
     const char *word = argv[optind - 1];
+    const char letter[] = {'-', (char)optopt, '\0'};
     const bool is_long = strncmp(word, "--", 2) == 0;
-    char letter[3] = {'-', (char)optopt, '\0'};
+    const char *name = is_long ? word : letter;
     if (result == ':')
         return mill_error_set(error, MILL_BAD_DECK, "option '%s' needs a value; see millsim --help",
-                              is_long ? word : letter);
-    if (is_long && optopt)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "option '%.*s' takes no value; see millsim --help",
-                              (int)strcspn(word, "="), word);
-    return mill_error_set(error, MILL_BAD_DECK, "unknown option '%s'; see millsim --help",
-                          is_long ? word : letter);
+                              name);
+    const bool known = is_long && optopt;
+    return mill_error_set(error, MILL_BAD_DECK, "%soption '%.*s'%s; see millsim --help",
+                          known ? "" : "unknown ", (int)strcspn(name, known ? "=" : ""), name,
+                          known ? " takes no value" : "");
 }
 
-static void take_option(struct mill_command *a, int option)
-{
-    switch (option) {
-    case 'o':
-        a->output = optarg;
-        break;
-    case 's':
-        a->set[a->sets++] = optarg;
-        break;
-    case 'c':
-        a->check = true;
-        break;
-    case 'r':
-        a->resume = true;
-        break;
-    case 'f':
-        a->force = true;
-        break;
-    case 'j':
-        a->json = true;
-        break;
-    case 'q':
-        a->quiet = true;
-        break;
-    case EXPORT_START:
-        a->export_start = optarg;
-        break;
-    case VALUE:
-        a->value[a->values++] = optarg;
-        break;
-    case PARANOID:
-        a->paranoid = true;
-        break;
-    case 'h':
-        a->text = help;
-        break;
-    case 'V':
-        a->text = "millsim " MILL_VERSION "\n";
-        break;
-    }
-}
-
-/* Options that say how to run, where nothing is to be run */
-static enum mill_status check_export(const struct mill_command *a, struct mill_error *error)
-{
-    if (!a->export_start[0])
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "option '--export-start' needs the name of a file");
-    const char *other = a->resume     ? "--resume"
-                        : a->check    ? "--check"
-                        : a->output   ? "--output"
-                        : a->json     ? "--json"
-                        : a->paranoid ? "--paranoid"
-                                      : NULL;
-    if (other)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "options '--export-start' and '%s' exclude each other: the start is "
-                              "written and nothing is run",
-                              other);
-    return MILL_OK;
-}
-
-/* Nothing else is asked for: no deck is read. */
-static enum mill_status check_values(const struct mill_command *a, const char *deck,
+/* Takes options until there are no more or one ends the program. */
+static enum mill_status read_options(int argc, char **argv, struct mill_command *a,
                                      struct mill_error *error)
 {
-    const char *other = deck              ? deck
-                        : a->sets         ? "--set"
-                        : a->resume       ? "--resume"
-                        : a->force        ? "--force"
-                        : a->check        ? "--check"
-                        : a->output       ? "--output"
-                        : a->json         ? "--json"
-                        : a->paranoid     ? "--paranoid"
-                        : a->export_start ? "--export-start"
-                                          : NULL;
-    if (other)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "option '--value' and '%.200s' exclude each other: values are told "
-                              "without a deck and nothing is run",
-                              other);
-    return MILL_OK;
-}
-
-enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a,
-                                   struct mill_error *error)
-{
-    static const struct option options[] = {{"output", required_argument, NULL, 'o'},
-                                            {"set", required_argument, NULL, 's'},
-                                            {"check", no_argument, NULL, 'c'},
-                                            {"resume", no_argument, NULL, 'r'},
-                                            {"force", no_argument, NULL, 'f'},
-                                            {"json", no_argument, NULL, 'j'},
-                                            {"quiet", no_argument, NULL, 'q'},
-                                            {"help", no_argument, NULL, 'h'},
-                                            {"version", no_argument, NULL, 'V'},
-                                            {"paranoid", no_argument, NULL, PARANOID},
-                                            {"value", required_argument, NULL, VALUE},
-                                            {"export-start", required_argument, NULL, EXPORT_START},
-                                            {NULL, 0, NULL, 0}};
+    struct option names[MILL_OPTIONS + 1] = {{0}};
+    char letters[2 * MILL_OPTIONS + 2] = ":", *end = letters + 1;
+    for (int k = 0; k < MILL_OPTIONS; k++) {
+        names[k] = (struct option){rows[k].name, rows[k].value != NULL, NULL, LONG + k};
+        if (rows[k].letter)
+            end += sprintf(end, "%c%s", rows[k].letter, rows[k].value ? ":" : "");
+    }
     int option;
     opterr = 0;
-    while ((option = getopt_long(argc, argv, ":o:s:crfjqhV", options, NULL)) != -1) {
+    while (!a->given[MILL_HELP] && !a->given[MILL_VERSION_LINE] &&
+           (option = getopt_long(argc, argv, letters, names, NULL)) != -1) {
         if (option == '?' || option == ':')
             return refuse_option(option, argv, error);
-        take_option(a, option);
-        if (a->text)
-            return MILL_OK;
+        int k = 0;
+        while (option != LONG + k && option != rows[k].letter)
+            k++;
+        a->given[k] = optarg ? optarg : "";
+        if (k == MILL_SET)
+            a->set[a->sets++] = optarg;
+        if (k == MILL_VALUE)
+            a->value[a->values++] = optarg;
     }
-    if (a->output && !a->output[0])
-        return mill_error_set(error, MILL_BAD_DECK, "option '--output' needs the name of a file");
-    if (a->resume && a->force)
-        return mill_error_set(
-            error, MILL_BAD_DECK,
-            "options '--resume' and '--force' exclude each other: go on, or start "
-            "again");
-    if (a->values)
-        return check_values(a, argv[optind], error);
-    if (a->export_start && check_export(a, error) != MILL_OK)
-        return MILL_BAD_DECK;
-    if (optind == argc)
-        return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
-    if (optind + 1 < argc)
-        return mill_error_set(error, MILL_BAD_DECK,
-                              "one deck at a time, got '%s' and '%s'; see millsim --help",
-                              argv[optind], argv[optind + 1]);
-    a->deck = argv[optind];
     return MILL_OK;
 }
 
-char *mill_command_output(const struct mill_command *a)
+static enum mill_status check_options(const struct mill_command *a, struct mill_error *error)
 {
+    static const enum mill_option named[] = {MILL_OUTPUT, MILL_EXPORT_START};
+    for (int i = 0; i < 2; i++)
+        if (a->given[named[i]] && !a->given[named[i]][0])
+            return mill_error_set(error, MILL_BAD_DECK, "option '--%s' needs the name of a file",
+                                  rows[named[i]].name);
+    for (size_t i = 0; i < sizeof exclusions / sizeof *exclusions; i++)
+        for (int k = 0; a->given[exclusions[i].one] && k < MILL_OPTIONS; k++)
+            if (a->given[k] && strstr(exclusions[i].others, rows[k].name))
+                return mill_error_set(
+                    error, MILL_BAD_DECK, "options '--%s' and '--%s' exclude each other: %s",
+                    rows[exclusions[i].one].name, rows[k].name, exclusions[i].why);
+    return MILL_OK;
+}
+
+/* `more`: the words that are no options, NULL behind them */
+static enum mill_status take_deck(struct mill_command *a, char *const *more,
+                                  struct mill_error *error)
+{
+    if (a->values && more[0])
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "option '--value' and '%.200s' exclude each other: %s", more[0],
+                              told);
+    if (a->values)
+        return MILL_OK;
+    if (!more[0])
+        return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
+    if (more[1])
+        return mill_error_set(error, MILL_BAD_DECK,
+                              "one deck at a time, got '%s' and '%s'; see millsim --help", more[0],
+                              more[1]);
+    a->deck = more[0];
+    return MILL_OK;
+}
+
+/* NULL: out of memory */
+static char *output_name(const struct mill_command *a)
+{
+    const char *start = a->given[MILL_EXPORT_START];
+    const char *given = start ? start : a->given[MILL_OUTPUT];
+    if (given)
+        return strdup(given);
     const char *slash = strrchr(a->deck, '/');
-    const char *given = a->export_start ? a->export_start : a->output;
-    const char *base = given ? given : slash ? slash + 1 : a->deck;
+    const char *base = slash ? slash + 1 : a->deck;
     const char *dot = strrchr(base, '.');
-    const size_t stem = !given && dot && dot > base ? (size_t)(dot - base) : strlen(base);
+    const size_t stem = dot && dot > base ? (size_t)(dot - base) : strlen(base);
     char *name = malloc(stem + sizeof ".h5");
     if (name)
-        sprintf(name, "%.*s%s", (int)stem, base, given ? "" : ".h5");
+        sprintf(name, "%.*s.h5", (int)stem, base);
     return name;
 }
 
-char *mill_command_quote(int argc, char **argv)
+/* NULL: out of memory */
+static char *quote(int argc, char **argv)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
                                 "%+,-./:=@_";
@@ -216,4 +200,30 @@ char *mill_command_quote(int argc, char **argv)
         at += sprintf(at, "%s", bare ? "" : "'");
     }
     return line;
+}
+
+enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a,
+                                   struct mill_error *error)
+{
+    *a = (struct mill_command){.line = quote(argc, argv)}; /* before getopt_long sorts the words */
+    a->set = calloc(2 * (size_t)argc + 1, sizeof *a->set);
+    if (!a->line || !a->set)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    a->value = a->set + argc;
+    enum mill_status status = read_options(argc, argv, a, error);
+    if (status != MILL_OK || a->given[MILL_HELP] || a->given[MILL_VERSION_LINE])
+        return status;
+    status = check_options(a, error);
+    if (status == MILL_OK)
+        status = take_deck(a, argv + optind, error);
+    if (status == MILL_OK && a->deck && !(a->output = output_name(a)))
+        status = mill_error_set(error, MILL_FAILED, "out of memory");
+    return status;
+}
+
+void mill_command_free(struct mill_command *a)
+{
+    free(a->set);
+    free(a->output);
+    free(a->line);
 }

@@ -5,29 +5,44 @@
 #include "millsim/status.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 
-struct mill_command {
-    const char *deck;
-    const char *output;       /* NULL: by the deck's name */
-    const char *export_start; /* file for the start instead of a run, or NULL */
-    const char **set;
-    int sets;
-    const char **value; /* of keys to be told about, instead of a run */
-    int values;
-    bool check, resume, force, json, quiet, paranoid;
-    const char *text; /* to be printed instead of a run, or NULL */
+enum mill_option {
+    MILL_OUTPUT,
+    MILL_SET,
+    MILL_CHECK,
+    MILL_RESUME,
+    MILL_FORCE,
+    MILL_JSON,
+    MILL_QUIET,
+    MILL_EXPORT_START,
+    MILL_VALUE,
+    MILL_PARANOID,
+    MILL_HELP,
+    MILL_VERSION_LINE,
+    MILL_OPTIONS
 };
 
-/* Reads the arguments into *command, whose `set` and `value` have room for argc of them;
- * MILL_BAD_DECK with a line that says what is wrong. */
+struct mill_command {
+    const char
+        *given[MILL_OPTIONS]; /* an option's value, or "" where it has none; NULL: not given */
+    const char **set;         /* all values of --set */
+    int sets;
+    const char **value; /* and of --value */
+    int values;
+    const char *deck; /* NULL: no run is asked for */
+    char *output;     /* the file to be written: as given, or "some/mill.ini" -> "mill.h5" */
+    char *line;       /* the command line as a shell would read it back */
+};
+
+/* Reads the arguments; MILL_BAD_DECK with a line that says what is wrong. */
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);
 
-/* The name of the file to be written: as given, or "some/simoloyer.ini" -> "simoloyer.h5". NULL:
- * out of memory. Owner: the caller. */
-char *mill_command_output(const struct mill_command *command);
+/* Frees what it owns: lists, output and line. */
+void mill_command_free(struct mill_command *command);
 
-/* The command line as a shell would read it back. NULL: out of memory. Owner: the caller. */
-char *mill_command_quote(int argc, char **argv);
+/* Prints what --help or --version ask for; false: neither was given. */
+bool mill_command_answer(const struct mill_command *command, FILE *out);
 
 #endif

@@ -4,58 +4,65 @@
  * mill slows down as it fills. */
 #include "app/progress.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 #include <sys/ioctl.h>
+
+enum { FIELDS = 6, FIELD = 64, GAP = 3 }; /* of the line, and characters of each and between */
 
 static const double window = 5.0; /* [s] wall */
 
 void mill_progress_init(struct mill_progress_display *display, FILE *out, bool terminal)
 {
-    *display = (struct mill_progress_display){0};
-    display->out = out;
-    display->terminal = terminal;
-    display->due = 2.0;
-    display->gap = 10.0;
+    *display =
+        (struct mill_progress_display){.out = out, .terminal = terminal, .due = 2.0, .gap = 10.0};
 }
 
 static int terminal_width(FILE *out)
 {
     enum { USUAL = 80 };
     struct winsize size;
-    if (ioctl(fileno(out), TIOCGWINSZ, &size) != 0 || size.ws_col == 0)
-        return USUAL;
-    return size.ws_col;
+    return ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : USUAL;
 }
 
 static void format_left(double seconds, char *out, size_t size)
 {
+    const int whole = (int)fmax(0.0, fmin(seconds, 1e9));
     if (!(seconds < 8.64e6)) /* 100 days: nobody waits for it, and it is only a guess */
         snprintf(out, size, "more than 100 d left");
-    else if (seconds >= 86400.0)
-        snprintf(out, size, "%.0f d %.0f h left", floor(seconds / 86400.0),
-                 floor(fmod(seconds, 86400.0) / 3600.0));
-    else if (seconds >= 3600.0)
-        snprintf(out, size, "%.0f h %02.0f min left", floor(seconds / 3600.0),
-                 floor(fmod(seconds, 3600.0) / 60.0));
-    else if (seconds >= 60.0)
-        snprintf(out, size, "%.0f min %02.0f s left", floor(seconds / 60.0),
-                 floor(fmod(seconds, 60.0)));
+    else if (whole >= 86400)
+        snprintf(out, size, "%d d %d h left", whole / 86400, whole % 86400 / 3600);
+    else if (whole >= 3600)
+        snprintf(out, size, "%d h %02d min left", whole / 3600, whole % 3600 / 60);
+    else if (whole >= 60)
+        snprintf(out, size, "%d min %02d s left", whole / 60, whole % 60);
     else
         snprintf(out, size, "%.0f s left", ceil(seconds));
+}
+
+/* The fields that are not empty, side by side */
+static void join(char field[FIELDS][FIELD], char whole[FIELDS * (FIELD + GAP)])
+{
+    whole[0] = '\0';
+    for (int i = 0; i < FIELDS; i++) {
+        if (field[i][0] && whole[0])
+            strcat(whole, "   ");
+        strcat(whole, field[i]);
+    }
 }
 
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE])
 {
-    enum { FIELDS = 6, FIELD = 64 };
     /* the order in which fields are given up when the line is too long */
     static const int given_up[FIELDS - 1] = {3, 2, 0, 4, 5};
-    char field[FIELDS][FIELD] = {""};
+    char field[FIELDS][FIELD] = {""}, whole[FIELDS * (FIELD + GAP)];
     const double wall = now->stage ? 0.0 : now->wall - then->wall;
     const double speed = wall > 0.0 ? (now->time - then->time) / wall : 0.0;
     const double share = now->end > 0.0 ? 100.0 * now->time / now->end : 0.0;
-    const int room = width < MILL_PROGRESS_LINE - 1 ? width : MILL_PROGRESS_LINE - 1;
+    const size_t room = width < MILL_PROGRESS_LINE ? (size_t)width : MILL_PROGRESS_LINE - 1;
+    assert(width >= 0);
     if (now->stage)
         snprintf(field[0], FIELD, "%s", now->stage);
     else
@@ -69,20 +76,12 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     }
     if (now->known)
         snprintf(field[5], FIELD, "%s", now->known);
-    for (int dropped = 0; dropped < FIELDS; dropped++) {
-        line[0] = '\0';
-        for (int i = 0; i < FIELDS; i++) {
-            if (!field[i][0])
-                continue;
-            strcat(line, line[0] ? "   " : "");
-            strcat(line, field[i]);
-        }
-        if ((int)strlen(line) <= room || dropped == FIELDS - 1)
-            break;
-        field[given_up[dropped]][0] = '\0';
+    join(field, whole);
+    for (int i = 0; i < FIELDS - 1 && strlen(whole) > room; i++) {
+        field[given_up[i]][0] = '\0';
+        join(field, whole);
     }
-    if (room >= 0 && (int)strlen(line) > room)
-        line[room] = '\0';
+    snprintf(line, room + 1, "%s", whole);
 }
 
 /* Moves the older states on, so that then[0] stays 5 to 10 s behind. */
@@ -105,10 +104,8 @@ void mill_progress_show(void *self, const struct mill_progress *now)
     if (display->terminal) {
         /* the last column stays free: many terminals wrap as soon as it is written */
         mill_progress_format(&display->then[0], now, terminal_width(display->out) - 1, line);
-        const int length = (int)strlen(line);
-        const int blanks = display->shown > length ? display->shown - length : 0;
-        fprintf(display->out, "\r%s%*s", line, blanks, "");
-        display->shown = length;
+        fprintf(display->out, "\r%-*s", display->shown, line);
+        display->shown = (int)strlen(line);
         fflush(display->out);
     } else if (now->wall >= display->due) {
         enum { LONGEST_GAP = 600 };

@@ -4,10 +4,6 @@
 #include "app/start_write.h"
 #include "deck/deck_setup.h"
 
-#include <gsl/gsl_errno.h>
-#ifdef __linux__
-#include <malloc.h>
-#endif
 #include <time.h>
 
 double mill_run_clock(void)
@@ -41,11 +37,6 @@ enum mill_status mill_run_build(const struct mill_deck *deck,
 {
     struct watch w = {options, mill_run_clock(), 0.0};
     const struct mill_start_watch watch = {show, &w};
-    gsl_set_error_handler_off(); /* its own handler would abort */
-#ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
-    mallopt(M_MMAP_THRESHOLD, 1 << 20);
-#endif
     return mill_deck_setup_world(deck, &watch, world, error);
 }
 

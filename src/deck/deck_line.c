@@ -4,6 +4,7 @@
  * (a file name with " #" in it, or longer than libinih's 199 characters) is kept whole; "" inside
  * stands for one ". */
 #include "deck/deck_private.h"
+#include "deck/textfile.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -22,13 +23,13 @@ static enum mill_deck_line_kind wrong(struct mill_deck_line *line, const char *w
 /* The bytes up to the newline into line->text; what no text file holds is refused. */
 static enum mill_deck_line_kind read_bytes(struct mill_deck_line *line, FILE *file)
 {
-    int length = 0, c = getc(file);
+    int length = 0, c = mill_textfile_next(file);
     line->number++;
     if (c == EOF)
         return ferror(file) ? MILL_DECK_LINE_FAILED : MILL_DECK_LINE_END;
-    for (; c != EOF && c != '\n'; c = getc(file)) {
+    for (; c != EOF && c != '\n'; c = mill_textfile_next(file)) {
         if (c == '\r') {
-            const int next = getc(file);
+            const int next = mill_textfile_next(file);
             if (next != EOF)
                 ungetc(next, file);
             if (next == '\n' || next == EOF)

@@ -4,6 +4,7 @@
  * entry's. Section titles, keys and repetitions are checked on the way, so a message names the
  * first wrong line of the file. */
 #include "deck/deck_private.h"
+#include "deck/textfile.h"
 
 #include <errno.h>
 #include <ini.h>
@@ -237,10 +238,13 @@ static int take_entry(void *self, const char *section, const char *key, const ch
 
 static void read_file(struct reading *reading, const char *path)
 {
-    reading->file = fopen(path, "r");
+    const char *wrong, *name = mill_deck_text_tail(path, 400);
+    reading->file = mill_textfile_open(path, &wrong);
     if (!reading->file) {
-        reading->status = mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
-                                         mill_deck_text_tail(path, 400), strerror(errno));
+        reading->status =
+            wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
+                  : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s", name,
+                                   strerror(errno));
         return;
     }
     const int line = ini_parse_stream(hand_line, reading, take_entry, reading);
@@ -248,10 +252,9 @@ static void read_file(struct reading *reading, const char *path)
     if (reading->status == MILL_OK && line != 0)
         refuse(reading, NULL, NULL, "expected '[section]' or 'key = value'", "");
     if (reading->status == MILL_OK && reading->text->sections == 0)
-        reading->status =
-            mill_error_set(reading->error, MILL_BAD_DECK,
-                           "%.400s: the deck is empty: expected sections such as [run] and [drum]",
-                           mill_deck_text_tail(path, 400));
+        reading->status = mill_error_set(
+            reading->error, MILL_BAD_DECK,
+            "%.400s: the deck is empty: expected sections such as [run] and [drum]", name);
 }
 
 /* SECTION.KEY=VALUE; SECTION may hold dots itself. */

@@ -1,10 +1,10 @@
 /* The start file: one ball a line. */
 #include "deck/deck_setup.h"
+#include "deck/textfile.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { LONGEST_ROW = 4096, TOLD = 8192 /* rows between two reports */ };
 
@@ -12,11 +12,11 @@ enum { LONGEST_ROW = 4096, TOLD = 8192 /* rows between two reports */ };
  * false: the end. *good: it is text. */
 static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
 {
-    int length = 0, c = getc_unlocked(in); /* nobody else reads it */
+    int length = 0, c = mill_textfile_next(in);
     bool comment = false;
     if (c == EOF)
         return false;
-    for (*good = true; c != EOF && c != '\n' && *good; c = getc_unlocked(in)) {
+    for (*good = true; c != EOF && c != '\n' && *good; c = mill_textfile_next(in)) {
         comment = comment || c == '#';
         *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
         if (*good && !comment)
@@ -50,12 +50,6 @@ static int read_numbers(const char *row, double value[10])
         value[n++] = x;
         p = end;
     }
-}
-
-static enum mill_status cannot_read(const struct mill_deck *deck, int why, struct mill_error *error)
-{
-    return mill_deck_fault(deck, error, "balls", "start", "cannot read '%s': %s", deck->start,
-                           strerror(why));
 }
 
 static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
@@ -93,9 +87,7 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
         }
     }
     const int failed = ferror(in), why = errno;
-    if (status == MILL_OK && failed && why == EISDIR)
-        status = cannot_read(deck, why, error);
-    else if (status == MILL_OK && failed)
+    if (status == MILL_OK && failed)
         status = mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(why));
     if (status == MILL_OK && rows != balls)
         status = mill_deck_fault(deck, error, "balls", "start",
@@ -108,15 +100,13 @@ enum mill_status mill_deck_start_read(const struct mill_deck *deck, int32_t ball
                                       const struct mill_start_watch *watch,
                                       struct mill_deck_start *start, struct mill_error *error)
 {
-    struct stat about;
-    FILE *in = fopen(deck->start, "r");
+    const char *wrong;
+    FILE *in = mill_textfile_open(deck->start, &wrong);
+    if (!in && wrong)
+        return mill_deck_fault(deck, error, "balls", "start", "'%s' %s", deck->start, wrong);
     if (!in)
-        return cannot_read(deck, errno, error);
-    if (fstat(fileno(in), &about) == 0 && (S_ISCHR(about.st_mode) || S_ISBLK(about.st_mode))) {
-        fclose(in); /* it may have no end */
-        return mill_deck_fault(deck, error, "balls", "start", "'%s' is a device, not a file",
-                               deck->start);
-    }
+        return mill_deck_fault(deck, error, "balls", "start", "cannot read '%s': %s", deck->start,
+                               strerror(errno));
     start->ball = malloc(sizeof *start->ball * ((size_t)balls + 1));
     start->line = malloc(sizeof *start->line * ((size_t)balls + 1));
     enum mill_status status =

@@ -12,6 +12,7 @@
 #include <udunits2.h>
 
 enum { BASES = 4, RADIAN = 3, LONGEST = 80 };
+enum { DATABASE = 1 << 20 }; /* [B] more than twice what it takes to read it */
 
 struct mill_units {
     ut_system *system;
@@ -42,8 +43,13 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
     *units = NULL;
     ut_set_error_message_handler(ut_ignore);
     struct mill_units *made = calloc(1, sizeof *made);
-    if (!made)
+    /* UDUNITS-2 crashes or exits where memory ends while it reads */
+    void *room = malloc(DATABASE);
+    free(room);
+    if (!made || !room) {
+        free(made);
         return mill_error_set(error, MILL_FAILED, "out of memory");
+    }
     made->system = ut_read_xml(NULL);
     if (!made->system) {
         const char *path = getenv("UDUNITS2_XML_PATH");

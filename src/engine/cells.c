@@ -240,7 +240,7 @@ static double reach_face(double gap, double v, double g)
             return HUGE_VAL;
         /* moving inwards, turning back: the later root, or the turning point if it never gets
          * inside */
-        return (-v + sqrt(mill_greatest(v * v + 2.0 * g * gap, 0.0))) / g;
+        return (-v + sqrt(fmax(v * v + 2.0 * g * gap, 0.0))) / g;
     }
     if (g == 0.0)
         return v > 0.0 ? gap / v : HUGE_VAL;

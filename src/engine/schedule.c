@@ -232,12 +232,10 @@ static void look_lately(struct mill_schedule *p, const struct mill_motion *motio
         l->t = now;
         age = 0.0;
     }
-    const vec3 from = vec3_sub(f->r, l->pose.place);
-    const vec3 u =
-        vec3_sub(vec3_sub(f->v, l->pose.velocity), vec3_cross(l->pose.angular_velocity, from));
+    const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
-    f->place = mill_pose_turn_in(&l->pose, from);
+    f->place = mill_pose_in(&l->pose, f->r);
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
 }
 
@@ -254,13 +252,19 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_motion *seen = NULL;
     struct mill_flight flight = {
         .r = ball->r, .v = ball->v, .g = w->g, .pull = p->pull, .travel = INFINITY};
-    for (int32_t k = p->surface_start[cell]; k < p->surface_start[cell + 1]; k++) {
+    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
+    const struct mill_shape *last = w->shape[p->surface[end - 1].shape];
+    if (last->type->pinches && last->motion) { /* those of one motion mostly stand together */
+        look_lately(p, last->motion, now, window, &flight);
+        seen = last->motion;
+    }
+    for (int32_t k = first; k < end; k++) {
         const int32_t s = p->surface[k].shape;
         const struct mill_shape *shape = w->shape[s];
         if (plan->let_go && shape->type->pinches)
             continue;
         flight.parts = p->surface[k].parts;
-        if (shape->type->pinches && shape->motion != seen) {
+        if (shape->type->pinches & (shape->motion != seen)) {
             look_lately(p, shape->motion, now, window, &flight);
             seen = shape->motion;
         }
@@ -295,10 +299,11 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
         search_surfaces(p, i, now,
                         mill_least(mill_least(plan->pair_t, plan->exit_t), p->horizon) - now,
                         touched);
-    if (plan->pair_t <= plan->shape_t && plan->pair_t <= plan->exit_t)
-        plan->next = MILL_NEXT_PAIR;
-    else if (!(plan->shape_t <= plan->exit_t))
-        plan->next = MILL_NEXT_EXIT;
+    /* by arithmetic: half of these branches would be mispredicted */
+    const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
+    const int surface = plan->shape_t <= plan->exit_t;
+    plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
+                           pair * MILL_NEXT_PAIR);
     mill_calendar_set(p->calendar, i, mill_plan_time(plan));
 }
 

@@ -36,9 +36,7 @@ struct mill_plan {
 /* When that is: the calendar has the ball at this time. */
 static inline double mill_plan_time(const struct mill_plan *plan)
 {
-    return plan->next == MILL_NEXT_PAIR   ? plan->pair_t
-           : plan->next == MILL_NEXT_EXIT ? plan->exit_t
-                                          : plan->shape_t;
+    return mill_least(mill_least(plan->pair_t, plan->shape_t), plan->exit_t);
 }
 
 /* A shape within reach of a cell, and what of it */

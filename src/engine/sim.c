@@ -291,23 +291,15 @@ static void ball_changes_cell(struct mill_sim *sim, int32_t i)
 static void happen(struct mill_sim *sim, int32_t i)
 {
     const struct mill_plan *plan = &sim->schedule->plan[i];
-    switch ((enum mill_next)plan->next) {
-    case MILL_NEXT_PAIR:
-        if (sim->world->ball[plan->partner].contacts == plan->partner_contacts)
-            ball_meets_ball(sim, i, plan->partner);
-        else
-            drop_stale(sim, i);
-        break;
-    case MILL_NEXT_SURFACE:
-        ball_meets_shape(sim, i, plan->shape);
-        break;
-    case MILL_NEXT_SEARCH:
-        drop_stale(sim, i);
-        break;
-    case MILL_NEXT_EXIT:
+    if (plan->next == MILL_NEXT_PAIR &&
+        sim->world->ball[plan->partner].contacts == plan->partner_contacts)
+        ball_meets_ball(sim, i, plan->partner);
+    else if (plan->next == MILL_NEXT_EXIT)
         ball_changes_cell(sim, i);
-        break;
-    }
+    else if (plan->next == MILL_NEXT_SURFACE)
+        ball_meets_shape(sim, i, plan->shape);
+    else
+        drop_stale(sim, i); /* the partner changed its course, or a search goes on */
 }
 
 /* Stops runs in which infinitely many contacts would happen in finite time. */

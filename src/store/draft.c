@@ -76,6 +76,17 @@ struct mill_draft *mill_draft_create(const char *path)
     return draft;
 }
 
+bool mill_draft_replaces(const struct mill_draft *draft, const char *path)
+{
+    const char *const own[] = {draft->part, draft->lock};
+    struct stat file, here;
+    for (int i = 0; i < 2; i++)
+        if (stat(own[i], &here) == 0 && stat(path, &file) == 0 && file.st_dev == here.st_dev &&
+            file.st_ino == here.st_ino)
+            return true;
+    return false;
+}
+
 int mill_draft_read(int fd, uint64_t offset, void *to, size_t length)
 {
     unsigned char *at = to;

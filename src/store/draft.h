@@ -16,6 +16,9 @@ struct mill_draft;
  * caller. */
 struct mill_draft *mill_draft_create(const char *path);
 
+/* Is PATH.part or PATH.lock the file at `path`, by whatever name? */
+bool mill_draft_replaces(const struct mill_draft *draft, const char *path);
+
 /* Begins the draft, empty or (`again`) as a copy of the published file. EWOULDBLOCK: another
  * process writes this file. */
 int mill_draft_open(struct mill_draft *draft, bool again);

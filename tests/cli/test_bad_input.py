@@ -4,10 +4,12 @@ Wrong values, keys and sections of decks are in test_deck.py, wrong usage in tes
 """
 
 import os
+import socket
+import subprocess
 import time
 
 import pytest
-from conftest import SMALL, SMALL_START
+from conftest import PROGRAM, SMALL, SMALL_START
 
 from milltools.profile import Profile
 
@@ -179,6 +181,38 @@ def test_a_start_that_is_no_file_is_named_with_its_key(refused, write_deck, tmp_
     assert complaint.startswith("deck.ini:7: [balls] start: " + words.format(tmp_path))
 
 
+def test_a_start_that_is_a_forgotten_pipe_or_a_socket_is_not_waited_for(
+    refused, write_deck, tmp_path
+):
+    os.mkfifo(tmp_path / "pipe")
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(tmp_path / "socket"))
+        for name, words in (
+            ("pipe", "is a pipe that nobody writes to"),
+            ("socket", "is a socket, not a file"),
+        ):
+            write_deck(MILL.replace("start.txt", name))
+            assert refused("deck.ini") == f"deck.ini:7: [balls] start: '{tmp_path}/{name}' {words}"
+            assert refused(name) == f"{name}: {words}"
+
+
+def test_deck_and_start_may_come_through_pipes_and_redirection(millsim, write_deck, tmp_path):
+    write_deck(MILL)
+    (tmp_path / "start.txt").write_text(SMALL_START)
+    os.mkfifo(tmp_path / "pipe")
+    for words in (
+        f"{PROGRAM} -c <(sed s/start.txt/pipe/ deck.ini) -s balls.start=$PWD/pipe & cat start.txt > pipe; wait $!",
+        f"{PROGRAM} -c <(sleep 0.3; cat deck.ini) -s balls.start=$PWD/start.txt",
+        f"cat deck.ini | {PROGRAM} -c /dev/stdin -s balls.start=$PWD/start.txt",
+        f"{PROGRAM} -c /dev/stdin -s balls.start=$PWD/start.txt < deck.ini",
+    ):
+        done = subprocess.run(
+            ["bash", "-c", words], cwd=tmp_path, capture_output=True, text=True, timeout=30
+        )
+        assert (done.returncode, done.stderr) == (0, ""), words
+        assert "count = 20" in done.stdout
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_a_start_file_without_permission_is_named_with_its_key(refused, with_start, tmp_path):
     with_start(SMALL_START)
@@ -338,7 +372,7 @@ def test_a_deck_without_measure_is_refused_in_one_line(refused, write_deck, name
 
 @pytest.mark.parametrize("device", ["/dev/zero", "/dev/null"])
 def test_a_device_is_no_deck(refused, device):
-    assert refused(device).startswith(f"{device}:")
+    assert refused(device) == f"{device}: is a device, not a file"
 
 
 def test_a_deck_without_permission_is_a_failure(millsim, write_deck, tmp_path):

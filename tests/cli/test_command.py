@@ -6,7 +6,9 @@ import os
 import pathlib
 import pty
 import re
+import resource
 import select
+import shutil
 import signal
 import struct
 import subprocess
@@ -14,7 +16,7 @@ import termios
 import time
 
 import pytest
-from conftest import PROGRAM
+from conftest import PROGRAM, SMALL, SMALL_START
 
 OPTIONS = [
     "output",
@@ -25,6 +27,7 @@ OPTIONS = [
     "json",
     "quiet",
     "export-start",
+    "value",
     "paranoid",
     "help",
     "version",
@@ -39,6 +42,8 @@ def test_help_goes_to_standard_output(millsim):
         assert result.stderr == ""
         for name in OPTIONS:
             assert f"--{name}" in result.stdout
+        assert "(INT, TERM, HUP or XCPU)" in result.stdout
+        assert max(len(line) for line in result.stdout.splitlines()) <= 90
 
 
 def test_version_is_one_line(millsim):
@@ -107,6 +112,58 @@ def test_a_summary_that_cannot_be_written_is_a_failure(millsim, small_deck):
     assert "cannot write to standard output" in result.stderr
 
 
+def test_too_little_memory_is_told_as_that(millsim, small_deck):
+    """Also while UDUNITS-2 reads its database, which crashes or exits by itself."""
+
+    def check(kilobytes):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            resource.setrlimit(resource.RLIMIT_AS, (1024 * kilobytes, 1024 * kilobytes))
+
+        return millsim("--check", "deck.ini", preexec_fn=limit)
+
+    too_little, enough = 1_000, 200_000
+    if check(enough).returncode != 0:
+        pytest.skip("this build needs more room than that: sanitizers do")
+    while enough - too_little > 50:
+        middle = (too_little + enough) // 2
+        if check(middle).returncode == 0:
+            enough = middle
+        else:
+            too_little = middle
+    told = 0
+    for less in range(0, 3000, 50):
+        done = check(too_little - less)
+        if done.returncode == 127:  # the program did not begin
+            break
+        assert done.returncode in (0, 1), done
+        if done.returncode == 1:
+            # libraries may have said something before
+            assert done.stderr.splitlines()[-1].startswith("millsim: out of memory")
+            told += 1
+    assert told > 0
+
+
+@pytest.mark.skipif(not shutil.which("cc"), reason="needs a C compiler")
+@pytest.mark.parametrize("arguments", [["--check"], []], ids=["check", "run"])
+def test_a_fault_in_gsl_does_not_abort(millsim, small_deck, tmp_path, arguments):
+    """In place of GSL's generator comes one that has no memory, and says so as GSL does."""
+    (tmp_path / "none.c").write_text(
+        "void gsl_error(const char *, const char *, int, int);\n"
+        "void *gsl_rng_alloc(const void *kind)\n"
+        "{\n"
+        '    gsl_error("no memory", __FILE__, __LINE__, 8);\n'
+        "    return kind ? (void *)0 : (void *)1;\n"
+        "}\n"
+    )
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", "none.so", "none.c"], cwd=tmp_path, check=True)
+    done = millsim(*arguments, "deck.ini", env={"LD_PRELOAD": str(tmp_path / "none.so")})
+    if "ASan runtime" in done.stderr:
+        pytest.skip("sanitizers want to be loaded first")
+    assert done.returncode in (0, 1), done.stderr
+    assert done.returncode == 0 or "out of memory" in done.stderr
+
+
 # ---- where the output goes ----
 
 
@@ -170,6 +227,51 @@ def test_an_impossible_output_is_refused_before_the_run(
     assert (tmp_path / "start.txt").read_text() == "0 0.02 0\n"
 
 
+@pytest.mark.parametrize("end", ["part", "lock"])
+@pytest.mark.parametrize("option", ["-fo", "-ro", "--export-start"])
+@pytest.mark.parametrize(
+    "deck, output",
+    [
+        ("run.{}", "run"),
+        ("./run.{}", "folder/../run"),
+        ("link.ini", "run"),
+        ("hard.ini", "run"),
+        ("run.{}", "linked"),
+    ],
+)
+def test_a_deck_in_the_place_of_the_draft_is_refused_and_kept(
+    millsim, write_deck, tmp_path, end, option, deck, output
+):
+    content = write_deck(name=f"run.{end}").read_bytes()
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link.ini").symlink_to(f"run.{end}")
+    (tmp_path / "hard.ini").hardlink_to(tmp_path / f"run.{end}")
+    (tmp_path / "linked").symlink_to("run")
+    before = sorted(tmp_path.iterdir())
+    result = millsim("-q", option, output, deck.format(end))
+    mend = "give it" if option == "--export-start" else "use -o for"
+    assert result.stderr == (
+        f"millsim: {output}: its draft or lock file is the deck itself; {mend} another name\n"
+    )
+    assert result.returncode == 2
+    assert sorted(tmp_path.iterdir()) == before
+    assert (tmp_path / f"run.{end}").read_bytes() == content
+
+
+@pytest.mark.parametrize("end", ["part", "lock"])
+def test_a_start_file_in_the_place_of_the_draft_is_refused_and_kept(
+    millsim, write_deck, tmp_path, end
+):
+    write_deck(SMALL.replace("count = 20", f"count = 20\nstart = deck.h5.{end}"))
+    (tmp_path / f"deck.h5.{end}").write_text(SMALL_START)
+    result = millsim("-q", "--force", "deck.ini")
+    assert (result.returncode, result.stderr) == (
+        2,
+        "millsim: deck.h5: its draft or lock file is the deck's start file; use -o for another name\n",
+    )
+    assert (tmp_path / f"deck.h5.{end}").read_text() == SMALL_START
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_folder_without_permission_is_refused(millsim, small_deck, tmp_path):
     (tmp_path / "locked").mkdir(mode=0o500)
@@ -200,6 +302,17 @@ def test_a_run_ends_with_a_summary(millsim, small_deck):
         assert words in result.stdout
 
 
+@pytest.mark.parametrize("arguments", [[], ["--check"]], ids=["run", "check"])
+def test_names_of_files_cannot_drive_the_terminal(millsim, write_deck, tmp_path, arguments):
+    (tmp_path / "\033[31m").mkdir()
+    (tmp_path / "\033[31m" / "start.txt").write_text(SMALL_START)
+    write_deck(SMALL.replace("count = 20", "count = 20\nstart = start.txt"), "\033[31m/a.ini")
+    result = millsim("\033[31m/a.ini", "-q", *arguments)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "?[31m" in result.stdout
+    assert not re.search(r"[\0-\x08\x0b-\x1f\x7f]", result.stdout)
+
+
 def test_json_is_one_object(millsim, small_deck):
     result = millsim("--json", "-q", "deck.ini")
     assert result.returncode == 0, result.stderr
@@ -226,7 +339,7 @@ def wait_for(condition, seconds=20):
     return False
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU])
 def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, tmp_path, number):
     h5py = pytest.importorskip("h5py")
     long_deck(write_deck)
@@ -240,6 +353,26 @@ def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, t
     assert len(complaint.splitlines()) == 1
     with h5py.File(tmp_path / "long.h5", "r") as file:
         assert len(file["/observables/kinetic_energy/time"]) > 10
+
+
+def test_a_soft_limit_of_processor_time_ends_the_run_in_order(millsim, write_deck, tmp_path):
+    """The system sends SIGXCPU with each second from there on."""
+    h5py = pytest.importorskip("h5py")
+    text = long_deck(write_deck).read_text()
+    write_deck(text.replace("time = 1 d", "time = 1 d\nsample_from = 0 s"), "long.ini")
+    done = millsim(
+        "-q",
+        "long.ini",
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (2, resource.RLIM_INFINITY)),
+    )
+    assert done.returncode == 128 + signal.SIGXCPU
+    assert done.stderr == (
+        f"millsim: stopped by signal {signal.SIGXCPU:d}; long.h5 holds everything up to then, and "
+        "--resume goes on\n"
+    )
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.ini", "long.h5", "long.ini"]
+    with h5py.File(tmp_path / "long.h5", "r") as file:
+        assert file["/run/status"].asstr()[()] == "stopped"
 
 
 def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):

@@ -3,7 +3,6 @@
 import os
 import re
 import resource
-import signal
 
 import pytest
 from conftest import SMALL, SMALL_START
@@ -169,7 +168,6 @@ def test_a_full_disk_leaves_what_was_there(millsim, write_deck, tmp_path):
     (tmp_path / "start.txt").write_text("precious")
 
     def little_room():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
 
     result = millsim("-qf", "--export-start", "start.txt", "deck.ini", preexec_fn=little_room)

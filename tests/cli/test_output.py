@@ -460,7 +460,6 @@ def test_a_disk_that_fills_up_ends_in_one_line_and_status_1(tmp_path):
     (tmp_path / "mill.ini").write_text(DECK)
 
     def small_disk():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
 
     done = millsim(tmp_path, "-q", "mill.ini", preexec_fn=small_disk)

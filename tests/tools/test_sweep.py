@@ -15,6 +15,7 @@ from conftest import PROGRAM, ROOT, STUDY
 from scipy import stats
 from studies import MEDIAN, alive, runs
 
+from milltools import stops
 from milltools.__main__ import dispatch
 from milltools.errors import UserError
 from milltools.study import drive, executors, job
@@ -493,12 +494,12 @@ def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
 
     for plan, taken in (([1, 2], [1]), ([5, 6], [5])):
         rows.clear()
-        with pytest.raises(drive.Stopped) as stop, drive.stops_in_order():
+        with pytest.raises(stops.Stopped) as stop, stops.stops_in_order():
             drive.drive(plan, executor, take)
         assert (rows, stop.value.number) == (taken, signal.SIGTERM)
 
 
 def test_who_drives_after_a_stop_was_not_asked_to_end():
-    with contextlib.suppress(drive.Stopped), drive.stops_in_order():
+    with contextlib.suppress(stops.Stopped), stops.stops_in_order():
         signal.raise_signal(signal.SIGTERM)
-    drive._raise_if_asked()
+    stops.raise_if_asked()

@@ -29,6 +29,29 @@ START_TEST(the_line_is_never_wider_than_asked)
 }
 END_TEST
 
+/* Every field as long as it can be: more than a line has room for in all. */
+START_TEST(the_longest_fields_stay_within_the_line)
+{
+    static const char known[] =
+        "median of v_n to 0.5 %, mean power to 0.25 %, both at level 95 %, and so on";
+    const struct mill_progress then = {.end = -1.234e-307};
+    const struct mill_progress now = {.time = -1.235e-307,
+                                      .end = -1.234e-307,
+                                      .collisions = UINT64_MAX,
+                                      .wall = 1e-300,
+                                      .known = known};
+    char line[2 * MILL_PROGRESS_LINE];
+    for (int width = 0; width < 400; width++) {
+        memset(line, '#', sizeof line);
+        mill_progress_format(&then, &now, width, line);
+        ck_assert_ptr_nonnull(memchr(line, 0, MILL_PROGRESS_LINE));
+        ck_assert_int_le((int)strlen(line), width);
+        for (size_t i = MILL_PROGRESS_LINE; i < sizeof line; i++)
+            ck_assert_int_eq(line[i], '#');
+    }
+}
+END_TEST
+
 START_TEST(only_the_end_is_100_percent)
 {
     char line[MILL_PROGRESS_LINE];
@@ -146,6 +169,7 @@ int main(void)
     TCase *test = tcase_create("progress");
     tcase_add_test(test, all_is_told_where_there_is_room);
     tcase_add_test(test, the_line_is_never_wider_than_asked);
+    tcase_add_test(test, the_longest_fields_stay_within_the_line);
     tcase_add_test(test, only_the_end_is_100_percent);
     tcase_add_test(test, the_first_instant_claims_no_rates);
     tcase_add_test(test, a_start_that_takes_long_is_shown_by_what_it_does);

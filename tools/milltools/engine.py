@@ -1,6 +1,5 @@
 """Where ./millsim is, and what it says of itself."""
 
-import functools
 import os
 import pathlib
 import shutil
@@ -30,17 +29,6 @@ def program() -> pathlib.Path:
         "or set the environment variable MILLSIM to where it is",
         status=1,
     )
-
-
-@functools.cache
-def guard() -> tuple[str, ...]:
-    """The words in front of a command that end it with the process (thread) that started it: Linux only."""
-    setpriv = shutil.which("setpriv")
-    if not setpriv:
-        return ()
-    words = (setpriv, "--pdeathsig", "KILL")
-    known = subprocess.run([*words, "true"], capture_output=True).returncode == 0
-    return (*words, "--") if known else ()
 
 
 def version() -> str:

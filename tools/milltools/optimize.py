@@ -4,7 +4,7 @@ import pathlib
 import shlex
 import sys
 
-from milltools import sweep
+from milltools import stops, sweep
 from milltools.errors import UserError
 from milltools.study import executors
 
@@ -35,7 +35,7 @@ def run(arguments) -> int:
     if arguments.seed is not None and not 0 <= arguments.seed < 2**32:
         raise UserError(f"--seed: expected a whole number from 0 to {2**32 - 1}, got {arguments.seed}")  # fmt: skip
     # imported here: neither --help nor wrong usage waits for Optuna and scikit-learn
-    from milltools.study import drive, probe
+    from milltools.study import probe
     from milltools.study.acquisition import Plan, spread
     from milltools.study.deck import Study
     from milltools.study.space import Space
@@ -55,14 +55,14 @@ def run(arguments) -> int:
     about = study.about(arguments.runs, shlex.join(["mill", *sys.argv[1:]]))
     with Writer.begin(path, about, arguments.force) as table:
         try:
-            with drive.stops_in_order():
+            with stops.stops_in_order():
                 others = _search(arguments, study, plan, table, storage)
-        except (KeyboardInterrupt, drive.Stopped) as stop:
+        except (KeyboardInterrupt, stops.Stopped) as stop:
             print(
                 f"mill optimize: interrupted; {path} has {len(table)} of {arguments.runs} runs, and the same command goes on",
                 file=sys.stderr,
             )
-            return 128 + stop.number if isinstance(stop, drive.Stopped) else 130
+            return 128 + stop.number if isinstance(stop, stops.Stopped) else 130
     return _end(table, plan, others)
 
 

@@ -12,10 +12,10 @@ import tempfile
 
 import numpy as np
 
-from milltools import engine
+from milltools import engine, processes
 from milltools.errors import UserError
+from milltools.kinds import KINDS
 from milltools.runfile import Run
-from milltools.study.job import GUARD
 from milltools.trajectory import HALF_ULP, SAME_TIME, stored
 
 BESIDE = 1e-3  # of an interval: how far behind its last frame the run ends
@@ -41,9 +41,7 @@ def size(run, until, interval, impacts) -> float:
     if interval:
         found += STATE_BYTES * len(run.balls("id")) * (until / interval + 2)
     if impacts:
-        count = float(run.read("run/events/collisions/ball_ball"))
-        for kind in ("ball_drum", "ball_wall", "ball_shaft", "ball_blade"):
-            count += float(run.read(f"run/events/collisions/{kind}"))
+        count = sum(float(run.read(f"run/events/collisions/{kind}")) for kind in KINDS)
         found += IMPACT_BYTES * count * min(1.0, until / run.time if run.time > 0 else 1.0)
     return found
 
@@ -91,7 +89,7 @@ def again(run, until, interval=0.0, impacts=False, watch=None):
 def _millsim(folder, changes, watch):
     """Runs folder/deck.ini into folder/run.h5."""
     words = [word for key, value in changes.items() for word in ("-s", f"{key}={value}")]
-    command = [*GUARD, engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
+    command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
     said = folder / "said"
     with said.open("wb") as errors:
         process = subprocess.Popen(

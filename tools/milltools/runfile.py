@@ -389,7 +389,8 @@ class Run:
     def species_names(self) -> list[str]:
         """Names of the kinds of balls, by the numbers in balls("species")."""
         names = self.attribute("particles/trajectory/species", "names", ())
-        return [str(name) for name in names] or ["balls"]
+        names = [name.decode() if isinstance(name, bytes) else str(name) for name in names]
+        return names or ["balls"]
 
     def frame_times(self) -> np.ndarray:
         """Times of the stored frames [s]; empty where output.frames = 0 s."""

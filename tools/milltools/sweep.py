@@ -5,6 +5,7 @@ import pathlib
 import shlex
 import sys
 
+from milltools import stops
 from milltools.errors import UserError
 from milltools.study import executors
 
@@ -59,7 +60,7 @@ def run(arguments) -> int:
     path = output_of(arguments)
     plan = designs.plan(study)
 
-    from milltools.study import drive, probe
+    from milltools.study import probe
     from milltools.study.table import Writer
 
     probe.probe(study, plan)
@@ -68,15 +69,15 @@ def run(arguments) -> int:
     with Writer.begin(path, about, arguments.force) as table:
         table.number(numbers)
         try:
-            with drive.stops_in_order():
+            with stops.stops_in_order():
                 _fill(arguments, study, plan, numbers, table)
-        except (KeyboardInterrupt, drive.Stopped) as stop:
+        except (KeyboardInterrupt, stops.Stopped) as stop:
             kept = len(table.ids() & set(numbers))
             print(
                 f"mill sweep: interrupted; {path} has {kept} of {len(numbers)} runs, and the same command goes on",
                 file=sys.stderr,
             )
-            return 128 + stop.number if isinstance(stop, drive.Stopped) else 130
+            return 128 + stop.number if isinstance(stop, stops.Stopped) else 130
     return _end(table, numbers, not arguments.no_picture)
 
 

@@ -15,7 +15,7 @@ import time
 import warnings
 from collections.abc import Mapping
 
-from milltools import engine
+from milltools import engine, processes
 from milltools.api import decks
 from milltools.api.result import Result
 from milltools.errors import UserError
@@ -56,7 +56,7 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
     try:
         source, place, start = _source(deck, folder)
         target = output.absolute() if output else folder / _name(deck, sets)
-        words = [*engine.guard(), engine.program().absolute(), "--json", "--output", target]
+        words = [*processes.guard(), engine.program().absolute(), "--json", "--output", target]
         words += [flag for flag, on in (("--force", force), ("--resume", resume)) if on]
         for one in sets if place is None else _placed(sets, start):
             words += ["--set", one]

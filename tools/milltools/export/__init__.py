@@ -140,7 +140,7 @@ def run(arguments: argparse.Namespace) -> int:
     write = writer(arguments)
     about(arguments.source)
     keep_apart(arguments.file, [arguments.source])
-    from milltools.study.drive import Stopped, stops_in_order
+    from milltools.stops import Stopped, stops_in_order
 
     try:
         with stops_in_order():  # half a file, or a folder of half a run, stays behind otherwise

@@ -7,7 +7,7 @@ team.py in several processes) -> a file (a still here, a film by encode.py, besi
 import os
 import pathlib
 
-from milltools.errors import UserError
+from milltools.errors import UserError, keep_apart
 
 SUMMARY = """Pictures (FILE.png) and films (FILE.mp4, FILE.webm; FILE.webp and FILE.gif for
 pages, where they repeat) of a run in 3D; no display is needed. Without --slow a film shows every stored
@@ -75,7 +75,7 @@ _positive.__name__, _whole.__name__ = (
 
 
 def run(arguments) -> int:
-    from milltools.study.drive import Stopped, stops_in_order
+    from milltools.stops import Stopped, stops_in_order
 
     suffix = _suffix(arguments)
     path = _output(arguments)
@@ -133,9 +133,7 @@ def _output(arguments) -> pathlib.Path:
         raise UserError(f"{path}: its folder {path.parent} does not exist")
     if path.is_dir():
         raise UserError(f"{path}: a folder, not a file")
-    for other in (arguments.run, arguments.beside):
-        if other and path.exists() and os.path.exists(other) and path.samefile(other):
-            raise UserError(f"{path}: is {other} itself; give another name")
+    keep_apart(path, [other for other in (arguments.run, arguments.beside) if other])
     if not os.access(path.parent, os.W_OK):
         raise UserError(f"{path}: permission denied", status=1)
     return path

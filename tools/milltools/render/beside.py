@@ -12,9 +12,9 @@ import tempfile
 import numpy as np
 from PIL import Image, ImageDraw
 
+from milltools import processes
 from milltools.errors import UserError
 from milltools.render import encode
-from milltools.study.job import GUARD
 
 GAP = 4  # pixels between the two
 INK, GROUND = (255, 255, 255), (38, 46, 58)
@@ -72,7 +72,7 @@ def pictures(film, height, skip=0):
     )
     # every picture as it is in the file, whatever its time stamp
     command = [
-        *GUARD, encode.program(), "-v", "error", "-nostdin", "-i", f"file:{film.path}", "-map", "0:v:0", "-vf", chain,
+        *processes.guard(), encode.program(), "-v", "error", "-nostdin", "-i", f"file:{film.path}", "-map", "0:v:0", "-vf", chain,
         "-vsync", "passthrough", "-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:1",
     ]  # fmt: skip
     size = width * height * 3

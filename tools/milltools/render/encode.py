@@ -11,8 +11,8 @@ import shutil
 import subprocess
 import tempfile
 
+from milltools import processes
 from milltools.errors import UserError
-from milltools.study.job import GUARD
 
 # screens' red, green and blue as the video standard of HD has them, said so in the file
 COLOURS = [
@@ -61,7 +61,7 @@ class Encoder:
         width, height = self.size
         self._said = tempfile.TemporaryFile()
         command = [
-            *GUARD, program(), "-v", "error", "-nostdin", "-xerror", "-y",
+            *processes.guard(), program(), "-v", "error", "-nostdin", "-xerror", "-y",
             "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate(self.fps), "-i", "pipe:0",
             "-an", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1",
             *FORMATS[self.path.suffix.lower()], f"file:{self.draft}",

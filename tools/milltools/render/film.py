@@ -1,11 +1,10 @@
 """A film of a run, alone or beside a camera's."""
 
 import itertools
-import os
 
 import psutil
 
-from milltools import rerun
+from milltools import processes, rerun
 from milltools.errors import UserError
 from milltools.render import beside, encode, motion, prepare, team, times
 from milltools.render.progress import Watch, say, written
@@ -60,17 +59,13 @@ def zip_with(joiner, others):
     return join
 
 
-def cores() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def processes(look) -> int:
+def painters(look) -> int:
     """How many draw at once, if nobody says: one a core, fewer where memory would not do."""
     pixels = look.size[0] * look.size[1] * (4 if look.quality == "final" else 1)
     each = 0 if look.pov else PROCESS + PIXEL * pixels
     room = psutil.virtual_memory().available * 0.7
-    return max(1, min(cores(), int(room / each) if each else cores()))
+    cores = processes.cores()
+    return max(1, min(cores, int(room / each) if each else cores))
 
 
 def _write(arguments, path, run, plan, look, size, change):
@@ -79,7 +74,7 @@ def _write(arguments, path, run, plan, look, size, change):
         raise UserError(f"--size: films have even sizes, got {size[0]}x{size[1]}")
     count = len(plan.times)
     say(f"{count} pictures at {plan.fps:g} a second, {times.words(plan.slow)}")
-    workers = min(arguments.workers or processes(look), count)
+    workers = min(arguments.workers or painters(look), count)
     quiet = arguments.quiet
     with motion.of(run, plan, arguments.colour == "impact", not arguments.no_rerun, say, prepare.told(arguments)) as moving:  # fmt: skip
         tasks = zip(itertools.count(), moving.states(plan.times))

@@ -16,8 +16,8 @@ import tempfile
 
 import numpy as np
 
+from milltools import processes
 from milltools.errors import UserError
-from milltools.study.job import GUARD
 
 ONE_CORE = {
     "LP_NUM_THREADS": "1",
@@ -41,7 +41,13 @@ class Worker:
         environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
         with there:
             self.process = subprocess.Popen(
-                [*GUARD, sys.executable, "-m", "milltools.render.worker", str(there.fileno())],
+                [
+                    *processes.guard(),
+                    sys.executable,
+                    "-m",
+                    "milltools.render.worker",
+                    str(there.fileno()),
+                ],
                 pass_fds=[there.fileno()],
                 env=environment,
                 stdin=subprocess.DEVNULL,

@@ -56,7 +56,7 @@ def run(arguments) -> int:
     files = [path for side in sides for path in side]
     output = arguments.output or named_for(files, arguments.compare)
     check_output(output, files)
-    from milltools.study.drive import Stopped, stops_in_order
+    from milltools.stops import Stopped, stops_in_order
 
     try:
         with stops_in_order():  # a deck that is run again leaves its folder behind otherwise

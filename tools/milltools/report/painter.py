@@ -14,16 +14,11 @@ import sys
 import threading
 from multiprocessing.connection import Connection
 
-from milltools import engine
+from milltools import processes
 from milltools.report import pictures
 from milltools.runfile import Run
 
 SHARE = 0.6  # of the figures are the second process's; the balls take the first as long as the rest of them
-
-
-def cores() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Painter:
@@ -31,7 +26,9 @@ class Painter:
 
     def __init__(self, runs: list[Run], names: list[str]):
         self.runs, self.names = runs, names
-        worth_it = cores() > 1 and any(run.has_statistics and run.duration > 0 for run in runs)
+        worth_it = processes.cores() > 1 and any(
+            run.has_statistics and run.duration > 0 for run in runs
+        )
         self.theirs = names[: round(SHARE * len(names))] if worth_it else []
         self.process = self.socket = None
 
@@ -53,7 +50,7 @@ class Painter:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         with there:
             self.process = subprocess.Popen(
-                [*engine.guard(), sys.executable, "-m", "milltools.report.painter", str(there.fileno())],
+                [*processes.guard(), sys.executable, "-m", "milltools.report.painter", str(there.fileno())],
                 pass_fds=[there.fileno()],
                 env=environment,
                 stdin=subprocess.DEVNULL,

@@ -17,15 +17,16 @@ import matplotlib
 import numpy as np
 
 from milltools.errors import UserError
+from milltools.kinds import KINDS
 from milltools.profile import Profile
+from milltools.render import camera
 from milltools.report import frames
 from milltools.report.finer import Finer
 
 COLOURS = "turbo"
 LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
 PREFIXES = ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-# from where: turned from the drum's axis (+x) towards +y, and above the horizon [degrees], as in mill render
-VIEWS = {"front": (-32, 17), "three-quarter": (-58, 27)}
+VIEWS = ("front", "three-quarter")  # as in mill render
 NO_SCRIPT = "The turning picture needs JavaScript, which is switched off here."
 ALT = "The balls in the mill, coloured by their speed"
 HINT = "Drag to turn; after a click the wheel zooms, arrow keys turn, + and − zoom, space plays."
@@ -196,7 +197,8 @@ def _views(run):
     ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it stands
     ahead = ahead / np.linalg.norm(ahead)
     views = {"end": [1.0, 0.0, 0.0]}
-    for name, (azimuth, elevation) in VIEWS.items():
+    for name in VIEWS:
+        azimuth, elevation, _ = camera.PRESETS[name]
         a, e = np.radians([azimuth, elevation])
         along = np.cos(a) * ahead + np.sin(a) * np.cross(up, ahead)
         views[name] = (np.cos(e) * along + np.sin(e) * up).tolist()
@@ -280,8 +282,7 @@ def _caption(run, packed, head):
 
 
 def _balls(run, packed):
-    names = run.attribute("particles/trajectory/species", "names", [])
-    names = [n.decode() if isinstance(n, bytes) else str(n) for n in names]
+    names = run.species_names()
     species, diameter = run.balls("species"), run.balls("diameter")
     kinds = []
     for k in np.unique(species):
@@ -303,11 +304,8 @@ def _between(run, interval):
     text = f"Frames are {interval * 1e3:.4g} ms apart"
     facts = []
     if run.has_statistics and run.duration > 0:
-        rate = 2 * float(run.statistic("impacts/ball_ball/rate"))
-        rate += sum(
-            float(run.statistic(f"impacts/{kind}/rate"))
-            for kind in ("ball_drum", "ball_wall", "ball_shaft", "ball_blade")
-        )
+        rates = {kind: float(run.statistic(f"impacts/{kind}/rate")) for kind in KINDS}
+        rate = sum(rates.values()) + rates["ball_ball"]  # two balls have each of these
         many = rate * interval / len(run.balls("diameter"))
         facts.append(f"a ball has {_plain(many)} impact{'s' * (_plain(many) != '1')}")
     if run.rotor_speed:

@@ -23,6 +23,7 @@ import sys
 import threading
 import uuid
 
+from milltools import processes
 from milltools.errors import UserError
 from milltools.study import job as one_job
 from milltools.study.job import Lost
@@ -140,7 +141,7 @@ class DaskExecutor(concurrent.futures.Executor):
             if name.startswith("distributed"):
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         if address == "local":
-            self._start(distributed, workers or len(os.sched_getaffinity(0)))
+            self._start(distributed, workers or processes.cores())
         else:
             self.client = self._connect(distributed.Client)
 

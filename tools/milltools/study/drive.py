@@ -4,59 +4,14 @@ Nothing is kept here: a row is handed to `take` as soon as it is there. Memory a
 """
 
 import concurrent.futures
-import contextlib
 import queue
-import signal
 
+from milltools import stops
 from milltools.errors import UserError
 from milltools.study import job as jobs_of_one
 
 ATTEMPTS = 3  # of a run that is lost
 TICK = 0.2  # [s] between looks at the clock
-
-
-class Stopped(BaseException):
-    """SIGTERM or SIGHUP asks for an end; no Exception, so that nothing mistakes it for a failure."""
-
-    def __init__(self, number):
-        super().__init__(number)
-        self.number = number
-
-
-_asked = None  # the signal that asks for an end
-_driving = False  # then it is looked at between two rows, so that none is torn in two
-
-
-@contextlib.contextmanager
-def stops_in_order():
-    """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: while jobs are driven between two
-    rows, otherwise, and for an impatient second signal, at once."""
-    global _asked
-    _asked = None
-
-    def stop(number, _):
-        global _asked
-        impatient = _asked is not None
-        _asked = number
-        if impatient or not _driving:
-            _raise_if_asked()
-
-    wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    signals = [number for number in wanted if signal.getsignal(number) != signal.SIG_IGN]
-    before = {number: signal.signal(number, stop) for number in signals}
-    try:
-        yield
-    finally:
-        _asked = None  # whoever drives next in this process was not asked to end
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _raise_if_asked():
-    if _asked == signal.SIGINT:
-        raise KeyboardInterrupt
-    if _asked is not None:
-        raise Stopped(_asked)
 
 
 def drive(jobs, executor, take, tick=None):
@@ -66,12 +21,8 @@ def drive(jobs, executor, take, tick=None):
     now, ask again when the next row is there. tick() is called now and then. A job that raises Lost, or whose worker
     went, is submitted again, ATTEMPTS times in all, then its row says so.
     """
-    global _driving
-    _driving = True
-    try:
+    with stops.between_steps():
         _drive(iter(jobs), executor, take, tick)
-    finally:
-        _driving = False
 
 
 def _drive(jobs, executor, take, tick):
@@ -82,7 +33,7 @@ def _drive(jobs, executor, take, tick):
         future.add_done_callback(lambda future: done.put((future, job, attempt)))
 
     while more or flying:
-        _raise_if_asked()
+        stops.raise_if_asked()
         while more and flying < executor.width:
             try:
                 job = next(jobs)

@@ -9,8 +9,8 @@ handed over at once (waves). When the block is left by an exception, what runs i
 
 import concurrent.futures
 import contextlib
-import os
 
+from milltools import processes
 from milltools.errors import UserError
 
 
@@ -65,7 +65,7 @@ def open_executor(arguments):
             arguments.detach,
             arguments.force,
         )
-    return local(arguments.workers or len(os.sched_getaffinity(0)))
+    return local(arguments.workers or processes.cores())
 
 
 class Local(concurrent.futures.ThreadPoolExecutor):

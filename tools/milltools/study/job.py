@@ -15,7 +15,7 @@ import subprocess
 import tempfile
 import threading
 
-from milltools import engine
+from milltools import processes
 from milltools.errors import UserError
 from milltools.kinds import KINDS
 from milltools.runfile import Run
@@ -65,7 +65,7 @@ def run(job, reader=None) -> dict:
         words = [word for text in job["set"] for word in ("-s", text)]
         # relative names: a message shows the deck's, and none is too long
         command = [
-            *GUARD,
+            *processes.guard(),
             job["program"],
             "-q",
             "-o",
@@ -92,7 +92,6 @@ def run(job, reader=None) -> dict:
 # ---- the process
 
 
-GUARD = engine.guard()
 _running: set[subprocess.Popen] = set()
 _lock = threading.Lock()
 _ended = False

@@ -1,0 +1,53 @@
+/* Nothing that may have no end, or that nobody writes to, is waited for: a device, a socket, a
+ * forgotten FIFO. A shell's `<(...)` is a pipe like any other. */
+#include "deck/textfile.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <stdbool.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { WRITER_COMES = 2000 }; /* [ms] a shell may start writer and reader at once */
+
+/* Of a pipe opened with O_NONBLOCK: something can be read, or a writer is there, if need be a slow
+ * one, which is waited for from now on. */
+static bool has_writer(FILE *pipe)
+{
+    struct pollfd end = {.fd = fileno(pipe), .events = POLLIN};
+    while (poll(&end, 1, WRITER_COMES) < 0 && errno == EINTR)
+        continue;
+    const int c = mill_textfile_next(pipe);
+    const bool silent = c == EOF && ferror(pipe) && errno == EAGAIN;
+    clearerr(pipe);
+    fcntl(end.fd, F_SETFL, 0);
+    return silent || ungetc(c, pipe) != EOF;
+}
+
+FILE *mill_textfile_open(const char *path, const char **wrong)
+{
+    int fd;
+    do
+        fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    while (fd < 0 && errno == EINTR);
+    *wrong = fd < 0 && errno == ENXIO ? "is a socket, not a file" : NULL;
+    FILE *file = fd < 0 ? NULL : fdopen(fd, "r");
+    if (!file) {
+        const int why = errno;
+        if (fd >= 0)
+            close(fd);
+        errno = why;
+        return NULL;
+    }
+    struct stat about = {0};
+    fstat(fd, &about);
+    if (S_ISREG(about.st_mode) || (S_ISFIFO(about.st_mode) && has_writer(file)))
+        return file;
+    if (S_ISFIFO(about.st_mode))
+        *wrong = "is a pipe that nobody writes to";
+    else if (!S_ISDIR(about.st_mode))
+        *wrong = "is a device, not a file";
+    fclose(file);
+    errno = EISDIR;
+    return NULL;
+}

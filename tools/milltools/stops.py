@@ -1,0 +1,60 @@
+"""Ending in order when a signal asks for it: files whole or not at all, no process left."""
+
+import contextlib
+import signal
+
+
+class Stopped(BaseException):
+    """SIGTERM or SIGHUP asks for an end; no Exception, so that nothing mistakes it for a failure."""
+
+    def __init__(self, number):
+        super().__init__(number)
+        self.number = number
+
+
+_asked = None  # the signal that asks for an end
+_waits = False  # then it is looked at between two steps, so that none is torn in two
+
+
+@contextlib.contextmanager
+def stops_in_order():
+    """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: within between_steps() between two of
+    them, otherwise, and for an impatient second signal, at once."""
+    global _asked
+    _asked = None
+
+    def stop(number, _):
+        global _asked
+        impatient = _asked is not None
+        _asked = number
+        if impatient or not _waits:
+            raise_if_asked()
+
+    wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    signals = [number for number in wanted if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, stop) for number in signals}
+    try:
+        yield
+    finally:
+        _asked = None  # whoever drives next in this process was not asked to end
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def raise_if_asked():
+    """To be called between two steps."""
+    if _asked == signal.SIGINT:
+        raise KeyboardInterrupt
+    if _asked is not None:
+        raise Stopped(_asked)
+
+
+@contextlib.contextmanager
+def between_steps():
+    """Within it a signal waits for raise_if_asked()."""
+    global _waits
+    _waits = True
+    try:
+        yield
+    finally:
+        _waits = False
