@@ -36,6 +36,20 @@ static bool is_sound(const struct mill_setup *s)
     return good && balls > 0 && balls <= MOST_BALLS;
 }
 
+const char *mill_setup_fault_text(enum mill_fault_code code)
+{
+    static const char *const text[] = {
+        [MILL_FAULT_NONE] = "nothing is wrong",
+        [MILL_FAULT_MEMORY] = "out of memory",
+        [MILL_FAULT_NUMBER] = "a number is out of range",
+        [MILL_FAULT_SPEED] = "a ball is faster than light",
+        [MILL_FAULT_BALL_IN_SHAPE] = "a ball overlaps a surface",
+        [MILL_FAULT_BALL_IN_BALL] = "two balls overlap",
+        [MILL_FAULT_NO_ROOM] = "the balls do not fit",
+    };
+    return text[code];
+}
+
 static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
 {
     w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));

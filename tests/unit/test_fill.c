@@ -567,30 +567,24 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("fill");
-    TCase *tests = tcase_create("fill");
-    tcase_set_timeout(tests, 120);
-    tcase_add_test(tests, equal_balls_do_not_overlap_up_to_half_of_the_free_volume);
-    tcase_add_test(tests, mixtures_do_not_overlap_up_to_half_of_the_free_volume);
-    tcase_add_test(tests, balls_in_narrow_drums_do_not_overlap);
-    tcase_add_test(tests, the_lattice_forgets_no_surface);
-    tcase_add_test(tests, the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any);
-    tcase_add_test(tests, many_seeds_fill_without_overlap);
-    tcase_add_test(tests, the_same_seed_gives_the_same_bits_and_another_one_other_places);
-    tcase_add_test(tests, every_ball_has_the_speed_asked_for_in_a_random_direction);
-    tcase_add_test(tests, without_a_speed_the_balls_rest);
-    tcase_add_test(tests, balls_are_spread_evenly);
-    tcase_add_test(tests, neighbours_in_memory_are_neighbours_in_space);
-    tcase_add_test(tests, too_many_balls_are_refused_with_a_number_that_fits);
-    tcase_add_test(tests, too_many_of_a_mixture_are_refused_with_counts_that_fit);
-    tcase_add_test(tests, a_mill_without_room_for_one_ball_says_so);
-    tcase_add_test(tests, one_ball_that_just_fits_is_placed);
-    tcase_add_test(tests, a_long_start_tells_how_far_it_is_and_is_the_same_unwatched);
-    tcase_add_test(tests, a_hundred_thousand_balls_take_less_than_three_seconds);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {equal_balls_do_not_overlap_up_to_half_of_the_free_volume, 1},
+        {mixtures_do_not_overlap_up_to_half_of_the_free_volume, 1},
+        {balls_in_narrow_drums_do_not_overlap, 1},
+        {the_lattice_forgets_no_surface, 1},
+        {the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any, 1},
+        {many_seeds_fill_without_overlap, 1},
+        {the_same_seed_gives_the_same_bits_and_another_one_other_places, 1},
+        {every_ball_has_the_speed_asked_for_in_a_random_direction, 1},
+        {without_a_speed_the_balls_rest, 1},
+        {balls_are_spread_evenly, 1},
+        {neighbours_in_memory_are_neighbours_in_space, 1},
+        {too_many_balls_are_refused_with_a_number_that_fits, 1},
+        {too_many_of_a_mixture_are_refused_with_counts_that_fit, 1},
+        {a_mill_without_room_for_one_ball_says_so, 1},
+        {one_ball_that_just_fits_is_placed, 1},
+        {a_long_start_tells_how_far_it_is_and_is_the_same_unwatched, 1},
+        {a_hundred_thousand_balls_take_less_than_three_seconds, 1},
+    };
+    return unit_run("fill", tests, sizeof tests / sizeof *tests);
 }

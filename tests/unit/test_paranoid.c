@@ -477,47 +477,39 @@ END_TEST
 
 int main(void)
 {
-    Suite *s = suite_create("paranoid");
-    TCase *state = tcase_create("state"), *runs = tcase_create("runs");
-    tcase_add_checked_fixture(state, set_up, tear_down);
-    tcase_add_test(state, a_sound_state_passes_and_every_check_is_counted);
-    tcase_add_test(state, the_mill_of_these_tests_has_the_contacts_they_speak_of);
-    tcase_add_test(state, a_plan_whose_partner_has_changed_course_since_is_no_fault);
-    tcase_add_test(state, an_overlap_of_two_balls_is_told_with_its_depth);
-    tcase_add_test(state, less_than_a_nanometre_is_no_overlap);
-    tcase_add_test(state, an_overlap_with_a_surface_is_told);
-    tcase_add_test(state, an_overlap_far_from_the_cell_that_lists_the_ball_is_seen);
-    tcase_add_test(state, a_ball_that_the_blades_let_go_may_be_in_one_and_no_other);
-    tcase_add_test(state, a_contact_of_two_balls_that_is_planned_too_late_is_told);
-    tcase_add_test(state,
-                   a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh);
-    tcase_add_test(state, a_forgotten_contact_with_a_surface_is_told);
-    tcase_add_test(state, a_contact_planned_a_picosecond_late_is_told);
-    tcase_add_test(state, a_contact_planned_too_early_is_told);
-    tcase_add_test(state, a_contact_of_balls_that_part_is_told);
-    tcase_add_test(state, a_contact_with_a_surface_that_is_left_is_told);
-    tcase_add_test(state, a_search_that_goes_on_is_no_contact);
-    tcase_add_test(state, a_plan_with_nobody_is_told);
-    tcase_add_test(state, what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball);
-    tcase_add_test(state, a_calendar_that_disagrees_with_a_plan_is_told);
-    tcase_add_test(state, an_event_that_is_not_the_earliest_is_told);
-    tcase_add_test(state, an_event_in_the_past_is_told);
-    tcase_add_test(state, a_contact_carried_out_with_bodies_apart_is_told);
-    tcase_add_test(state, a_ball_outside_its_cell_is_told);
-    tcase_add_test(state, a_ball_that_its_cell_does_not_list_is_told);
-    tcase_add_test(state, an_account_that_is_out_by_more_than_a_billionth_is_told);
-    tcase_add_test(state, what_is_not_a_number_never_passes);
-    tcase_add_test(runs, to_be_watched_changes_nothing);
-    tcase_add_test(runs, the_checks_can_be_switched_off_again);
-    tcase_add_test(runs, a_run_ends_when_a_ball_is_put_into_another);
-    tcase_add_test(runs, a_run_ends_when_a_ball_changes_course_unseen);
-    tcase_add_test(runs, a_run_ends_when_its_books_are_cooked);
-    tcase_add_test(runs, checks_that_begin_in_the_middle_of_a_run_accept_it);
-    suite_add_tcase(s, state);
-    suite_add_tcase(s, runs);
-    SRunner *r = srunner_create(s);
-    srunner_run_all(r, CK_ENV);
-    const int failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? 1 : 0;
+    const struct unit_test tests[] = {
+        {a_sound_state_passes_and_every_check_is_counted, 1},
+        {the_mill_of_these_tests_has_the_contacts_they_speak_of, 1},
+        {a_plan_whose_partner_has_changed_course_since_is_no_fault, 1},
+        {an_overlap_of_two_balls_is_told_with_its_depth, 1},
+        {less_than_a_nanometre_is_no_overlap, 1},
+        {an_overlap_with_a_surface_is_told, 1},
+        {an_overlap_far_from_the_cell_that_lists_the_ball_is_seen, 1},
+        {a_ball_that_the_blades_let_go_may_be_in_one_and_no_other, 1},
+        {a_contact_of_two_balls_that_is_planned_too_late_is_told, 1},
+        {a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh, 1},
+        {a_forgotten_contact_with_a_surface_is_told, 1},
+        {a_contact_planned_a_picosecond_late_is_told, 1},
+        {a_contact_planned_too_early_is_told, 1},
+        {a_contact_of_balls_that_part_is_told, 1},
+        {a_contact_with_a_surface_that_is_left_is_told, 1},
+        {a_search_that_goes_on_is_no_contact, 1},
+        {a_plan_with_nobody_is_told, 1},
+        {what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball, 1},
+        {a_calendar_that_disagrees_with_a_plan_is_told, 1},
+        {an_event_that_is_not_the_earliest_is_told, 1},
+        {an_event_in_the_past_is_told, 1},
+        {a_contact_carried_out_with_bodies_apart_is_told, 1},
+        {a_ball_outside_its_cell_is_told, 1},
+        {a_ball_that_its_cell_does_not_list_is_told, 1},
+        {an_account_that_is_out_by_more_than_a_billionth_is_told, 1},
+        {what_is_not_a_number_never_passes, 1},
+        {to_be_watched_changes_nothing, 1},
+        {the_checks_can_be_switched_off_again, 1},
+        {a_run_ends_when_a_ball_is_put_into_another, 1},
+        {a_run_ends_when_a_ball_changes_course_unseen, 1},
+        {a_run_ends_when_its_books_are_cooked, 1},
+        {checks_that_begin_in_the_middle_of_a_run_accept_it, 1},
+    };
+    return unit_run("paranoid", tests, sizeof tests / sizeof *tests);
 }

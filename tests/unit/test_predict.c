@@ -419,20 +419,7 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("predict");
-    TCase *tests = tcase_create("predict");
-    tcase_set_timeout(tests, 120);
-    tcase_add_loop_test(tests,
-                        the_first_contact_of_a_fresh_world_is_the_first_of_all_pairs_and_surfaces,
-                        0, SETTINGS);
-    tcase_add_loop_test(tests, every_next_contact_of_a_run_is_the_first_of_all, 0, SETTINGS);
-    tcase_add_loop_test(tests, balls_that_overlap_and_close_meet_at_once, 0, SETTINGS);
-    tcase_add_loop_test(tests, the_deepest_overlap_is_that_of_all_pairs_and_surfaces, 0, SETTINGS);
-    tcase_add_test(tests, the_heading_is_that_of_the_rotor_s_angle);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+    };
+    return unit_run("schedule", tests, sizeof tests / sizeof *tests);
 }

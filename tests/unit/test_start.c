@@ -322,28 +322,22 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("start");
-    TCase *tests = tcase_create("start");
-    tcase_set_timeout(tests, 30);
-    tcase_add_test(tests, rows_of_three_six_and_nine_numbers_are_read);
-    tcase_add_test(tests, rows_belong_to_the_balls_in_the_order_of_the_deck);
-    tcase_add_test(tests, comments_blank_lines_commas_tabs_and_line_ends_do_not_matter);
-    tcase_add_test(tests, numbers_are_read_to_the_last_bit);
-    tcase_add_test(tests, a_wrong_number_of_rows_is_refused);
-    tcase_add_test(tests, what_is_not_three_six_or_nine_numbers_is_refused);
-    tcase_add_test(tests, a_zero_byte_does_not_hide_the_rest_of_a_line);
-    tcase_add_test(tests, a_file_without_rows_is_refused_at_once_however_long_it_is);
-    tcase_add_test(tests, a_row_may_have_many_digits_and_a_long_comment_but_not_no_end);
-    tcase_add_test(tests, two_balls_that_overlap_are_named_by_both_their_lines);
-    tcase_add_test(tests, balls_that_touch_are_accepted);
-    tcase_add_test(tests, balls_beyond_a_surface_are_refused_with_its_name);
-    tcase_add_test(tests, speeds_beyond_all_sense_are_refused);
-    tcase_add_test(tests, a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it);
-    tcase_add_test(tests, many_rows_are_checked_quickly);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {rows_of_three_six_and_nine_numbers_are_read, 1},
+        {rows_belong_to_the_balls_in_the_order_of_the_deck, 1},
+        {comments_blank_lines_commas_tabs_and_line_ends_do_not_matter, 1},
+        {numbers_are_read_to_the_last_bit, 1},
+        {a_wrong_number_of_rows_is_refused, 1},
+        {what_is_not_three_six_or_nine_numbers_is_refused, 1},
+        {a_zero_byte_does_not_hide_the_rest_of_a_line, 1},
+        {a_file_without_rows_is_refused_at_once_however_long_it_is, 1},
+        {a_row_may_have_many_digits_and_a_long_comment_but_not_no_end, 1},
+        {two_balls_that_overlap_are_named_by_both_their_lines, 1},
+        {balls_that_touch_are_accepted, 1},
+        {balls_beyond_a_surface_are_refused_with_its_name, 1},
+        {speeds_beyond_all_sense_are_refused, 1},
+        {a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it, 1},
+        {many_rows_are_checked_quickly, 1},
+    };
+    return unit_run("start", tests, sizeof tests / sizeof *tests);
 }
