@@ -21,7 +21,7 @@ struct model {
     struct mill_turn rotor;                       /* about x; no shaft, no blade: none */
     struct mill_shaft shaft;                      /* radius 0: none */
     int blades;
-    /* where only the first is given all are like it, spread along the drum and around it */
+    /* where only the first of several is given all are like it, along the drum and around it */
     struct mill_blade blade[MODEL_BLADES];
 };
 
@@ -49,7 +49,7 @@ static inline void model_add_rotor(const struct model *m, struct model_lists *li
     for (int k = 0; k < m->blades; k++) {
         struct mill_blade *b = &lists->blade[k];
         *b = m->blade[k];
-        if (m->blade[1].tip_radius == 0.0) {
+        if (m->blades > 1 && m->blade[1].tip_radius == 0.0) {
             *b = m->blade[0];
             b->position = -0.5 * s->drum.length + (k + 0.5) * pitch;
             b->angle = k * 2.0 * PI / m->blades;
