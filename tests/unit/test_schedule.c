@@ -4,6 +4,7 @@
 #include "mills.h"
 
 #define HORIZON 0.0625 /* [s] */
+enum { BLADE = 4 };    /* the first one, after drum, end walls and shaft */
 
 /* ---- mills ---- */
 
@@ -179,8 +180,10 @@ static struct first first_by_calendar(struct mill_schedule *p, struct mill_world
 
 static void check_same(const struct first *slow, const struct first *fast)
 {
-    /* roundings of a place, 1e-17 m, at a millimetre a second */
-    ck_assert_double_eq_tol(fast->t, slow->t, 1e-14 + 1e-12 * slow->t);
+    /* at a millimetre a second: roundings of 1e-17 m, and gaps that a search by steps calls closed
+     */
+    const bool by_steps = slow->shape >= BLADE;
+    ck_assert_double_eq_tol(fast->t, slow->t, (by_steps ? 1e-12 : 1e-14) + 1e-12 * slow->t);
     if (slow->ball == MILL_NOBODY)
         return;
     ck_assert_int_eq(fast->shape, slow->shape);
