@@ -6,6 +6,7 @@
 
 #include "millsim/vec3.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -88,11 +89,13 @@ double mill_elementary_atan2(double y, double x)
 
 double mill_elementary_asin(double s)
 {
+    assert(s >= -1.0 && s <= 1.0);
     return mill_elementary_atan2(s, sqrt((1.0 - s) * (1.0 + s)));
 }
 
 double mill_elementary_cbrt(double x)
 {
+    assert(x > 0.0);
     int e;
     double m = frexp(x, &e); /* 1/2 <= m < 1 */
     for (; e % 3 != 0; e++)
@@ -105,6 +108,7 @@ double mill_elementary_cbrt(double x)
 
 double mill_elementary_exp(double x)
 {
+    assert(fabs(x) <= 700.0);
     const double k = nearest(x / (ln2[0] + ln2[1])), a = x - k * ln2[0], less = k * ln2[1];
     const double y = a - less, rest = (a - y) - less;
     double sum = 1.0;

@@ -4,6 +4,7 @@
 #include "base/elementary.h"
 #include "millsim/motion.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -21,6 +22,7 @@ static struct mill_motion *create(const void *form)
     struct turn *turn = calloc(1, sizeof *turn);
     if (!turn)
         return NULL;
+    assert(vec3_norm(asked->axis) > 0.0);
     const vec3 axis = vec3_scale(asked->axis, 1.0 / vec3_norm(asked->axis));
     turn->base.type = &mill_turn_type;
     turn->is = *asked;

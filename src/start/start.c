@@ -6,6 +6,7 @@
 #include "start/check.h"
 #include "start/fill.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,25 +37,12 @@ static bool is_sound(const struct mill_setup *s)
     return good && balls > 0 && balls <= MOST_BALLS;
 }
 
-const char *mill_setup_fault_text(enum mill_fault_code code)
-{
-    static const char *const text[] = {
-        [MILL_FAULT_NONE] = "nothing is wrong",
-        [MILL_FAULT_MEMORY] = "out of memory",
-        [MILL_FAULT_NUMBER] = "a number is out of range",
-        [MILL_FAULT_SPEED] = "a ball is faster than light",
-        [MILL_FAULT_BALL_IN_SHAPE] = "a ball overlaps a surface",
-        [MILL_FAULT_BALL_IN_BALL] = "two balls overlap",
-        [MILL_FAULT_NO_ROOM] = "the balls do not fit",
-    };
-    return text[code];
-}
-
 static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
 {
     w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));
     for (int k = 0; w->motion && k < setup->motions; k++) {
         const struct mill_setup_motion *m = &setup->motion[k];
+        assert(m->on == MILL_STILL || (m->on >= 0 && m->on < k));
         w->motion[k] = m->type->create(m->form);
         if (!w->motion[k])
             return false;

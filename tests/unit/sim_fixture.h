@@ -3,9 +3,9 @@
 #ifndef SIM_FIXTURE_H
 #define SIM_FIXTURE_H
 
-#include "base/parts.h"
 #include "engine/sim_private.h"
 #include "mills.h"
+#include "state_fixture.h"
 
 #define NO_LIMIT UINT64_MAX
 
@@ -87,6 +87,7 @@ struct witness {
     int out_of_order, not_unit, backward, lost; /* faults */
     double every;                               /* [s] of samples */
     uint64_t samples;
+    struct mill_impact impact; /* the last one */
 };
 
 static inline enum mill_status witness_impact(struct mill_observer *o, const struct mill_impact *i,
@@ -108,6 +109,7 @@ static inline enum mill_status witness_impact(struct mill_observer *o, const str
     w->lost += i->kind == MILL_BALL_BALL ? !(i->partner > i->ball) : i->partner < -1;
     w->dissipation += i->dissipation;
     w->last = i->time;
+    w->impact = *i;
     return MILL_OK;
 }
 
@@ -125,14 +127,15 @@ static inline enum mill_status witness_sample(struct mill_observer *o,
     return MILL_OK;
 }
 
+static const struct mill_observer_type witness_type = {.impact = witness_impact,
+                                                       .sample = witness_sample};
+
 /* Watches all impacts; samples every so many seconds, INFINITY: never. */
 static inline void witness_join(struct witness *w, struct bench *b, double every)
 {
     memset(w, 0, sizeof *w);
     w->every = every;
-    w->base.next = every;
-    w->base.impact = witness_impact;
-    w->base.sample = isinf(every) ? NULL : witness_sample;
+    w->base = (struct mill_observer){&witness_type, every};
     ck_assert_int_eq(mill_sim_observe(b->sim, &w->base), MILL_OK);
 }
 
@@ -155,20 +158,14 @@ static inline void runs_are_alike(const struct bench *a, const struct bench *b)
 }
 
 /* Takes out of a state where the calendar has filed the plans' events: it files them anew. */
-static inline void forget_places(const struct bench *b, unsigned char *state)
+static inline void forget_places(struct kept *state, const char *plans)
 {
-    struct mill_part part[MILL_SIM_PARTS];
-    struct mill_plan *const plans = b->sim->schedule->plan;
-    size_t values;
-    const size_t parts = mill_sim_parts(b->sim, part, &values);
-    size_t k = 0, at = 0;
-    for (; k < parts && part[k].at != (void *)plans; k++)
-        at += part[k].bytes;
-    ck_assert_uint_lt(k, parts);
-    for (int32_t i = 0; i < b->world->balls; i++) {
-        struct mill_event *const event = &plans[i].event;
-        const size_t from = at + (size_t)((char *)&event->next - (char *)plans);
-        memset(state + from, 0, sizeof event->next + sizeof event->prev + sizeof event->place);
+    struct kept_field *field = kept_find(state, plans);
+    struct mill_plan *plan = (struct mill_plan *)(void *)field->value;
+    for (size_t i = 0; i < field->bytes / sizeof *plan; i++) {
+        plan[i].event.next = 0;
+        plan[i].event.prev = 0;
+        plan[i].event.place = 0;
     }
 }
 
