@@ -107,6 +107,14 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
     mill_mesh_box(mesh, corner);
 }
 
+static bool is_sound(const void *form)
+{
+    const struct mill_blade *is = form;
+    return is->tip_radius > 0.0 && is->width > 0.0 && is->thickness > 0.0 &&
+           isfinite(is->tip_radius + is->width + is->thickness) &&
+           isfinite(is->position + is->angle + is->pitch);
+}
+
 static struct mill_shape *create(const struct mill_shape *base, const void *form,
                                  const struct mill_chamber *chamber)
 {
@@ -137,6 +145,7 @@ const struct mill_shape_type mill_blade_type = {
     .name = "blade",
     .kind = MILL_BALL_BLADE,
     .pinches = true,
+    .is_sound = is_sound,
     .create = create,
     .free = mill_shape_free,
     .next_contact = next_contact,
