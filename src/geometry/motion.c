@@ -65,6 +65,10 @@ struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion)
     struct mill_motion_bounds bounds = motion->type->bounds(motion);
     for (const struct mill_motion *m = motion->on; m; m = m->on) {
         const struct mill_motion_bounds outer = m->type->bounds(m);
+        if (outer.turning == 0.0) { /* it may stand turned */
+            const struct mill_pose pose = m->type->pose(m, 0.0);
+            bounds.axis = mill_pose_turn_out(&pose, bounds.axis);
+        }
         bounds = bounds_within(&outer, &bounds);
     }
     return bounds;
