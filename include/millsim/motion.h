@@ -56,4 +56,8 @@ struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
 /* Bounds of the same at any time; the axis is the laboratory's. */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion);
 
+/* [m] No place of a cylinder about the laboratory's x axis is ever farther from the motion's axis
+ * or, where that is not the same, from the frame's origin. */
+double mill_motion_reach(const struct mill_motion *motion, double radius, double half_length);
+
 #endif

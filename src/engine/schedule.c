@@ -120,7 +120,8 @@ static bool allocate(struct mill_schedule *p, double *widest)
     p->pull = vec3_norm(w->g);
     for (int k = 0; k < w->motions; k++) {
         const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
-        const double reach = w->drum_radius, coriolis = 2.0 * b.turning;
+        const double reach = mill_motion_reach(w->motion[k], w->drum_radius, 0.5 * w->drum_length);
+        const double coriolis = 2.0 * b.turning;
         struct mill_lately *l = &p->lately[k];
         l->t = NAN;
         l->drift = b.speed + b.turning * reach;

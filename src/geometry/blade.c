@@ -10,7 +10,9 @@ struct blade {
     vec3 centre;  /* [m] of the box, in the motion's frame */
     vec3 w, s, h; /* unit, in that frame: along the width, radial, along the thickness */
     double half_w, half_s, half_h; /* [m] */
-    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis */
+    /* [m] extent along the x axis from the centre, and from that axis; INFINITY: it moves otherwise
+     */
+    double reach_x, reach_rho;
 };
 
 static double clamp_out(double q, double half)
@@ -80,7 +82,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
 }
 
-/* Of a turn about the frame's x axis, whatever its angle */
+/* Of a turn about the x axis, whatever its angle; any other motion may take it anywhere */
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct blade *b = (const struct blade *)shape;
@@ -127,7 +129,8 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     if (!b)
         return NULL;
     b->convex.bounds = mill_motion_bounds(base->motion);
-    b->convex.reach = chamber->drum.radius + chamber->drum.height;
+    b->convex.reach = mill_motion_reach(base->motion, chamber->drum.radius + chamber->drum.height,
+                                        chamber->half_length);
     b->half_w = 0.5 * is->width;
     b->half_s = 0.5 * is->tip_radius;
     b->half_h = 0.5 * is->thickness;
@@ -138,6 +141,8 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     const double across = fabs(pitch.sin) * b->half_w + fabs(pitch.cos) * b->half_h;
     b->reach_x = fabs(pitch.cos) * b->half_w + fabs(pitch.sin) * b->half_h;
     b->reach_rho = sqrt(is->tip_radius * is->tip_radius + across * across);
+    if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
+        b->reach_x = b->reach_rho = INFINITY;
     return &b->convex.base;
 }
 

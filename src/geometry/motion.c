@@ -73,3 +73,10 @@ struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion)
     }
     return bounds;
 }
+
+double mill_motion_reach(const struct mill_motion *motion, double radius, double half_length)
+{
+    if (!motion || mill_motion_pose(motion, 0.0).about_x)
+        return radius;
+    return sqrt(radius * radius + half_length * half_length) + mill_motion_bounds(motion).far;
+}
