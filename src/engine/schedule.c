@@ -229,6 +229,10 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
 static void look_lately(struct mill_schedule *p, const struct mill_motion *motion, double now,
                         double window, struct mill_flight *f)
 {
+    if (!motion) {
+        f->travel = INFINITY; /* not told: the body stands still */
+        return;
+    }
     struct mill_lately *l = &p->lately[motion->number];
     double age = fabs(now - l->t);
     if (!(age <= l->most)) {

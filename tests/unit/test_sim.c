@@ -280,6 +280,59 @@ START_TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
 }
 END_TEST
 
+/* A rotor with a shaft, a box that turns on it as a planet, about an axis askew, and two blades
+ * that stand still, one listed before and one after what moves */
+static void open_planetary(struct bench *b)
+{
+    const struct mill_turn sun = {.axis = {1.0, 0.0, 0.0}, .speed = 300 * RPM};
+    const struct mill_turn wheel = {
+        .centre = {0.0, 0.02, 0.0}, .axis = {1.0, 0.0, 0.3}, .speed = -900 * RPM};
+    const struct mill_setup_motion motion[] = {{&mill_turn_type, &sun, MILL_STILL},
+                                               {&mill_turn_type, &wheel, 0}};
+    const struct mill_shaft shaft = {0.005};
+    const struct mill_blade box = {.tip_radius = 0.008, .width = 0.01, .thickness = 0.006};
+    const struct mill_blade left = {
+        .position = -0.016, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
+    const struct mill_blade right = {
+        .position = 0.016, .angle = PI, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
+    const struct mill_setup_surface surface[] = {{&mill_cylinder_shaft_type, &shaft, -1, 0},
+                                                 {&mill_blade_type, &left, 0, MILL_STILL},
+                                                 {&mill_blade_type, &box, 1, 1},
+                                                 {&mill_blade_type, &right, 2, MILL_STILL}};
+    const struct mill_setup_balls balls = {.diameter = 0.005, .density = STEEL, .count = 80};
+    struct mill_setup setup = mills[0].setup;
+    setup.motions = 2;
+    setup.motion = motion;
+    setup.surfaces = 4;
+    setup.surface = surface;
+    setup.species = 1;
+    setup.balls = &balls;
+    setup.seed = 1;
+    for (int k = 0; k < MILL_KINDS; k++)
+        setup.law[k] = mills[0].law;
+    memset(b, 0, sizeof *b);
+    ck_assert_int_eq(mill_start_world(&setup, NULL, &b->world, NULL), MILL_FAULT_NONE);
+    ck_assert_int_eq(mill_sim_create(b->world, &b->sim, &b->error), MILL_OK);
+}
+
+START_TEST(a_planet_strikes_balls_beside_blades_that_stand_still)
+{
+    struct bench b, watched;
+    open_planetary(&b);
+    bench_run(&b, 0.3);
+    ck_assert_uint_gt(b.world->account.collisions[MILL_BALL_BLADE], 100);
+    ck_assert_double_gt(b.world->account.rotor_work, 0.0);
+    ck_assert_double_le(bench_overlap(&b), 1e-9);
+    ck_assert_double_le(bench_balance(&b), 1e-12);
+    ck_assert_uint_eq(b.world->counts.overlaps, 0);
+    bench_close(&b);
+    open_planetary(&watched);
+    ck_assert_int_eq(mill_sim_paranoid(watched.sim, true, &watched.error), MILL_OK);
+    bench_run(&watched, 0.1);
+    bench_close(&watched);
+}
+END_TEST
+
 /* Three balls in the reference drum, and what becomes of them by time t; how many contacts */
 static uint64_t three_balls(double angle, double t, struct mill_setup_ball ball[3])
 {
@@ -360,6 +413,7 @@ int main(void)
         {collisions_of_balls_conserve_momentum_and_angular_momentum, 1},
         {energy_of_a_free_flight_only_changes_its_form, 1},
         {a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked, 1},
+        {a_planet_strikes_balls_beside_blades_that_stand_still, 1},
         {restarts_of_the_local_clock_do_not_show_in_the_result, 1},
         {an_audit_finds_what_overlaps_at_any_moment_of_the_run, 1},
     };
