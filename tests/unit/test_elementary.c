@@ -1,7 +1,7 @@
 /* Claims about the elementary functions, held against the C library's in extended precision. */
 #include "base/elementary.h"
 
-#include "engine_fixture.h"
+#include "unit.h"
 
 #include <float.h>
 

@@ -1,7 +1,7 @@
 /* Claims about the contact law, against the bookkeeping of two free bodies. */
 #include "millsim/impact.h"
 
-#include "engine_fixture.h"
+#include "unit.h"
 
 /* A uniform sphere, or a surface that nothing can move (mass INFINITY). */
 struct body {

@@ -1,7 +1,7 @@
 /* Claims about the memory of the large arrays. */
 #include "base/memory.h"
 
-#include "engine_fixture.h"
+#include "unit.h"
 
 START_TEST(memory_begins_on_a_cache_line)
 {
