@@ -272,12 +272,11 @@ START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
 {
     uint64_t seed = 6;
     struct mill mill;
-    struct mill_deck deck = {.drum_radius = drum_radius, .drum_length = drum_length};
     build_mill(&seed, 0, &mill);
-    struct mill_world world = {.shapes = SHAPES, .shape = mill.shape};
+    struct mill_world world = {.drum_length = drum_length, .shapes = SHAPES, .shape = mill.shape};
     struct mill_outline still, turning;
-    ck_assert_int_eq(mill_outline_make(&deck, &world, false, &still, NULL), MILL_OK);
-    ck_assert_int_eq(mill_outline_make(&deck, &world, true, &turning, NULL), MILL_OK);
+    ck_assert_int_eq(mill_outline_make(&mill.chamber.drum, &world, false, &still, NULL), MILL_OK);
+    ck_assert_int_eq(mill_outline_make(&mill.chamber.drum, &world, true, &turning, NULL), MILL_OK);
     size_t of_kind[MILL_KINDS] = {0};
     for (size_t t = 0; t < still.mesh.triangles; t++) {
         const double x = corner(&still.mesh, t, 0).x;
@@ -303,11 +302,10 @@ START_TEST(without_a_rotor_nothing_turns)
 {
     uint64_t seed = 7;
     struct mill mill;
-    struct mill_deck deck = {.drum_radius = drum_radius, .drum_length = drum_length};
     struct mill_outline turning;
     build_mill(&seed, 0, &mill);
-    struct mill_world world = {.shapes = SHAFT, .shape = mill.shape};
-    ck_assert_int_eq(mill_outline_make(&deck, &world, true, &turning, NULL), MILL_OK);
+    struct mill_world world = {.drum_length = drum_length, .shapes = SHAFT, .shape = mill.shape};
+    ck_assert_int_eq(mill_outline_make(&mill.chamber.drum, &world, true, &turning, NULL), MILL_OK);
     ck_assert_uint_eq(turning.mesh.triangles, 0);
     mill_outline_free(&turning);
     mill_demolish(&mill);

@@ -355,11 +355,12 @@ END_TEST
 
 START_TEST(where_not_one_ball_fits_this_is_said)
 {
-    const char *none = answer("[balls]\ncount = 1\ndiameter = 40 mm\ndensity = 7800 kg/m^3\n"
-                              "[rotor]\nspeed = 1 rpm\n[blade.a]\nposition = 0 mm\n"
-                              "angle = 0 deg\ntip_radius = 35 mm\nwidth = 100 mm\n"
-                              "thickness = 70 mm\n[blade.b]\nposition = 0 mm\nangle = 180 deg\n"
-                              "tip_radius = 35 mm\nwidth = 100 mm\nthickness = 70 mm\n");
+    const char *none =
+        answer("[balls]\ncount = 1\ndiameter = 40 mm\ndensity = 7800 kg/m^3\n"
+               "[rotor]\nspeed = 1 rpm\nshaft_radius = 0 m\n[blade.a]\nposition = 0 mm\n"
+               "angle = 0 deg\ntip_radius = 35 mm\nwidth = 100 mm\n"
+               "thickness = 70 mm\n[blade.b]\nposition = 0 mm\nangle = 180 deg\n"
+               "tip_radius = 35 mm\nwidth = 100 mm\nthickness = 70 mm\n");
     ck_assert_msg(strstr(none, "not a single ball fits: make balls or rotor smaller") != NULL, "%s",
                   none);
 }
