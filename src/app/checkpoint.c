@@ -56,7 +56,7 @@ static enum mill_status carry_all(const struct mill_checkpoint *all, struct mill
 void mill_checkpoint_write(const struct mill_checkpoint *from, struct mill_h5 *file)
 {
     mill_checkpoint_remove(file);
-    mill_h5_write_text(file, PATH "/build", mill_build,
+    mill_h5_write_text(file, PATH "/build", mill_version_build,
                        "sources, flags and compiler of the program that wrote this state: what "
                        "millsim --resume goes on from");
     carry_all(from, file, false, NULL);
@@ -74,17 +74,17 @@ enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bo
     enum mill_status status = MILL_OK;
     *found = mill_h5_exists(file, PATH);
     if (!*found)
-        return MILL_OK;
+        return mill_h5_status(file, error);
     if (mill_h5_read_text(file, PATH "/build", &build, NULL) != MILL_OK)
         status = mill_error_set(
             error, MILL_FAILED,
             "%s: its checkpoint is none of this program; start again with --force", name);
-    else if (strcmp(build, mill_build) != 0)
+    else if (strcmp(build, mill_version_build) != 0)
         status = mill_error_set(error, MILL_FAILED,
                                 "%s: its checkpoint was written by another build of millsim "
                                 "(%.16s, and this is %s); resume it with that one, or start again "
                                 "with --force",
-                                name, build, mill_build);
+                                name, build, mill_version_build);
     free(build);
     return status;
 }

@@ -42,16 +42,12 @@ struct mill_heading mill_elementary_heading(double angle)
     const double half = 0.5 * z, most = 1.0 - half;
     const double sine = a + (a * z * odd + rest * most);
     const double cosine = most + (((1.0 - most) - half) + (z * z * even - a * rest));
-    switch ((int64_t)k & 3) {
-    case 0:
-        return (struct mill_heading){cosine, sine};
-    case 1:
-        return (struct mill_heading){-sine, cosine};
-    case 2:
-        return (struct mill_heading){-cosine, -sine};
-    default:
-        return (struct mill_heading){sine, -cosine};
-    }
+    /* the quarter turns, without a branch */
+    static const double of_cos[4] = {1.0, -1.0, -1.0, 1.0}, of_sin[4] = {1.0, 1.0, -1.0, -1.0};
+    const double both[2] = {cosine, sine};
+    const int quarter = (int)((int64_t)k & 3), odd_one = quarter & 1;
+    return (struct mill_heading){of_cos[quarter] * both[odd_one],
+                                 of_sin[quarter] * both[1 - odd_one]};
 }
 
 double mill_elementary_cos(double angle)

@@ -12,4 +12,4 @@ const char mill_version[] = MILL_VERSION;
 const char mill_version_line[] = "millsim " MILL_VERSION "\n";
 const char mill_version_compiler[] = COMPILER;
 const char mill_version_flags[] = MILL_FLAGS;
-const char mill_build[] = MILL_BUILD;
+const char mill_version_build[] = MILL_BUILD;

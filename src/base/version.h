@@ -5,6 +5,6 @@
 extern const char mill_version[];      /* "v1.2-3-gabcdef0" */
 extern const char mill_version_line[]; /* "millsim VERSION\n" */
 extern const char mill_version_compiler[], mill_version_flags[];
-extern const char mill_build[]; /* a hash of sources, flags and compiler */
+extern const char mill_version_build[]; /* a hash of sources, flags and compiler */
 
 #endif

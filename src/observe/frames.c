@@ -24,8 +24,7 @@ struct frames {
     uint64_t rows; /* frames, as last saved */
     struct mill_h5 *file;
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
-    int32_t piece;                                      /* balls stored together */
-    float *row;                                         /* one state of them */
+    float *row;                                         /* one state of the balls */
 };
 
 static const char *const state_name[STATES] = {"position", "velocity", "angular_velocity"};
@@ -145,18 +144,14 @@ static vec3 state_of(const struct mill_world *world, int state, int32_t ball, do
 
 static void store_state(struct frames *frames, const struct mill_world *world, int state, double t)
 {
-    for (int32_t first = 0; first < world->balls; first += frames->piece) {
-        const int32_t left = world->balls - first;
-        const int32_t some = left < frames->piece ? left : frames->piece;
-        for (int32_t k = 0; k < some; k++) {
-            const vec3 a = state_of(world, state, first + k, t);
-            float *to = frames->row + 3 * (size_t)k;
-            to[0] = (float)a.x;
-            to[1] = (float)a.y;
-            to[2] = (float)a.z;
-        }
-        mill_h5_column_append_piece(frames->value[state], (size_t)first, frames->row);
+    for (int32_t i = 0; i < world->balls; i++) {
+        const vec3 a = state_of(world, state, i, t);
+        float *to = frames->row + 3 * (size_t)i;
+        to[0] = (float)a.x;
+        to[1] = (float)a.y;
+        to[2] = (float)a.z;
     }
+    mill_h5_column_append(frames->value[state], 1, frames->row);
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -209,9 +204,7 @@ static void open_file(struct mill_observer *self, struct mill_h5 *file,
         return;
     self->next = mill_observe_due(frames->asked.frames, frames->asked.end, frames->rows);
     open_columns(frames, (size_t)world->balls, frames->rows);
-    const size_t piece = mill_h5_column_piece(frames->value[POSITION]);
-    frames->piece = (int32_t)piece;
-    frames->row = malloc((3 * piece + 1) * sizeof *frames->row);
+    frames->row = malloc((3 * (size_t)world->balls + 1) * sizeof *frames->row);
     if (!frames->row)
         mill_h5_spend(file, "out of memory for frames");
 }

@@ -47,11 +47,11 @@ static char *follow(const char *path)
     char link[4096];
     const ssize_t length = readlink(path, link, sizeof link - 1);
     if (length <= 0)
-        return join(path, "");
+        return strdup(path);
     link[length] = '\0';
     const char *slash = strrchr(path, '/');
     if (link[0] == '/' || !slash)
-        return join(link, "");
+        return strdup(link);
     const size_t folder = (size_t)(slash - path) + 1;
     target = malloc(folder + (size_t)length + 1);
     if (target) {
@@ -104,30 +104,27 @@ static int open_file(const char *name, int flags)
 
 static int sync_file(int fd)
 {
-    int failed;
-    do
-        failed = fsync(fd) == 0 ? 0 : errno;
-    while (failed == EINTR);
-    return failed == EINVAL || failed == ENOTSUP ? 0 : failed; /* no disk behind it */
+    while (fsync(fd) != 0)
+        if (errno != EINTR)
+            return errno == EINVAL || errno == ENOTSUP ? 0 : errno; /* no disk behind it */
+    return 0;
 }
 
 static int rename_file(const char *from, const char *to)
 {
-    int failed;
-    do
-        failed = rename(from, to) == 0 ? 0 : errno;
-    while (failed == EINTR);
-    return failed;
+    while (rename(from, to) != 0)
+        if (errno != EINTR)
+            return errno;
+    return 0;
 }
 
 /* Disks that know no locks are no reason to fail. */
 static bool locked_by_another(int fd)
 {
-    int failed;
-    do
-        failed = flock(fd, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
-    while (failed == EINTR);
-    return failed == EWOULDBLOCK;
+    while (flock(fd, LOCK_EX | LOCK_NB) != 0)
+        if (errno != EINTR)
+            return errno == EWOULDBLOCK;
+    return false;
 }
 
 static int write_all(int fd, const unsigned char *from, size_t length)
@@ -155,12 +152,12 @@ static int copy(int from, int to)
     int failed = piece ? 0 : ENOMEM;
     for (off_t at = 0; !failed;) {
         const ssize_t got = pread(from, piece, PIECE, at);
-        if (got < 0)
-            failed = errno == EINTR ? 0 : errno;
-        else if (got == 0)
+        if (got == 0)
             break;
-        else
+        if (got > 0)
             failed = write_all(to, piece, (size_t)got);
+        else if (errno != EINTR)
+            failed = errno;
         at += got > 0 ? got : 0;
     }
     free(piece);
@@ -214,21 +211,21 @@ static int clear_way(struct mill_draft *draft, const char *name, bool may_go)
 static int take_lock(struct mill_draft *draft, bool force)
 {
     for (;;) {
+        int failed = 0;
         const int fd = open_file(draft->lock, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK);
-        const int why = fd < 0 ? errno : 0;
-        const bool ours = fd >= 0 && is_empty_file(fd), held = ours && locked_by_another(fd);
+        if (fd < 0 && errno != ELOOP && errno != ENXIO) /* a link, a socket */
+            return errno;
+        if (fd < 0 || !is_empty_file(fd))
+            failed = clear_way(draft, draft->lock, force);
+        else if (locked_by_another(fd))
+            failed = EWOULDBLOCK;
         /* the writer before may have removed the name between our opening and locking it */
-        if (ours && !held && names(draft->lock, fd)) {
+        else if (names(draft->lock, fd))
             draft->lock_fd = fd;
+        if (draft->lock_fd >= 0)
             return 0;
-        }
         if (fd >= 0)
             close(fd);
-        if (held)
-            return EWOULDBLOCK;
-        if (fd < 0 && why != ELOOP && why != ENXIO) /* a link, a socket */
-            return why;
-        const int failed = ours ? 0 : clear_way(draft, draft->lock, force);
         if (failed)
             return failed;
     }

@@ -1,8 +1,7 @@
 /* HDF5 files as the rest of the program sees them: opening and closing, groups, links, and how
  * failures are told. HDF5's own error stack is never printed; why it failed is noted at the first
- * failure. After a first failure (disk full, mostly) the library's cache no
- * longer matches the disk, and every further write would fail in a new way: so the file is spent,
- * and closing only lets go. */
+ * failure. After that (disk full, mostly) the library's cache no longer matches the disk, and every
+ * further write would fail in a new way: so the file is spent, and closing only lets go. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
@@ -12,8 +11,13 @@
 #include <string.h>
 #include <unistd.h>
 
-#define METADATA 262144 /* [byte] of the file's structure that HDF5 keeps in memory */
-#define HDF5_BEGINS "\211HDF\r\n\032\n"
+enum {
+    METADATA = 262144, /* [byte] of the file's structure that HDF5 keeps in memory */
+    CONVERTED = 4096,  /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them */
+    PATH = 1024        /* [byte] no path in a file is as long: names from decks are short */
+};
+
+static const char hdf5_begins[] = "\211HDF\r\n\032\n";
 
 /* Why HDF5 has failed first since the last failure was told; it forgets that at the next call. */
 static struct {
@@ -139,30 +143,35 @@ static hid_t access_list(void)
     return -1;
 }
 
-/* Through the draft, which is open, or for reading only. A new one is flushed at once, so that what
- * a killed run leaves begins as HDF5 files do. */
-static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
+/* Through the draft, which is open, or for reading only. A new file is flushed at once, so that
+ * what a killed run leaves begins as HDF5 files do. */
+static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *verb)
 {
-    const hid_t list = access_list();
-    const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
-    hid_t id = -1;
+    const hid_t list = access_list(), create = mill_h5_timeless(H5P_FILE_CREATE);
     if (how == MILL_H5_READ)
-        id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
+        file->id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
     else if (how == MILL_H5_UPDATE)
-        id = H5Fopen(mill_draft_part(file->draft), H5F_ACC_RDWR, list);
+        file->id = H5Fopen(mill_draft_part(file->draft), H5F_ACC_RDWR, list);
     else
-        id = H5Fcreate(mill_draft_part(file->draft), H5F_ACC_TRUNC, create, list);
+        file->id = H5Fcreate(mill_draft_part(file->draft), H5F_ACC_TRUNC, create, list);
     mill_h5_release(create);
     mill_h5_release(list);
-    if (id >= 0 && how != MILL_H5_READ && H5Fflush(id, H5F_SCOPE_GLOBAL) < 0) {
-        H5Fclose(id);
-        return -1;
-    }
-    return id;
+    if (file->id < 0 && !reason.number && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
+        snprintf(reason.words, sizeof reason.words, "it is no HDF5 file, or damaged or cut off");
+    /* what is empty then is not what HDF5 has opened: somebody put another file in its place */
+    if (file->id < 0 ||
+        (file->draft && (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 ||
+                         lseek(mill_draft_descriptor(file->draft), 0, SEEK_END) <= 0)))
+        mill_h5_fail(file, verb, NULL);
 }
 
 static void release(struct mill_h5 *file)
 {
+    if (file->id >= 0)
+        H5Fclose(file->id);
+    mill_h5_release(file->text);
+    mill_h5_release(file->access);
+    mill_h5_release(file->transfer);
     mill_draft_free(file->draft);
     free(file->path);
     free(file);
@@ -174,8 +183,15 @@ static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
     if (!file)
         return NULL;
     file->id = -1;
+    file->text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(file->text, H5T_VARIABLE);
+    H5Tset_cset(file->text, H5T_CSET_UTF8);
+    file->access = H5Pcreate(H5P_DATASET_ACCESS);
+    H5Pset_chunk_cache(file->access, H5D_CHUNK_CACHE_NSLOTS_DEFAULT, 0, H5D_CHUNK_CACHE_W0_DEFAULT);
+    file->transfer = H5Pcreate(H5P_DATASET_XFER);
+    H5Pset_buffer(file->transfer, CONVERTED, NULL, NULL);
     file->path = strdup(path);
-    file->draft = how == MILL_H5_READ ? NULL : mill_draft_create(path, HDF5_BEGINS);
+    file->draft = how == MILL_H5_READ ? NULL : mill_draft_create(path, hdf5_begins);
     if (!file->path || (how != MILL_H5_READ && !file->draft)) {
         release(file);
         return NULL;
@@ -197,19 +213,19 @@ static void open_draft(struct mill_h5 *file, enum mill_h5_open how)
     /* asked for only now, under the lock: a run that ends makes the file */
     else if (how == MILL_H5_NEW && access(file->path, F_OK) == 0)
         mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
-    else if ((file->id = open_file(file, how)) < 0)
-        mill_h5_fail(file, verb, NULL);
+    else
+        open_file(file, how, verb);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    struct mill_h5 *file = *out = allocate(path, how);
-    if (!file)
-        return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
     H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
     forget_reason();
+    struct mill_h5 *file = *out = allocate(path, how);
+    if (!file)
+        return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     open_draft(file, how);
     const enum mill_status status = mill_h5_status(file, error);
     if (status != MILL_OK) {
@@ -229,7 +245,8 @@ static void publish(struct mill_h5 *file, bool last)
 static void flush(struct mill_h5 *file)
 {
     mill_h5_flush_columns(file);
-    if (mill_h5_good(file) && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
+    /* a failure that nobody looked at, such as that of asking whether a name exists, counts too */
+    if (mill_h5_good(file) && (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 || reason.words[0]))
         mill_h5_fail(file, "write", NULL);
 }
 
@@ -267,8 +284,6 @@ void mill_h5_abandon(struct mill_h5 *file)
     mill_h5_close(file, NULL);
 }
 
-enum { PATH = 1024 }; /* [byte] no path is as long: names from decks are short */
-
 /* The group that holds `path`, "" for the root. */
 static const char *parent_of(const char *path, char parent[PATH])
 {
@@ -279,12 +294,17 @@ static const char *parent_of(const char *path, char parent[PATH])
     return parent;
 }
 
-bool mill_h5_exists(const struct mill_h5 *file, const char *path)
+bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
     char parent[PATH];
+    if (!path[0])
+        return true;
     /* H5Lexists fails where a group on the way is missing */
-    return !path[0] || (mill_h5_exists(file, parent_of(path, parent)) &&
-                        H5Lexists(file->id, path, H5P_DEFAULT) > 0);
+    const bool held = mill_h5_exists(file, parent_of(path, parent));
+    const htri_t there = held ? H5Lexists(file->id, path, H5P_DEFAULT) : 0;
+    if (there < 0)
+        mill_h5_fail(file, "read", path);
+    return there > 0;
 }
 
 void mill_h5_remove(struct mill_h5 *file, const char *path)

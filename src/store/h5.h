@@ -8,7 +8,6 @@
 #ifndef MILL_H5FILE_H
 #define MILL_H5FILE_H
 
-#include "base/parts.h"
 #include "millsim/status.h"
 
 #include <stdbool.h>
@@ -64,8 +63,9 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error);
 /* Closes and frees without publishing what was written since the last flush. NULL is fine. */
 void mill_h5_abandon(struct mill_h5 *file);
 
-/* True if the path exists in the file (a dataset, a group or a link). */
-bool mill_h5_exists(const struct mill_h5 *file, const char *path);
+/* True if the path exists in the file (a dataset, a group or a link). Where that cannot be read,
+ * the file is spent: what seems to be missing then is not. */
+bool mill_h5_exists(struct mill_h5 *file, const char *path);
 
 /* Takes the name away (a whole group with all that only it holds); no error where there is none. */
 void mill_h5_remove(struct mill_h5 *file, const char *path);
@@ -90,7 +90,9 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
                    const size_t *dims, const void *values, const char *unit,
                    const char *description);
 
-/* The same with a checksum of HDF5's own, which reading tests; rank > 0. */
+/* The same with a checksum of HDF5's own, which reading tests; rank > 0. For a state that is
+ * removed after the publication: rows gathered in columns are written first, so that its room is at
+ * the end of the file, which gets shorter again. */
 void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                            const size_t *dims, const void *values, const char *description);
 
@@ -108,10 +110,6 @@ void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type
                   const size_t *dims, const char *source, int source_rank,
                   const size_t *source_dims, const char *unit, const char *description);
 
-/* Bytes that stand in several places, one part after another, as one array of U8. */
-void mill_h5_write_parts(struct mill_h5 *file, const char *path, const struct mill_part *part,
-                         size_t parts, const char *description);
-
 /* ---- reading: MILL_FAILED, and the file is spent, where it does not hold what is asked for ----
  */
 
@@ -119,18 +117,10 @@ void mill_h5_write_parts(struct mill_h5 *file, const char *path, const struct mi
 enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
                                    struct mill_error *error);
 
-/* How many elements a dataset has; and all of them, of this type and so many, their checksum, if
- * they have one, right: else "FILE: damaged: PATH ...". */
-enum mill_status mill_h5_length(struct mill_h5 *file, const char *path, size_t *count,
-                                struct mill_error *error);
+/* All elements of a dataset, which are of this type and so many, their checksum, if they have one,
+ * right: else "FILE: damaged: PATH ...". */
 enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_h5_type type,
                               size_t count, void *values, struct mill_error *error);
-
-/* How many bytes an array of U8 has, and those from `first` on. */
-enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
-                                     struct mill_error *error);
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
-                                    size_t count, void *bytes, struct mill_error *error);
 
 /* ---- attributes of the group or dataset `object`: each replaces an old one of its name ---- */
 
@@ -168,12 +158,6 @@ struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *p
 /* Appends `count` rows, contiguous in C order. Rows are gathered in the column's buffer, so that
  * single rows are cheap; whole chunks of rows go to the file directly. */
 void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows);
-
-/* A row of rank 1 or 2 that is long is stored in pieces of so many elements along its first axis,
- * the last one shorter; the others are one piece. Piece by piece, in order, a row needs not be in
- * memory as a whole: `first` is the element that the piece begins with, 0, piece, 2 piece, ... */
-size_t mill_h5_column_piece(const struct mill_h5_column *column);
-void mill_h5_column_append_piece(struct mill_h5_column *column, size_t first, const void *values);
 
 /* Rows so far, gathered ones included. */
 uint64_t mill_h5_column_rows(const struct mill_h5_column *column);

@@ -15,15 +15,13 @@ static bool put(hid_t object, const char *name, hid_t type, hid_t memory_type, h
     return mill_h5_release(attribute) && written;
 }
 
-bool mill_h5_label(hid_t object, const char *unit, const char *description)
+bool mill_h5_label(const struct mill_h5 *file, hid_t object, const char *unit,
+                   const char *description)
 {
-    const hid_t type = mill_h5_text_type();
     const hid_t space = H5Screate(H5S_SCALAR);
-    const bool done = put(object, "unit", type, type, space, &unit) &&
-                      put(object, "description", type, type, space, &description);
-    mill_h5_release(space);
-    mill_h5_release(type);
-    return done;
+    const bool done = put(object, "unit", file->text, file->text, space, &unit) &&
+                      put(object, "description", file->text, file->text, space, &description);
+    return mill_h5_release(space) && done;
 }
 
 /* count 0: a scalar */
@@ -47,24 +45,16 @@ void mill_h5_attribute(struct mill_h5 *file, const char *object, const char *nam
     attach(file, object, name, mill_h5_file_type(type), mill_h5_memory_type(type), count, values);
 }
 
-static void attach_texts(struct mill_h5 *file, const char *object, const char *name, size_t count,
-                         const char *const *texts)
-{
-    const hid_t type = mill_h5_text_type();
-    attach(file, object, name, type, type, count, texts);
-    mill_h5_release(type);
-}
-
 void mill_h5_attribute_text(struct mill_h5 *file, const char *object, const char *name,
                             const char *text)
 {
-    attach_texts(file, object, name, 0, &text);
+    attach(file, object, name, file->text, file->text, 0, &text);
 }
 
 void mill_h5_attribute_texts(struct mill_h5 *file, const char *object, const char *name,
                              size_t count, const char *const *texts)
 {
-    attach_texts(file, object, name, count, texts);
+    attach(file, object, name, file->text, file->text, count, texts);
 }
 
 void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,

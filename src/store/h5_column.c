@@ -22,7 +22,6 @@ struct mill_h5_column {
     hsize_t extent[MAX_ROW_RANK + 1]; /* rows in the file, then those of a row */
     size_t row_bytes;
     size_t capacity, gathered; /* [rows] */
-    size_t piece;              /* of a row, along its first axis, in one chunk */
     unsigned char *buffer;
 };
 
@@ -53,7 +52,7 @@ static hid_t chunked(const struct mill_h5_column *column, bool plain)
     memcpy(chunk, column->extent, sizeof chunk);
     chunk[0] = column->capacity;
     if (column->rank > 0)
-        chunk[1] = column->piece;
+        chunk[1] = choose_piece(column);
     if (H5Pset_chunk(list, column->rank + 1, chunk) >= 0 &&
         (plain ? H5Pset_fill_time(list, H5D_FILL_TIME_NEVER) >= 0
                : H5Pset_shuffle(list) >= 0 && H5Pset_deflate(list, 1) >= 0))
@@ -62,34 +61,26 @@ static hid_t chunked(const struct mill_h5_column *column, bool plain)
     return -1;
 }
 
-hid_t mill_h5_without_cache(void)
+static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout *layout)
 {
-    const hid_t list = H5Pcreate(H5P_DATASET_ACCESS);
-    if (list >= 0)
-        H5Pset_chunk_cache(list, H5D_CHUNK_CACHE_NSLOTS_DEFAULT, 0, H5D_CHUNK_CACHE_W0_DEFAULT);
-    return list;
-}
-
-static bool make_set(struct mill_h5_column *column, const struct mill_h5_layout *layout,
-                     hid_t access)
-{
+    struct mill_h5 *file = column->file;
     hsize_t most[MAX_ROW_RANK + 1];
     memcpy(most, column->extent, sizeof most);
     most[0] = H5S_UNLIMITED;
     const hid_t space = H5Screate_simple(column->rank + 1, column->extent, most);
     const hid_t list = chunked(column, layout->plain);
     if (space >= 0 && list >= 0)
-        column->set = H5Dcreate2(column->file->id, column->path, mill_h5_file_type(column->type),
-                                 space, H5P_DEFAULT, list, access);
+        column->set = H5Dcreate2(file->id, column->path, mill_h5_file_type(column->type), space,
+                                 H5P_DEFAULT, list, file->access);
     mill_h5_release(list);
     mill_h5_release(space);
-    return column->set >= 0 && mill_h5_label(column->set, layout->unit, layout->description);
+    return column->set >= 0 && mill_h5_label(file, column->set, layout->unit, layout->description);
 }
 
-static bool take_up(struct mill_h5_column *column, uint64_t keep, hid_t access, uint64_t *rows)
+static bool take_up(struct mill_h5_column *column, uint64_t keep, uint64_t *rows)
 {
     hsize_t extent[MAX_ROW_RANK + 1];
-    column->set = H5Dopen2(column->file->id, column->path, access);
+    column->set = H5Dopen2(column->file->id, column->path, column->file->access);
     const hid_t space = column->set >= 0 ? H5Dget_space(column->set) : -1;
     const bool fits = space >= 0 && H5Sget_simple_extent_ndims(space) == column->rank + 1 &&
                       H5Sget_simple_extent_dims(space, extent, NULL) >= 0;
@@ -106,12 +97,10 @@ static void open_set(struct mill_h5_column *column, const struct mill_h5_layout 
                      uint64_t keep)
 {
     struct mill_h5 *file = column->file;
-    const hid_t access = mill_h5_without_cache();
     uint64_t rows = 0;
-    if (!(mill_h5_exists(file, column->path) ? take_up(column, keep, access, &rows)
-                                             : make_set(column, layout, access)))
+    if (!(mill_h5_exists(file, column->path) ? take_up(column, keep, &rows)
+                                             : make_set(column, layout)))
         mill_h5_fail(file, "write", column->path);
-    mill_h5_release(access);
     if (rows < keep) {
         struct mill_error text;
         mill_error_set(&text, MILL_FAILED,
@@ -147,7 +136,6 @@ static struct mill_h5_column *allocate(struct mill_h5 *file, const char *path,
         column->row_bytes *= layout->dims[i];
     }
     column->capacity = layout->chunk ? layout->chunk : choose_chunk(column->row_bytes);
-    column->piece = choose_piece(column);
     column->buffer = malloc(column->capacity * column->row_bytes);
     column->path = strdup(path);
     if (column->buffer && column->path)
@@ -176,35 +164,26 @@ static bool good(const struct mill_h5_column *column)
     return column && mill_h5_good(column->file);
 }
 
-/* Writes a block: `first` of `size`, in rows and along the axes of a row. */
-static void write_block(struct mill_h5_column *column, const hsize_t *first, const hsize_t *size,
-                        const void *values)
-{
-    bool done = true;
-    if (column->extent[0] < first[0] + size[0]) {
-        column->extent[0] = first[0] + size[0];
-        done = H5Dset_extent(column->set, column->extent) >= 0;
-    }
-    const hid_t memory = H5Screate_simple(column->rank + 1, size, NULL);
-    const hid_t place = H5Dget_space(column->set);
-    done = done && memory >= 0 && place >= 0 &&
-           H5Sselect_hyperslab(place, H5S_SELECT_SET, first, NULL, size, NULL) >= 0 &&
-           H5Dwrite(column->set, mill_h5_memory_type(column->type), memory, place, H5P_DEFAULT,
-                    values) >= 0;
-    mill_h5_release(place);
-    mill_h5_release(memory);
-    if (!done)
-        mill_h5_fail(column->file, "write", column->path);
-}
-
 static void write_rows(struct mill_h5_column *column, size_t count, const void *rows)
 {
     const hsize_t first[MAX_ROW_RANK + 1] = {column->extent[0], 0, 0};
     hsize_t size[MAX_ROW_RANK + 1];
+    if (count == 0)
+        return;
     memcpy(size, column->extent, sizeof size);
     size[0] = count;
-    if (count > 0)
-        write_block(column, first, size, rows);
+    column->extent[0] += count;
+    const bool room = H5Dset_extent(column->set, column->extent) >= 0;
+    const hid_t memory = H5Screate_simple(column->rank + 1, size, NULL);
+    const hid_t place = room ? H5Dget_space(column->set) : -1;
+    const bool done = memory >= 0 && place >= 0 &&
+                      H5Sselect_hyperslab(place, H5S_SELECT_SET, first, NULL, size, NULL) >= 0 &&
+                      H5Dwrite(column->set, mill_h5_memory_type(column->type), memory, place,
+                               H5P_DEFAULT, rows) >= 0;
+    mill_h5_release(place);
+    mill_h5_release(memory);
+    if (!done)
+        mill_h5_fail(column->file, "write", column->path);
 }
 
 static void flush(struct mill_h5_column *column)
@@ -236,28 +215,6 @@ void mill_h5_column_append(struct mill_h5_column *column, size_t count, const vo
         from += some * column->row_bytes;
         count -= some;
     }
-}
-
-size_t mill_h5_column_piece(const struct mill_h5_column *column)
-{
-    return column ? column->piece : 1;
-}
-
-void mill_h5_column_append_piece(struct mill_h5_column *column, size_t first, const void *values)
-{
-    if (!good(column))
-        return;
-    const size_t length = (size_t)column->extent[1], left = length - first;
-    if (column->piece == length) {
-        mill_h5_column_append(column, 1, values);
-        return;
-    }
-    const hsize_t at[MAX_ROW_RANK + 1] = {column->extent[0] - (first > 0), first, 0};
-    hsize_t size[MAX_ROW_RANK + 1];
-    memcpy(size, column->extent, sizeof size);
-    size[0] = 1;
-    size[1] = column->piece < left ? column->piece : left;
-    write_block(column, at, size, values);
 }
 
 uint64_t mill_h5_column_rows(const struct mill_h5_column *column)

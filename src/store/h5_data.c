@@ -9,7 +9,6 @@
 
 enum {
     MAX_RANK = 8,
-    CONVERTED = 4096, /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them */
     CHECKED = 1 << 20 /* [byte] with one checksum, at most: HDF5 copies so many at a time */
 };
 
@@ -29,19 +28,7 @@ hid_t mill_h5_file_type(enum mill_h5_type type)
 
 size_t mill_h5_type_size(enum mill_h5_type type)
 {
-    static const size_t size[MILL_H5_TYPES] = {8, 4, 8, 4, 8, 1};
-    return size[type];
-}
-
-hid_t mill_h5_text_type(void)
-{
-    const hid_t type = H5Tcopy(H5T_C_S1);
-    if (type >= 0 &&
-        (H5Tset_size(type, H5T_VARIABLE) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0)) {
-        H5Tclose(type);
-        return -1;
-    }
-    return type;
+    return H5Tget_size(mill_h5_memory_type(type));
 }
 
 static hid_t make_space(int rank, const size_t *dims)
@@ -59,18 +46,14 @@ static void store(struct mill_h5 *file, const char *path, hid_t file_type, hid_t
                   hid_t space, hid_t list, const void *values, const char *unit,
                   const char *description)
 {
-    const hid_t transfer = H5Pcreate(H5P_DATASET_XFER), access = mill_h5_without_cache();
     hid_t set = -1;
-    H5Pset_buffer(transfer, CONVERTED, NULL, NULL);
     if (mill_h5_make_way(file, path) && space >= 0 && list >= 0)
-        set = H5Dcreate2(file->id, path, file_type, space, H5P_DEFAULT, list, access);
-    const bool done = set >= 0 && mill_h5_label(set, unit, description) &&
+        set = H5Dcreate2(file->id, path, file_type, space, H5P_DEFAULT, list, file->access);
+    const bool done = set >= 0 && mill_h5_label(file, set, unit, description) &&
                       (!values || H5Sget_simple_extent_npoints(space) == 0 ||
-                       H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, transfer, values) >= 0);
+                       H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, file->transfer, values) >= 0);
     if (!mill_h5_release(set) || !done)
         mill_h5_fail(file, "write", path);
-    mill_h5_release(access);
-    mill_h5_release(transfer);
     mill_h5_release(list);
     mill_h5_release(space);
 }
@@ -110,42 +93,9 @@ void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_
                            const size_t *dims, const void *values, const char *description)
 {
     assert(rank > 0);
+    mill_h5_flush_columns(file);
     store(file, path, mill_h5_file_type(type), mill_h5_memory_type(type), make_space(rank, dims),
           checked(type, rank, dims), values, "", description);
-}
-
-/* Writes `count` bytes to, or reads them from, an array of U8 at `first`. */
-static bool move_bytes(hid_t set, bool write, size_t first, size_t count, void *bytes)
-{
-    const hsize_t from = first, length = count;
-    const hid_t place = H5Dget_space(set), memory = H5Screate_simple(1, &length, NULL);
-    const hid_t type = H5T_NATIVE_UINT8;
-    bool good = place >= 0 && memory >= 0 && H5Sget_simple_extent_ndims(place) == 1 &&
-                H5Sselect_hyperslab(place, H5S_SELECT_SET, &from, NULL, &length, NULL) >= 0;
-    if (good && write)
-        good = H5Dwrite(set, type, memory, place, H5P_DEFAULT, bytes) >= 0;
-    else if (good)
-        good = H5Dread(set, type, memory, place, H5P_DEFAULT, bytes) >= 0;
-    mill_h5_release(memory);
-    mill_h5_release(place);
-    return good;
-}
-
-void mill_h5_write_parts(struct mill_h5 *file, const char *path, const struct mill_part *part,
-                         size_t parts, const char *description)
-{
-    const size_t size = mill_parts_size(part, parts);
-    mill_h5_write(file, path, MILL_H5_U8, 1, &size, NULL, "byte", description);
-    if (!mill_h5_good(file))
-        return;
-    const hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT);
-    bool good = set >= 0;
-    for (size_t i = 0, at = 0; good && i < parts; at += part[i++].bytes) {
-        if (part[i].bytes > 0)
-            good = move_bytes(set, true, at, part[i].bytes, part[i].at);
-    }
-    if (!mill_h5_release(set) || !good)
-        mill_h5_fail(file, "write", path);
 }
 
 void mill_h5_write_double(struct mill_h5 *file, const char *path, double value, const char *unit,
@@ -163,10 +113,8 @@ void mill_h5_write_count(struct mill_h5 *file, const char *path, uint64_t value,
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
                         const char *description)
 {
-    const hid_t type = mill_h5_text_type();
-    store(file, path, type, type, make_space(0, NULL), mill_h5_timeless(H5P_DATASET_CREATE), &text,
-          "", description);
-    mill_h5_release(type);
+    store(file, path, file->text, file->text, make_space(0, NULL),
+          mill_h5_timeless(H5P_DATASET_CREATE), &text, "", description);
 }
 
 void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
@@ -202,15 +150,13 @@ enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char 
 {
     size_t count;
     const hid_t set = open_set(file, path, &count);
-    const hid_t type = mill_h5_text_type();
     char *held = NULL; /* HDF5's own memory */
     *text = NULL;
-    if (set >= 0 && count == 1 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &held) >= 0 &&
-        held)
+    if (set >= 0 && count == 1 &&
+        H5Dread(set, file->text, H5S_ALL, H5S_ALL, H5P_DEFAULT, &held) >= 0 && held)
         *text = strdup(held);
     if (held)
         H5free_memory(held);
-    mill_h5_release(type);
     mill_h5_release(set);
     if (!*text)
         mill_h5_fail(file, "read", path);
@@ -234,16 +180,6 @@ static void find_damaged(struct mill_h5 *file, const char *path, const char *how
     mill_h5_spend(file, text.text);
 }
 
-enum mill_status mill_h5_length(struct mill_h5 *file, const char *path, size_t *count,
-                                struct mill_error *error)
-{
-    const hid_t set = open_set(file, path, count);
-    if (set < 0)
-        find_damaged(file, path, "is missing");
-    mill_h5_release(set);
-    return mill_h5_status(file, error);
-}
-
 enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_h5_type type,
                               size_t count, void *values, struct mill_error *error)
 {
@@ -257,27 +193,6 @@ enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_
         find_damaged(file, path, "is of another length");
     else if (count > 0 && H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
         find_damaged(file, path, "cannot be read, or its checksum is wrong");
-    mill_h5_release(set);
-    return mill_h5_status(file, error);
-}
-
-enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
-                                     struct mill_error *error)
-{
-    const hid_t set = open_set(file, path, count);
-    if (set < 0 || !holds(set, MILL_H5_U8))
-        mill_h5_fail(file, "read", path);
-    mill_h5_release(set);
-    return mill_h5_status(file, error);
-}
-
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
-                                    size_t count, void *bytes, struct mill_error *error)
-{
-    size_t there;
-    const hid_t set = open_set(file, path, &there);
-    if (set < 0 || first + count > there || !move_bytes(set, false, first, count, bytes))
-        mill_h5_fail(file, "read", path);
     mill_h5_release(set);
     return mill_h5_status(file, error);
 }

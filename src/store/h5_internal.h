@@ -11,6 +11,9 @@
 struct mill_h5 {
     struct mill_draft *draft; /* NULL: the file is only read */
     hid_t id;
+    hid_t text;                     /* type of a text of variable length in UTF-8 */
+    hid_t access;                   /* to datasets of which HDF5 keeps no chunks in memory */
+    hid_t transfer;                 /* of values, with little memory */
     char *path;                     /* as the user gave it: for messages */
     enum mill_status spent;         /* MILL_OK until the first failure */
     struct mill_error cause;        /* of the first failure */
@@ -44,18 +47,12 @@ hid_t mill_h5_memory_type(enum mill_h5_type type);
 hid_t mill_h5_file_type(enum mill_h5_type type);
 size_t mill_h5_type_size(enum mill_h5_type type);
 
-/* A text of variable length in UTF-8; the caller closes it. */
-hid_t mill_h5_text_type(void);
-
 /* The properties of a new object without the times of its making: two runs, the same bytes. The
  * caller closes it. */
 hid_t mill_h5_timeless(hid_t property_class);
 
-/* The properties of access to a dataset of which HDF5 keeps no chunks in memory. The caller closes
- * it. */
-hid_t mill_h5_without_cache(void);
-
 /* Attaches unit and description to an object just made; false on failure. */
-bool mill_h5_label(hid_t object, const char *unit, const char *description);
+bool mill_h5_label(const struct mill_h5 *file, hid_t object, const char *unit,
+                   const char *description);
 
 #endif

@@ -461,17 +461,6 @@ def test_files_in_the_way_that_are_not_ours_are_refused_and_kept(tmp_path, end, 
     assert {entry.name for entry in tmp_path.iterdir()} == {"mill.h5", "mill.ini"}
 
 
-@pytest.mark.parametrize("end", ["part", "lock"])
-def test_a_deck_named_as_what_stands_beside_the_file_is_kept(tmp_path, end):
-    deck = tmp_path / f"run.{end}"
-    deck.write_text(DECK)
-    done = millsim(tmp_path, "-q", "-o", "run", deck.name)
-    assert done.returncode == 2
-    assert f"millsim: {deck.name}: " in done.stderr
-    assert deck.read_text() == DECK
-    assert [entry.name for entry in tmp_path.iterdir()] == [deck.name]
-
-
 @pytest.mark.parametrize("end", ["part", "new", "lock"])
 def test_links_in_the_way_are_not_followed(tmp_path, end):
     (tmp_path / "mill.ini").write_text(DECK)
