@@ -5,7 +5,7 @@
 
 #include "engine/calendar.h"
 
-#include "unit.h"
+#include "draws.h"
 
 struct twin {
     struct mill_calendar *calendar;

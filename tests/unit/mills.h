@@ -3,9 +3,9 @@
 #ifndef MILLS_H
 #define MILLS_H
 
+#include "draws.h"
 #include "geometry/shapes.h"
 #include "millsim/start.h"
-#include "unit.h"
 
 #define RPM (PI / 30.0)
 #define DEG (PI / 180.0)

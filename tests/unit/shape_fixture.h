@@ -3,8 +3,8 @@
 #ifndef SHAPE_FIXTURE_H
 #define SHAPE_FIXTURE_H
 
+#include "draws.h"
 #include "geometry/shapes.h"
-#include "unit.h"
 
 enum { DRUM, WALL_0, WALL_1, SHAFT, BLADE, SHAPES };
 

@@ -1,7 +1,7 @@
 /* Claims about motions: a pose is where its turns, one after the other, take a frame; velocities
  * and bounds are held against finite differences of the pose. */
+#include "draws.h"
 #include "millsim/motion.h"
-#include "unit.h"
 
 enum { CHAIN = 3, MANY = 300 };
 

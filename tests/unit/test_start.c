@@ -1,6 +1,6 @@
 /* Claims about start files: every number read to the bit, every fault named with its line. */
 #include "deck/deck_setup.h"
-#include "unit.h"
+#include "draws.h"
 
 #include <stdio.h>
 #include <unistd.h>
