@@ -10,9 +10,9 @@ struct blade {
     vec3 centre;  /* [m] of the box, in the motion's frame */
     vec3 w, s, h; /* unit, in that frame: along the width, radial, along the thickness */
     double half_w, half_s, half_h; /* [m] */
-    /* [m] extent along the x axis from the centre, and from that axis; INFINITY: it moves otherwise
-     */
-    double reach_x, reach_rho;
+    double across;                 /* [m] half extent around the axis */
+    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis;
+                                  INFINITY: it moves otherwise */
 };
 
 static double clamp_out(double q, double half)
@@ -95,6 +95,26 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     return sqrt(y * y + z * z) <= b->reach_rho + far;
 }
 
+/* Seen from the axis a ball of the box lies within `wide` of the direction of the box's middle, and
+ * the blade, a strip from the axis outwards, within `own` of its own. */
+static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct blade *b = (const struct blade *)shape;
+    const struct mill_sector any = {0.0, 0.0, -2.0};
+    const double far = b->convex.reach, margin = 1e-3 * radius + 1e-6 * far;
+    const double y0 = fmax(lo.y, -far), y1 = fmin(hi.y, far);
+    const double z0 = fmax(lo.z, -far), z1 = fmin(hi.z, far);
+    const double y = 0.5 * (y0 + y1), z = 0.5 * (z0 + z1), rho = sqrt(y * y + z * z);
+    const double half = 0.5 * sqrt((y1 - y0) * (y1 - y0) + (z1 - z0) * (z1 - z0)) + margin;
+    const double across = b->across + radius + margin;
+    if (rho - half <= across)
+        return any;
+    const double wide = mill_elementary_asin(half / rho);
+    const double own = mill_elementary_asin(across / (rho - half));
+    return (struct mill_sector){(y * b->s.y + z * b->s.z) / rho, (z * b->s.y - y * b->s.z) / rho,
+                                mill_elementary_cos(wide + own) - 1e-9};
+}
+
 /* All of the box, from the axis on: what is within the shaft is hidden there */
 static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
                  double tolerance, struct mill_mesh *mesh)
@@ -140,6 +160,7 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     b->h = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around);
     b->centre = vec3_make(is->position, b->half_s * angle.cos, b->half_s * angle.sin);
     const double across = fabs(pitch.sin) * b->half_w + fabs(pitch.cos) * b->half_h;
+    b->across = across;
     b->reach_x = fabs(pitch.cos) * b->half_w + fabs(pitch.sin) * b->half_h;
     b->reach_rho = sqrt(is->tip_radius * is->tip_radius + across * across);
     if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
@@ -158,5 +179,6 @@ const struct mill_shape_type mill_blade_type = {
     .gap = gap,
     .contact = contact,
     .reachable = reachable,
+    .sector = sector,
     .draw = draw,
 };

@@ -152,12 +152,49 @@ START_TEST(most_blades_that_are_missed_are_rejected_at_once)
 }
 END_TEST
 
+/* Told for a box of places, at angles of the rotor at which the blade touches a ball there: it may
+ * be met then. At most others it cannot. */
+START_TEST(a_blade_touches_no_ball_of_a_box_outside_its_sector)
+{
+    uint64_t seed = 4;
+    long touched = 0, out = 0;
+    for (int n = 0; n < 20000; n++) {
+        struct mill m;
+        const struct shot s = random_shot(&seed, &m);
+        const struct mill_shape *b = m.shape[BLADE];
+        const double side = 2.0 * s.flight.radius * uniform(&seed, 1.0, 1.7);
+        const vec3 corner = {side, side, side};
+        vec3 lo = vec3_axpy(s.flight.path.r, -uniform(&seed, 0.0, 1.0), corner);
+        vec3 hi = vec3_add(lo, corner);
+        lo.y = below(&seed, 20) ? lo.y : -HUGE_VAL; /* as cells at the border are */
+        hi.z = below(&seed, 20) ? hi.z : HUGE_VAL;
+        const struct mill_sector sector = b->type->sector(b, lo, hi, s.flight.radius);
+        for (int k = 0; k < 40; k++) {
+            const double t = uniform(&seed, 0.0, 2.0 * PI) / fmax(fabs(m.omega), 1.0);
+            const vec3 y = mill_motion_pose(m.rotor, t).y;
+            const bool told = y.y * sector.y + y.z * sector.z >= sector.cos;
+            vec3 r = vec3_add(s.flight.path.r, point_in(&seed, vec3_scale(corner, -1.0), corner));
+            r = vec3_make(r.x, fmin(fmax(r.y, lo.y), hi.y), fmin(fmax(r.z, lo.z), hi.z));
+            const bool inside = hypot(r.y, r.z) < drum_radius;
+            const bool touches = inside && gap_of(b, r, s.flight.radius, t) <= 0.0;
+            ck_assert(told || !touches);
+            touched += touches;
+            out += !told;
+        }
+        mill_demolish(&m);
+    }
+    ck_assert_int_gt(touched, 20000);
+    ck_assert_int_gt(out, 200000);
+}
+END_TEST
+
 int main(void)
 {
     const struct unit_test tests[] = {
         {a_known_place_changes_no_contact, 1},
         {a_blade_that_is_said_to_be_missed_is_nowhere_entered, 1},
         {most_blades_that_are_missed_are_rejected_at_once, 1},
+        {a_blade_touches_no_ball_of_a_box_outside_its_sector, 1},
     };
     return unit_run("blade_reach", tests, sizeof tests / sizeof *tests);
 }
