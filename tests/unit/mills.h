@@ -15,7 +15,8 @@ enum { MODEL_BLADES = 6, MODEL_SPECIES = 3 };
 
 /* A setup, and what its lists are made of */
 struct model {
-    struct mill_setup setup; /* gravity, drum, rebound floor; seed 0: 1 */
+    struct mill_setup setup; /* gravity, drum, speed; seed 0: 1; rebound floor 0: 5 mm/s */
+    bool floorless;          /* no rebound floor at all */
     struct mill_law law;     /* of all kinds of contact for which the setup has none */
     struct mill_setup_balls balls[MODEL_SPECIES]; /* diameter 0: no more */
     struct mill_turn rotor;                       /* about x; no shaft, no blade: none */
@@ -65,6 +66,7 @@ static inline enum mill_fault_code model_start(const struct model *m,
     struct model_lists lists;
     struct mill_setup s = m->setup;
     s.seed = s.seed ? s.seed : 1;
+    s.rebound_floor = s.rebound_floor == 0.0 && !m->floorless ? 5e-3 : s.rebound_floor;
     s.balls = m->balls;
     while (s.species < MODEL_SPECIES && m->balls[s.species].diameter > 0.0)
         s.species++;
@@ -104,7 +106,7 @@ static inline double radius_of(const struct mill_world *w, int32_t i)
 
 static const struct model mills[] = {
     /* every kind of contact, with friction */
-    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .rebound_floor = 5e-3},
+    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 200}},
      .rotor = {.speed = 1000 * RPM},
      .shaft = {0.008},
@@ -112,9 +114,7 @@ static const struct model mills[] = {
      .blade = {{.tip_radius = 0.033, .width = 0.008, .thickness = 0.005, .pitch = 20 * DEG}},
      .law = {0.8, 0.3, 0.484}},
     /* a mixture, smooth, turning backwards, gravity askew */
-    {.setup = {.gravity = {3.0, -4.0, -8.0},
-               .drum = {.radius = 0.04, .length = 0.04},
-               .rebound_floor = 5e-3},
+    {.setup = {.gravity = {3.0, -4.0, -8.0}, .drum = {.radius = 0.04, .length = 0.04}},
      .balls = {{.diameter = 0.008, .density = STEEL, .count = 20},
                {.diameter = 0.003, .density = 2500.0, .count = 150}},
      .rotor = {.speed = -600 * RPM},
@@ -125,7 +125,6 @@ static const struct model mills[] = {
     /* rough and bouncy without gravity, a law of its own for every kind */
     {.setup = {.drum = {.radius = 0.04, .length = 0.04},
                .speed = 2.0,
-               .rebound_floor = 5e-3,
                .law = {[MILL_BALL_DRUM] = {0.5, 1.0, 1.0},
                        [MILL_BALL_WALL] = {1.0, 1.0, -1.0},
                        [MILL_BALL_BLADE] = {0.7, 0.0, 1.0},
@@ -137,10 +136,7 @@ static const struct model mills[] = {
      .blade = {{.tip_radius = 0.033, .width = 0.01, .thickness = 0.005, .pitch = -70 * DEG}},
      .law = {1.0, 1.0, 1.0}},
     /* a standing rotor in a frictional charge that comes to rest */
-    {.setup = {.gravity.z = -9.81,
-               .drum = {.radius = 0.04, .length = 0.04},
-               .speed = 3.0,
-               .rebound_floor = 5e-3},
+    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .speed = 3.0},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 150}},
      .rotor = {.angle = 70 * DEG},
      .shaft = {0.008},
@@ -153,21 +149,21 @@ enum { MILLS = sizeof mills / sizeof *mills };
 /* Mills in which a blade presses balls into a wedge that friction keeps shut: at the tip, and a
  * pitched blade's face at the end wall. */
 static const struct model pinching[] = {
-    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.03}, .rebound_floor = 5e-3},
+    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.03}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 60}},
      .rotor = {.speed = 300 * RPM},
      .shaft = {0.008},
      .blades = 1,
      .blade = {{.tip_radius = 0.03505, .width = 0.01, .thickness = 0.005}},
      .law = {0.8, 0.5}},
-    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.03}, .rebound_floor = 5e-3},
+    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.03}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 60}},
      .rotor = {.speed = -600 * RPM},
      .shaft = {0.008},
      .blades = 1,
      .blade = {{.tip_radius = 0.035, .width = 0.01, .thickness = 0.005, .pitch = 30 * DEG}},
      .law = {0.8, 0.5}},
-    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .rebound_floor = 5e-3},
+    {.setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}},
      .balls = {{.diameter = 0.005, .density = STEEL, .count = 200}},
      .rotor = {.speed = 1000 * RPM},
      .shaft = {0.008},

@@ -11,9 +11,7 @@ static const struct mill_setup_ball still_life_start[] = {
     {.position = {-0.03, 0.0, 0.025}}};
 enum { BALLS = 4, DRUM = 0, BLADE = 4, SHAPES = 5 };
 static const struct model still_life = {
-    .setup = {.drum = {.radius = 0.05, .length = 0.1},
-              .start = still_life_start,
-              .rebound_floor = 5e-3},
+    .setup = {.drum = {.radius = 0.05, .length = 0.1}, .start = still_life_start},
     .balls = {{.diameter = 0.01, .density = STEEL, .count = BALLS}},
     .rotor = {.speed = 600 * RPM},
     .shaft = {0.008},
@@ -22,7 +20,7 @@ static const struct model still_life = {
     .law = {.restitution = 0.8}};
 
 static const struct model busy = {
-    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.03, .length = 0.04}, .rebound_floor = 5e-3},
+    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.03, .length = 0.04}},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 120}},
     .rotor = {.speed = 1000 * RPM},
     .shaft = {0.006},

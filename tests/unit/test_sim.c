@@ -75,7 +75,8 @@ END_TEST
 /* Enough balls for words of 32 bits and for looking ahead */
 START_TEST(a_large_gas_keeps_its_energy_and_nothing_overlaps)
 {
-    const struct model gas = {.setup = {.drum = {.radius = 0.135, .length = 0.27}, .speed = 1.0},
+    const struct model gas = {.floorless = true,
+                              .setup = {.drum = {.radius = 0.135, .length = 0.27}, .speed = 1.0},
                               .balls = {{.diameter = 0.005, .density = STEEL, .count = 70000}},
                               .law = {.restitution = 1.0}};
     struct bench b;
@@ -204,7 +205,7 @@ static void momenta(const struct bench *b, vec3 *linear, vec3 *angular)
 START_TEST(collisions_of_balls_conserve_momentum_and_angular_momentum)
 {
     static const struct model two_kinds = {
-        .setup = {.drum = {.radius = 0.5, .length = 1.0}, .rebound_floor = 5e-3},
+        .setup = {.drum = {.radius = 0.5, .length = 1.0}},
         .balls = {{.diameter = 0.008, .density = STEEL, .count = 27},
                   {.diameter = 0.006, .density = 2500.0, .count = 27}},
         .law = {0.7, 0.4, 0.5}};
@@ -258,12 +259,11 @@ END_TEST
 START_TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
 {
     const struct mill_setup_ball start = {.position.z = 0.035, .velocity.z = -1.0};
-    const struct model model = {
-        .setup = {.drum = {.radius = 0.1, .length = 0.1}, .start = &start, .rebound_floor = 5e-3},
-        .balls = {{.diameter = 0.01, .density = STEEL, .count = 1}},
-        .rotor = {.speed = 100.0},
-        .shaft = {0.02},
-        .law = {0.5, 0.2}};
+    const struct model model = {.setup = {.drum = {.radius = 0.1, .length = 0.1}, .start = &start},
+                                .balls = {{.diameter = 0.01, .density = STEEL, .count = 1}},
+                                .rotor = {.speed = 100.0},
+                                .shaft = {0.02},
+                                .law = {0.5, 0.2}};
     struct bench b;
     bench_open(&b, &model);
     const double m = b.world->species[0].mass, j = 0.2 * m * 1.5; /* slides: mu times J_n */
@@ -301,6 +301,7 @@ static void open_planetary(struct bench *b)
                                                  {&mill_blade_type, &right, 2, MILL_STILL}};
     const struct mill_setup_balls balls = {.diameter = 0.005, .density = STEEL, .count = 80};
     struct mill_setup setup = mills[0].setup;
+    setup.rebound_floor = 5e-3;
     setup.motions = 2;
     setup.motion = motion;
     setup.surfaces = 4;
@@ -337,10 +338,7 @@ END_TEST
 static uint64_t three_balls(double angle, double t, struct mill_setup_ball ball[3])
 {
     const struct model model = {
-        .setup = {.gravity.z = -9.81,
-                  .drum = {.radius = 0.075, .length = 0.12},
-                  .start = ball,
-                  .rebound_floor = 5e-3},
+        .setup = {.gravity.z = -9.81, .drum = {.radius = 0.075, .length = 0.12}, .start = ball},
         .balls = {{.diameter = 0.005, .density = STEEL, .count = 3}},
         .rotor = {.speed = 60 * RPM, .angle = angle},
         .shaft = {0.015},

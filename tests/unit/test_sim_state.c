@@ -139,7 +139,7 @@ END_TEST
 
 /* One mill, and others that differ in the number of balls, shapes or cells */
 static const struct model own = {
-    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .rebound_floor = 5e-3},
+    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}},
     .balls = {{.diameter = 0.005, .density = STEEL, .count = 100}},
     .rotor = {.speed = 1000 * RPM},
     .shaft = {0.008},
