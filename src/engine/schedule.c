@@ -123,7 +123,8 @@ static bool allocate(struct mill_schedule *p, double *widest)
     p->pull = vec3_norm(w->g);
     for (int k = 0; k < w->motions; k++) {
         const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
-        const double reach = w->drum_radius, coriolis = 2.0 * b.turning;
+        const double reach = mill_motion_reach(w->motion[k], w->drum_radius, 0.5 * w->drum_length);
+        const double coriolis = 2.0 * b.turning;
         struct mill_lately *l = &p->lately[k];
         l->t = NAN;
         l->drift = b.speed + b.turning * reach;
@@ -281,7 +282,9 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const int32_t end = p->surface_start[cell + 1];
     for (int32_t k = p->surface_start[cell]; k < end; k++) {
         const struct mill_surface *near = &p->surface[k];
-        if (near->motion != MILL_NOBODY && is_elsewhere(p, near, now, window, &flight))
+        if (near->motion == MILL_NOBODY)
+            flight.travel = INFINITY; /* what was told of a body before is not of this one */
+        else if (is_elsewhere(p, near, now, window, &flight))
             continue;
         const struct mill_shape *shape = w->shape[near->shape];
         if (plan->let_go && shape->type->pinches)

@@ -11,7 +11,8 @@ struct blade {
     vec3 w, s, h; /* unit, in that frame: along the width, radial, along the thickness */
     double half_w, half_s, half_h; /* [m] */
     double across;                 /* [m] half extent around the axis */
-    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis */
+    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis;
+                                  INFINITY: it moves otherwise */
 };
 
 static double clamp_out(double q, double half)
@@ -82,7 +83,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
 }
 
-/* Of a turn about the frame's x axis, whatever its angle */
+/* Of a turn about the x axis, whatever its angle; any other motion may take it anywhere */
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct blade *b = (const struct blade *)shape;
@@ -129,6 +130,14 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
     mill_mesh_box(mesh, corner);
 }
 
+static bool is_sound(const void *form)
+{
+    const struct mill_blade *is = form;
+    return is->tip_radius > 0.0 && is->width > 0.0 && is->thickness > 0.0 &&
+           isfinite(is->tip_radius + is->width + is->thickness) &&
+           isfinite(is->position + is->angle + is->pitch);
+}
+
 static struct mill_shape *create(const struct mill_shape *base, const void *form,
                                  const struct mill_chamber *chamber)
 {
@@ -141,7 +150,8 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     if (!b)
         return NULL;
     b->convex.bounds = mill_motion_bounds(base->motion);
-    b->convex.reach = chamber->drum.radius + chamber->drum.height;
+    b->convex.reach = mill_motion_reach(base->motion, chamber->drum.radius + chamber->drum.height,
+                                        chamber->half_length);
     b->half_w = 0.5 * is->width;
     b->half_s = 0.5 * is->tip_radius;
     b->half_h = 0.5 * is->thickness;
@@ -153,6 +163,8 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     b->across = across;
     b->reach_x = fabs(pitch.cos) * b->half_w + fabs(pitch.sin) * b->half_h;
     b->reach_rho = sqrt(is->tip_radius * is->tip_radius + across * across);
+    if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
+        b->reach_x = b->reach_rho = INFINITY;
     return &b->convex.base;
 }
 
@@ -160,6 +172,7 @@ const struct mill_shape_type mill_blade_type = {
     .name = "blade",
     .kind = MILL_BALL_BLADE,
     .pinches = true,
+    .is_sound = is_sound,
     .create = create,
     .free = mill_shape_free,
     .next_contact = next_contact,

@@ -84,8 +84,10 @@ struct mill_shape_type {
     const char *name; /* "blade", "end wall": in messages */
     enum mill_kind kind;
     bool pinches; /* may press a ball against another body, and lets it go then */
-    /* base: what all shapes have, to be copied; form: the struct of numbers of this kind. NULL: out
-     * of memory. Owner: the caller. */
+    /* Do these numbers, a struct of this kind, make a shape? NULL: the drum's own have none */
+    bool (*is_sound)(const void *form);
+    /* base: what all shapes have, to be copied; form: sound numbers. NULL: out of memory. Owner:
+     * the caller. */
     struct mill_shape *(*create)(const struct mill_shape *base, const void *form,
                                  const struct mill_chamber *chamber);
     void (*free)(struct mill_shape *);
