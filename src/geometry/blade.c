@@ -26,8 +26,7 @@ static vec3 to_frame(const struct blade *b, double w, double s, double h)
     return vec3_axpy(vec3_axpy(vec3_scale(b->w, w), s, b->s), h, b->h);
 }
 
-static inline __attribute__((always_inline)) struct mill_view view(const struct mill_convex *convex,
-                                                                   vec3 place)
+MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 place)
 {
     const struct blade *b = (const struct blade *)convex;
     const vec3 q = vec3_sub(place, b->centre);
@@ -107,7 +106,7 @@ static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 h
     const double y = 0.5 * (y0 + y1), z = 0.5 * (z0 + z1), rho = sqrt(y * y + z * z);
     const double half = 0.5 * sqrt((y1 - y0) * (y1 - y0) + (z1 - z0) * (z1 - z0)) + margin;
     const double across = b->across + radius + margin;
-    if (rho - half <= across)
+    if (!(rho - half > across)) /* a box beyond the grid has no middle */
         return any;
     const double wide = mill_elementary_asin(half / rho);
     const double own = mill_elementary_asin(across / (rho - half));

@@ -27,6 +27,9 @@ enum {
     MILL_CONVEX_MOST = 4000     /* then it is to be asked again */
 };
 
+/* Every caller that a view is handed on by has to be inlined for it to be so itself. */
+#define MILL_CONVEX_INLINE static inline __attribute__((always_inline))
+
 /* Where a place is as seen from the body */
 struct mill_view {
     double d; /* [m] signed distance */
@@ -43,9 +46,9 @@ struct mill_convex {
 /* Place and normal in the body's frame */
 typedef struct mill_view mill_convex_view_fn(const struct mill_convex *, vec3 place);
 
-static inline struct mill_view mill_convex_look(const struct mill_convex *c,
-                                                mill_convex_view_fn *view, vec3 r,
-                                                const struct mill_pose *pose)
+MILL_CONVEX_INLINE struct mill_view mill_convex_look(const struct mill_convex *c,
+                                                     mill_convex_view_fn *view, vec3 r,
+                                                     const struct mill_pose *pose)
 {
     struct mill_view k = view(c, mill_pose_in(pose, r));
     k.n = mill_pose_turn_out(pose, k.n);
@@ -75,10 +78,10 @@ static inline double mill_convex_step(double d, double d1, double a, bool glides
 
 /* next_contact of struct mill_shape_type. A contact just resolved has its gap opening: the steps
  * leave it by themselves. */
-static inline struct mill_hit mill_convex_search(const struct mill_convex *c,
-                                                 mill_convex_view_fn *view,
-                                                 const struct mill_flight *f, double radius,
-                                                 double now, double horizon)
+MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *c,
+                                                      mill_convex_view_fn *view,
+                                                      const struct mill_flight *f, double radius,
+                                                      double now, double horizon)
 {
     assert(horizon >= 0.0 && c->reach > 0.0);
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
@@ -112,9 +115,10 @@ static inline struct mill_hit mill_convex_search(const struct mill_convex *c,
     return (struct mill_hit){MILL_HIT_ASK_AGAIN, t};
 }
 
-static inline struct mill_contact mill_convex_contact(const struct mill_convex *c,
-                                                      mill_convex_view_fn *view, vec3 centre,
-                                                      double radius, const struct mill_pose *pose)
+MILL_CONVEX_INLINE struct mill_contact mill_convex_contact(const struct mill_convex *c,
+                                                           mill_convex_view_fn *view, vec3 centre,
+                                                           double radius,
+                                                           const struct mill_pose *pose)
 {
     const struct mill_view k = mill_convex_look(c, view, centre, pose);
     const vec3 point = vec3_axpy(centre, -k.d, k.n);

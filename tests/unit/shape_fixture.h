@@ -27,7 +27,8 @@ static inline void mill_build_in(struct mill *m, const struct mill_setup_drum *d
     const struct mill_setup_surface surface[] = {
         {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
         {.type = &mill_blade_type, .form = blade}};
-    const struct mill_setup setup = {.drum = *drum, .surfaces = 2, .surface = surface};
+    const struct mill_setup setup = {
+        .drum = *drum, .motions = 1, .surfaces = 2, .surface = surface};
     int count;
     m->omega = omega;
     m->chamber = mill_shapes_chamber(drum);
