@@ -1,11 +1,10 @@
-/* One line of a deck, cleaned up: libinih keeps no line numbers, cuts long lines and glues indented
- * ones to the line before, so lines are read, checked and stripped here and handed to it one by
- * one. Comments start with # or ; at the beginning or after white space. A value in double quotes
- * (a file name with " #" in it, or longer than libinih's 199 characters) is kept whole; "" inside
- * stands for one ". */
+/* One line of a deck: a section's title, or a key and its value. Comments start with # or ; at the
+ * beginning or after white space. A value in double quotes (a file name with " #" in it) is kept
+ * whole; "" inside stands for one ". */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -53,89 +52,96 @@ static enum mill_deck_line_kind read_bytes(struct mill_deck_line *line, FILE *fi
     return ferror(file) ? MILL_DECK_LINE_FAILED : MILL_DECK_LINE_KEY;
 }
 
-static void strip_front(struct mill_deck_line *line)
+char *mill_deck_line_trim(char *text)
 {
-    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
-    size_t skip = line->number == 1 && strncmp(line->text, mark, 3) == 0 ? 3 : 0;
-    while (is_space(line->text[skip]))
-        skip++;
-    memmove(line->text, line->text + skip, strlen(line->text + skip) + 1);
+    size_t length = strlen(text);
+    while (length > 0 && is_space(text[length - 1]))
+        length--;
+    text[length] = '\0';
+    return text + strspn(text, " \t");
 }
 
-/* Cuts a comment and white space off the end of text. */
-static void strip_end(char *text)
+/* Cuts off a comment. */
+static void strip_comment(char *text)
 {
     size_t length = 0;
     while (text[length] && !((text[length] == '#' || text[length] == ';') &&
                              (length == 0 || is_space(text[length - 1]))))
         length++;
-    while (length > 0 && is_space(text[length - 1]))
-        length--;
     text[length] = '\0';
 }
 
-/* Moves a quoted value from line->text to line->value; the key and '=' stay. */
-static enum mill_deck_line_kind take_quoted(struct mill_deck_line *line, char *quote)
+static enum mill_deck_line_kind split_section(struct mill_deck_line *line)
 {
-    size_t length = 0;
-    char *p = quote + 1;
+    strip_comment(line->key);
+    line->key = mill_deck_line_trim(line->key) + 1;
+    char *end = strchr(line->key, ']');
+    if (!end)
+        return wrong(line, "the closing ']' of the section is missing");
+    if (end[1])
+        return wrong(line, "unexpected text behind the ']' of the section");
+    *end = '\0';
+    return MILL_DECK_LINE_SECTION;
+}
+
+/* Takes the quotes off line->value. */
+static enum mill_deck_line_kind unquote(struct mill_deck_line *line)
+{
+    assert(*line->value == '"');
+    char *out = line->value, *p = line->value + 1;
     while (*p && (*p != '"' || p[1] == '"')) {
         p += *p == '"';
-        line->value[length++] = *p++;
+        *out++ = *p++;
     }
-    line->value[length] = '\0';
     if (*p != '"')
         return wrong(line, "the closing '\"' of the value is missing");
     char *rest = p + 1;
-    if (*rest && !is_space(*rest))
-        return wrong(line, "there is more behind the closing '\"' of the value");
-    strip_end(rest);
-    if (*rest)
-        return wrong(line, "there is more behind the closing '\"' of the value");
-    *quote = '\0';
+    const bool apart = !*rest || is_space(*rest);
+    strip_comment(rest);
+    if (!apart || *mill_deck_line_trim(rest))
+        return wrong(line, "unexpected text behind the closing '\"' of the value");
+    *out = '\0';
     line->quoted = true;
     return MILL_DECK_LINE_KEY;
 }
 
 enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line, FILE *file)
 {
+    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
     line->quoted = false;
     const enum mill_deck_line_kind kind = read_bytes(line, file);
     if (kind != MILL_DECK_LINE_KEY)
         return kind;
-    strip_front(line);
-    if (!line->text[0] || line->text[0] == '#' || line->text[0] == ';')
+    line->key = line->text;
+    if (line->number == 1 && strncmp(line->text, mark, 3) == 0)
+        line->key += 3;
+    line->key += strspn(line->key, " \t");
+    if (*line->key == '[')
+        return split_section(line);
+    if (!*line->key || *line->key == '#' || *line->key == ';')
         return MILL_DECK_LINE_EMPTY;
-    if (line->text[0] == '[') {
-        strip_end(line->text);
-        const char *end = strchr(line->text, ']');
-        if (!end)
-            return wrong(line, "the closing ']' of the section is missing");
-        return end[1] ? wrong(line, "there is more behind the ']' of the section")
-                      : MILL_DECK_LINE_SECTION;
+    char *equals = strpbrk(line->key, "=:");
+    if (!equals || equals[1 + strspn(equals + 1, " \t")] != '"') {
+        strip_comment(line->key);
+        equals = strpbrk(line->key, "=:");
     }
-    char *value = strpbrk(line->text, "=:");
-    if (value) {
-        do
-            value++;
-        while (is_space(*value));
-        if (*value == '"')
-            return take_quoted(line, value);
-    }
-    strip_end(line->text);
-    if (!strpbrk(line->text, "=:")) {
+    if (!equals) {
         snprintf(line->wrong, sizeof line->wrong,
-                 "expected '[section]' or 'key = value', got '%.60s'", line->text);
+                 "expected '[section]' or 'key = value', got '%.60s'",
+                 mill_deck_line_trim(line->key));
         return MILL_DECK_LINE_WRONG;
     }
-    return MILL_DECK_LINE_KEY;
+    *equals = '\0';
+    line->key = mill_deck_line_trim(line->key);
+    line->value = mill_deck_line_trim(equals + 1);
+    return *line->value == '"' ? unquote(line) : MILL_DECK_LINE_KEY;
 }
 
 void mill_deck_line_quote(const char *value, char *out, size_t size)
 {
-    enum { LONG = 120 }; /* well below what libinih takes */
     const size_t length = strlen(value);
-    bool needed = length == 0 || length > LONG || value[0] == '"' || is_space(value[0]) ||
+    assert(size >= 2 * length + 3);
+    bool needed = length == 0 || value[0] == '"' || is_space(value[0]) ||
                   is_space(value[length - 1]) || value[0] == '#' || value[0] == ';';
     for (size_t i = 1; i < length; i++)
         needed = needed || ((value[i] == '#' || value[i] == ';') && is_space(value[i - 1]));
@@ -143,13 +149,12 @@ void mill_deck_line_quote(const char *value, char *out, size_t size)
         snprintf(out, size, "%s", value);
         return;
     }
-    size_t at = 0;
-    out[at++] = '"';
-    for (size_t i = 0; i < length && at + 4 < size; i++) {
-        if (value[i] == '"')
-            out[at++] = '"';
-        out[at++] = value[i];
+    *out++ = '"';
+    for (const char *p = value; *p; p++) {
+        if (*p == '"')
+            *out++ = '"';
+        *out++ = *p;
     }
-    out[at++] = '"';
-    out[at] = '\0';
+    *out++ = '"';
+    *out = '\0';
 }

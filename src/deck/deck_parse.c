@@ -1,33 +1,22 @@
 /* From the deck's file and the command line's overrides to sections and entries, each of which
- * knows where it came from. libinih splits the lines that deck_line.c hands it; since it asks for
- * one line at a time and reports an entry at once, the number of the line last handed out is the
- * entry's. Section titles, keys and repetitions are checked on the way, so a message names the
- * first wrong line of the file. */
+ * knows where it came from. Section titles, keys and repetitions are checked on the way, so a
+ * message names the first wrong line of the file. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
 #include <errno.h>
-#include <ini.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SECTIONS = 10000, LONGEST_TITLE = 49 }; /* libinih cuts a title there */
+enum { MOST_SECTIONS = 10000 };
 
+/* What is being read: a line of the file, or an override */
 struct reading {
-    FILE *file;
     struct mill_deck_text *text;
-    struct mill_deck_line line;
-    const char *order; /* the override at hand, or NULL */
-    struct mill_deck_section *section;
-    enum mill_status status;
+    int line;             /* 0: an override */
+    const char *override; /* or NULL */
     struct mill_error *error;
 };
-
-static char *copy(const char *text)
-{
-    char *made = malloc(strlen(text) + 1);
-    return made ? strcpy(made, text) : NULL;
-}
 
 /* Room for one more item behind `count`: grows at powers of two. NULL: no memory, items still
  * valid. */
@@ -38,297 +27,252 @@ static void *extend(void *items, int count, size_t size)
     return realloc(items, (count ? 2 * (size_t)count : 1) * size);
 }
 
-static enum mill_status no_memory(struct reading *reading)
+static enum mill_status no_memory(const struct reading *reading)
 {
-    reading->status = mill_error_set(reading->error, MILL_FAILED, "out of memory");
-    return reading->status;
+    return mill_error_set(reading->error, MILL_FAILED, "out of memory");
 }
 
 /* "FILE:LINE: [title] key: what hint", title and key left out where NULL. */
-static enum mill_status refuse(struct reading *reading, const char *title, const char *key,
+static enum mill_status refuse(const struct reading *reading, const char *title, const char *key,
                                const char *what, const char *hint)
 {
     char where[MILL_DECK_WHERE];
-    mill_deck_text_place(reading->text->file, reading->line.number, reading->order, where);
-    reading->status =
-        mill_error_set(reading->error, MILL_BAD_DECK, "%s: %s%.60s%s%.60s%s%s%s", where,
-                       title ? "[" : "", title ? title : "", title ? (key ? "] " : "]: ") : "",
-                       key ? key : "", key ? ": " : "", what, hint);
-    return reading->status;
+    mill_deck_text_place(reading->text->file, reading->line, reading->override, where);
+    return mill_error_set(reading->error, MILL_BAD_DECK, "%s: %s%.60s%s%.60s%s%s%s", where,
+                          title ? "[" : "", title ? title : "", title ? (key ? "] " : "]: ") : "",
+                          key ? key : "", key ? ": " : "", what, hint);
 }
 
-static bool good_name(const char *name)
+/* " (first in line 7)" */
+static enum mill_status refuse_repetition(const struct reading *reading, const char *title,
+                                          const char *key, int line)
+{
+    char first[40];
+    snprintf(first, sizeof first, " (first in line %d)", line);
+    return refuse(reading, title, key,
+                  key ? "the key is given twice" : "the section is given twice", first);
+}
+
+/* Of a section [contact.KIND] */
+static enum mill_status check_contact(const struct reading *reading, const char *title,
+                                      const char *name)
+{
+    char names[160] = "";
+    size_t used = 0;
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        if (strcmp(name, mill_kind_name[kind]) == 0)
+            return MILL_OK;
+        if (used < sizeof names)
+            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s",
+                                     kind == 0                ? ""
+                                     : kind == MILL_KINDS - 1 ? " and "
+                                                              : ", ",
+                                     mill_kind_name[kind]);
+    }
+    return refuse(reading, title, NULL, "unknown kind of contact; there are ", names);
+}
+
+/* [title] may be a section. */
+static enum mill_status check_title(const struct reading *reading, const char *title)
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    return *name && !strchr("-+.", *name) && name[strspn(name, allowed)] == '\0';
-}
-
-static bool kind_name(const char *name)
-{
-    int kind = 0;
-    while (kind < MILL_KINDS && strcmp(name, mill_kind_name[kind]) != 0)
-        kind++;
-    return kind < MILL_KINDS;
-}
-
-/* false and refused: no such section may be. */
-static bool check_title(struct reading *reading, const char *title, enum mill_deck_part *part)
-{
-    char hint[160] = "";
-    const char *name = "";
-    if (strlen(title) > LONGEST_TITLE) {
-        refuse(reading, title, NULL, "the section's name is longer than 49 characters", "");
-        return false;
-    }
-    *part = mill_deck_table_part(title, &name);
-    if (*part == DECK_PARTS) {
+    char hint[160];
+    const char *name = NULL;
+    struct mill_deck_block block;
+    for (int i = 0; !name && mill_deck_table_block(i, &block); i++)
+        mill_deck_table_belongs(&block, title, &name);
+    if (!name) {
         mill_deck_table_suggest_section(title, hint, sizeof hint);
-        refuse(reading, title, NULL, "unknown section", hint);
-        return false;
+        return refuse(reading, title, NULL, "unknown section", hint);
     }
-    if (*part == DECK_CONTACT_KIND && !kind_name(name)) {
-        refuse(reading, title, NULL, "unknown kind of contact; there are ball_ball, ball_drum, ",
-               "ball_wall, ball_shaft and ball_blade");
-        return false;
-    }
-    if ((*part == DECK_BALLS_NAME || *part == DECK_BLADE_NAME) && !good_name(name)) {
-        refuse(reading, title, NULL,
-               "a name is made of letters, digits and _ and, behind these, -+.", "");
-        return false;
-    }
-    return true;
+    if (!block.named)
+        return MILL_OK;
+    if (strcmp(block.title, "contact") == 0)
+        return check_contact(reading, title, name);
+    if (strlen(name) >= MILL_NAME_LENGTH)
+        return refuse(reading, title, NULL, "the name is longer than 63 characters", "");
+    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)])
+        return refuse(reading, title, NULL,
+                      "a name consists of letters, digits, '_', '-', '+' and '.', and begins with "
+                      "one of the first three",
+                      "");
+    return MILL_OK;
 }
 
-/* Makes the section `title` the current one; a new one is added. */
-static void open_section(struct reading *reading, const char *title)
+static enum mill_status add_section(const struct reading *reading, const char *title,
+                                    struct mill_deck_section **section)
 {
     struct mill_deck_text *text = reading->text;
-    enum mill_deck_part part = DECK_PARTS;
-    if (!check_title(reading, title, &part))
-        return;
-    if (text->sections == MOST_SECTIONS) {
-        refuse(reading, title, NULL, "there are more than 10000 sections", "");
-        return;
-    }
     struct mill_deck_section *more = extend(text->section, text->sections, sizeof *more);
-    if (!more) {
-        no_memory(reading);
-        return;
-    }
+    if (!more)
+        return no_memory(reading);
     text->section = more;
-    struct mill_deck_section *made = &text->section[text->sections];
-    *made = (struct mill_deck_section){0};
-    made->title = copy(title);
-    made->part = part;
-    made->line = reading->order ? 0 : reading->line.number;
-    made->order = reading->order;
-    if (!made->title) {
-        no_memory(reading);
-        return;
-    }
-    mill_deck_table_part(made->title, &made->name);
+    *section = &text->section[text->sections];
+    **section = (struct mill_deck_section){
+        .title = strdup(title), .line = reading->line, .override = reading->override};
+    if (!(*section)->title)
+        return no_memory(reading);
     text->sections++;
-    reading->section = made;
+    return MILL_OK;
 }
 
-static void open_section_line(struct reading *reading)
+static enum mill_status open_section(const struct reading *reading, const char *title,
+                                     struct mill_deck_section **section)
 {
-    char title[MILL_DECK_LINE], hint[60];
-    const size_t length = strlen(reading->line.text) - 2;
-    memcpy(title, reading->line.text + 1, length);
-    title[length] = '\0';
-    const struct mill_deck_section *old = mill_deck_text_section(reading->text, DECK_PARTS, title);
-    if (old) {
-        snprintf(hint, sizeof hint, " (first in line %d)", old->line);
-        refuse(reading, title, NULL, "the section is there twice", hint);
-        return;
-    }
-    open_section(reading, title);
+    const enum mill_status status = check_title(reading, title);
+    if (status != MILL_OK)
+        return status;
+    if (reading->text->sections == MOST_SECTIONS)
+        return refuse(reading, title, NULL, "there are more than 10000 sections", "");
+    return add_section(reading, title, section);
 }
 
-/* Adds key = value to the current section, or replaces the value there when an override says so. */
-static void add_entry(struct reading *reading, const char *key, const char *value, bool quoted)
+/* Adds key = value to the section, or replaces the value there when an override says so. */
+static enum mill_status add_entry(const struct reading *reading, struct mill_deck_section *section,
+                                  const char *key, const char *value, bool quoted)
 {
-    struct mill_deck_section *section = reading->section;
     char hint[160];
-    if (!mill_deck_table_key(section->part, key)) {
-        mill_deck_table_suggest_key(section->part, key, hint, sizeof hint);
-        refuse(reading, section->title, key,
-               *key ? "unknown key" : "there is no key in front of '='", hint);
-        return;
+    if (!mill_deck_table_key(section->title, key)) {
+        mill_deck_table_suggest_key(section->title, key, hint, sizeof hint);
+        return refuse(reading, section->title, key,
+                      *key ? "unknown key" : "there is no key in front of '='", hint);
     }
-    struct mill_deck_entry *entry = NULL;
-    for (int i = 0; i < section->entries; i++)
-        if (strcmp(section->entry[i].key, key) == 0)
-            entry = &section->entry[i];
-    if (entry && !reading->order) {
-        snprintf(hint, sizeof hint, " (first in line %d)", entry->line);
-        refuse(reading, section->title, key, "the key is there twice", hint);
-        return;
-    }
+    struct mill_deck_entry *entry = mill_deck_text_entry(section, key);
+    if (entry && !reading->override)
+        return refuse_repetition(reading, section->title, key, entry->line);
     if (!entry) {
         struct mill_deck_entry *more = extend(section->entry, section->entries, sizeof *more);
-        if (!more) {
-            no_memory(reading);
-            return;
-        }
+        if (!more)
+            return no_memory(reading);
         section->entry = more;
         entry = &section->entry[section->entries++];
-        *entry = (struct mill_deck_entry){0};
-        entry->key = copy(key);
+        *entry = (struct mill_deck_entry){.key = strdup(key)};
     }
     free(entry->value);
-    entry->value = copy(value);
+    entry->value = strdup(value);
     entry->quoted = quoted;
-    entry->line = reading->order ? 0 : reading->line.number;
-    entry->order = reading->order;
-    if (!entry->key || !entry->value)
-        no_memory(reading);
+    entry->line = reading->line;
+    entry->override = reading->override;
+    return entry->key && entry->value ? MILL_OK : no_memory(reading);
 }
 
-/* libinih's reader: the next line that says something, or NULL at the end and after a fault. */
-static char *hand_line(char *room, int size, void *self)
+static enum mill_status fail_to_read(const struct reading *reading)
 {
-    struct reading *reading = self;
-    struct mill_deck_line *line = &reading->line;
-    while (reading->status == MILL_OK) {
-        switch (mill_deck_line_next(line, reading->file)) {
+    return mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
+                          mill_deck_text_tail(reading->text->file, 400), strerror(errno));
+}
+
+static enum mill_status read_lines(struct reading *reading, FILE *file)
+{
+    struct mill_deck_section *section = NULL;
+    struct mill_deck_line line = {.number = 0};
+    enum mill_status status = MILL_OK;
+    while (status == MILL_OK) {
+        const enum mill_deck_line_kind kind = mill_deck_line_next(&line, file);
+        reading->line = line.number;
+        switch (kind) {
         case MILL_DECK_LINE_END:
-            return NULL;
+            return MILL_OK;
         case MILL_DECK_LINE_FAILED:
-            reading->status =
-                mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
-                               mill_deck_text_tail(reading->text->file, 400), strerror(errno));
-            return NULL;
+            return fail_to_read(reading);
         case MILL_DECK_LINE_WRONG:
-            refuse(reading, NULL, NULL, line->wrong, "");
-            return NULL;
+            return refuse(reading, NULL, NULL, line.wrong, "");
         case MILL_DECK_LINE_EMPTY:
-            continue;
+            break;
         case MILL_DECK_LINE_SECTION:
-            open_section_line(reading);
+            section = mill_deck_text_section(reading->text, line.key);
+            status = section ? refuse_repetition(reading, line.key, NULL, section->line)
+                             : open_section(reading, line.key, &section);
             break;
         case MILL_DECK_LINE_KEY:
+            status = section
+                         ? add_entry(reading, section, line.key, line.value, line.quoted)
+                         : refuse(reading, NULL, line.key, "stands before the first [section]", "");
             break;
         }
-        if (reading->status == MILL_OK && strlen(line->text) < (size_t)size)
-            return strcpy(room, line->text);
-        if (reading->status == MILL_OK)
-            refuse(reading, NULL, NULL,
-                   "the line is longer than 199 characters; put a long file name ",
-                   "in double quotes");
     }
-    return NULL;
+    return status;
 }
 
-static int take_entry(void *self, const char *section, const char *key, const char *value)
-{
-    struct reading *reading = self;
-    if (reading->status != MILL_OK)
-        return 0;
-    reading->section = mill_deck_text_section(reading->text, DECK_PARTS, section);
-    if (!reading->section)
-        refuse(reading, NULL, key, "stands before the first [section]", "");
-    else
-        add_entry(reading, key, reading->line.quoted ? reading->line.value : value,
-                  reading->line.quoted);
-    return reading->status == MILL_OK;
-}
-
-static void read_file(struct reading *reading, const char *path)
+static enum mill_status read_file(struct reading *reading, const char *path)
 {
     const char *wrong, *name = mill_deck_text_tail(path, 400);
-    reading->file = mill_textfile_open(path, &wrong);
-    if (!reading->file) {
-        reading->status =
-            wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
-                  : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s", name,
-                                   strerror(errno));
-        return;
-    }
-    const int line = ini_parse_stream(hand_line, reading, take_entry, reading);
-    fclose(reading->file);
-    if (reading->status == MILL_OK && line != 0)
-        refuse(reading, NULL, NULL, "expected '[section]' or 'key = value'", "");
-    if (reading->status == MILL_OK && reading->text->sections == 0)
-        reading->status = mill_error_set(
+    FILE *file = mill_textfile_open(path, &wrong);
+    if (!file)
+        return wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
+                     : fail_to_read(reading);
+    const enum mill_status status = read_lines(reading, file);
+    fclose(file);
+    if (status == MILL_OK && reading->text->sections == 0)
+        return mill_error_set(
             reading->error, MILL_BAD_DECK,
             "%.400s: the deck is empty: expected sections such as [run] and [drum]", name);
+    return status;
 }
 
 /* SECTION.KEY=VALUE; SECTION may hold dots itself. */
-static void apply_order(struct reading *reading, const char *order)
+static enum mill_status apply_override(const struct reading *reading)
 {
-    reading->order = order;
-    const char *equals = strchr(order, '=');
-    const char *dot = equals;
-    while (dot && dot > order && *dot != '.')
-        dot--;
-    if (!equals || dot == order) {
-        refuse(reading, NULL, NULL, "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'",
-               "");
-        return;
+    for (const char *p = reading->override; *p; p++)
+        if ((unsigned char)*p < 32 || *p == 127)
+            return refuse(reading, NULL, NULL, "holds a control character", "");
+    char *title = strdup(reading->override);
+    if (!title)
+        return no_memory(reading);
+    char *value = strchr(title, '='), *key = NULL;
+    if (value) {
+        *value++ = '\0';
+        key = strrchr(title, '.');
     }
-    char title[64], key[64];
-    if (dot - order >= (long)sizeof title || equals - dot > (long)sizeof key) {
-        refuse(reading, NULL, NULL, "the name of the section or key is too long", "");
-        return;
+    enum mill_status status = MILL_OK;
+    if (!key || key == title) {
+        status = refuse(reading, NULL, NULL,
+                        "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'", "");
+    } else {
+        *key++ = '\0';
+        struct mill_deck_section *section = mill_deck_text_section(reading->text, title);
+        if (!section)
+            status = open_section(reading, title, &section);
+        if (status == MILL_OK)
+            status = add_entry(reading, section, key, mill_deck_line_trim(value), false);
     }
-    snprintf(title, sizeof title, "%.*s", (int)(dot - order), order);
-    snprintf(key, sizeof key, "%.*s", (int)(equals - dot - 1), dot + 1);
-    for (const char *p = order; *p; p++) {
-        if ((unsigned char)*p < 32 || *p == 127) {
-            refuse(reading, NULL, NULL, "holds a control character", "");
-            return;
-        }
-    }
-    const char *value = equals + 1 + strspn(equals + 1, " \t");
-    size_t length = strlen(value);
-    while (length > 0 && (value[length - 1] == ' ' || value[length - 1] == '\t'))
-        length--;
-    char *trimmed = copy(value);
-    if (!trimmed) {
-        no_memory(reading);
-        return;
-    }
-    trimmed[length] = '\0';
-    reading->section = mill_deck_text_section(reading->text, DECK_PARTS, title);
-    if (!reading->section)
-        open_section(reading, title);
-    if (reading->status == MILL_OK)
-        add_entry(reading, key, trimmed, false);
-    free(trimmed);
+    free(title);
+    return status;
+}
+
+static enum mill_status add_defaults(const struct reading *reading)
+{
+    struct mill_deck_section *section;
+    struct mill_deck_block block;
+    enum mill_status status = MILL_OK;
+    for (int i = 0; status == MILL_OK && mill_deck_table_block(i, &block); i++)
+        if (!block.named && !block.optional && !mill_deck_text_section(reading->text, block.title))
+            status = add_section(reading, block.title, &section);
+    return status;
 }
 
 enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
                                  struct mill_deck_text **text, struct mill_error *error)
 {
     *text = NULL;
-    struct reading *reading = calloc(1, sizeof *reading);
     struct mill_deck_text *made = calloc(1, sizeof *made);
-    if (!reading || !made) {
-        free(reading);
-        free(made);
+    if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
+    struct reading reading = {.text = made, .error = error};
+    made->file = strdup(path ? path : "");
+    made->override = calloc((size_t)count + 1, sizeof *made->override);
+    enum mill_status status = made->file && made->override ? MILL_OK : no_memory(&reading);
+    if (status == MILL_OK && path)
+        status = read_file(&reading, path);
+    reading.line = 0;
+    for (int i = 0; i < count && status == MILL_OK; i++) {
+        reading.override = made->override[made->overrides++] = strdup(overrides[i]);
+        status = reading.override ? apply_override(&reading) : no_memory(&reading);
     }
-    reading->text = made;
-    reading->error = error;
-    made->file = copy(path ? path : "");
-    made->order = calloc((size_t)count + 1, sizeof *made->order);
-    if (!made->file || !made->order)
-        no_memory(reading);
-    else if (path)
-        read_file(reading, path);
-    for (int i = 0; i < count && reading->status == MILL_OK; i++) {
-        made->order[made->orders++] = copy(overrides[i]);
-        if (made->order[i])
-            apply_order(reading, made->order[i]);
-        else
-            no_memory(reading);
-    }
-    const enum mill_status status = reading->status;
-    free(reading);
+    reading.override = NULL;
+    if (status == MILL_OK && path)
+        status = add_defaults(&reading);
     if (status == MILL_OK)
         *text = made;
     else

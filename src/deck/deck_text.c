@@ -1,6 +1,7 @@
 /* The entries of a deck as read: finding them, naming where each came from, letting them go. */
 #include "deck/deck_private.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,12 +11,12 @@ const char *mill_deck_text_tail(const char *text, size_t longest)
     return length > longest ? text + length - longest : text;
 }
 
-void mill_deck_text_place(const char *file, int line, const char *order,
+void mill_deck_text_place(const char *file, int line, const char *override,
                           char where[MILL_DECK_WHERE])
 {
     enum { LONGEST = 240 };
-    if (order)
-        snprintf(where, MILL_DECK_WHERE, "--set %.*s", LONGEST, order);
+    if (override)
+        snprintf(where, MILL_DECK_WHERE, "--set %.*s", LONGEST, override);
     else if (line > 0)
         snprintf(where, MILL_DECK_WHERE, "%s:%d", mill_deck_text_tail(file, LONGEST), line);
     else
@@ -27,13 +28,14 @@ void mill_deck_text_where(const struct mill_deck_text *text,
                           const struct mill_deck_entry *entry, char where[MILL_DECK_WHERE])
 {
     if (entry)
-        mill_deck_text_place(text->file, entry->line, entry->order, where);
+        mill_deck_text_place(text->file, entry->line, entry->override, where);
     else
         mill_deck_text_place(text->file, section ? section->line : 0,
-                             section ? section->order : NULL, where);
+                             section ? section->override : NULL, where);
 }
 
-static struct mill_deck_section *find(const struct mill_deck_text *text, const char *title)
+struct mill_deck_section *mill_deck_text_section(const struct mill_deck_text *text,
+                                                 const char *title)
 {
     for (int i = 0; i < text->sections; i++)
         if (strcmp(text->section[i].title, title) == 0)
@@ -41,19 +43,29 @@ static struct mill_deck_section *find(const struct mill_deck_text *text, const c
     return NULL;
 }
 
-struct mill_deck_section *mill_deck_text_section(const struct mill_deck_text *text,
-                                                 enum mill_deck_part part, const char *title)
+struct mill_deck_section *mill_deck_text_next(const struct mill_deck_text *text,
+                                              const struct mill_deck_block *block,
+                                              const struct mill_deck_section *last)
 {
-    if (title)
-        return find(text, title);
-    for (int i = 0; i < text->sections; i++)
-        if (text->section[i].part == part)
+    assert(!last || (last >= text->section && last < text->section + text->sections));
+    for (int i = last ? (int)(last - text->section) + 1 : 0; i < text->sections; i++)
+        if (mill_deck_table_belongs(block, text->section[i].title, NULL))
             return &text->section[i];
     return NULL;
 }
 
-const struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
-                                                   const char *key)
+int mill_deck_text_named(const struct mill_deck_text *text, const char *title)
+{
+    const struct mill_deck_block block = {.title = title, .named = true};
+    const struct mill_deck_section *section = NULL;
+    int count = 0;
+    while ((section = mill_deck_text_next(text, &block, section)))
+        count++;
+    return count;
+}
+
+struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
+                                             const char *key)
 {
     for (int i = 0; section && i < section->entries; i++)
         if (strcmp(section->entry[i].key, key) == 0)
@@ -73,11 +85,12 @@ void mill_deck_text_free(struct mill_deck_text *text)
         }
         free(section->entry);
         free(section->title);
+        free(section->form);
     }
     free(text->section);
-    for (int i = 0; i < text->orders; i++)
-        free(text->order[i]);
-    free(text->order);
+    for (int i = 0; i < text->overrides; i++)
+        free(text->override[i]);
+    free(text->override);
     free(text->file);
     free(text);
 }

@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+const struct mill_shape_type *const mill_shapes_named[] = {&mill_blade_type, NULL};
+
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum)
 {
     /* a circle is the profile whose buckles have no height */

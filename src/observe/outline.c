@@ -8,22 +8,13 @@
 /* Of the drum's radius: no triangle is farther from the surface that it stands for. */
 #define FLAT 1e-3
 
-static struct mill_chamber chamber_of(const struct mill_deck *deck)
-{
-    const struct mill_setup_drum drum = {.radius = deck->drum_radius,
-                                         .length = deck->drum_length,
-                                         .buckles = deck->wavy ? (int)deck->buckles : 0,
-                                         .buckle_height = deck->buckle_height,
-                                         .buckle_angle = deck->buckle_angle};
-    return mill_shapes_chamber(&drum);
-}
-
 enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mill_world *world,
                                    bool turning, struct mill_outline *outline,
                                    struct mill_error *error)
 {
     const struct mill_outline nothing = {{0}, NULL, NULL};
-    const struct mill_chamber chamber = chamber_of(deck);
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    const struct mill_chamber chamber = mill_shapes_chamber(&drum);
     struct mill_mesh *mesh = &outline->mesh;
     *outline = nothing;
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
