@@ -19,28 +19,26 @@ enum mill_key_type {
     MILL_KEY_NUMBER, /* double */
     MILL_KEY_VECTOR, /* vec3: three numbers and one unit */
     MILL_KEY_WHOLE,  /* long */
-    MILL_KEY_SEED,   /* unsigned long */
     MILL_KEY_CHOICE, /* bool: the second of two words */
     MILL_KEY_FILE    /* char *, NULL for the word in `words` */
 };
 
 /* A table of keys ends with one without a name. */
 struct mill_key {
-    const char *name;
+    const char *name, *meaning;
     enum mill_key_type type;
     const char *unit;    /* SI; NULL: dimensionless; "1": the same, and % is understood */
     double lo, hi;       /* range in SI, ends included unless `above` */
     bool above;          /* lo itself is out */
+    bool zero_is_off;    /* and is not printed then */
     const char *preset;  /* default as text; NULL: required, or `derived` */
     bool derived;        /* its default follows from other keys */
     const char *instead; /* another key that says the same: one of the two is given */
     size_t offset;       /* of the value in the struct of its table */
-    const char *words; /* MILL_KEY_CHOICE: "first|second"; MILL_KEY_FILE: the word for "no file" */
+    const char *words;   /* CHOICE: "first|second"; FILE: the word for "no file" */
     /* Asked with that struct; NULL: never. true: the key says nothing here and is not printed. */
     bool (*hidden)(const void *form);
-    const char
-        *needs; /* whoever gives the key while it is hidden is told this; NULL: may be given */
-    const char *meaning;
+    const char *needs; /* is told to whoever gives a hidden key; NULL: it may be given */
 };
 
 #endif

@@ -1,9 +1,8 @@
-/* The deck's public face: read, fault, each, print, free. Work is split by question: deck_line.c
- * and deck_text.c what stands in the file, deck_table.c what may, deck_value.c text and numbers,
+/* The deck's public face: read, fault, print, free. Work is split by question: deck_line.c and
+ * deck_text.c what stands in the file, deck_table.c what may, deck_value.c text and numbers,
  * deck_fill.c the struct, deck_check.c what does not fit together. */
 #include "deck/deck_private.h"
 
-#include <limits.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,35 +56,18 @@ enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error
     va_start(list, format);
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
-    mill_deck_text_where(deck->text, place, entry, where);
+    mill_deck_text_place(deck->text->file,
+                         entry   ? entry->origin
+                         : place ? place->origin
+                                 : (struct mill_deck_origin){.line = 0},
+                         where);
     return mill_error_set(error, MILL_BAD_DECK, "%s: [%s]%s%s%s: %s", where, section,
                           key ? " " : "", key ? key : "", remark, what);
 }
 
-void mill_deck_each(const struct mill_deck *deck,
-                    void (*entry)(void *self, const char *section, const char *key,
-                                  const char *value, const char *meaning),
-                    void *self)
-{
-    char value[2 * PATH_MAX + 8];
-    struct mill_deck_block block;
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        const struct mill_deck_section *s = NULL;
-        while ((s = mill_deck_text_next(deck->text, &block, s))) {
-            const void *home = mill_deck_fill_home(deck, &block, s);
-            for (const struct mill_key *key = block.key; key->name; key++) {
-                if (mill_deck_fill_elsewhere(deck, &block) || (key->hidden && key->hidden(home)))
-                    continue;
-                mill_deck_value_print(key, home, value, sizeof value);
-                entry(self, s->title, key->name, value, key->meaning);
-            }
-        }
-    }
-}
-
 struct page {
     FILE *out;
-    char section[MILL_NAME_LENGTH + 16]; /* the one being printed */
+    const char *section; /* the one being printed */
 };
 
 static void print_entry(void *self, const char *section, const char *key, const char *value,
@@ -94,7 +76,7 @@ static void print_entry(void *self, const char *section, const char *key, const 
     enum { COLUMN = 48 };
     struct page *page = self;
     if (strcmp(page->section, section) != 0) {
-        snprintf(page->section, sizeof page->section, "%s", section);
+        page->section = section;
         fprintf(page->out, "\n[%s]\n", section);
     }
     const int used = fprintf(page->out, "%s = %s", key, value);
@@ -103,7 +85,7 @@ static void print_entry(void *self, const char *section, const char *key, const 
 
 void mill_deck_print(const struct mill_deck *deck, FILE *out)
 {
-    struct page page = {.out = out};
+    struct page page = {.out = out, .section = ""};
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
 }

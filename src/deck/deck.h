@@ -13,7 +13,8 @@
 #define MILL_NAME_LENGTH 64
 
 struct mill_deck_balls {
-    char name[MILL_NAME_LENGTH]; /* NAME of [balls.NAME]; "balls" for the plain section */
+    const char *section; /* "balls", "balls.NAME" */
+    const char *name;    /* NAME; "balls" for the plain section */
     long count;
     double fill;     /* of the drum's volume, as given instead of the count; 0: it was not */
     double diameter; /* [m] */
@@ -43,11 +44,12 @@ struct mill_deck {
     bool sample_found;     /* sample_from is to be found: run.precision is given and it is not */
     double precision;      /* relative standard error that ends the run; 0: none does */
     double max_collisions; /* that end the run; 0: no number does */
-    unsigned long seed;
+    long seed;
     vec3 gravity;                 /* [m/s^2] */
     struct mill_deck_balls alike; /* [balls], where all are of one kind */
     int kinds;                    /* of balls */
     struct mill_deck_balls *balls;
+    long all;     /* balls of all kinds */
     char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
     double speed; /* [m/s] of every ball, random start only */
     double drum_radius, drum_length; /* [m] */
@@ -74,10 +76,10 @@ struct mill_deck {
     struct mill_deck_text *text;
 };
 
-/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. NULL and
- * a filled error on failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be
- * read or no memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the
- * caller. */
+/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. The
+ * strings are kept by the caller, for as long as the deck is used. NULL and a filled error on
+ * failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be read or no
+ * memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), struct mill_deck **deck,
                                 struct mill_error *error);

@@ -12,7 +12,7 @@
 
 #define MOST_SAMPLES 1e8
 #define MOST_FRAMES 1e7
-#define MANY_FRAMES 1e5            /* writing them and what is made of them takes minutes */
+#define MANY_FRAMES 1e5            /* more is hardly meant */
 #define FRAME_OF_BALL 36.0         /* [B] nine numbers of four bytes */
 #define SNUG 1e-11                 /* of the drum's reach: wider than what wavy.c takes for equal */
 #define DENSEST 0.7404804896930611 /* pi / sqrt(18): no packing of equal balls is denser */
@@ -38,25 +38,22 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
     return MILL_OK;
 }
 
-/* Frames take room, and time at the end of the run. */
 static enum mill_status check_frames(const struct mill_deck *deck, void (*warn)(const char *line),
                                      struct mill_error *error)
 {
     const double frames = deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
+    const double gigabytes = 1e-9 * frames * (double)deck->all * FRAME_OF_BALL;
     struct mill_error line;
-    double balls = 0.0;
-    for (int k = 0; k < deck->kinds; k++)
-        balls += (double)deck->balls[k].count;
     if (frames > MOST_FRAMES)
         return mill_deck_fault(
             deck, error, "output", "frames",
             "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->time,
-            1e-9 * frames * balls * FRAME_OF_BALL);
+            gigabytes);
     if (frames <= MANY_FRAMES || !warn)
         return MILL_OK;
     mill_deck_fault(deck, &line, "output", "frames",
-                    "%.3g frames until %g s take %.3g GB, and minutes at the end of the run",
-                    frames, deck->time, 1e-9 * frames * balls * FRAME_OF_BALL);
+                    "%.3g frames until %g s take %.3g GB; expected a longer interval", frames,
+                    deck->time, gigabytes);
     warn(line.text);
     return MILL_OK;
 }
@@ -90,22 +87,13 @@ static enum mill_status check_profile(const struct mill_deck *deck, struct mill_
                            deck->buckle_height);
 }
 
-/* "balls" or "balls.NAME" */
-static void name_kind(const struct mill_deck *deck, int kind, char title[80])
-{
-    const bool mixture = mill_deck_text_named(deck->text, "balls") > 0;
-    snprintf(title, 80, "%s%s", mixture ? "balls." : "balls",
-             mixture ? deck->balls[kind].name : "");
-}
-
 static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
 {
     const double bore = bore_of(deck);
     const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
-    char title[80];
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
-        name_kind(deck, k, title);
+        const char *title = deck->balls[k].section;
         /* one that just fits has no way to go: it would hit both sides for ever */
         if (d >= 2.0 * bore)
             return mill_deck_fault(deck, error, title, "diameter",
@@ -137,11 +125,10 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
     const double room = (section_area(deck) - MILL_PI * shaft * shaft) * deck->drum_length;
     double volume = 0.0;
     long total = 0;
-    char title[80];
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
+        const char *title = deck->balls[k].section;
         const char *amount = deck->balls[k].fill > 0 ? "fill" : "count";
-        name_kind(deck, k, title);
         total += deck->balls[k].count;
         if (total > MILL_DECK_MOST_BALLS)
             return mill_deck_fault(deck, error, title, amount, "more than %d balls in all",

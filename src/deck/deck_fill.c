@@ -1,6 +1,6 @@
-/* From entries to struct mill_deck: for every key of the table, in every section that has it, the
- * entry's value or the default. Whatever one key alone can tell (missing, unit, range) is checked
- * here; values that follow from other keys are worked out here. */
+/* From entries to struct mill_deck, and out again: for every key of the table, in every section
+ * that has it, the entry's value or the default. Whatever one key alone can tell (missing, unit,
+ * range) is checked here; values that follow from other keys are worked out here. */
 #include "deck/deck_private.h"
 
 #include <assert.h>
@@ -23,35 +23,24 @@ static enum mill_status no_memory(struct mill_error *error)
     return mill_error_set(error, MILL_FAILED, "out of memory");
 }
 
-/* "FILE:LINE: [section] key: why" */
 static enum mill_status refuse(const struct filling *f, const struct mill_deck_section *section,
-                               const struct mill_deck_entry *entry, const struct mill_key *key,
-                               const char *why)
+                               const struct mill_key *key, const char *why)
 {
-    char where[MILL_DECK_WHERE];
-    mill_deck_text_where(f->deck->text, section, entry, where);
-    return mill_error_set(f->error, MILL_BAD_DECK, "%s: [%s] %s: %s", where, section->title,
-                          key->name, why);
+    return mill_deck_fault(f->deck, f->error, section->title, key->name, "%s", why);
 }
 
-void *mill_deck_fill_home(const struct mill_deck *deck, const struct mill_deck_block *block,
-                          const struct mill_deck_section *section)
+/* The struct that the block's keys count from, in this section of its own */
+static void *home_of(const struct mill_deck *deck, const struct mill_deck_block *block,
+                     const struct mill_deck_section *section)
 {
     return block->named ? section->form : (char *)deck + block->home;
 }
 
-bool mill_deck_fill_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
+/* Do the keys of the block stand in other sections of this deck, those with a NAME? */
+static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
 {
-    return block->unless_named && mill_deck_text_named(deck->text, block->title) > 0;
-}
-
-static enum mill_status tell_missing(const struct filling *f, const struct mill_key *key,
-                                     const struct mill_deck_section *section)
-{
-    char wanted[120], text[300];
-    mill_deck_value_wanted(key, wanted, sizeof wanted);
-    snprintf(text, sizeof text, "missing (%s); expected %s", key->meaning, wanted);
-    return refuse(f, section, NULL, key, text);
+    const struct mill_deck_block named = {.title = block->title, .named = true};
+    return block->unless_named && mill_deck_text_next(deck->text, &named, NULL);
 }
 
 static enum mill_status fill_key(const struct filling *f, const struct mill_deck_block *block,
@@ -61,29 +50,33 @@ static enum mill_status fill_key(const struct filling *f, const struct mill_deck
     const struct mill_deck_entry *entry = mill_deck_text_entry(section, key->name);
     const struct mill_deck_entry *other =
         key->instead ? mill_deck_text_entry(section, key->instead) : NULL;
-    void *home = mill_deck_fill_home(f->deck, block, section);
+    void *home = home_of(f->deck, block, section);
     struct mill_error why;
-    if (entry && mill_deck_fill_elsewhere(f->deck, block))
-        return refuse(f, section, entry, key,
-                      "belongs in the sections [balls.NAME] of this mixture");
-    if (mill_deck_fill_elsewhere(f->deck, block))
-        return MILL_OK;
+    char wanted[120];
+    if (is_elsewhere(f->deck, block))
+        return !entry ? MILL_OK
+                      : refuse(f, section, key,
+                               "belongs in the sections [balls.NAME] of this mixture");
     if (key->needs && key->hidden(home))
-        return entry ? refuse(f, section, entry, key, key->needs) : MILL_OK;
-    if (entry && other && !entry->override == !other->override)
-        return refuse(f, section, entry, key,
+        return entry ? refuse(f, section, key, key->needs) : MILL_OK;
+    if (entry && other && !entry->origin.override == !other->origin.override)
+        return refuse(f, section, key,
                       "'count' and 'fill' both set the number of balls; give only one of them");
-    if (other && !(entry && entry->override)) /* an override of one replaces the other */
+    if (other && !(entry && entry->origin.override)) /* an override of one replaces the other */
         return MILL_OK;
     if (!entry && (key->derived || block->inherits))
         return MILL_OK;
-    if (!entry && !key->preset)
-        return tell_missing(f, key, section);
+    if (!entry && !key->preset) {
+        mill_deck_value_wanted(key, false, wanted, sizeof wanted);
+        return mill_deck_fault(f->deck, f->error, section->title, key->name,
+                               "missing (%s); expected %s", key->meaning, wanted);
+    }
     if (entry && entry->quoted && key->type != MILL_KEY_FILE)
-        return refuse(f, section, entry, key, "only file names are put in double quotes");
-    if (!mill_deck_value_read(f->units, key, entry ? entry->value : key->preset, home, &why))
-        return refuse(f, section, entry, key, why.text);
-    return MILL_OK;
+        return refuse(f, section, key, "only file names are put in double quotes");
+    const char *text = entry ? entry->value : key->preset;
+    return mill_deck_value_read(f->units, key, text, home, &why)
+               ? MILL_OK
+               : refuse(f, section, key, why.text);
 }
 
 static enum mill_status fill_section(const struct filling *f, const struct mill_deck_block *block,
@@ -144,53 +137,47 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
     return MILL_OK;
 }
 
-/* The number of balls from their share of the drum's volume, pi R^2 L, whatever stands in it */
-static enum mill_status count_balls(const struct mill_deck *deck, const char *title,
-                                    struct mill_deck_balls *balls, struct mill_error *error)
+/* Lists balls of one kind, and turns their share of the drum's volume, pi R^2 L whatever stands in
+ * it, into their number. */
+static enum mill_status add_balls(struct mill_deck *deck, const char *section,
+                                  struct mill_deck_balls *balls, struct mill_error *error)
 {
     const double volume = MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
-    const double d = balls->diameter;
-    if (balls->fill == 0.0)
-        return MILL_OK;
-    const double given = balls->fill * volume / (MILL_PI / 6.0 * d * d * d);
-    const double count = round(given);
-    if (!(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
-        return mill_deck_fault(deck, error, title, "fill",
+    const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
+    const double given = balls->fill * volume / one, count = round(given);
+    const char *dot = strchr(section, '.');
+    if (balls->fill > 0.0 && !(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
+        return mill_deck_fault(deck, error, section, "fill",
                                "gives %.3g balls of %g m; expected 1 to %d", given, d,
                                MILL_DECK_MOST_BALLS);
-    balls->count = (long)count;
+    if (balls->fill > 0.0)
+        balls->count = (long)count;
+    balls->section = section;
+    balls->name = dot ? dot + 1 : section;
+    deck->balls[deck->kinds++] = *balls;
+    deck->all += balls->count;
     return MILL_OK;
 }
 
 static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_deck_block named = {.title = "balls", .named = true};
-    const int kinds = mill_deck_text_named(deck->text, "balls");
     struct mill_deck_section *s = NULL;
-    deck->balls = calloc((size_t)kinds + 1, sizeof *deck->balls);
+    enum mill_status status = MILL_OK;
+    deck->balls = calloc((size_t)deck->text->sections, sizeof *deck->balls);
     if (!deck->balls)
         return no_memory(error);
-    if (kinds == 0) {
-        const enum mill_status status = count_balls(deck, "balls", &deck->alike, error);
-        snprintf(deck->alike.name, MILL_NAME_LENGTH, "balls");
-        deck->balls[deck->kinds++] = deck->alike;
-        return status;
-    }
-    while ((s = mill_deck_text_next(deck->text, &named, s))) {
-        struct mill_deck_balls *balls = s->form;
-        const enum mill_status status = count_balls(deck, s->title, balls, error);
-        if (status != MILL_OK)
-            return status;
-        snprintf(balls->name, MILL_NAME_LENGTH, "%s", s->title + strlen("balls."));
-        deck->balls[deck->kinds++] = *balls;
-    }
-    return MILL_OK;
+    while (status == MILL_OK && (s = mill_deck_text_next(deck->text, &named, s)))
+        status = add_balls(deck, s->title, s->form, error);
+    if (status == MILL_OK && deck->kinds == 0)
+        status = add_balls(deck, "balls", &deck->alike, error);
+    return status;
 }
 
 static void list_laws(struct mill_deck *deck)
 {
     for (int kind = 0; kind < MILL_KINDS; kind++) {
-        char title[MILL_NAME_LENGTH];
+        char title[40];
         snprintf(title, sizeof title, "contact.%s", mill_kind_name[kind]);
         const struct mill_deck_section *own = mill_deck_text_section(deck->text, title);
         deck->law[kind] = own ? *(const struct mill_law *)own->form : deck->general;
@@ -240,4 +227,32 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
     if (status == MILL_OK)
         status = list_shapes(deck, error);
     return status == MILL_OK ? resolve_start(deck, error) : status;
+}
+
+/* Is it off, said by another key, or yet to be found? */
+static bool says_nothing(const struct mill_key *key, const void *home)
+{
+    return (key->hidden && key->hidden(home)) ||
+           (key->zero_is_off && *(const double *)((const char *)home + key->offset) == 0.0);
+}
+
+void mill_deck_each(const struct mill_deck *deck,
+                    void (*entry)(void *self, const char *section, const char *key,
+                                  const char *value, const char *meaning),
+                    void *self)
+{
+    char value[2 * PATH_MAX + 8];
+    struct mill_deck_block block;
+    for (int i = 0; mill_deck_table_block(i, &block); i++) {
+        const struct mill_deck_section *s = NULL;
+        while (!is_elsewhere(deck, &block) && (s = mill_deck_text_next(deck->text, &block, s))) {
+            const void *home = home_of(deck, &block, s);
+            for (const struct mill_key *key = block.key; key->name; key++) {
+                if (says_nothing(key, home))
+                    continue;
+                mill_deck_value_print(key, home, value, sizeof value);
+                entry(self, s->title, key->name, value, key->meaning);
+            }
+        }
+    }
 }

@@ -2,7 +2,6 @@
  * beginning or after white space. A value in double quotes (a file name with " #" in it) is kept
  * whole; "" inside stands for one ". */
 #include "deck/deck_private.h"
-#include "deck/textfile.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -13,43 +12,16 @@ static bool is_space(char c)
     return c == ' ' || c == '\t';
 }
 
+/* Does a comment begin here? */
+static bool is_comment(const char *text, size_t at)
+{
+    return (text[at] == '#' || text[at] == ';') && (at == 0 || is_space(text[at - 1]));
+}
+
 static enum mill_deck_line_kind wrong(struct mill_deck_line *line, const char *what)
 {
     snprintf(line->wrong, sizeof line->wrong, "%s", what);
     return MILL_DECK_LINE_WRONG;
-}
-
-/* The bytes up to the newline into line->text; what no text file holds is refused. */
-static enum mill_deck_line_kind read_bytes(struct mill_deck_line *line, FILE *file)
-{
-    int length = 0, c = mill_textfile_next(file);
-    line->number++;
-    if (c == EOF)
-        return ferror(file) ? MILL_DECK_LINE_FAILED : MILL_DECK_LINE_END;
-    for (; c != EOF && c != '\n'; c = mill_textfile_next(file)) {
-        if (c == '\r') {
-            const int next = mill_textfile_next(file);
-            if (next != EOF)
-                ungetc(next, file);
-            if (next == '\n' || next == EOF)
-                continue;
-        }
-        if ((c < 32 && c != '\t') || c == 127) {
-            snprintf(line->wrong, sizeof line->wrong,
-                     "holds the control character 0x%02x: a deck is plain text", (unsigned)c);
-            return MILL_DECK_LINE_WRONG;
-        }
-        if (length < MILL_DECK_LINE - 1) {
-            line->text[length++] = (char)c;
-        } else {
-            line->text[length] = '\0';
-            const char first = line->text[strspn(line->text, " \t")];
-            if (first != '#' && first != ';')
-                return wrong(line, "the line is too long");
-        }
-    }
-    line->text[length] = '\0';
-    return ferror(file) ? MILL_DECK_LINE_FAILED : MILL_DECK_LINE_KEY;
 }
 
 char *mill_deck_line_trim(char *text)
@@ -61,12 +33,10 @@ char *mill_deck_line_trim(char *text)
     return text + strspn(text, " \t");
 }
 
-/* Cuts off a comment. */
 static void strip_comment(char *text)
 {
     size_t length = 0;
-    while (text[length] && !((text[length] == '#' || text[length] == ';') &&
-                             (length == 0 || is_space(text[length - 1]))))
+    while (text[length] && !is_comment(text, length))
         length++;
     text[length] = '\0';
 }
@@ -105,21 +75,8 @@ static enum mill_deck_line_kind unquote(struct mill_deck_line *line)
     return MILL_DECK_LINE_KEY;
 }
 
-enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line, FILE *file)
+static enum mill_deck_line_kind split_key(struct mill_deck_line *line)
 {
-    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
-    line->quoted = false;
-    const enum mill_deck_line_kind kind = read_bytes(line, file);
-    if (kind != MILL_DECK_LINE_KEY)
-        return kind;
-    line->key = line->text;
-    if (line->number == 1 && strncmp(line->text, mark, 3) == 0)
-        line->key += 3;
-    line->key += strspn(line->key, " \t");
-    if (*line->key == '[')
-        return split_section(line);
-    if (!*line->key || *line->key == '#' || *line->key == ';')
-        return MILL_DECK_LINE_EMPTY;
     char *equals = strpbrk(line->key, "=:");
     if (!equals || equals[1 + strspn(equals + 1, " \t")] != '"') {
         strip_comment(line->key);
@@ -137,14 +94,41 @@ enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line, FILE *
     return *line->value == '"' ? unquote(line) : MILL_DECK_LINE_KEY;
 }
 
+enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line)
+{
+    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
+    if (line->rest == line->end)
+        return MILL_DECK_LINE_END;
+    char *text = line->rest, *end = memchr(text, '\n', (size_t)(line->end - text));
+    line->rest = end ? end + 1 : line->end;
+    end = end ? end : line->end;
+    end -= end > text && end[-1] == '\r';
+    *end = '\0';
+    line->number++;
+    line->quoted = false;
+    for (const char *p = text; p < end; p++) {
+        if (((unsigned char)*p >= 32 && *p != 127) || *p == '\t')
+            continue;
+        snprintf(line->wrong, sizeof line->wrong,
+                 "holds the control character 0x%02x: a deck is plain text", (unsigned)*p);
+        return MILL_DECK_LINE_WRONG;
+    }
+    if (line->number == 1 && strncmp(text, mark, 3) == 0)
+        text += 3;
+    line->key = text + strspn(text, " \t");
+    if (!*line->key || is_comment(line->key, 0))
+        return MILL_DECK_LINE_EMPTY;
+    return *line->key == '[' ? split_section(line) : split_key(line);
+}
+
 void mill_deck_line_quote(const char *value, char *out, size_t size)
 {
     const size_t length = strlen(value);
     assert(size >= 2 * length + 3);
-    bool needed = length == 0 || value[0] == '"' || is_space(value[0]) ||
-                  is_space(value[length - 1]) || value[0] == '#' || value[0] == ';';
-    for (size_t i = 1; i < length; i++)
-        needed = needed || ((value[i] == '#' || value[i] == ';') && is_space(value[i - 1]));
+    bool needed =
+        length == 0 || value[0] == '"' || is_space(value[0]) || is_space(value[length - 1]);
+    for (size_t i = 0; i < length; i++)
+        needed = needed || is_comment(value, i);
     if (!needed) {
         snprintf(out, size, "%s", value);
         return;

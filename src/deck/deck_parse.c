@@ -8,13 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SECTIONS = 10000 };
+enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
-/* What is being read: a line of the file, or an override */
+/* What is being read, and where it stands */
 struct reading {
     struct mill_deck_text *text;
-    int line;             /* 0: an override */
-    const char *override; /* or NULL */
+    struct mill_deck_origin origin;
     struct mill_error *error;
 };
 
@@ -37,7 +36,7 @@ static enum mill_status refuse(const struct reading *reading, const char *title,
                                const char *what, const char *hint)
 {
     char where[MILL_DECK_WHERE];
-    mill_deck_text_place(reading->text->file, reading->line, reading->override, where);
+    mill_deck_text_place(reading->text->file, reading->origin, where);
     return mill_error_set(reading->error, MILL_BAD_DECK, "%s: %s%.60s%s%.60s%s%s%s", where,
                           title ? "[" : "", title ? title : "", title ? (key ? "] " : "]: ") : "",
                           key ? key : "", key ? ": " : "", what, hint);
@@ -57,17 +56,11 @@ static enum mill_status refuse_repetition(const struct reading *reading, const c
 static enum mill_status check_contact(const struct reading *reading, const char *title,
                                       const char *name)
 {
-    char names[160] = "";
-    size_t used = 0;
+    char names[40 * MILL_KINDS] = "";
     for (int kind = 0; kind < MILL_KINDS; kind++) {
         if (strcmp(name, mill_kind_name[kind]) == 0)
             return MILL_OK;
-        if (used < sizeof names)
-            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s",
-                                     kind == 0                ? ""
-                                     : kind == MILL_KINDS - 1 ? " and "
-                                                              : ", ",
-                                     mill_kind_name[kind]);
+        strcat(strcat(names, kind > 0 ? ", " : ""), mill_kind_name[kind]);
     }
     return refuse(reading, title, NULL, "unknown kind of contact; there are ", names);
 }
@@ -109,10 +102,7 @@ static enum mill_status add_section(const struct reading *reading, const char *t
         return no_memory(reading);
     text->section = more;
     *section = &text->section[text->sections];
-    **section = (struct mill_deck_section){
-        .title = strdup(title), .line = reading->line, .override = reading->override};
-    if (!(*section)->title)
-        return no_memory(reading);
+    **section = (struct mill_deck_section){.title = title, .origin = reading->origin};
     text->sections++;
     return MILL_OK;
 }
@@ -139,50 +129,38 @@ static enum mill_status add_entry(const struct reading *reading, struct mill_dec
                       *key ? "unknown key" : "there is no key in front of '='", hint);
     }
     struct mill_deck_entry *entry = mill_deck_text_entry(section, key);
-    if (entry && !reading->override)
-        return refuse_repetition(reading, section->title, key, entry->line);
+    if (entry && !reading->origin.override)
+        return refuse_repetition(reading, section->title, key, entry->origin.line);
     if (!entry) {
         struct mill_deck_entry *more = extend(section->entry, section->entries, sizeof *more);
         if (!more)
             return no_memory(reading);
         section->entry = more;
         entry = &section->entry[section->entries++];
-        *entry = (struct mill_deck_entry){.key = strdup(key)};
     }
-    free(entry->value);
-    entry->value = strdup(value);
-    entry->quoted = quoted;
-    entry->line = reading->line;
-    entry->override = reading->override;
-    return entry->key && entry->value ? MILL_OK : no_memory(reading);
+    *entry = (struct mill_deck_entry){
+        .key = key, .value = value, .quoted = quoted, .origin = reading->origin};
+    return MILL_OK;
 }
 
-static enum mill_status fail_to_read(const struct reading *reading)
-{
-    return mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
-                          mill_deck_text_tail(reading->text->file, 400), strerror(errno));
-}
-
-static enum mill_status read_lines(struct reading *reading, FILE *file)
+static enum mill_status read_lines(struct reading *reading, size_t size)
 {
     struct mill_deck_section *section = NULL;
-    struct mill_deck_line line = {.number = 0};
+    struct mill_deck_line line = {.rest = reading->text->bytes, .end = reading->text->bytes + size};
     enum mill_status status = MILL_OK;
     while (status == MILL_OK) {
-        const enum mill_deck_line_kind kind = mill_deck_line_next(&line, file);
-        reading->line = line.number;
+        const enum mill_deck_line_kind kind = mill_deck_line_next(&line);
+        reading->origin.line = line.number;
         switch (kind) {
         case MILL_DECK_LINE_END:
             return MILL_OK;
-        case MILL_DECK_LINE_FAILED:
-            return fail_to_read(reading);
-        case MILL_DECK_LINE_WRONG:
-            return refuse(reading, NULL, NULL, line.wrong, "");
         case MILL_DECK_LINE_EMPTY:
             break;
+        case MILL_DECK_LINE_WRONG:
+            return refuse(reading, NULL, NULL, line.wrong, "");
         case MILL_DECK_LINE_SECTION:
             section = mill_deck_text_section(reading->text, line.key);
-            status = section ? refuse_repetition(reading, line.key, NULL, section->line)
+            status = section ? refuse_repetition(reading, line.key, NULL, section->origin.line)
                              : open_section(reading, line.key, &section);
             break;
         case MILL_DECK_LINE_KEY:
@@ -195,15 +173,16 @@ static enum mill_status read_lines(struct reading *reading, FILE *file)
     return status;
 }
 
-static enum mill_status read_file(struct reading *reading, const char *path)
+static enum mill_status read_file(struct reading *reading)
 {
-    const char *wrong, *name = mill_deck_text_tail(path, 400);
-    FILE *file = mill_textfile_open(path, &wrong);
-    if (!file)
+    const char *wrong, *name = mill_deck_text_tail(reading->text->file, 400);
+    size_t size;
+    reading->text->bytes = mill_textfile_read(reading->text->file, LARGEST, &size, &wrong);
+    if (!reading->text->bytes)
         return wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
-                     : fail_to_read(reading);
-    const enum mill_status status = read_lines(reading, file);
-    fclose(file);
+                     : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
+                                      name, strerror(errno));
+    const enum mill_status status = read_lines(reading, size);
     if (status == MILL_OK && reading->text->sections == 0)
         return mill_error_set(
             reading->error, MILL_BAD_DECK,
@@ -211,34 +190,25 @@ static enum mill_status read_file(struct reading *reading, const char *path)
     return status;
 }
 
-/* SECTION.KEY=VALUE; SECTION may hold dots itself. */
-static enum mill_status apply_override(const struct reading *reading)
+/* SECTION.KEY=VALUE; SECTION may hold dots itself. copy: of the override, to be cut up */
+static enum mill_status apply_override(const struct reading *reading, char *copy)
 {
-    for (const char *p = reading->override; *p; p++)
+    for (const char *p = copy; *p; p++)
         if ((unsigned char)*p < 32 || *p == 127)
             return refuse(reading, NULL, NULL, "holds a control character", "");
-    char *title = strdup(reading->override);
-    if (!title)
-        return no_memory(reading);
-    char *value = strchr(title, '='), *key = NULL;
+    char *value = strchr(copy, '='), *key = NULL;
     if (value) {
         *value++ = '\0';
-        key = strrchr(title, '.');
+        key = strrchr(copy, '.');
     }
-    enum mill_status status = MILL_OK;
-    if (!key || key == title) {
-        status = refuse(reading, NULL, NULL,
-                        "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'", "");
-    } else {
-        *key++ = '\0';
-        struct mill_deck_section *section = mill_deck_text_section(reading->text, title);
-        if (!section)
-            status = open_section(reading, title, &section);
-        if (status == MILL_OK)
-            status = add_entry(reading, section, key, mill_deck_line_trim(value), false);
-    }
-    free(title);
-    return status;
+    if (!key || key == copy)
+        return refuse(reading, NULL, NULL,
+                      "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'", "");
+    *key++ = '\0';
+    struct mill_deck_section *section = mill_deck_text_section(reading->text, copy);
+    const enum mill_status status = section ? MILL_OK : open_section(reading, copy, &section);
+    return status == MILL_OK ? add_entry(reading, section, key, mill_deck_line_trim(value), false)
+                             : status;
 }
 
 static enum mill_status add_defaults(const struct reading *reading)
@@ -260,17 +230,17 @@ enum mill_status mill_deck_parse(const char *path, int count, const char *const 
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     struct reading reading = {.text = made, .error = error};
-    made->file = strdup(path ? path : "");
+    made->file = path ? path : "";
     made->override = calloc((size_t)count + 1, sizeof *made->override);
-    enum mill_status status = made->file && made->override ? MILL_OK : no_memory(&reading);
+    enum mill_status status = made->override ? MILL_OK : no_memory(&reading);
     if (status == MILL_OK && path)
-        status = read_file(&reading, path);
-    reading.line = 0;
+        status = read_file(&reading);
     for (int i = 0; i < count && status == MILL_OK; i++) {
-        reading.override = made->override[made->overrides++] = strdup(overrides[i]);
-        status = reading.override ? apply_override(&reading) : no_memory(&reading);
+        char *copy = made->override[made->overrides++] = strdup(overrides[i]);
+        reading.origin = (struct mill_deck_origin){.override = overrides[i]};
+        status = copy ? apply_override(&reading, copy) : no_memory(&reading);
     }
-    reading.override = NULL;
+    reading.origin = (struct mill_deck_origin){.line = 0};
     if (status == MILL_OK && path)
         status = add_defaults(&reading);
     if (status == MILL_OK)

@@ -6,8 +6,6 @@
 #include "deck/deck.h"
 #include "deck/units.h"
 
-#include <limits.h>
-
 /* ---- what may stand in a deck (deck_table.c) ---- */
 
 enum { MILL_DECK_MOST_BALLS = 50000000 };
@@ -42,26 +40,30 @@ void mill_deck_table_suggest_key(const char *title, const char *name, char *hint
 
 /* ---- the entries as read (deck_text.c) ---- */
 
-struct mill_deck_entry {
-    char *key;
-    char *value;
-    bool quoted;          /* the value stood in double quotes */
-    int line;             /* in the file, from 1; 0: came by an override */
+/* Where something of a deck came from: line 0 and no override, of the defaults */
+struct mill_deck_origin {
+    int line;             /* in the file, from 1; else 0 */
     const char *override; /* "SECTION.KEY=VALUE", or NULL */
 };
 
+struct mill_deck_entry {
+    const char *key, *value;
+    bool quoted; /* the value stood in double quotes */
+    struct mill_deck_origin origin;
+};
+
 struct mill_deck_section {
-    char *title; /* as in [title] */
-    int line;    /* 0: came by an override, or is not in the deck and has the defaults */
-    const char *override;
+    const char *title; /* as in [title] */
+    struct mill_deck_origin origin;
     int entries;
     struct mill_deck_entry *entry;
     void *form; /* the struct of a named section, filled from its entries and defaults */
 };
 
 struct mill_deck_text {
-    char *file;    /* the deck as named by the user */
-    int overrides; /* copies, owned */
+    const char *file; /* as named by the user, who keeps the name */
+    char *bytes;      /* of the file, cut into keys and values */
+    int overrides;    /* cut in the same way */
     char **override;
     int sections;
     struct mill_deck_section *section;
@@ -80,19 +82,12 @@ struct mill_deck_section *mill_deck_text_next(const struct mill_deck_text *text,
                                               const struct mill_deck_block *block,
                                               const struct mill_deck_section *last);
 
-/* How many sections [title.NAME] there are */
-int mill_deck_text_named(const struct mill_deck_text *text, const char *title);
-
+/* NULL: there is none, or no section. */
 struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
                                              const char *key);
 
-/* "FILE:LINE", "FILE", or "--set SECTION.KEY=VALUE"; section and entry may be NULL. */
-void mill_deck_text_where(const struct mill_deck_text *text,
-                          const struct mill_deck_section *section,
-                          const struct mill_deck_entry *entry, char where[MILL_DECK_WHERE]);
-
-/* The same from its parts: line 0 and override NULL leave the file alone. */
-void mill_deck_text_place(const char *file, int line, const char *override,
+/* "FILE:LINE", "FILE", or "--set SECTION.KEY=VALUE" */
+void mill_deck_text_place(const char *file, struct mill_deck_origin origin,
                           char where[MILL_DECK_WHERE]);
 
 /* The last `longest` characters: the end of a long file name tells more than its beginning. */
@@ -107,28 +102,24 @@ enum mill_status mill_deck_parse(const char *path, int count, const char *const 
 
 /* ---- one line of the file (deck_line.c) ---- */
 
-/* Bytes of a line: any name of a file in quotes, with what --check writes behind it */
-enum { MILL_DECK_LINE = 3 * PATH_MAX };
-
 enum mill_deck_line_kind {
     MILL_DECK_LINE_EMPTY,
     MILL_DECK_LINE_SECTION, /* key: the title */
     MILL_DECK_LINE_KEY,     /* key and value */
     MILL_DECK_LINE_WRONG,   /* wrong: what is wrong */
-    MILL_DECK_LINE_END,
-    MILL_DECK_LINE_FAILED /* errno tells */
+    MILL_DECK_LINE_END
 };
 
 struct mill_deck_line {
+    char *rest, *end;  /* of the file's bytes; *end may be written */
     int number;        /* from 1 */
-    char *key, *value; /* point into text */
-    bool quoted;       /* the value, its quotes removed */
-    char text[MILL_DECK_LINE];
+    char *key, *value; /* cut out of the bytes */
+    bool quoted;       /* the value was, and its quotes are removed */
     char wrong[160];
 };
 
-/* Reads the next line, comments and outer white space removed. Start with number = 0. */
-enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line, FILE *file);
+/* Cuts up the next line, comments and outer white space removed. Start with number = 0. */
+enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line);
 
 /* Cuts white space off the end of text, and returns where it begins behind white space. */
 char *mill_deck_line_trim(char *text);
@@ -142,8 +133,8 @@ void mill_deck_line_quote(const char *value, char *out, size_t size);
 bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
                           const char *text, void *form, struct mill_error *why);
 
-/* What a key takes, such as "a length such as '75 mm'". */
-void mill_deck_value_wanted(const struct mill_key *key, char *out, size_t size);
+/* What a key takes: "a length such as '75 mm'", or "a length with its unit such as ..." */
+void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size);
 
 /* The value in SI, with unit, that reads back to the same bits. */
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size);
@@ -158,12 +149,5 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
                                 struct mill_error *error);
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error);
-
-/* The struct that a block's keys count from in this section, one of its own */
-void *mill_deck_fill_home(const struct mill_deck *deck, const struct mill_deck_block *block,
-                          const struct mill_deck_section *section);
-
-/* Do the keys of the block stand in other sections of this deck, those with a NAME? */
-bool mill_deck_fill_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block);
 
 #endif

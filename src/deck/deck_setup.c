@@ -61,13 +61,12 @@ static enum mill_status make_setup(const struct mill_deck *deck,
                                    const struct mill_start_watch *watch, struct lists *lists,
                                    struct mill_setup *setup, struct mill_error *error)
 {
-    int32_t balls = 0;
     *setup = (struct mill_setup){
         .gravity = deck->gravity,
         .drum = mill_deck_drum(deck),
         .species = deck->kinds,
         .speed = deck->speed,
-        .seed = deck->seed,
+        .seed = (unsigned long)deck->seed,
         .rebound_floor = deck->rebound_floor,
     };
     memcpy(setup->law, deck->law, sizeof setup->law);
@@ -83,7 +82,6 @@ static enum mill_status make_setup(const struct mill_deck *deck,
             .density = b->density,
             .count = (int32_t)b->count,
         };
-        balls += (int32_t)b->count;
     }
     setup->balls = lists->balls;
     if (deck->rotor)
@@ -91,7 +89,8 @@ static enum mill_status make_setup(const struct mill_deck *deck,
     add_shapes(deck, lists, setup);
     if (!deck->start)
         return MILL_OK;
-    const enum mill_status status = mill_deck_start_read(deck, balls, watch, &lists->start, error);
+    const enum mill_status status =
+        mill_deck_start_read(deck, (int32_t)deck->all, watch, &lists->start, error);
     setup->start = lists->start.ball;
     return status;
 }
@@ -113,13 +112,9 @@ static void name_counts(const struct mill_deck *deck, const int32_t *count, char
 static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
                                      struct mill_error *error)
 {
-    char section[MILL_NAME_LENGTH + 8] = "balls", counts[512];
+    const char *section = deck->balls[0].section;
+    char counts[512];
     const bool mixture = deck->kinds > 1;
-    long balls = 0;
-    for (int k = 0; k < deck->kinds; k++)
-        balls += deck->balls[k].count;
-    if (mixture || strcmp(deck->balls[0].name, "balls") != 0)
-        snprintf(section, sizeof section, "balls.%s", deck->balls[0].name);
     if (fault->fits[0] == 0)
         return mill_deck_fault(deck, error, section, "count",
                                "not a single ball%s fits: make balls or rotor smaller",
@@ -127,7 +122,7 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
     name_counts(deck, fault->fits, counts, sizeof counts);
     return mill_deck_fault(deck, error, section, "count",
                            "%ld balls do not fit (solid fraction %.3f of the free volume); %s do",
-                           balls, fault->amount, counts);
+                           deck->all, fault->amount, counts);
 }
 
 static enum mill_status tell(const struct mill_deck *deck, const struct lists *lists,

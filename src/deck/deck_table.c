@@ -34,17 +34,6 @@ enum {
 #define IN(type, member) .offset = offsetof(struct type, member)
 #define DECK(member) IN(mill_deck, member)
 
-/* Off, as by default: no word of it */
-static bool no_precision(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->precision == 0.0;
-}
-
-static bool no_max_collisions(const void *deck)
-{
-    return ((const struct mill_deck *)deck)->max_collisions == 0.0;
-}
-
 /* It is found in the run. */
 static bool sample_found(const void *deck)
 {
@@ -63,47 +52,45 @@ static bool always(const void *balls)
     return true;
 }
 
-/* clang-format off: tables */
+/* clang-format off */
 static const struct mill_key run_key[] = {
-    {"time", .unit = "s", POSITIVE, DECK(time), .meaning = "end of the run"},
-    {"sample_from", .unit = "s", NOT_NEGATIVE, .preset = "0 s", DECK(sample_from),
-     .hidden = sample_found, .meaning = "statistics are gathered from here to the end"},
-    {"precision", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(precision),
-     .hidden = no_precision,
-     .meaning = "the run ends when median speed and rotor power are known to this relative error; "
-                "0: at run.time"},
-    {"max_collisions", .lo = 0, .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions),
-     .hidden = no_max_collisions,
-     .meaning = "the run ends after this many collisions; 0: at run.time"},
-    {"seed", MILL_KEY_SEED, .lo = 0, .hi = SEED_MAX, .preset = "1", DECK(seed),
-     .meaning = "seed of every random choice"},
+    {"time", "end of the run", .unit = "s", POSITIVE, DECK(time)},
+    {"sample_from", "statistics are gathered from here to the end", .unit = "s", NOT_NEGATIVE,
+     .preset = "0 s", DECK(sample_from), .hidden = sample_found},
+    {"precision", "the run ends when median speed and rotor power are known to this relative "
+     "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(precision),
+     .zero_is_off = true},
+    {"max_collisions", "the run ends after this many collisions; 0: at run.time", .lo = 0,
+     .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
+    {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
+     .preset = "1", DECK(seed)},
     {NULL},
 };
 
 static const struct mill_key gravity_key[] = {
-    {"acceleration", MILL_KEY_VECTOR, .unit = "m/s^2", ANY, .preset = "0 0 -9.81 m/s^2",
-     DECK(gravity), .meaning = "acceleration of gravity along x, y and z"},
+    {"acceleration", "acceleration of gravity along x, y and z", .type = MILL_KEY_VECTOR,
+     .unit = "m/s^2", ANY, .preset = "0 0 -9.81 m/s^2", DECK(gravity)},
     {NULL},
 };
 
 static const struct mill_key ball_key[] = {
-    {"count", MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS, .instead = "fill",
-     IN(mill_deck_balls, count), .meaning = "number of balls"},
-    {"fill", .unit = "1", .lo = 0, .above = true, .hi = 1, .derived = true, .instead = "count",
-     .hidden = always, IN(mill_deck_balls, fill),
-     .meaning = "volume of the balls over that of the drum, instead of their number"},
-    {"diameter", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
-     IN(mill_deck_balls, diameter), .meaning = "diameter of a ball"},
-    {"density", .unit = "kg/m^3", .lo = LEAST_DENSITY, .hi = MILL_KEY_LARGEST,
-     IN(mill_deck_balls, density), .meaning = "density of the balls' material"},
+    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
+     .instead = "fill", IN(mill_deck_balls, count)},
+    {"fill", "volume of the balls over that of the drum, instead of their number", .unit = "1",
+     .lo = 0, .above = true, .hi = 1, .derived = true, .instead = "count", .hidden = always,
+     IN(mill_deck_balls, fill)},
+    {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
+     IN(mill_deck_balls, diameter)},
+    {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
+     .hi = MILL_KEY_LARGEST, IN(mill_deck_balls, density)},
     {NULL},
 };
 
 static const struct mill_key start_key[] = {
-    {"start", MILL_KEY_FILE, .preset = "random", DECK(start), .words = "random",
-     .meaning = "random, or a file with one ball a line: x y z [vx vy vz [wx wy wz]] in SI"},
-    {"speed", .unit = "m/s", NOT_NEGATIVE, .preset = "0 m/s", DECK(speed),
-     .meaning = "speed of every ball of a random start, in a random direction"},
+    {"start", "random, or a file with one ball a line: x y z [vx vy vz [wx wy wz]] in SI",
+     .type = MILL_KEY_FILE, .preset = "random", DECK(start), .words = "random"},
+    {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
+     NOT_NEGATIVE, .preset = "0 m/s", DECK(speed)},
     {NULL},
 };
 
@@ -111,65 +98,65 @@ static const struct mill_key start_key[] = {
     .hidden = is_circle,                                                                           \
     .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
 static const struct mill_key drum_key[] = {
-    {"radius", .unit = "m", SIZE_OF_MILL, DECK(drum_radius), .meaning = "inner radius of the drum"},
-    {"length", .unit = "m", SIZE_OF_MILL, DECK(drum_length), .meaning = "inner length of the drum"},
-    {"profile", MILL_KEY_CHOICE, .preset = "circle", DECK(wavy), .words = "circle|wavy",
-     .meaning = "shape of the drum's wall"},
-    {"buckles", MILL_KEY_WHOLE, .lo = 2, .hi = MOST_BUCKLES, DECK(buckles), WAVY,
-     .meaning = "number of buckles around the drum"},
-    {"buckle_height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY,
-     .meaning = "height of the buckles: the wall lies between radius - height and radius + height"},
-    {"buckle_angle", .unit = "rad", ANY, .preset = "0 deg", DECK(buckle_angle), WAVY,
-     .meaning = "angle of one outermost point, from +y towards +z"},
+    {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_radius)},
+    {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_length)},
+    {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(wavy),
+     .words = "circle|wavy"},
+    {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,
+     .hi = MOST_BUCKLES, DECK(buckles), WAVY},
+    {"buckle_height", "height of the buckles: the wall lies between radius - height and "
+     "radius + height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY},
+    {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
+     .preset = "0 deg", DECK(buckle_angle), WAVY},
     {NULL},
 };
 
 static const struct mill_key rotor_key[] = {
-    {"speed", .unit = "rad/s", ANY, DECK(rotor_speed),
-     .meaning = "constant speed of the rotor, positive about +x"},
-    {"shaft_radius", .unit = "m", NOT_NEGATIVE, DECK(shaft_radius),
-     .meaning = "radius of the shaft; 0 m: none"},
-    {"angle", .unit = "rad", ANY, .preset = "0 deg", DECK(rotor_angle),
-     .meaning = "angle of the rotor at t = 0, from +y towards +z"},
+    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
+     DECK(rotor_speed)},
+    {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
+     DECK(shaft_radius)},
+    {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
+     .preset = "0 deg", DECK(rotor_angle)},
     {NULL},
 };
 
 static const struct mill_key blades_key[] = {
-    {"count", MILL_KEY_WHOLE, .lo = 1, .hi = MOST_BLADES, IN(mill_deck_blades, count),
-     .meaning = "number of equal blades, evenly spaced along the drum"},
+    {"count", "number of equal blades, evenly spaced along the drum", .type = MILL_KEY_WHOLE,
+     .lo = 1, .hi = MOST_BLADES, IN(mill_deck_blades, count)},
     {NULL},
-    {"angle_step", .unit = "rad", ANY, .derived = true, IN(mill_deck_blades, angle_step),
-     .meaning = "angle from one blade to the next"},
+    {"angle_step", "angle from one blade to the next", .unit = "rad", ANY, .derived = true,
+     IN(mill_deck_blades, angle_step)},
     {NULL},
 };
 
 static const struct mill_key law_key[] = {
-    {"restitution", .lo = 0, .hi = 1, IN(mill_law, restitution),
-     .meaning = "normal coefficient of restitution"},
-    {"friction", .lo = 0, .hi = MOST_FRICTION, .preset = "0", IN(mill_law, friction),
-     .meaning = "Coulomb's coefficient of friction; 0: smooth"},
-    {"tangential_restitution", .lo = -1, .hi = 1, .preset = "0", IN(mill_law, tangential),
-     .meaning = "tangential restitution of a sticking contact"},
+    {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1,
+     IN(mill_law, restitution)},
+    {"friction", "Coulomb's coefficient of friction; 0: smooth", .lo = 0, .hi = MOST_FRICTION,
+     .preset = "0", IN(mill_law, friction)},
+    {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1,
+     .preset = "0", IN(mill_law, tangential)},
     {NULL},
 };
 
 static const struct mill_key floor_key[] = {
-    {"rebound_floor", .unit = "m/s", NOT_NEGATIVE, .preset = "5 mm/s", DECK(rebound_floor),
-     .meaning = "least normal speed after any contact"},
+    {"rebound_floor", "least normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
+     .preset = "5 mm/s", DECK(rebound_floor)},
     {NULL},
 };
 
 static const struct mill_key output_key[] = {
-    {"frames", .unit = "s", NOT_NEGATIVE, .preset = "10 ms", DECK(frames),
-     .meaning = "interval of stored ball states; 0 s: none"},
-    {"series", .unit = "s", POSITIVE, .preset = "1 ms", DECK(series),
-     .meaning = "interval of the time series"},
-    {"impacts", MILL_KEY_CHOICE, .preset = "statistics", DECK(log_impacts),
-     .words = "statistics|all", .meaning = "statistics, or all to log every impact"},
-    {"strike_window", .unit = "s", NOT_NEGATIVE, .preset = "10 us", DECK(strike_window),
-     .meaning = "contacts of a pair closer in time than this are one strike"},
-    {"checkpoint", .unit = "s", POSITIVE, .preset = "60 s", DECK(checkpoint),
-     .meaning = "wall-clock interval of checkpoints"},
+    {"frames", "interval of stored ball states; 0 s: none", .unit = "s", NOT_NEGATIVE,
+     .preset = "10 ms", DECK(frames)},
+    {"series", "interval of the time series", .unit = "s", POSITIVE, .preset = "1 ms",
+     DECK(series)},
+    {"impacts", "statistics, or all to log every impact", .type = MILL_KEY_CHOICE,
+     .preset = "statistics", DECK(log_impacts), .words = "statistics|all"},
+    {"strike_window", "contacts of a pair closer in time than this are one strike", .unit = "s",
+     NOT_NEGATIVE, .preset = "10 us", DECK(strike_window)},
+    {"checkpoint", "wall-clock interval of checkpoints", .unit = "s", POSITIVE, .preset = "60 s",
+     DECK(checkpoint)},
     {NULL},
 };
 

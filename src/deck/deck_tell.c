@@ -11,7 +11,6 @@ union value {
     double number;
     vec3 vector;
     long whole;
-    unsigned long seed;
     bool choice;
     char *file;
 };
@@ -29,9 +28,11 @@ static enum mill_status name_option(enum mill_status status, struct mill_error *
 static void print(const struct mill_deck_section *section, const struct mill_key *key,
                   const union value *value, FILE *out)
 {
-    static const char *const type[] = {
-        [MILL_KEY_NUMBER] = "number", [MILL_KEY_VECTOR] = "vector", [MILL_KEY_WHOLE] = "whole",
-        [MILL_KEY_SEED] = "whole",    [MILL_KEY_CHOICE] = "choice", [MILL_KEY_FILE] = "file"};
+    static const char *const type[] = {[MILL_KEY_NUMBER] = "number",
+                                       [MILL_KEY_VECTOR] = "vector",
+                                       [MILL_KEY_WHOLE] = "whole",
+                                       [MILL_KEY_CHOICE] = "choice",
+                                       [MILL_KEY_FILE] = "file"};
     char text[128] = "";
     struct mill_key bare = *key;
     bare.unit = NULL; /* it has a column of its own */

@@ -3,6 +3,7 @@
  * and SI units, whose factor is exactly one. */
 #include "deck/deck_private.h"
 
+#include <assert.h>
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
@@ -45,7 +46,7 @@ static const char *unit_of(const struct mill_key *key)
     return key->unit && !is_share(key) ? key->unit : "";
 }
 
-static void describe(const struct mill_key *key, bool with_unit, char *out, size_t size)
+void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size)
 {
     const struct quantity *q = quantity_of(key);
     switch (key->type) {
@@ -58,9 +59,6 @@ static void describe(const struct mill_key *key, bool with_unit, char *out, size
     case MILL_KEY_WHOLE:
         snprintf(out, size, "a whole number such as '4000'");
         break;
-    case MILL_KEY_SEED:
-        snprintf(out, size, "a whole number from 0 to 4294967295 such as '1'");
-        break;
     case MILL_KEY_CHOICE:
         snprintf(out, size, "'%.*s' or '%s'", (int)strcspn(key->words, "|"), key->words,
                  strchr(key->words, '|') + 1);
@@ -71,17 +69,12 @@ static void describe(const struct mill_key *key, bool with_unit, char *out, size
     }
 }
 
-void mill_deck_value_wanted(const struct mill_key *key, char *out, size_t size)
-{
-    describe(key, false, out, size);
-}
-
 static bool refuse(const struct mill_key *key, bool with_unit, const char *text, const char *remark,
                    struct mill_error *why)
 {
     enum { LONG = 80 };
     char wanted[120];
-    describe(key, with_unit, wanted, sizeof wanted);
+    mill_deck_value_wanted(key, with_unit, wanted, sizeof wanted);
     if (!*text)
         mill_error_set(why, MILL_BAD_DECK, "expected %s, got nothing", wanted);
     else
@@ -114,8 +107,6 @@ static bool refuse_range(const struct mill_key *key, double value, const char *t
                          struct mill_error *why)
 {
     char lo[32], hi[32], limit[120];
-    if (key->type == MILL_KEY_SEED)
-        return refuse(key, false, text, "", why);
     const char *unit = unit_of(key), *space = *unit ? " " : "";
     mill_deck_value_shortest(key->lo, lo);
     if (key->type == MILL_KEY_WHOLE)
@@ -165,52 +156,35 @@ static const char *skip_space(const char *p)
     return p + strspn(p, " \t");
 }
 
-static bool read_scalar(const struct mill_units *units, const struct mill_key *key,
-                        const char *text, double *out, struct mill_error *why)
-{
-    const char *p = text;
-    double value, scale;
-    if (!read_number(&p, &value))
-        return refuse(key, true, text, "", why);
-    if (!read_unit(units, key, text, skip_space(p), &scale, why))
-        return false;
-    value = mill_units_convert(value, scale);
-    if (!isfinite(value))
-        return refuse(key, true, text, " (too large)", why);
-    if (!in_range(key, value))
-        return refuse_range(key, value, text, why);
-    *out = value;
-    return true;
-}
-
-static bool read_vector(const struct mill_units *units, const struct mill_key *key,
-                        const char *text, vec3 *out, struct mill_error *why)
+/* Reads `count` numbers and the unit behind them. */
+static bool read_numbers(const struct mill_units *units, const struct mill_key *key,
+                         const char *text, int count, double *out, struct mill_error *why)
 {
     const char *p = text;
     double value[3], scale;
-    for (int i = 0; i < 3; i++) {
+    assert(count <= 3);
+    for (int i = 0; i < count; i++) {
         const char *start = skip_space(p);
-        if (i > 0 && start == p)
-            return refuse(key, true, text, "", why);
+        const bool apart = i == 0 || start > p;
         p = start;
-        if (!read_number(&p, &value[i]))
+        if (!apart || !read_number(&p, &value[i]))
             return refuse(key, true, text, "", why);
     }
     if (!read_unit(units, key, text, skip_space(p), &scale, why))
         return false;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < count; i++) {
         value[i] = mill_units_convert(value[i], scale);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
-        if (fabs(value[i]) > key->hi)
-            return refuse_range(key, fabs(value[i]), text, why);
+        if (!in_range(key, value[i]))
+            return refuse_range(key, count > 1 ? fabs(value[i]) : value[i], text, why);
     }
-    *out = vec3_make(value[0], value[1], value[2]);
+    memcpy(out, value, (size_t)count * sizeof *out);
     return true;
 }
 
 /* Whole numbers: digits, and a sign for those that may be below zero by mistake. */
-static bool read_whole(const struct mill_key *key, const char *text, void *out,
+static bool read_whole(const struct mill_key *key, const char *text, long *out,
                        struct mill_error *why)
 {
     const char *digits = text + (*text == '-' || *text == '+');
@@ -222,10 +196,7 @@ static bool read_whole(const struct mill_key *key, const char *text, void *out,
     const long value = strtol(text, &end, 10);
     if (errno == ERANGE || !in_range(key, (double)value))
         return refuse_range(key, (double)value, text, why);
-    if (key->type == MILL_KEY_SEED)
-        *(unsigned long *)out = (unsigned long)value;
-    else
-        *(long *)out = value;
+    *out = value;
     return true;
 }
 
@@ -261,11 +232,10 @@ bool mill_deck_value_read(const struct mill_units *units, const struct mill_key 
     void *out = (char *)form + key->offset;
     switch (key->type) {
     case MILL_KEY_NUMBER:
-        return read_scalar(units, key, text, out, why);
+        return read_numbers(units, key, text, 1, out, why);
     case MILL_KEY_VECTOR:
-        return read_vector(units, key, text, out, why);
+        return read_numbers(units, key, text, 3, out, why);
     case MILL_KEY_WHOLE:
-    case MILL_KEY_SEED:
         return read_whole(key, text, out, why);
     case MILL_KEY_CHOICE:
         return read_choice(key, text, out, why);
@@ -305,9 +275,6 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         break;
     case MILL_KEY_WHOLE:
         snprintf(out, size, "%ld", *(const long *)where);
-        break;
-    case MILL_KEY_SEED:
-        snprintf(out, size, "%lu", *(const unsigned long *)where);
         break;
     case MILL_KEY_CHOICE:
         if (*(const bool *)where)

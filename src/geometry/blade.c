@@ -201,20 +201,20 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     return &b->convex.base;
 }
 
-/* clang-format off: a table */
+/* clang-format off */
 #define AT(member) .offset = offsetof(struct mill_blade, member)
 const struct mill_key mill_blade_key[] = {
-    {"position", .unit = "m", MILL_KEY_ANY, AT(position), .meaning = "x of the blade's centre"},
-    {"angle", .unit = "rad", MILL_KEY_ANY, AT(angle),
-     .meaning = "angle of the blade on the rotor, from +y towards +z"},
-    {"tip_radius", .unit = "m", MILL_KEY_POSITIVE, AT(tip_radius),
-     .meaning = "reach of a blade from the axis"},
-    {"width", .unit = "m", MILL_KEY_POSITIVE, AT(width),
-     .meaning = "width of a blade along the axis, before pitching"},
-    {"thickness", .unit = "m", MILL_KEY_POSITIVE, AT(thickness),
-     .meaning = "thickness of a blade around the axis, before pitching"},
-    {"pitch", .unit = "rad", MILL_KEY_ANY, .preset = "0 deg", AT(pitch),
-     .meaning = "turn of a blade about its radial mid-line"},
+    {"position", "x of the blade's centre", .unit = "m", MILL_KEY_ANY, AT(position)},
+    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", MILL_KEY_ANY,
+     AT(angle)},
+    {"tip_radius", "reach of a blade from the axis", .unit = "m", MILL_KEY_POSITIVE,
+     AT(tip_radius)},
+    {"width", "width of a blade along the axis, before pitching", .unit = "m", MILL_KEY_POSITIVE,
+     AT(width)},
+    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m",
+     MILL_KEY_POSITIVE, AT(thickness)},
+    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", MILL_KEY_ANY,
+     .preset = "0 deg", AT(pitch)},
     {NULL},
 };
 /* clang-format on */

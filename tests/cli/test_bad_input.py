@@ -270,7 +270,7 @@ VALUES = [
     ("run", "time", "one s", "expected a time"),
     ("run", "sample_from", "nan s", "expected a time"),
     ("run", "seed", "0x1", "expected a whole number"),
-    ("run", "seed", "18446744073709551617", "expected a whole number"),
+    ("run", "seed", "18446744073709551617", "must be between 0 and 4294967295"),
     ("balls", "count", "0x14", "expected a whole number"),
     ("balls", "count", "1_000", "expected a whole number"),
     ("balls", "count", "1,000", "expected a whole number"),
