@@ -122,7 +122,7 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
     name_counts(deck, fault->fits, counts, sizeof counts);
     return mill_deck_fault(deck, error, section, "count",
                            "%ld balls do not fit (solid fraction %.3f of the free volume); %s do",
-                           deck->all, fault->amount, counts);
+                           (long)deck->all, fault->amount, counts);
 }
 
 static enum mill_status tell(const struct mill_deck *deck, const struct lists *lists,
