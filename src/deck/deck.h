@@ -49,7 +49,7 @@ struct mill_deck {
     struct mill_deck_balls alike; /* [balls], where all are of one kind */
     int kinds;                    /* of balls */
     struct mill_deck_balls *balls;
-    long all;     /* balls of all kinds */
+    int64_t all;  /* balls of all kinds */
     char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
     double speed; /* [m/s] of every ball, random start only */
     double drum_radius, drum_length; /* [m] */
