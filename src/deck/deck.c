@@ -46,23 +46,22 @@ void mill_deck_free(struct mill_deck *deck)
 enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
                                  const char *section, const char *key, const char *format, ...)
 {
-    char where[MILL_DECK_WHERE], what[512], remark[80] = "";
+    char what[512], named[120];
     const struct mill_deck_section *place = mill_deck_text_section(deck->text, section);
     const struct mill_deck_entry *entry = key ? mill_deck_text_entry(place, key) : NULL;
     const struct mill_key *row = key ? mill_deck_table_key(section, key) : NULL;
+    struct mill_deck_origin origin = {.line = 0};
+    if (place)
+        origin = entry ? entry->origin : place->origin;
     if (row && !entry && row->preset)
-        snprintf(remark, sizeof remark, " (default %s)", row->preset);
+        snprintf(named, sizeof named, "%s (default %s)", key, row->preset);
+    else
+        snprintf(named, sizeof named, "%s", key ? key : "");
     va_list list;
     va_start(list, format);
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
-    mill_deck_text_place(deck->text->file,
-                         entry   ? entry->origin
-                         : place ? place->origin
-                                 : (struct mill_deck_origin){.line = 0},
-                         where);
-    return mill_error_set(error, MILL_BAD_DECK, "%s: [%s]%s%s%s: %s", where, section,
-                          key ? " " : "", key ? key : "", remark, what);
+    return mill_deck_text_refuse(deck->text, origin, section, key ? named : NULL, what, error);
 }
 
 struct page {

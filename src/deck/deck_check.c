@@ -20,8 +20,7 @@
 /* [m] How near the drum's wall comes to the axis */
 static double bore_of(const struct mill_deck *deck)
 {
-    const struct mill_setup_drum drum = mill_deck_drum(deck);
-    return drum.radius - drum.buckle_height;
+    return deck->drum_radius - mill_deck_drum(deck).buckle_height;
 }
 
 static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
@@ -38,38 +37,41 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
     return MILL_OK;
 }
 
-static enum mill_status check_frames(const struct mill_deck *deck, void (*warn)(const char *line),
-                                     struct mill_error *error)
+static double frames_of(const struct mill_deck *deck)
 {
-    const double frames = deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
-    const double gigabytes = 1e-9 * frames * (double)deck->all * FRAME_OF_BALL;
-    struct mill_error line;
-    if (frames > MOST_FRAMES)
-        return mill_deck_fault(
-            deck, error, "output", "frames",
-            "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->time,
-            gigabytes);
-    if (frames <= MANY_FRAMES || !warn)
+    return deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
+}
+
+/* [GB] */
+static double size_of_frames(const struct mill_deck *deck)
+{
+    return 1e-9 * frames_of(deck) * (double)deck->all * FRAME_OF_BALL;
+}
+
+static enum mill_status check_frames(const struct mill_deck *deck, struct mill_error *error)
+{
+    if (frames_of(deck) <= MOST_FRAMES)
         return MILL_OK;
+    return mill_deck_fault(deck, error, "output", "frames",
+                           "too short: more than 1e7 frames until %g s (%.3g GB of ball states)",
+                           deck->time, size_of_frames(deck));
+}
+
+static void warn_of_frames(const struct mill_deck *deck, void (*warn)(const char *line))
+{
+    struct mill_error line;
+    if (frames_of(deck) <= MANY_FRAMES)
+        return;
     mill_deck_fault(deck, &line, "output", "frames",
-                    "%.3g frames until %g s take %.3g GB; expected a longer interval", frames,
-                    deck->time, gigabytes);
+                    "%.3g frames until %g s take %.3g GB; expected a longer interval",
+                    frames_of(deck), deck->time, size_of_frames(deck));
     warn(line.text);
-    return MILL_OK;
 }
 
 static struct mill_profile profile_of(const struct mill_deck *deck)
 {
-    return mill_profile_make((int)deck->buckles, deck->drum_radius, deck->buckle_height, 0.0);
-}
-
-/* Of the drum, across its axis [m^2] */
-static double section_area(const struct mill_deck *deck)
-{
-    if (!deck->wavy)
-        return MILL_PI * deck->drum_radius * deck->drum_radius;
-    const struct mill_profile profile = profile_of(deck);
-    return mill_profile_area(&profile);
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    return mill_shapes_chamber(&drum).drum;
 }
 
 /* Buckles must leave each other room. Height and number are bounded by each other, so the message
@@ -77,7 +79,7 @@ static double section_area(const struct mill_deck *deck)
 static enum mill_status check_profile(const struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_profile profile = profile_of(deck);
-    if (mill_profile_is_sound(&profile))
+    if (!deck->wavy || mill_profile_is_sound(&profile))
         return MILL_OK;
     return mill_deck_fault(deck, error, "drum", "buckle_height",
                            "%ld buckles on a radius of %g m must be lower than %.4g m, or "
@@ -122,7 +124,8 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
 static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
 {
     const double shaft = deck->rotor ? deck->shaft_radius : 0.0;
-    const double room = (section_area(deck) - MILL_PI * shaft * shaft) * deck->drum_length;
+    const struct mill_profile drum = profile_of(deck);
+    const double room = (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->drum_length;
     double volume = 0.0;
     long total = 0;
     for (int k = 0; k < deck->kinds; k++) {
@@ -185,7 +188,7 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
     const struct mill_profile p = profile_of(deck);
     /* between the inner arcs on both sides of a buckle that overhangs */
     const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
-    if (p.half_outer <= 0.5 * MILL_PI || deck->start)
+    if (!deck->wavy || p.half_outer <= 0.5 * MILL_PI || deck->start)
         return;
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
@@ -238,20 +241,17 @@ static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error)
 {
-    enum mill_status status = check_times(deck, error);
-    if (status == MILL_OK && deck->wavy)
-        status = check_profile(deck, error);
-    if (status == MILL_OK)
-        status = check_shapes(deck, error);
-    if (status == MILL_OK)
-        status = check_sizes(deck, error);
-    if (status == MILL_OK)
-        status = check_amount(deck, error);
-    if (status == MILL_OK)
-        status = check_frames(deck, warn, error);
-    if (status == MILL_OK && warn && deck->wavy)
+    static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
+        check_times, check_profile, check_shapes, check_sizes, check_amount, check_frames};
+    for (size_t i = 0; i < sizeof check / sizeof *check; i++) {
+        const enum mill_status status = check[i](deck, error);
+        if (status != MILL_OK)
+            return status;
+    }
+    if (warn) {
+        warn_of_frames(deck, warn);
         warn_of_mouths(deck, warn);
-    if (status == MILL_OK && warn)
         warn_of_gaps(deck, warn);
-    return status;
+    }
+    return MILL_OK;
 }

@@ -5,6 +5,7 @@
 #include "deck/textfile.h"
 
 #include <errno.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,25 +32,16 @@ static enum mill_status no_memory(const struct reading *reading)
     return mill_error_set(reading->error, MILL_FAILED, "out of memory");
 }
 
-/* "FILE:LINE: [title] key: what hint", title and key left out where NULL. */
+/* Title and key may be NULL. */
 static enum mill_status refuse(const struct reading *reading, const char *title, const char *key,
-                               const char *what, const char *hint)
+                               const char *format, ...)
 {
-    char where[MILL_DECK_WHERE];
-    mill_deck_text_place(reading->text->file, reading->origin, where);
-    return mill_error_set(reading->error, MILL_BAD_DECK, "%s: %s%.60s%s%.60s%s%s%s", where,
-                          title ? "[" : "", title ? title : "", title ? (key ? "] " : "]: ") : "",
-                          key ? key : "", key ? ": " : "", what, hint);
-}
-
-/* " (first in line 7)" */
-static enum mill_status refuse_repetition(const struct reading *reading, const char *title,
-                                          const char *key, int line)
-{
-    char first[40];
-    snprintf(first, sizeof first, " (first in line %d)", line);
-    return refuse(reading, title, key,
-                  key ? "the key is given twice" : "the section is given twice", first);
+    char what[400];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    return mill_deck_text_refuse(reading->text, reading->origin, title, key, what, reading->error);
 }
 
 /* Of a section [contact.KIND] */
@@ -62,7 +54,7 @@ static enum mill_status check_contact(const struct reading *reading, const char 
             return MILL_OK;
         strcat(strcat(names, kind > 0 ? ", " : ""), mill_kind_name[kind]);
     }
-    return refuse(reading, title, NULL, "unknown kind of contact; there are ", names);
+    return refuse(reading, title, NULL, "unknown kind of contact; there are %s", names);
 }
 
 /* [title] may be a section. */
@@ -77,19 +69,18 @@ static enum mill_status check_title(const struct reading *reading, const char *t
         mill_deck_table_belongs(&block, title, &name);
     if (!name) {
         mill_deck_table_suggest_section(title, hint, sizeof hint);
-        return refuse(reading, title, NULL, "unknown section", hint);
+        return refuse(reading, title, NULL, "unknown section%s", hint);
     }
     if (!block.named)
         return MILL_OK;
     if (strcmp(block.title, "contact") == 0)
         return check_contact(reading, title, name);
     if (strlen(name) >= MILL_NAME_LENGTH)
-        return refuse(reading, title, NULL, "the name is longer than 63 characters", "");
+        return refuse(reading, title, NULL, "the name is longer than 63 characters");
     if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)])
         return refuse(reading, title, NULL,
                       "a name consists of letters, digits, '_', '-', '+' and '.', and begins with "
-                      "one of the first three",
-                      "");
+                      "one of the first three");
     return MILL_OK;
 }
 
@@ -114,7 +105,7 @@ static enum mill_status open_section(const struct reading *reading, const char *
     if (status != MILL_OK)
         return status;
     if (reading->text->sections == MOST_SECTIONS)
-        return refuse(reading, title, NULL, "there are more than 10000 sections", "");
+        return refuse(reading, title, NULL, "there are more than 10000 sections");
     return add_section(reading, title, section);
 }
 
@@ -126,11 +117,12 @@ static enum mill_status add_entry(const struct reading *reading, struct mill_dec
     if (!mill_deck_table_key(section->title, key)) {
         mill_deck_table_suggest_key(section->title, key, hint, sizeof hint);
         return refuse(reading, section->title, key,
-                      *key ? "unknown key" : "there is no key in front of '='", hint);
+                      *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
     struct mill_deck_entry *entry = mill_deck_text_entry(section, key);
     if (entry && !reading->origin.override)
-        return refuse_repetition(reading, section->title, key, entry->origin.line);
+        return refuse(reading, section->title, key, "the key is given twice (first in line %d)",
+                      entry->origin.line);
     if (!entry) {
         struct mill_deck_entry *more = extend(section->entry, section->entries, sizeof *more);
         if (!more)
@@ -157,16 +149,17 @@ static enum mill_status read_lines(struct reading *reading, size_t size)
         case MILL_DECK_LINE_EMPTY:
             break;
         case MILL_DECK_LINE_WRONG:
-            return refuse(reading, NULL, NULL, line.wrong, "");
+            return refuse(reading, NULL, NULL, "%s", line.wrong);
         case MILL_DECK_LINE_SECTION:
             section = mill_deck_text_section(reading->text, line.key);
-            status = section ? refuse_repetition(reading, line.key, NULL, section->origin.line)
+            status = section ? refuse(reading, line.key, NULL,
+                                      "the section is given twice (first in line %d)",
+                                      section->origin.line)
                              : open_section(reading, line.key, &section);
             break;
         case MILL_DECK_LINE_KEY:
-            status = section
-                         ? add_entry(reading, section, line.key, line.value, line.quoted)
-                         : refuse(reading, NULL, line.key, "stands before the first [section]", "");
+            status = section ? add_entry(reading, section, line.key, line.value, line.quoted)
+                             : refuse(reading, NULL, line.key, "stands before the first [section]");
             break;
         }
     }
@@ -195,7 +188,7 @@ static enum mill_status apply_override(const struct reading *reading, char *copy
 {
     for (const char *p = copy; *p; p++)
         if ((unsigned char)*p < 32 || *p == 127)
-            return refuse(reading, NULL, NULL, "holds a control character", "");
+            return refuse(reading, NULL, NULL, "holds a control character");
     char *value = strchr(copy, '='), *key = NULL;
     if (value) {
         *value++ = '\0';
@@ -203,7 +196,7 @@ static enum mill_status apply_override(const struct reading *reading, char *copy
     }
     if (!key || key == copy)
         return refuse(reading, NULL, NULL,
-                      "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'", "");
+                      "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'");
     *key++ = '\0';
     struct mill_deck_section *section = mill_deck_text_section(reading->text, copy);
     const enum mill_status status = section ? MILL_OK : open_section(reading, copy, &section);

@@ -69,8 +69,6 @@ struct mill_deck_text {
     struct mill_deck_section *section;
 };
 
-enum { MILL_DECK_WHERE = 360 };
-
 void mill_deck_text_free(struct mill_deck_text *text);
 
 /* The section [title], or NULL. */
@@ -86,9 +84,11 @@ struct mill_deck_section *mill_deck_text_next(const struct mill_deck_text *text,
 struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
                                              const char *key);
 
-/* "FILE:LINE", "FILE", or "--set SECTION.KEY=VALUE" */
-void mill_deck_text_place(const char *file, struct mill_deck_origin origin,
-                          char where[MILL_DECK_WHERE]);
+/* Sets "FILE:LINE: [title] key: what", "FILE: ..." or "--set SECTION.KEY=VALUE: ..."; title and key
+ * may be NULL. Returns MILL_BAD_DECK. */
+enum mill_status mill_deck_text_refuse(const struct mill_deck_text *text,
+                                       struct mill_deck_origin origin, const char *title,
+                                       const char *key, const char *what, struct mill_error *error);
 
 /* The last `longest` characters: the end of a long file name tells more than its beginning. */
 const char *mill_deck_text_tail(const char *text, size_t longest);

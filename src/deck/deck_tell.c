@@ -60,8 +60,8 @@ static enum mill_status tell(const struct mill_units *units, const char *overrid
     if (mill_deck_value_read(units, &key, entry->value, &value, &why))
         print(section, &key, &value, out);
     else
-        status = mill_error_set(error, MILL_BAD_DECK, "--set %.240s: [%s] %s: %s", override,
-                                section->title, key.name, why.text);
+        status =
+            mill_deck_text_refuse(text, entry->origin, section->title, key.name, why.text, error);
     if (key.type == MILL_KEY_FILE)
         free(value.file);
     mill_deck_text_free(text);

@@ -11,16 +11,21 @@ const char *mill_deck_text_tail(const char *text, size_t longest)
     return length > longest ? text + length - longest : text;
 }
 
-void mill_deck_text_place(const char *file, struct mill_deck_origin origin,
-                          char where[MILL_DECK_WHERE])
+enum mill_status mill_deck_text_refuse(const struct mill_deck_text *text,
+                                       struct mill_deck_origin origin, const char *title,
+                                       const char *key, const char *what, struct mill_error *error)
 {
-    enum { LONGEST = 240 };
+    char where[360];
+    const char *file = mill_deck_text_tail(text->file, 240);
     if (origin.override)
-        snprintf(where, MILL_DECK_WHERE, "--set %.*s", LONGEST, origin.override);
+        snprintf(where, sizeof where, "--set %.240s", origin.override);
     else if (origin.line > 0)
-        snprintf(where, MILL_DECK_WHERE, "%s:%d", mill_deck_text_tail(file, LONGEST), origin.line);
+        snprintf(where, sizeof where, "%s:%d", file, origin.line);
     else
-        snprintf(where, MILL_DECK_WHERE, "%s", mill_deck_text_tail(file, LONGEST));
+        snprintf(where, sizeof where, "%s", file);
+    return mill_error_set(error, MILL_BAD_DECK, "%s: %s%.80s%s%s%.60s%s%s", where, title ? "[" : "",
+                          title ? title : "", title ? "]" : "", title && key ? " " : "",
+                          key ? key : "", title || key ? ": " : "", what);
 }
 
 struct mill_deck_section *mill_deck_text_section(const struct mill_deck_text *text,
