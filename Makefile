@@ -11,10 +11,11 @@ Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
 PARALLEL := --no-print-directory -j$(shell nproc 2>/dev/null || echo 2)
 VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
 
-CFLAGS_release := -O3 -g
+# assertions are for the tests under sanitizers and for `make golden`
+CFLAGS_release := -O3 -g -DNDEBUG
 CFLAGS_debug := -O0 -g
 CFLAGS_o2 := -O2 -g
-CFLAGS_clang := -O3 -g
+CFLAGS_clang := -O3 -g -DNDEBUG
 WARN_clang := -Wno-double-promotion
 CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS_asan := -fsanitize=address,undefined
@@ -41,7 +42,7 @@ FUZZ_LINK := -Wl,--wrap=mill_units_create,--wrap=mill_units_free $(if $(filter f
 FUZZ_MAIN := $(BUILD)/tests/fuzz/units_once.o $(if $(filter fuzz,$(MODE)),,$(BUILD)/tests/fuzz/replay.o)
 PROBES := $(patsubst %.c,build/release/%,$(wildcard validation/*/*.c))
 C_FILES := $(wildcard src/*/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
-             validation/*/*.[ch])
+             validation/*/*.[ch] examples/*.c)
 
 # The simulator is whole without Python, so packages for ./mill that cannot be had now are one line, not a failure;
 # `make mill`, asked for by name, fails.
@@ -68,7 +69,7 @@ help:
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
-	@echo 'make install   into PREFIX=$(PREFIX)'
+	@echo 'make install   the program, libmillsim.a and its headers into PREFIX=$(PREFIX)'
 	@echo 'make clean     remove what was built        MODE=release|debug|o2|asan  WERROR=1  V=1'
 
 millsim: build/release/millsim
@@ -89,16 +90,18 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
-VERSIONED := $(patsubst %,$(BUILD)/src/app/%.o,main command run_end record checkpoint)
-$(VERSIONED): $(BUILD)/version
-$(VERSIONED): DEFINES = \
-	'-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"'
+# what a checkpoint is good for: the same sources, flags and compiler
+BUILD_ID := $(shell (cat $(sort $(wildcard src/*/*.[ch] include/millsim/*.h)); echo '$(FLAGS)'; $(CC) --version) | \
+    (sha256sum 2>/dev/null || shasum -a 256) | cut -c1-16)
+$(BUILD)/src/base/version.o: $(BUILD)/version
+$(BUILD)/src/base/version.o: DEFINES = \
+    '-DMILL_VERSION="$(VERSION)"' '-DMILL_FLAGS="$(FLAGS)"' '-DMILL_BUILD="$(BUILD_ID)"'
 
 # rewritten only when they change, so that a change rebuilds what depends on it
 $(BUILD)/flags: always
 	@mkdir -p $(@D); echo '$(CC) $(ALL_CFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS)' > $@
 $(BUILD)/version: always
-	@mkdir -p $(@D); echo '$(VERSION)' | cmp -s - $@ || echo '$(VERSION)' > $@
+	@mkdir -p $(@D); echo '$(VERSION) $(BUILD_ID)' | cmp -s - $@ || echo '$(VERSION) $(BUILD_ID)' > $@
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS) $(shell pkg-config --libs check 2>/dev/null)
@@ -231,8 +234,20 @@ pictures:
 	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
 	for f in flow speeds axial-rate; do ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 
-install: millsim
-	install -D -m 755 millsim $(DESTDIR)$(PREFIX)/bin/millsim
+# The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
+ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))
+$(BUILD)/libmillsim.a: $(ENGINE)
+	$(Q)rm -f $@; ar rc $@ $^
+
+INSTALLED := $(DESTDIR)$(PREFIX)
+install: millsim build/release/libmillsim.a
+	install -D -m 755 millsim $(INSTALLED)/bin/millsim
+	install -D -m 644 build/release/libmillsim.a $(INSTALLED)/lib/libmillsim.a
+	install -d $(INSTALLED)/include/millsim $(INSTALLED)/lib/pkgconfig
+	install -m 644 include/millsim/*.h $(INSTALLED)/include/millsim
+	printf '%s\n' 'prefix=$(PREFIX)' 'Name: millsim' 'Description: event-driven simulation of ball mills' \
+	    'Version: $(patsubst v%,%,$(VERSION))' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm' \
+	    > $(INSTALLED)/lib/pkgconfig/millsim.pc
 
 clean:
 	rm -rf build millsim mill

@@ -3,6 +3,7 @@
 #define MILLSIM_SIM_H
 
 #include "millsim/observer.h"
+#include "millsim/state.h"
 #include "millsim/status.h"
 #include "millsim/world.h"
 
@@ -21,8 +22,9 @@ void mill_sim_free(struct mill_sim *sim);
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer);
 
 /* Runs on to simulated time `until` [s] (samples due exactly then are taken), or for `budget`
- * events, or until *stop (may be NULL) becomes non-zero (MILL_STOPPED), or an observer fails, or
- * time stands still (MILL_FAILED). Where it pauses has no influence on the run. */
+ * events, or until *stop (may be NULL) becomes non-zero (MILL_STOPPED), or an observer has seen
+ * enough (MILL_ENDED) or fails, or time stands still (MILL_FAILED). Where it pauses has no
+ * influence on the run. */
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error);
 
@@ -30,21 +32,10 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
  * are beyond 1e-9 m go to the world's counts. The loop does it 16 times a simulated second. */
 void mill_sim_audit(struct mill_sim *sim);
 
-/* The state of sim and world, for a run that is interrupted and goes on to the same bits, as a list
- * of places (src/base/parts.h) that make one run of bytes: good for the same program only. The
- * first *values of them are single values; the others are the arrays of the balls, which stay as
- * they are until the next mill_sim_run, whatever is audited or written meanwhile. Returns how many.
- */
-enum { MILL_SIM_PARTS = 16 }; /* room for so many */
-struct mill_part;
-size_t mill_sim_parts(struct mill_sim *sim, struct mill_part *part, size_t *values);
-
-/* Loads such a state into a sim of the same deck, before it runs. `source` has no other bytes left.
- * MILL_FAILED when they are of another deck or damaged: the sim is good for nothing then, unless it
- * is another deck's state, which is not touched. */
-struct mill_source;
-enum mill_status mill_sim_load(struct mill_sim *sim, struct mill_source *source,
-                               struct mill_error *error);
+/* Tells the state of sim and world: everything that the next event depends on. Loading wants a sim
+ * of the same deck that has not run; the state of another deck is refused and does not touch it,
+ * after any other failure it is good for nothing. */
+void mill_sim_state(struct mill_sim *sim, struct mill_state *state);
 
 /* How often each thing was checked, and held */
 struct mill_sim_checks {
@@ -66,6 +57,8 @@ enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_er
 
 /* The checks made since they were switched on; all zero without. */
 struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim);
+
+const struct mill_world *mill_sim_world(const struct mill_sim *sim);
 
 /* Simulated time reached [s]; local time of the same. */
 double mill_sim_time(const struct mill_sim *sim);

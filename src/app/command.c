@@ -2,13 +2,11 @@
  * Wrong usage is told in one line. */
 #include "app/command.h"
 
+#include "base/version.h"
+
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
-
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
 
 enum { LONG = 256 }; /* + enum mill_option: what getopt_long calls an option by its long name */
 
@@ -81,7 +79,7 @@ bool mill_command_answer(const struct mill_command *a, FILE *out)
     if (a->given[MILL_HELP])
         print_help(out);
     else if (a->given[MILL_VERSION_LINE])
-        fputs("millsim " MILL_VERSION "\n", out);
+        fputs(mill_version_line, out);
     return a->given[MILL_HELP] || a->given[MILL_VERSION_LINE];
 }
 

@@ -99,7 +99,7 @@ static enum mill_status check_inputs(const struct mill_command *a, const struct 
                                      const char *mend, struct mill_error *error)
 {
     const char *const input[] = {a->deck, deck->start};
-    struct mill_draft *draft = mill_draft_create(a->output);
+    struct mill_draft *draft = mill_draft_create(a->output, NULL);
     enum mill_status status = draft ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
     for (int i = 0; i < 2 && input[i] && status == MILL_OK; i++) {
         const bool beside = mill_draft_replaces(draft, input[i]);

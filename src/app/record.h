@@ -4,7 +4,7 @@
 
 #include "deck/deck.h"
 #include "millsim/world.h"
-#include "store/h5.h"
+#include "observe/sink.h"
 
 /* What a run has used so far, in all its legs */
 struct mill_record_cost {
@@ -13,21 +13,36 @@ struct mill_record_cost {
     uint64_t checkpoints; /* taken */
 };
 
-struct mill_record_end {
-    const char *status; /* "running", "complete", "stopped", "failed" */
-    double time;        /* [s] simulated time reached */
-    double local_time;  /* [s] the same in the world's local time */
-    struct mill_record_cost cost;
-    double peak_memory; /* [byte] */
+/* How far the run is, or how it ended */
+struct mill_facts {
+    const char *status; /* "running", "complete", "stopped" (by a signal), "failed" */
     /* why it ended, where that is not always its time: "time", "precision", "max_collisions", or
      * "none" as long as it has not; else NULL */
     const char *ended_by;
+    double time;  /* [s] simulated time reached */
+    double local; /* [s] the same in the world's local time */
+    double end;   /* [s] run.time */
+    struct mill_record_cost cost;
+    double peak_memory;  /* [byte] */
+    const char *deck;    /* path as given */
+    const char *output;  /* path of the file */
+    const char *version; /* of millsim */
 };
+
+/* Sums over the whole run, t = `local` being now */
+struct mill_totals {
+    uint64_t contacts;
+    uint64_t anomalies;
+    struct mill_energy energy; /* now */
+    double dissipation;        /* [J] */
+    double balance_error;      /* [J] */
+    double turnover;           /* [J] energy turned over */
+};
+struct mill_totals mill_record_add(const struct mill_world *world, double local);
 
 /* Writes /deck: every entry of the deck with all defaults as a text /deck/SECTION/KEY, and the
  * whole, a deck itself, as /deck/text. */
-enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
-                                  struct mill_error *error);
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
 
 /* Is the file's run of this deck? MILL_BAD_DECK with a line that names the first difference, or
  * MILL_FAILED when the file holds no deck. The interval of checkpoints and the folder of a start
@@ -37,13 +52,11 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
 
 /* Writes into /run what is known before the first event: version, compiler, flags, libraries,
  * command, started (UTC, ISO 8601), status "running". command: the command line, quoted. */
-enum mill_status mill_record_start(struct mill_h5 *file, const char *command,
-                                   struct mill_error *error);
+void mill_record_start(struct mill_h5 *file, const char *command);
 
-/* Writes into /run how it went, replacing what an earlier call wrote: at checkpoints and at the
- * end. */
-enum mill_status mill_record_finish(struct mill_h5 *file, const struct mill_world *world,
-                                    const struct mill_record_end *end, struct mill_error *error);
+/* Tells how it went: what stands in /run, or a summary's "run". */
+void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
+                      struct mill_sink *sink);
 
 /* Peak resident memory of this process [byte], and processor time it has used [s]. */
 double mill_record_peak_memory(void);

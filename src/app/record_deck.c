@@ -6,25 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct scribe {
-    struct mill_h5 *file;
-    struct mill_error *error;
-    enum mill_status status;
-};
-
 static void write_entry(void *self, const char *section, const char *key, const char *value,
                         const char *meaning)
 {
-    struct scribe *scribe = self;
     char path[4 * MILL_NAME_LENGTH];
     char *name = path + strlen("/deck/");
-    if (scribe->status != MILL_OK)
-        return;
     snprintf(path, sizeof path, "/deck/%s|%s", section, key);
     for (; *name; name++) /* a name from the deck must not become a path of its own */
         *name = *name == '/' ? '_' : *name;
     *strrchr(path, '|') = '/';
-    scribe->status = mill_h5_write_text(scribe->file, path, value, meaning, scribe->error);
+    mill_h5_write_text(self, path, value, meaning);
 }
 
 /* NULL: out of memory. Owner: the caller. */
@@ -42,20 +33,16 @@ static char *print_deck(const struct mill_deck *deck)
     return NULL;
 }
 
-enum mill_status mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck,
-                                  struct mill_error *error)
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
 {
-    struct scribe scribe = {file, error, MILL_OK};
-    mill_deck_each(deck, write_entry, &scribe);
-    if (scribe.status != MILL_OK)
-        return scribe.status;
+    mill_deck_each(deck, write_entry, file);
     char *text = print_deck(deck);
-    if (!text)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
-    scribe.status = mill_h5_write_text(file, "/deck/text", text,
-                                       "the deck as run, with all defaults; itself a deck", error);
+    if (text)
+        mill_h5_write_text(file, "/deck/text", text,
+                           "the deck as run, with all defaults; itself a deck");
+    else
+        mill_h5_spend(file, "out of memory for the deck's text");
     free(text);
-    return scribe.status;
 }
 
 /* The next line that says something of the run, without the comment behind it: neither empty, nor

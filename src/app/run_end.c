@@ -2,14 +2,12 @@
  * is said when the file could not be written. */
 #include "app/run_private.h"
 #include "app/summary.h"
-#include "observe/vtkhdf.h"
+#include "base/version.h"
 
 #include <string.h>
 #include <unistd.h>
 
-#ifndef MILL_VERSION
-#define MILL_VERSION "unknown"
-#endif
+#define MANY_FRAMES 10000 /* from here on /VTKHDF takes long */
 
 struct mill_record_cost mill_run_cost(const struct mill_run *r)
 {
@@ -19,60 +17,111 @@ struct mill_record_cost mill_run_cost(const struct mill_run *r)
     return cost;
 }
 
-enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error)
+static struct mill_facts facts_of(const struct mill_run *r, const char *status)
 {
-    enum mill_status status = mill_frames_finish(r->frames, error);
-    if (status == MILL_OK)
-        status = mill_series_finish(r->series, error);
-    if (status == MILL_OK && r->log)
-        status = mill_impactlog_finish(r->log, error);
-    return status;
-}
-
-enum mill_status mill_run_write(struct mill_run *r, const char *ended,
-                                struct mill_checkpoint_state *state, struct mill_error *error)
-{
-    const double local = mill_sim_local_time(r->sim);
-    enum mill_status status = mill_run_flush(r, error);
-    mill_tally_finish(r->tally, r->world, local);
-    if (status == MILL_OK)
-        status = mill_tally_write(r->tally, r->file, error);
-    const char *by = mill_tally_ended_by(r->tally);
-    const struct mill_record_end end = {
-        ended,
-        mill_sim_time(r->sim),
-        local,
-        mill_run_cost(r),
-        mill_record_peak_memory(),
-        by && strcmp(ended, "complete") != 0 ? "none" : by,
+    const bool asked = r->deck->precision > 0 || r->deck->max_collisions > 0;
+    const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
+    return (struct mill_facts){
+        .status = status,
+        .ended_by = asked ? by : NULL,
+        .time = mill_sim_time(r->sim),
+        .local = mill_sim_local_time(r->sim),
+        .end = r->deck->time,
+        .cost = mill_run_cost(r),
+        .peak_memory = mill_record_peak_memory(),
+        .deck = mill_deck_file(r->deck),
+        .output = r->options->output,
+        .version = mill_version,
     };
-    if (status == MILL_OK)
-        status = mill_record_finish(r->file, r->world, &end, error);
-    /* a run that goes on has no use for it yet */
-    if (status == MILL_OK && strcmp(ended, "running") != 0)
-        status = mill_vtkhdf_write(r->file, r->deck, r->world, r->frames, error);
-    if (status == MILL_OK)
-        status = mill_checkpoint_remove(r->file, error);
-    if (status == MILL_OK && state)
-        status = mill_checkpoint_write(state, r->file, error);
-    return status;
 }
 
-void mill_run_summarise(const struct mill_run *r, bool stopped)
+void mill_run_keep(const struct mill_run *r)
 {
-    const struct mill_record_cost cost = mill_run_cost(r);
-    const struct mill_summary_facts facts = {cost.wall,
-                                             cost.cpu,
-                                             mill_record_peak_memory(),
-                                             mill_sim_time(r->sim),
-                                             MILL_VERSION,
-                                             mill_deck_file(r->deck),
-                                             r->options->output,
-                                             stopped};
-    if (r->options->json)
-        mill_summary_json(r->options->summary, r->deck, r->world, r->tally, &facts);
-    else
-        mill_summary_print(r->options->summary, r->deck, r->world, r->tally, &facts);
+    struct mill_record_cost cost = mill_run_cost(r);
+    const struct mill_checkpoint from = {r->sim, &r->observers, &cost};
+    mill_checkpoint_write(&from, r->file);
+}
+
+void mill_run_write(const struct mill_run *r, const char *status)
+{
+    const struct mill_facts facts = facts_of(r, status);
+    struct mill_sink_file to;
+    struct mill_error error;
+    mill_observers_flush(&r->observers);
+    mill_sink_file(&to, r->file, "");
+    if (mill_observers_results(&r->observers, r->world, facts.local, &to.sink, &error) != MILL_OK)
+        mill_h5_spend(r->file, error.text);
+    mill_sink_file(&to, r->file, "/run");
+    mill_record_tell(r->world, &facts, &to.sink);
+}
+
+/* Shown as a stage of its own, and left when a signal asks for it */
+static bool goes_on(void *self, double done, double all)
+{
+    const struct mill_run *r = self;
+    const struct mill_progress p = {.time = done,
+                                    .end = all,
+                                    .wall = mill_run_clock() - r->started,
+                                    .stage = "writing /VTKHDF"};
+    if (r->options->progress)
+        r->options->progress(r->options->self, &p);
+    return !(r->options->stop && *r->options->stop);
+}
+
+static bool always(void *self, double done, double all)
+{
+    (void)self;
+    (void)done;
+    (void)all;
+    return true;
+}
+
+static enum mill_status close_output(struct mill_run *r, struct mill_error *error)
+{
+    struct mill_h5 *file = r->file;
+    r->file = NULL;
+    return mill_h5_close(file, error);
+}
+
+/* What only a finished file has may take minutes where frames are many. The results are then
+ * published before, with the state, so that what is missing can be added by --resume. */
+static enum mill_status finish_slowly(struct mill_run *r, struct mill_error *error)
+{
+    const struct mill_going going = {goes_on, r};
+    enum mill_status status = mill_h5_flush(r->file, error);
+    if (status != MILL_OK)
+        return status;
+    r->saved = true;
+    if (!mill_observers_finish(&r->observers, r->world, &going))
+        return mill_error_set(error, MILL_STOPPED,
+                              "stopped by a signal; %s holds all results, but for /VTKHDF, which "
+                              "--resume adds",
+                              r->options->output);
+    mill_checkpoint_remove(r->file);
+    return close_output(r, error);
+}
+
+enum mill_status mill_run_conclude(struct mill_run *r, enum mill_status ended,
+                                   struct mill_error *error)
+{
+    const double frames = r->deck->frames > 0 ? mill_sim_time(r->sim) / r->deck->frames : 0;
+    const bool slow = frames > MANY_FRAMES;
+    if (ended == MILL_STOPPED || (slow && ended == MILL_OK))
+        mill_run_keep(r);
+    mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
+    mill_run_write(r, ended == MILL_OK ? "complete" : ended == MILL_STOPPED ? "stopped" : "failed");
+    if (slow && ended == MILL_OK)
+        return finish_slowly(r, error);
+    if (!slow)
+        mill_observers_finish(&r->observers, r->world, &(struct mill_going){always, NULL});
+    return close_output(r, error);
+}
+
+enum mill_status mill_run_summarise(const struct mill_run *r, struct mill_error *error)
+{
+    const struct mill_facts facts = facts_of(r, r->complete ? "complete" : "stopped");
+    return mill_summary_write(r->options->summary, r->options->json, r->world, &r->observers,
+                              &facts, error);
 }
 
 void mill_run_explain(const struct mill_run *r, struct mill_error *error)

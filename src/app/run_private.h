@@ -16,12 +16,12 @@ struct mill_run {
     struct mill_world *world;
     struct mill_sim *sim;
     struct mill_h5 *file;
-    struct mill_observer *frames, *series, *log;
-    struct mill_tally *tally;
-    struct mill_checkpoint at; /* to go on from, where `resumes` */
-    bool resumes;
-    double started;               /* [s] of wall time */
-    double due;                   /* [s] of wall time, the next checkpoint */
+    struct mill_observers observers;
+    bool resumes;               /* there is a state to go on from */
+    bool complete;              /* the end is reached, also where the file has yet to be finished */
+    struct mill_error ended_by; /* what ended it: "time", or as an observer says */
+    double started;             /* [s] of wall time */
+    double due;                 /* [s] of wall time, the next checkpoint */
     struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
     bool saved;                   /* there is a checkpoint to come back to */
     bool unsaved;                 /* the last one failed */
@@ -40,14 +40,20 @@ enum mill_status mill_run_build(const struct mill_deck *deck,
 /* What all legs of the run have cost up to now. */
 struct mill_record_cost mill_run_cost(const struct mill_run *r);
 
-/* What the observers still hold into the file. */
-enum mill_status mill_run_flush(struct mill_run *r, struct mill_error *error);
+/* The state that the run can go on from into the file */
+void mill_run_keep(const struct mill_run *r);
 
-/* Everything that is known now into the file; state: to go on from, or NULL. Finishes the tally. */
-enum mill_status mill_run_write(struct mill_run *r, const char *ended,
-                                struct mill_checkpoint_state *state, struct mill_error *error);
+/* Everything that is known now into the file. status: of the run */
+void mill_run_write(const struct mill_run *r, const char *status);
 
-void mill_run_summarise(const struct mill_run *r, bool stopped);
+/* The run has ended, with `status`: everything into the file, which is published and closed, also
+ * after a stop or a failure. A stopped run can go on. MILL_STOPPED: the run is complete and
+ * published, and was stopped while more was added to the file. */
+enum mill_status mill_run_conclude(struct mill_run *r, enum mill_status status,
+                                   struct mill_error *error);
+
+/* MILL_FAILED: out of memory. */
+enum mill_status mill_run_summarise(const struct mill_run *r, struct mill_error *error);
 
 /* The file could not be written any more: adds what is not lost. */
 void mill_run_explain(const struct mill_run *r, struct mill_error *error);

@@ -65,22 +65,20 @@ static int write_draft(const struct mill_world *world, const char *deck, struct 
 enum mill_status mill_start_write(const struct mill_world *world, const char *deck,
                                   const char *path, bool over, struct mill_error *error)
 {
-    struct mill_draft *draft = mill_draft_create(path);
+    struct mill_draft *draft = mill_draft_create(path, NULL);
     if (!draft)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     enum mill_status status = MILL_OK;
-    int failed = mill_draft_open(draft, false);
+    int failed = mill_draft_open(draft, over ? MILL_DRAFT_FORCE : MILL_DRAFT_EMPTY);
     if (!failed && !over && access(path, F_OK) == 0)
         status =
             mill_error_set(error, MILL_BAD_DECK, "%s: exists already; --force overwrites it", path);
     if (!failed && status == MILL_OK)
         failed = write_draft(world, deck, draft);
     if (!failed && status == MILL_OK)
-        failed = mill_draft_publish(draft, false);
+        failed = mill_draft_publish(draft, true);
     if (failed)
-        status =
-            mill_error_set(error, MILL_FAILED, "%s: cannot write: %s", path,
-                           failed == EWOULDBLOCK ? "another run is writing it" : strerror(failed));
+        status = mill_draft_tell(draft, path, "write", failed, error);
     mill_draft_free(draft);
     return status;
 }

@@ -54,65 +54,48 @@ const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, co
     return text;
 }
 
-struct mill_summary_totals mill_summary_add(const struct mill_world *world,
-                                            const struct mill_summary_facts *facts)
+static void print_row(FILE *out, const struct mill_tally_results *r, int row)
 {
-    const double t = facts->time_reached - world->base;
-    struct mill_summary_totals totals = {.energy = mill_world_energy(world, t)};
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        totals.contacts += world->account.collisions[kind];
-        totals.dissipation += world->account.dissipation[kind];
-    }
-    totals.anomalies = world->counts.not_closing + world->counts.reliefs + world->counts.smoothed +
-                       world->counts.overlaps;
-    mill_world_balance(world, t, &totals.balance_error, &totals.turnover);
-    return totals;
-}
-
-static void print_row(FILE *out, const struct mill_tally *tally, int row)
-{
-    const struct mill_spectrum *normal = &tally->impacts[row].normal;
+    const struct mill_spectrum *normal = &r->impacts[row].normal;
     const uint64_t count = mill_spectrum_count(normal, 0);
-    const double power = mill_tally_per_second(tally, mill_spectrum_dissipation(normal, 0));
-    const double share = mill_tally_floor_share(tally, row);
+    const double power = mill_tally_per_second(r, mill_spectrum_dissipation(normal, 0));
+    const double share = mill_tally_floor_share(r, row);
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
     char d[MILL_SUMMARY_NUMBER], e[MILL_SUMMARY_NUMBER], f[MILL_SUMMARY_NUMBER] = "-";
     if (!isnan(share))
         snprintf(f, sizeof f, "%.1f %%", 100 * share);
     fprintf(out, "%-10s %12llu %11s %12s %12s %12s %9s %11s\n", mill_tally_name(row),
             (unsigned long long)count,
-            mill_summary_number(a, mill_tally_per_second(tally, (double)count), "/s"),
-            mill_summary_number(b, mill_spectrum_quantile(&tally->grid, normal, 0, 0.5), "m/s"),
+            mill_summary_number(a, mill_tally_per_second(r, (double)count), "/s"),
+            mill_summary_number(b, mill_spectrum_quantile(&r->tally->grid, normal, 0, 0.5), "m/s"),
             mill_summary_number(
-                c, mill_spectrum_quantile(&tally->grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
+                c, mill_spectrum_quantile(&r->tally->grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
             mill_summary_number(d, mill_spectrum_mean(normal), "m/s"), f,
             mill_summary_number(e, power, "W"));
 }
 
-static void print_contacts(FILE *out, const struct mill_tally *tally,
-                           const struct mill_summary_facts *facts)
+static void print_contacts(FILE *out, const struct mill_tally_results *r,
+                           const struct mill_facts *facts)
 {
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    const double duration = tally->at.duration;
+    const double duration = r->duration;
     fprintf(out, "sampled for %s, from %s to %s\n", mill_summary_number(a, duration, "s"),
-            mill_summary_number(b, tally->at.begin, "s"),
-            mill_summary_number(c, tally->at.begin + duration, "s"));
-    mill_summary_end(out, tally, facts);
+            mill_summary_number(b, r->begin, "s"),
+            mill_summary_number(c, r->begin + duration, "s"));
+    mill_summary_end(out, r, facts);
     fputc('\n', out);
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",
             "> 50 mm/s", "of all", "floor", "power");
     for (int row = 0; row < MILL_TALLY_ROWS; row++)
-        if (row == MILL_TALLY_ALL || mill_spectrum_count(&tally->impacts[row].normal, 0) > 0)
-            print_row(out, tally, row);
-    if (tally->pairs.window > 0) {
-        const double strikes =
-            (double)mill_spectrum_count(&tally->strikes[MILL_TALLY_ALL].normal, 0);
+        if (row == MILL_TALLY_ALL || mill_spectrum_count(&r->impacts[row].normal, 0) > 0)
+            print_row(out, r, row);
+    if (r->tally->pairs.window > 0) {
+        const double strikes = (double)mill_spectrum_count(&r->strikes[MILL_TALLY_ALL].normal, 0);
         fprintf(out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
-                "strikes", strikes,
-                mill_summary_number(a, mill_tally_per_second(tally, strikes), "/s"),
-                mill_summary_number(b, tally->pairs.window, "s"));
+                "strikes", strikes, mill_summary_number(a, mill_tally_per_second(r, strikes), "/s"),
+                mill_summary_number(b, r->tally->pairs.window, "s"));
     }
     fputc('\n', out);
 }
@@ -141,12 +124,13 @@ static void print_mean(FILE *out, const char *label, double mean, double error, 
             remark);
 }
 
-static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t anomalies)
+static void print_anomalies(FILE *out, const struct mill_world *world,
+                            const struct mill_totals *totals)
 {
     const struct mill_counts *counts = &world->counts;
     char a[MILL_SUMMARY_NUMBER];
     fprintf(out, "%-*s ", LABEL, "anomalies");
-    if (anomalies == 0) {
+    if (totals->anomalies == 0) {
         fprintf(out, "none\n");
         return;
     }
@@ -156,9 +140,10 @@ static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t 
     } list[] = {{counts->not_closing, "contacts found opening"},
                 {counts->reliefs, "pinched balls let go"},
                 {counts->smoothed, "contacts made smooth"},
+                {!isfinite(totals->balance_error), "energies that are no numbers"},
                 {counts->overlaps, "overlaps"}};
     const char *comma = "";
-    for (int i = 0; i < 4; i++)
+    for (size_t i = 0; i < sizeof list / sizeof *list; i++)
         if (list[i].count > 0) {
             fprintf(out, "%s%s: %llu", comma, list[i].what, (unsigned long long)list[i].count);
             comma = ", ";
@@ -168,15 +153,15 @@ static void print_anomalies(FILE *out, const struct mill_world *world, uint64_t 
     fputc('\n', out);
 }
 
-static void print_state(FILE *out, const struct mill_world *world, const struct mill_tally *tally,
-                        const struct mill_summary_totals *totals)
+static void print_state(FILE *out, const struct mill_world *world,
+                        const struct mill_tally_results *r, const struct mill_totals *totals)
 {
-    const struct mill_rotorstat *stat = &tally->rotor;
+    const struct mill_rotorstat *stat = &r->rotor;
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER];
     if (world->rotor_speed != 0) {
-        print_mean(out, "rotor power", mill_tally_power(tally),
+        print_mean(out, "rotor power", mill_tally_power(r),
                    mill_rotorstat_error(stat->power, stat->blocks), "W", stat);
-        print_mean(out, "rotor torque", mill_tally_torque(tally),
+        print_mean(out, "rotor torque", mill_tally_torque(r),
                    mill_rotorstat_error(stat->torque, stat->blocks), "N m", stat);
     }
     fprintf(out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
@@ -188,20 +173,30 @@ static void print_state(FILE *out, const struct mill_world *world, const struct 
     if (totals->turnover > 0)
         fprintf(out, " (%.1e)", totals->balance_error / totals->turnover);
     fputc('\n', out);
-    print_anomalies(out, world, totals->anomalies);
+    print_anomalies(out, world, totals);
 }
 
-static void print_cost(FILE *out, const struct mill_summary_facts *facts, uint64_t contacts)
+/* Of a file, which may hold anything: control characters are replaced, as in messages. */
+static void print_name(FILE *out, const char *name)
+{
+    for (; *name; name++)
+        fputc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
+}
+
+static void print_cost(FILE *out, const struct mill_facts *facts, uint64_t contacts)
 {
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    const double per_cpu = facts->cpu > 0 ? (double)contacts / facts->cpu : (double)NAN;
-    const double per_wall = facts->wall > 0 ? facts->time_reached / facts->wall : (double)NAN;
+    const double per_cpu = facts->cost.cpu > 0 ? (double)contacts / facts->cost.cpu : (double)NAN;
+    const double per_wall = facts->cost.wall > 0 ? facts->time / facts->cost.wall : (double)NAN;
     fprintf(out, "%-*s %s contacts per CPU second, %.4g simulated s per wall s\n", LABEL, "speed",
             mill_summary_number(a, per_cpu, ""), per_wall);
     fprintf(out, "%-*s %s wall, %s CPU, %s memory at most\n", LABEL, "cost",
-            mill_summary_number(a, facts->wall, "s"), mill_summary_number(b, facts->cpu, "s"),
+            mill_summary_number(a, facts->cost.wall, "s"),
+            mill_summary_number(b, facts->cost.cpu, "s"),
             mill_summary_number(c, facts->peak_memory, "B"));
-    fprintf(out, "%-*s %s\n", LABEL, "output", facts->output);
+    fprintf(out, "%-*s ", LABEL, "output");
+    print_name(out, facts->output);
+    fputc('\n', out);
 }
 
 /* "note: ...", broken between words */
@@ -219,24 +214,42 @@ static void print_note(FILE *out, const char *text)
     fputc('\n', out);
 }
 
-void mill_summary_print(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
-                        const struct mill_tally *tally, const struct mill_summary_facts *facts)
+void mill_summary_print(FILE *out, const struct mill_world *world,
+                        const struct mill_tally_results *r, const struct mill_facts *facts)
 {
-    const struct mill_summary_totals totals = mill_summary_add(world, facts);
+    const struct mill_totals totals = mill_record_add(world, facts->local);
     char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    const int notes = mill_summary_notes(deck, world, tally, facts, note);
-    print_contacts(out, tally, facts);
-    print_state(out, world, tally, &totals);
+    const int notes = mill_summary_notes(world, r, facts, note);
+    print_contacts(out, r, facts);
+    print_state(out, world, r, &totals);
     print_cost(out, facts, totals.contacts);
     for (int i = 0; i < notes; i++)
         print_note(out, note[i]);
-    fprintf(out, "\nmillsim %s %s: %.6g s in %s wall, %s contacts, %s, ", facts->version,
-            facts->deck, facts->time_reached, mill_summary_number(a, facts->wall, "s"),
+    fprintf(out, "\nmillsim %s ", facts->version);
+    print_name(out, facts->deck);
+    fprintf(out, ": %.6g s in %s wall, %s contacts, %s, ", facts->time,
+            mill_summary_number(a, facts->cost.wall, "s"),
             mill_summary_number(b, (double)totals.contacts, ""),
             mill_summary_number(c, facts->peak_memory, "B"));
     if (totals.anomalies > 0)
         fprintf(out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
     else
         fprintf(out, "no anomalies\n");
+}
+
+enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_world *world,
+                                    const struct mill_observers *observers,
+                                    const struct mill_facts *facts, struct mill_error *error)
+{
+    const struct mill_observer *tally = mill_observers_find(observers, &mill_tally_type);
+    struct mill_tally_results *results;
+    enum mill_status status = mill_tally_results_make((const struct mill_tally *)tally, world,
+                                                      facts->local, &results, error);
+    if (status == MILL_OK && json)
+        status = mill_summary_json(out, world, results, observers, facts, error);
+    else if (status == MILL_OK)
+        mill_summary_print(out, world, results, facts);
+    mill_tally_results_free(results);
+    return status;
 }

@@ -2,13 +2,15 @@
  * infinity as null. What the keys mean: docs/file-format.md. */
 #include "app/summary.h"
 
+#include <assert.h>
 #include <math.h>
+#include <string.h>
 
-/* Where the next member goes: whether one stands before it, and how deep it is indented. */
 struct json {
+    struct mill_sink sink; /* first */
     FILE *out;
-    bool first;
-    int depth;
+    bool first; /* no member of the group stands yet */
+    int depth;  /* of its indentation */
 };
 
 /* Bytes of the UTF-8 character that starts here; 0 when there is none (file names may hold
@@ -67,199 +69,80 @@ static void next(struct json *json, const char *name)
     }
 }
 
-static void open_group(struct json *json, const char *name)
+static void open_group(struct mill_sink *sink, const char *name)
 {
+    struct json *json = (struct json *)sink;
     next(json, name);
     fputc('{', json->out);
     json->first = true;
     json->depth++;
 }
 
-static void close_group(struct json *json)
+static void close_group(struct mill_sink *sink)
 {
+    struct json *json = (struct json *)sink;
     json->depth--;
     json->first = false;
     fprintf(json->out, "\n%*s}", 2 * json->depth, "");
 }
 
-static void number(struct json *json, const char *name, double value)
+static void one_value(struct json *json, enum mill_h5_type type, const void *values, size_t i)
 {
-    next(json, name);
-    number_value(json, value);
+    if (type == MILL_H5_U64)
+        fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)values)[i]);
+    else
+        number_value(json, ((const double *)values)[i]);
 }
 
-static void whole(struct json *json, const char *name, uint64_t value)
+/* A summary is told whole numbers, numbers and short rows of them. */
+static void values(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
+                   const size_t *dims, const void *values, const char *unit, const char *meaning)
 {
+    struct json *json = (struct json *)sink;
+    (void)unit;
+    (void)meaning;
+    assert((type == MILL_H5_U64 || type == MILL_H5_F64) && rank <= 1);
     next(json, name);
-    fprintf(json->out, "%llu", (unsigned long long)value);
+    if (rank == 0)
+        one_value(json, type, values, 0);
+    for (size_t i = 0; rank == 1 && i < dims[0]; i++) {
+        fprintf(json->out, i ? ", " : "[");
+        one_value(json, type, values, i);
+    }
+    if (rank == 1)
+        fputc(']', json->out);
 }
 
-static void text(struct json *json, const char *name, const char *value)
+static void text(struct mill_sink *sink, const char *name, const char *value, const char *meaning)
 {
+    struct json *json = (struct json *)sink;
+    (void)meaning;
     next(json, name);
     text_value(json, value);
 }
 
-static void numbers(struct json *json, const char *name, int n, const double *value)
+enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
+                                   const struct mill_tally_results *r,
+                                   const struct mill_observers *observers,
+                                   const struct mill_facts *facts, struct mill_error *error)
 {
-    next(json, name);
-    for (int i = 0; i < n; i++) {
-        fprintf(json->out, i ? ", " : "[");
-        number_value(json, value[i]);
-    }
-    fputc(']', json->out);
-}
-
-static void quantiles(struct json *json, const char *name, const struct mill_tally *tally,
-                      const struct mill_spectrum *spectrum, int slot)
-{
-    double value[MILL_TALLY_LEVELS];
-    for (int i = 0; i < MILL_TALLY_LEVELS; i++)
-        value[i] = mill_spectrum_quantile(&tally->grid, spectrum, slot, mill_tally_level[i]);
-    numbers(json, name, MILL_TALLY_LEVELS, value);
-}
-
-static void speed(struct json *json, const char *name, const struct mill_tally *tally,
-                  const struct mill_spectrum *spectrum, const struct mill_spectrum *fast, int slot)
-{
-    open_group(json, name);
-    number(json, "mean", mill_spectrum_mean(spectrum));
-    number(json, "median", mill_spectrum_quantile(&tally->grid, spectrum, 0, 0.5));
-    number(json, "median_above_50mm_s", mill_spectrum_quantile(&tally->grid, fast, slot, 0.5));
-    quantiles(json, "quantiles", tally, spectrum, 0);
-    quantiles(json, "quantiles_above_50mm_s", tally, fast, slot);
-    close_group(json);
-}
-
-static void rows(struct json *json, const char *name, const struct mill_tally *tally,
-                 const struct mill_speeds speeds[MILL_TALLY_ROWS])
-{
-    struct mill_spectrum tangential;
-    open_group(json, name);
-    for (int row = 0; row < MILL_TALLY_ROWS; row++) {
-        const struct mill_spectrum *normal = &speeds[row].normal;
-        const uint64_t count = mill_spectrum_count(normal, 0);
-        const double loss = mill_spectrum_dissipation(normal, 0);
-        mill_tally_tangential(&speeds[row], &tangential);
-        open_group(json, mill_tally_name(row));
-        whole(json, "count", count);
-        number(json, "rate", mill_tally_per_second(tally, (double)count));
-        number(json, "dissipated_power", mill_tally_per_second(tally, loss));
-        speed(json, "normal_speed", tally, normal, normal, MILL_SPECTRUM_FAST);
-        speed(json, "tangential_speed", tally, &tangential, &speeds[row].tangential[1], 0);
-        close_group(json);
-    }
-    close_group(json);
-}
-
-static void mean(struct json *json, const char *name, double value, double error)
-{
-    open_group(json, name);
-    number(json, "value", value);
-    number(json, "standard_error", error);
-    close_group(json);
-}
-
-static void precision(struct json *json, const struct mill_tally *tally)
-{
-    const struct mill_precision_known *known = &tally->at.known;
-    const struct mill_spectrum *all = &tally->impacts[MILL_TALLY_ALL].normal;
-    open_group(json, "precision");
-    mean(json, "median_above_50mm_s",
-         mill_spectrum_quantile(&tally->grid, all, MILL_SPECTRUM_FAST, 0.5), known->median.error);
-    mean(json, "rotor_power", mill_tally_power(tally), known->power.error);
-    number(json, "asked", tally->precision);
-    number(json, "warm_up", tally->at.begin);
-    number(json, "batch", tally->batches.at.batch);
-    whole(json, "batches", known->batches);
-    whole(json, "settled", tally->at.settled);
-    whole(json, "reached", mill_tally_reached(tally));
-    close_group(json);
-}
-
-static void statistics(struct json *json, const struct mill_tally *tally)
-{
-    const struct mill_rotorstat *stat = &tally->rotor;
-    open_group(json, "statistics");
-    number(json, "duration", tally->at.duration);
-    numbers(json, "quantile_levels", MILL_TALLY_LEVELS, mill_tally_level);
-    rows(json, "impacts", tally, tally->impacts);
-    rows(json, "strikes", tally, tally->strikes);
-    open_group(json, "floor_share");
-    for (int row = 0; row < MILL_TALLY_ROWS; row++)
-        number(json, mill_tally_name(row), mill_tally_floor_share(tally, row));
-    close_group(json);
-    open_group(json, "rotor");
-    number(json, "power", mill_tally_power(tally));
-    number(json, "power_error", mill_rotorstat_error(stat->power, stat->blocks));
-    number(json, "torque", mill_tally_torque(tally));
-    number(json, "torque_error", mill_rotorstat_error(stat->torque, stat->blocks));
-    whole(json, "blocks", stat->blocks);
-    number(json, "block_revolutions", stat->revolutions);
-    number(json, "block_duration", stat->block);
-    close_group(json);
-    if (tally->precision > 0)
-        precision(json, tally);
-    close_group(json);
-}
-
-static void by_kind(struct json *json, const char *name, const uint64_t count[MILL_KINDS])
-{
-    open_group(json, name);
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        whole(json, mill_kind_name[kind], count[kind]);
-    close_group(json);
-}
-
-static void run(struct json *json, const struct mill_world *world, const struct mill_tally *tally,
-                const struct mill_summary_facts *facts)
-{
-    const char *by = mill_tally_ended_by(tally);
-    const struct mill_summary_totals totals = mill_summary_add(world, facts);
-    const double contacts = (double)totals.contacts;
-    open_group(json, "run");
-    if (by)
-        text(json, "ended_by", facts->stopped ? "none" : by);
-    by_kind(json, "collisions", world->account.collisions);
-    by_kind(json, "floored", world->account.floored);
-    number(json, "kinetic_energy", totals.energy.kinetic);
-    number(json, "rotational_energy", totals.energy.rotational);
-    number(json, "potential_energy", totals.energy.potential);
-    number(json, "rotor_work", world->account.rotor_work);
-    number(json, "dissipation", totals.dissipation);
-    number(json, "energy_balance_error",
-           totals.turnover > 0 ? totals.balance_error / totals.turnover : 0);
-    number(json, "energy_turnover", totals.turnover);
-    whole(json, "not_closing", world->counts.not_closing);
-    whole(json, "reliefs", world->counts.reliefs);
-    whole(json, "smoothed", world->counts.smoothed);
-    whole(json, "overlaps", world->counts.overlaps);
-    number(json, "largest_overlap", world->counts.largest_overlap);
-    number(json, "wall_time", facts->wall);
-    number(json, "cpu_time", facts->cpu);
-    number(json, "peak_memory", facts->peak_memory);
-    number(json, "contacts_per_cpu_second", facts->cpu > 0 ? contacts / facts->cpu : (double)NAN);
-    number(json, "simulated_per_wall_second",
-           facts->wall > 0 ? facts->time_reached / facts->wall : (double)NAN);
-    close_group(json);
-}
-
-void mill_summary_json(FILE *out, const struct mill_deck *deck, const struct mill_world *world,
-                       const struct mill_tally *tally, const struct mill_summary_facts *facts)
-{
-    struct json json = {out, true, 1};
+    struct json json = {{false, open_group, close_group, values, text, NULL, NULL}, out, true, 1};
+    struct mill_sink *sink = &json.sink;
     char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
-    const int notes = mill_summary_notes(deck, world, tally, facts, note);
+    const int notes = mill_summary_notes(world, r, facts, note);
     fputc('{', out);
-    text(&json, "version", facts->version);
-    text(&json, "deck", facts->deck);
-    text(&json, "output", facts->output);
+    text(sink, "version", facts->version, "");
+    text(sink, "deck", facts->deck, "");
+    text(sink, "output", facts->output, "");
     next(&json, "stopped");
-    fprintf(out, facts->stopped ? "true" : "false");
-    number(&json, "time", facts->time_reached);
-    number(&json, "sample_from", tally->at.begin);
-    run(&json, world, tally, facts);
-    statistics(&json, tally);
+    fprintf(out, strcmp(facts->status, "stopped") == 0 ? "true" : "false");
+    mill_tell_number(sink, "time", facts->time, "s", "");
+    mill_tell_number(sink, "sample_from", r->begin, "s", "");
+    open_group(sink, "run");
+    mill_record_tell(world, facts, sink);
+    close_group(sink);
+    const enum mill_status status =
+        mill_observers_results(observers, world, facts->local, sink, error);
     next(&json, "notes");
     fputc('[', out);
     json.first = true;
@@ -269,4 +152,5 @@ void mill_summary_json(FILE *out, const struct mill_deck *deck, const struct mil
         text_value(&json, note[i]);
     }
     fprintf(out, "]\n}\n");
+    return status;
 }

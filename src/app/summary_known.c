@@ -19,13 +19,13 @@ static int say(char *text, size_t room, const char *what, const struct mill_prec
     return snprintf(text, room, error < 10 ? "%s +- %.2g %%" : "%s +- %.0f %%", what, 100 * error);
 }
 
-const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], const struct mill_tally *tally)
+static const char *say_known(char text[MILL_SUMMARY_KNOWN], double asked, bool settled,
+                             const struct mill_precision_known *known)
 {
-    const struct mill_precision_known *known = &tally->at.known;
     text[0] = '\0';
-    if (tally->precision == 0)
+    if (asked == 0)
         return text;
-    if (!tally->at.settled || !known->enough)
+    if (!settled || !known->enough)
         return strcpy(text, "warming up");
     int used = say(text, MILL_SUMMARY_KNOWN, "median", &known->median);
     if (!known->idle && used < MILL_SUMMARY_KNOWN) {
@@ -36,41 +36,46 @@ const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN], const struct mill_
     return text;
 }
 
-/* Why it ended where it did; without the full stop */
-static void say_end(FILE *out, const struct mill_tally *tally,
-                    const struct mill_summary_facts *facts)
+const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
+                               const struct mill_observers *observers)
 {
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], known[MILL_SUMMARY_KNOWN];
-    mill_summary_number(a, facts->time_reached, "s");
-    if (tally->at.ended == MILL_TALLY_PRECISION)
-        fprintf(out, "ended at %s", a);
-    else if (facts->stopped)
-        fprintf(out, "stopped at %s", a);
-    else if (tally->at.ended == MILL_TALLY_COLLISIONS)
-        fprintf(out, "run.max_collisions = %s reached at %s",
-                mill_summary_number(b, tally->collisions, ""), a);
-    else
-        fprintf(out, "run.time = %s reached", a);
-    if (tally->precision == 0)
-        return;
-    if (!tally->at.settled || !tally->at.known.enough)
-        fprintf(out, ": not settled, so neither median nor power is known");
-    else
-        fprintf(out, ": %s", mill_summary_known(known, tally));
-    if (!mill_tally_reached(tally))
-        fprintf(out, "; %.2g %% asked", 100 * tally->precision);
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
+    return say_known(text, tally->precision, tally->at.settled, &tally->at.known);
 }
 
-void mill_summary_end(FILE *out, const struct mill_tally *tally,
-                      const struct mill_summary_facts *facts)
+/* Why it ended where it did; without the full stop */
+static void say_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
+{
+    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], known[MILL_SUMMARY_KNOWN];
+    mill_summary_number(a, facts->time, "s");
+    if (r->tally->at.ended == MILL_TALLY_PRECISION)
+        fprintf(out, "ended at %s", a);
+    else if (strcmp(facts->status, "stopped") == 0)
+        fprintf(out, "stopped at %s", a);
+    else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
+        fprintf(out, "run.max_collisions = %s reached at %s",
+                mill_summary_number(b, (double)r->tally->collisions, ""), a);
+    else
+        fprintf(out, "run.time = %s reached", a);
+    if (r->tally->precision == 0)
+        return;
+    if (!r->settled || !r->known.enough)
+        fprintf(out, ": not settled, so neither median nor power is known");
+    else
+        fprintf(out, ": %s", say_known(known, r->tally->precision, r->settled, &r->known));
+    if (!mill_tally_reached(r))
+        fprintf(out, "; %.2g %% asked", 100 * r->tally->precision);
+}
+
+void mill_summary_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
 {
     char a[MILL_SUMMARY_NUMBER];
-    if (tally->tick == 0)
+    if (r->tally->tick == 0)
         return;
-    if (tally->search)
-        fprintf(out, "cut the first %s (%s by MSER-5), ",
-                mill_summary_number(a, tally->at.begin, "s"),
-                tally->at.settled ? "warm-up" : "best cut");
-    say_end(out, tally, facts);
+    if (r->tally->search)
+        fprintf(out, "cut the first %s (%s by MSER-5), ", mill_summary_number(a, r->begin, "s"),
+                r->settled ? "warm-up" : "best cut");
+    say_end(out, r, facts);
     fprintf(out, "\n");
 }

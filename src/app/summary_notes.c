@@ -13,31 +13,33 @@
 #include "app/summary.h"
 
 #include <math.h>
+#include <string.h>
 
-static uint64_t late_contacts(const struct mill_tally *tally, bool of_rotor_only)
+static uint64_t late_contacts(const struct mill_tally_results *r, bool of_rotor_only)
 {
     uint64_t contacts = 0;
     for (int kind = 0; kind < MILL_KINDS; kind++)
         if (!of_rotor_only || kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE)
-            contacts += tally->at.at_close.collisions[kind] - tally->at.at_late.collisions[kind];
+            contacts += r->at_end.collisions[kind] - r->at_late.collisions[kind];
     return contacts;
 }
 
 /* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. */
-static double ring_speed(const struct mill_world *world, const struct mill_tally *tally, double t)
+static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
+                         double t)
 {
-    if (world->rotor_speed == 0 || !tally->at.late)
+    if (world->rotor_speed == 0 || !r->late)
         return 0;
-    const uint64_t all = late_contacts(tally, false), rotor = late_contacts(tally, true);
+    const uint64_t all = late_contacts(r, false), rotor = late_contacts(r, true);
     if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
         return 0;
     double mass = 0, inertia = 0, momentum = 0;
     for (int32_t i = 0; i < world->balls; i++) {
         const double m = world->species[world->ball[i].species].mass;
-        const vec3 r = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
+        const vec3 x = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
         mass += m;
-        inertia += m * (r.y * r.y + r.z * r.z);
-        momentum += m * (r.y * v.z - r.z * v.y);
+        inertia += m * (x.y * x.y + x.z * x.z);
+        momentum += m * (x.y * v.z - x.z * v.y);
     }
     const double speed = momentum / inertia, gravity = hypot(world->g.y, world->g.z);
     const bool turning =
@@ -47,14 +49,14 @@ static double ring_speed(const struct mill_world *world, const struct mill_tally
 
 /* Does the charge still gain or lose energy over the window, so that its means describe no steady
  * mill? */
-static bool unsteady(const struct mill_world *world, const struct mill_tally *tally)
+static bool unsteady(const struct mill_world *world, const struct mill_tally_results *r)
 {
     double dissipated = 0;
     for (int kind = 0; kind < MILL_KINDS; kind++)
-        dissipated += tally->at.at_close.dissipation[kind] - tally->at.at_begin.dissipation[kind];
-    dissipated = mill_tally_per_second(tally, dissipated);
-    const double power = mill_tally_power(tally);
-    return world->rotor_speed != 0 && tally->at.duration > 0 &&
+        dissipated += r->at_end.dissipation[kind] - r->at_begin.dissipation[kind];
+    dissipated = mill_tally_per_second(r, dissipated);
+    const double power = mill_tally_power(r);
+    return world->rotor_speed != 0 && r->duration > 0 &&
            fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
 }
 
@@ -68,22 +70,22 @@ static int too_inelastic(const struct mill_world *world)
     return MILL_KINDS;
 }
 
-int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *world,
-                       const struct mill_tally *tally, const struct mill_summary_facts *facts,
+int mill_summary_notes(const struct mill_world *world, const struct mill_tally_results *r,
+                       const struct mill_facts *facts,
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE])
 {
-    const double floored = mill_tally_floor_share(tally, MILL_BALL_BALL);
-    const double ring = ring_speed(world, tally, facts->time_reached - world->base);
+    const double floored = mill_tally_floor_share(r, MILL_BALL_BALL);
+    const double ring = ring_speed(world, r, facts->local);
     const int kind = too_inelastic(world);
     int n = 0;
-    if (facts->stopped)
+    if (strcmp(facts->status, "stopped") == 0)
         snprintf(note[n++], MILL_SUMMARY_NOTE,
-                 "stopped at %.6g s of %.6g s; the file holds everything up to then.",
-                 facts->time_reached, deck->time);
-    if (!(tally->at.duration > 0))
+                 "stopped at %.6g s of %.6g s; the file holds everything up to then.", facts->time,
+                 facts->end);
+    if (!(r->duration > 0))
         snprintf(note[n++], MILL_SUMMARY_NOTE,
                  "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
-                 deck->sample_from);
+                 r->tally->begin);
     if (ring != 0)
         snprintf(note[n++], MILL_SUMMARY_NOTE,
                  "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
@@ -92,7 +94,7 @@ int mill_summary_notes(const struct mill_deck *deck, const struct mill_world *wo
                  world->law[MILL_BALL_DRUM].friction > 0
                      ? ""
                      : ": nothing brakes the balls in a smooth drum without friction");
-    else if (unsteady(world, tally))
+    else if (unsteady(world, r))
         snprintf(
             note[n++], MILL_SUMMARY_NOTE,
             "not steady: the rotor's power and the dissipated power differ by more than 5 %% over "

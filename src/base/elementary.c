@@ -6,6 +6,7 @@
 
 #include "millsim/vec3.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -41,16 +42,12 @@ struct mill_heading mill_elementary_heading(double angle)
     const double half = 0.5 * z, most = 1.0 - half;
     const double sine = a + (a * z * odd + rest * most);
     const double cosine = most + (((1.0 - most) - half) + (z * z * even - a * rest));
-    switch ((int64_t)k & 3) {
-    case 0:
-        return (struct mill_heading){cosine, sine};
-    case 1:
-        return (struct mill_heading){-sine, cosine};
-    case 2:
-        return (struct mill_heading){-cosine, -sine};
-    default:
-        return (struct mill_heading){sine, -cosine};
-    }
+    /* the quarter turns, without a branch */
+    static const double of_cos[4] = {1.0, -1.0, -1.0, 1.0}, of_sin[4] = {1.0, 1.0, -1.0, -1.0};
+    const double both[2] = {cosine, sine};
+    const int quarter = (int)((int64_t)k & 3), odd_one = quarter & 1;
+    return (struct mill_heading){of_cos[quarter] * both[odd_one],
+                                 of_sin[quarter] * both[1 - odd_one]};
 }
 
 double mill_elementary_cos(double angle)
@@ -88,11 +85,13 @@ double mill_elementary_atan2(double y, double x)
 
 double mill_elementary_asin(double s)
 {
+    assert(s >= -1.0 && s <= 1.0);
     return mill_elementary_atan2(s, sqrt((1.0 - s) * (1.0 + s)));
 }
 
 double mill_elementary_cbrt(double x)
 {
+    assert(x > 0.0);
     int e;
     double m = frexp(x, &e); /* 1/2 <= m < 1 */
     for (; e % 3 != 0; e++)
@@ -105,6 +104,7 @@ double mill_elementary_cbrt(double x)
 
 double mill_elementary_exp(double x)
 {
+    assert(fabs(x) <= 700.0);
     const double k = nearest(x / (ln2[0] + ln2[1])), a = x - k * ln2[0], less = k * ln2[1];
     const double y = a - less, rest = (a - y) - less;
     double sum = 1.0;

@@ -4,9 +4,12 @@
  * docs/physics.md derives the formulas. */
 #include "millsim/impact.h"
 
+#include <assert.h>
+
 struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                      double reduced_mass, vec3 n, vec3 slip)
 {
+    assert(reduced_mass > 0.0 && rebound_floor >= 0.0 && fabs(vec3_dot(n, n) - 1.0) < 1e-9);
     struct mill_blow blow;
     const double closing = vec3_dot(slip, n); /* rounding may make it negative at a due contact */
     const double g_n = mill_greatest(closing, 0.0);

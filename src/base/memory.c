@@ -1,6 +1,7 @@
 /* Aligned memory. A record as long as a cache line costs one access only if it begins on one. */
 #include "base/memory.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,7 @@
 
 void *mill_memory_get(size_t count, size_t size)
 {
+    assert(size > 0);
     void *memory = NULL;
     if (size > 0 && count > (SIZE_MAX - LINE) / size)
         return NULL;

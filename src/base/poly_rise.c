@@ -8,6 +8,7 @@
  * steps (Chebyshev). Every decision is compared with a bound on the rounding error (Higham,
  * Accuracy and Stability of Numerical Algorithms, 2nd ed., eq. 5.3); what it cannot decide goes to
  * the Sturm sequence (poly_sturm.c). */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 
@@ -285,6 +286,7 @@ static double search(const double c[5], double t_end, bool at_root, struct mill_
 double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
                             struct mill_poly_counts *counts)
 {
+    assert(t_end >= 0.0);
     const double *from = at_root ? c + 1 : c;
     const double f[5] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4]};
     if (stays_below(f, t_end) || !(t_end >= 0.0))

@@ -7,6 +7,7 @@
  * at hi. */
 #include "base/poly_sturm.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 
@@ -153,6 +154,7 @@ static int sign_changes(const struct chain *s, double x)
 
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi)
 {
+    assert(degree >= 0 && degree <= 4);
     struct poly p;
     struct chain s;
     poly_from(c, degree, &p);

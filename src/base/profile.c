@@ -6,11 +6,14 @@
 
 #include "millsim/vec3.h"
 
+#include <assert.h>
+
 /* Halvings of an interval that take it to the last bit of a double, about */
 enum { HALVINGS = 60 };
 
 struct mill_profile mill_profile_make(int buckles, double radius, double height, double angle)
 {
+    assert(buckles >= 2 && radius > 0.0 && height >= 0.0);
     const double half_pitch = MILL_PI / buckles, s = mill_elementary_sin(0.5 * half_pitch);
     const double q = 2.0 * s * s, h = height;
     const double rest = q * radius * radius - 2.0 * h * h;

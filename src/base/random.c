@@ -1,6 +1,8 @@
 /* The generator draws its words in batches of 624; each word is tempered as it is handed out. */
 #include "base/random.h"
 
+#include <assert.h>
+
 enum { FAR = 397 };
 
 void mill_random_seed(struct mill_random *random, unsigned long seed)
@@ -26,6 +28,7 @@ static void draw_batch(struct mill_random *random)
 
 double mill_random_uniform(struct mill_random *random)
 {
+    assert(random->drawn >= 0 && random->drawn <= MILL_RANDOM_WORDS);
     if (random->drawn == MILL_RANDOM_WORDS)
         draw_batch(random);
     uint32_t y = random->word[random->drawn++];

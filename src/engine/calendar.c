@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "engine/calendar_today.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -134,6 +135,7 @@ static void refile_overflow(struct mill_calendar *c)
 
 struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride)
 {
+    assert(items >= 0 && (!event || stride >= sizeof *event));
     struct mill_calendar *c = calloc(1, sizeof *c);
     if (!c)
         return NULL;
@@ -192,6 +194,7 @@ void mill_calendar_clear(struct mill_calendar *c, double start)
 
 void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
 {
+    assert(item >= 0 && item < c->items && t == t);
     struct mill_event *n = event_of(c, item);
     if (n->place == TODAY && (t - c->year_start) * c->per_width < (double)(c->today + 1)) {
         n->t = t;
@@ -206,6 +209,7 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
 
 double mill_calendar_time(const struct mill_calendar *c, int32_t item)
 {
+    assert(item >= 0 && item < c->items);
     return event_of(c, item)->place == NOWHERE ? HUGE_VAL : event_of(c, item)->t;
 }
 
@@ -226,6 +230,7 @@ static void refile_all(struct mill_calendar *c, double start)
 
 void mill_calendar_set_width(struct mill_calendar *c, double width)
 {
+    assert(width > 0.0);
     const double now = c->year_start + (double)c->today * c->width;
     c->width = width;
     c->per_width = 1.0 / width;

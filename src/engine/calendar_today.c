@@ -2,6 +2,7 @@
  * many fall on one day (balls that start in step) they become a binary heap. */
 #include "engine/calendar_today.h"
 
+#include <assert.h>
 #include <string.h>
 
 #define CROWD 24 /* from so many events on today is a heap */
@@ -97,11 +98,13 @@ static void replace(struct mill_today *d, int32_t at, struct mill_today_entry e)
 
 void mill_calendar_today_change(struct mill_today *d, int32_t place)
 {
+    assert(place >= 0 && place < d->count);
     replace(d, place, entry_of(d, d->entry[place].item));
 }
 
 void mill_calendar_today_leave(struct mill_today *d, int32_t place)
 {
+    assert(place >= 0 && place < d->count);
     const struct mill_today_entry last = d->entry[--d->count];
     if (place < d->count)
         replace(d, place, last);
@@ -111,6 +114,7 @@ void mill_calendar_today_leave(struct mill_today *d, int32_t place)
 
 int32_t mill_calendar_today_first(const struct mill_today *d)
 {
+    assert(d->count > 0);
     struct mill_today_entry first = d->entry[0];
     for (int32_t k = 1; !d->heaped && k < d->count; k++) {
         const struct mill_today_entry e = d->entry[k];

@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,6 +68,7 @@ static bool make_edges(struct mill_cells *c)
 bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, double least_diameter,
                      int32_t balls)
 {
+    assert(diameter > 0.0 && least_diameter > 0.0 && least_diameter <= diameter && balls >= 0);
     memset(c, 0, sizeof *c);
     c->lo = lo;
     c->balls = balls;
@@ -225,6 +227,7 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     int32_t k = 0;
     while (k < last && mill_cells_ball(c, cell, k) != ball)
         k++;
+    assert(last >= 0 && mill_cells_ball(c, cell, k) == ball);
     set_ball(c, cell, k, mill_cells_ball(c, cell, last));
     set_held(c, cell, last);
 }
@@ -292,6 +295,7 @@ static inline int stays(double r, double v, double g, const double *edge, double
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, vec3 r, vec3 v,
                                       vec3 g, double window)
 {
+    assert(window >= 0.0);
     struct mill_cell_exit best = {HUGE_VAL, 0};
     int32_t i[3];
     split(c, cell, i);
@@ -313,6 +317,7 @@ int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
 
 bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)
 {
+    assert(face >= 0 && face < 6);
     const int32_t to = c->cell[ball] + mill_cells_step(c, face);
     mill_cells_remove(c, ball);
     return mill_cells_insert(c, ball, to);

@@ -57,6 +57,27 @@ INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
     return first - (int32_t)(*flag)[1];
 }
 
+/* The earliest of the contacts that were kept, if it is earlier than *found; of equally early ones
+ * that with the smaller ball. */
+INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mill_pair *found)
+{
+    double best = found->dt;
+    int32_t partner = MILL_NOBODY;
+    for (int64_t m = 0; m < survivors; m++) {
+        const int32_t k = pairs->kept[m], other = pairs->near[k] / RECORD;
+        const double gap = pairs->c[k] > 0.0 ? pairs->c[k] : 0.0;
+        const double dt = gap / (sqrt(pairs->square[k]) - pairs->b[k]);
+        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));
+        best = dt < best ? dt : best;
+        partner ^= (partner ^ other) & take;
+    }
+    if (partner != MILL_NOBODY) {
+        found->dt = best;
+        found->partner = partner;
+    }
+}
+
 #define SEARCH search_plain
 #define TARGET
 #define LANES 2

@@ -56,21 +56,7 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
         survivors += KEEP(&flag, k, kept + survivors);
     }
 
-    double best = found->dt;
-    int32_t partner = MILL_NOBODY;
-    for (int64_t m = 0; m < survivors; m++) {
-        const int32_t k = kept[m], other = near[k] / RECORD;
-        const double gap = out_c[k] > 0.0 ? out_c[k] : 0.0;
-        const double dt = gap / (sqrt(out_square[k]) - out_b[k]);
-        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
-        const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));
-        best = dt < best ? dt : best;
-        partner ^= (partner ^ other) & take;
-    }
-    if (partner != MILL_NOBODY) {
-        found->dt = best;
-        found->partner = partner;
-    }
+    choose(pairs, survivors, found);
     return n;
 }
 

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "geometry/shape.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 /* A ball that was let go is clear of what pinched it at this gap, in radii. It begins at a gap of
@@ -44,6 +45,8 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
         vec3 lo, hi;
         mill_cells_box(&p->cells, cell, &lo, &hi);
         p->surface_start[cell] = (int32_t)n;
+        if (n > (size_t)(INT32_MAX - w->shapes)) /* as many as the starts can number */
+            return false;
         if (n + (size_t)w->shapes > room) {
             room = 2 * room + (size_t)w->shapes + 1024;
             struct mill_surface *more = realloc(p->surface, sizeof *more * room);
@@ -232,12 +235,10 @@ static void look_lately(struct mill_schedule *p, const struct mill_motion *motio
         l->t = now;
         age = 0.0;
     }
-    const vec3 from = vec3_sub(f->r, l->pose.place);
-    const vec3 u =
-        vec3_sub(vec3_sub(f->v, l->pose.velocity), vec3_cross(l->pose.angular_velocity, from));
+    const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
-    f->place = mill_pose_turn_in(&l->pose, from);
+    f->place = mill_pose_in(&l->pose, f->r);
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
 }
 
@@ -311,6 +312,7 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
 
 void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
+    assert(p->world->ball[i].t == now);
     p->world->counts.predictions++;
     p->plan[i].pair_t = INFINITY;
     p->plan[i].partner = MILL_NOBODY;
@@ -320,6 +322,7 @@ void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t 
 
 bool mill_schedule_cross(struct mill_schedule *p, int32_t i, double now)
 {
+    assert(p->world->ball[i].t == now && p->plan[i].next == MILL_NEXT_EXIT);
     const int32_t face = p->plan[i].face;
     if (!mill_cells_cross(&p->cells, i, face))
         return false;
@@ -337,6 +340,8 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[me->species];
     double deepest = -INFINITY;
+    if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
+        return INFINITY;
     const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, 1, p->pairs.near);
     for (int32_t k = 0; k < n; k++) {
         const struct mill_ball *o = &w->ball[p->pairs.near[k]];

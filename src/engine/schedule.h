@@ -98,7 +98,7 @@ bool mill_schedule_cross(struct mill_schedule *schedule, int32_t i, double now);
 void mill_schedule_ahead(struct mill_schedule *schedule);
 
 /* Deepest overlap of ball i with its neighbours and the surfaces at local time t [m], <= 0: none.
- * What pinches does not count for a ball that was let go. */
+ * What pinches does not count for a ball that was let go. INFINITY: its place is no number. */
 double mill_schedule_overlap(struct mill_schedule *schedule, int32_t i, double t);
 
 #endif

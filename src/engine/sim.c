@@ -7,6 +7,7 @@
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -46,8 +47,12 @@ void mill_sim_audit(struct mill_sim *sim)
     struct mill_counts *counts = &sim->world->counts;
     for (int32_t i = 0; i < sim->world->balls; i++) {
         const double overlap = mill_schedule_overlap(sim->schedule, i, sim->now);
-        counts->largest_overlap = mill_greatest(counts->largest_overlap, overlap);
+        counts->largest_overlap = mill_greatest(overlap, counts->largest_overlap);
         counts->overlaps += overlap > DEEP;
+        if (overlap == (double)INFINITY)
+            sim->status = mill_error_set(sim->error, MILL_FAILED,
+                                         "ball %ld has no place any more at t = %.9g s", (long)i,
+                                         mill_sim_time(sim));
     }
 }
 
@@ -68,6 +73,8 @@ static void end_epoch(struct mill_sim *sim)
     sim->watch.last -= MILL_SIM_EPOCH;
     sim->watch.since -= MILL_SIM_EPOCH;
     sim->now = 0.0;
+    if (sim->status != MILL_OK)
+        return;
     begin_epoch(sim);
     if (sim->paranoid)
         sim->status = mill_sim_paranoid_all(sim->paranoid, sim->now, true, sim->error);
@@ -111,10 +118,16 @@ void mill_sim_free(struct mill_sim *sim)
 
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer)
 {
+    assert(observer && observer->type);
     if (sim->observers == MILL_SIM_OBSERVERS)
         return MILL_FAILED;
     sim->observer[sim->observers++] = observer;
     return MILL_OK;
+}
+
+const struct mill_world *mill_sim_world(const struct mill_sim *sim)
+{
+    return sim->world;
 }
 
 double mill_sim_time(const struct mill_sim *sim)
@@ -127,12 +140,19 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
+/* All observers are told of what one of them ends the run with. */
+static bool goes_on(const struct mill_sim *sim)
+{
+    return sim->status == MILL_OK || sim->status == MILL_ENDED;
+}
+
 static void tell(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    for (int k = 0; k < sim->observers && sim->status == MILL_OK; k++) {
+    for (int k = 0; k < sim->observers && goes_on(sim); k++) {
         struct mill_observer *o = sim->observer[k];
-        if (o->impact)
-            sim->status = o->impact(o, impact, sim->error);
+        const enum mill_status status =
+            o->type->impact ? o->type->impact(o, impact, sim->error) : MILL_OK;
+        sim->status = status != MILL_OK ? status : sim->status;
     }
 }
 
@@ -183,6 +203,7 @@ static struct mill_law law_of(struct mill_sim *sim, enum mill_kind kind)
 
 static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
 {
+    assert(i != j);
     struct mill_world *w = sim->world;
     if (i > j) {
         const int32_t swap = i;
@@ -210,8 +231,10 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     impact.partner = j;
     impact.position = vec3_axpy(a->r, sa->radius, n);
     impact.normal = vec3_scale(n, -1.0);
+    impact.impulse = vec3_scale(blow.impulse, -1.0);
+    impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
     const bool smooth = law.friction == 0.0;
-    kick(w, i, n, vec3_scale(blow.impulse, -1.0), smooth);
+    kick(w, i, n, impact.impulse, smooth);
     kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
     book(sim, MILL_BALL_BALL, reduced, &blow, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
@@ -274,6 +297,8 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     impact.partner = shape->number;
     impact.position = c.point;
     impact.normal = c.normal;
+    impact.impulse = impulse;
+    impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
     kick(w, i, n, impulse, law.friction == 0.0);
     book(sim, kind, sb->mass, &blow, &impact);
     if (shape->type->pinches)
@@ -341,58 +366,84 @@ static double next_sample(const struct mill_sim *sim)
 
 static void take_samples(struct mill_sim *sim, double due)
 {
-    for (int k = 0; k < sim->observers && sim->status == MILL_OK; k++) {
+    for (int k = 0; k < sim->observers && goes_on(sim); k++) {
         struct mill_observer *o = sim->observer[k];
-        if (o->next <= due)
-            sim->status = o->sample(o, sim->world, sim->now, sim->error);
+        const enum mill_status status =
+            o->next <= due ? o->type->sample(o, sim->world, sim->now, sim->error) : MILL_OK;
+        sim->status = status != MILL_OK ? status : sim->status;
     }
 }
 
-enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
-                              const volatile sig_atomic_t *stop, struct mill_error *error)
+/* One event: ball i's, at local time t. */
+static void take_event(struct mill_sim *sim, int32_t i, double t)
 {
-    const bool large = sim->world->balls >= LARGE;
-    sim->error = error;
-    sim->status = MILL_OK;
-    while (sim->status == MILL_OK && budget > 0) {
+    if (sim->paranoid)
+        sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, sim->error);
+    if (sim->status != MILL_OK)
+        return;
+    /* rounding may put an event a hair before the last one: time never runs backwards */
+    sim->now = mill_greatest(t, sim->now);
+    if (sim->world->balls >= LARGE)
+        mill_schedule_ahead(sim->schedule);
+    happen(sim, i);
+    watch_time(sim, i, t);
+    if (sim->paranoid && sim->status == MILL_OK)
+        sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, sim->error);
+}
+
+/* All events before local time `limit`, as far as the budget goes: it is then 0. */
+static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
+                        const volatile sig_atomic_t *stop)
+{
+    double t;
+    int32_t i;
+    while (sim->status == MILL_OK && *budget > 0 &&
+           (i = mill_calendar_next(sim->schedule->calendar, &t)) >= 0 && t < limit) {
+        if (stop && *stop) {
+            sim->status = MILL_STOPPED;
+            return;
+        }
+        take_event(sim, i, t);
+        --*budget;
+    }
+}
+
+/* Events, epochs and samples up to `until`. */
+static void run_on(struct mill_sim *sim, double until, uint64_t budget,
+                   const volatile sig_atomic_t *stop)
+{
+    while (budget > 0) {
         const double sample = next_sample(sim);
         const double halt = mill_least(sample, until);
         const double limit =
             mill_least(mill_greatest(halt - sim->world->base, sim->now), MILL_SIM_EPOCH);
-        double t = INFINITY;
-        int32_t i = -1;
-        while (sim->status == MILL_OK && budget > 0 &&
-               (i = mill_calendar_next(sim->schedule->calendar, &t)) >= 0 && t < limit) {
-            if (stop && *stop)
-                return MILL_STOPPED;
-            if (sim->paranoid) {
-                sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, error);
-                if (sim->status != MILL_OK)
-                    break;
-            }
-            /* rounding may put an event a hair before the last one: time never runs backwards */
-            sim->now = mill_greatest(t, sim->now);
-            if (large)
-                mill_schedule_ahead(sim->schedule);
-            happen(sim, i);
-            watch_time(sim, i, t);
-            if (sim->paranoid && sim->status == MILL_OK)
-                sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, error);
-            budget--;
-        }
+        take_events(sim, limit, &budget, stop);
         if (sim->status != MILL_OK || budget == 0)
-            break;
+            return;
         sim->now = limit;
         if (halt - sim->world->base > MILL_SIM_EPOCH) {
             end_epoch(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);
         } else {
-            return sim->paranoid ? mill_sim_paranoid_account(sim->paranoid, sim->now, error)
-                                 : MILL_OK;
+            if (sim->paranoid)
+                sim->status = mill_sim_paranoid_account(sim->paranoid, sim->now, sim->error);
+            return;
         }
-        if (stop && *stop)
-            return MILL_STOPPED;
+        if (sim->status == MILL_OK && stop && *stop)
+            sim->status = MILL_STOPPED;
+        if (sim->status != MILL_OK)
+            return;
     }
+}
+
+enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
+                              const volatile sig_atomic_t *stop, struct mill_error *error)
+{
+    assert(until == until);
+    sim->error = error;
+    sim->status = MILL_OK;
+    run_on(sim, until, budget, stop);
+    sim->error = NULL;
     return sim->status;
 }

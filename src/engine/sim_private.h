@@ -24,11 +24,6 @@ struct mill_watch {
     uint64_t events;   /* in it */
 };
 
-/* In front of a saved state: what must agree before any byte is believed. */
-struct mill_sim_header {
-    uint64_t balls, cells, shapes, ball, plan, account, counts, pinch;
-};
-
 struct mill_sim {
     struct mill_world *world;
     struct mill_schedule *schedule;
@@ -36,7 +31,6 @@ struct mill_sim {
     struct mill_watch watch;
     struct mill_sim_paranoid *paranoid; /* NULL: off */
     double now;                         /* [s] local */
-    struct mill_sim_header header;      /* as last listed by mill_sim_parts */
     int observers;
     struct mill_observer *observer[MILL_SIM_OBSERVERS];
     struct mill_error *error; /* of the running mill_sim_run */

@@ -1,108 +1,94 @@
-/* The loop's state as one run of bytes: everything that the next event depends on. The calendar is
- * filed again from the plans (its order is that of times and balls, whatever its days), the cells
- * from each ball's cell (a rounded position would not tell it). No random numbers are drawn after
- * the start. */
-#include "base/parts.h"
+/* The loop's state: everything that the next event depends on. The calendar is filed again from the
+ * plans (its order is that of times and balls, whatever its days), the cells from each ball's cell
+ * (a rounded position would not tell it). No random numbers are drawn after the start. */
 #include "engine/sim_private.h"
+#include "millsim/state.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static struct mill_sim_header header_of(const struct mill_sim *sim)
+/* In front of the state: what must agree before any of it is believed */
+struct sizes {
+    uint64_t balls, cells, shapes;
+};
+
+static bool is_inner(const struct mill_cells *cells, int32_t cell)
 {
-    const struct mill_world *w = sim->world;
-    return (struct mill_sim_header){.balls = (uint64_t)w->balls,
-                                    .cells = (uint64_t)mill_cells_count(&sim->schedule->cells),
-                                    .shapes = (uint64_t)w->shapes,
-                                    .ball = sizeof *w->ball,
-                                    .plan = sizeof *sim->schedule->plan,
-                                    .account = sizeof w->account,
-                                    .counts = sizeof w->counts,
-                                    .pinch = sim->pinch ? sizeof *sim->pinch : 0};
+    if (cell < 0 || cell >= mill_cells_count(cells))
+        return false;
+    const int32_t *n = cells->n;
+    const int32_t at[3] = {cell / n[2] / n[1], cell / n[2] % n[1], cell % n[2]};
+    for (int axis = 0; axis < 3; axis++)
+        if (at[axis] == 0 || at[axis] == n[axis] - 1)
+            return false;
+    return true;
 }
 
-/* cell: each ball's, the grid's own when saving, the caller's when loading. */
-static size_t list_parts(struct mill_sim *s, int32_t *cell, struct mill_part part[MILL_SIM_PARTS],
-                         size_t *values)
+/* An index below `count` beside a time, or none beside no time */
+static bool is_index(int32_t index, int32_t count, double time)
 {
-    struct mill_world *w = s->world;
-    const size_t n = (size_t)w->balls;
-    const struct mill_part value[] = {
-        {&s->header, sizeof s->header}, {&w->base, sizeof w->base},
-        {&s->now, sizeof s->now},       {&s->watch, sizeof s->watch},
-        {&w->start, sizeof w->start},   {&w->account, sizeof w->account},
-        {&w->counts, sizeof w->counts},
-    };
-    const struct mill_part array[] = {
-        {w->ball, n * sizeof *w->ball},
-        {w->spin, n * sizeof *w->spin},
-        {s->schedule->plan, n * sizeof *s->schedule->plan},
-        {s->pinch, s->pinch ? n * sizeof *s->pinch : 0},
-        {cell, n * sizeof *cell},
-    };
-    *values = sizeof value / sizeof *value;
-    memcpy(part, value, sizeof value);
-    memcpy(part + *values, array, sizeof array);
-    return *values + sizeof array / sizeof *array;
-}
-
-size_t mill_sim_parts(struct mill_sim *sim, struct mill_part *part, size_t *values)
-{
-    sim->header = header_of(sim);
-    return list_parts(sim, sim->schedule->cells.cell, part, values);
+    return !isnan(time) && index >= MILL_NOBODY && index < count &&
+           (index != MILL_NOBODY || isinf(time));
 }
 
 /* Indices that a damaged file must not smuggle in */
 static bool sane(const struct mill_sim *sim, const int32_t *cell)
 {
     const struct mill_world *w = sim->world;
-    const int32_t cells = mill_cells_count(&sim->schedule->cells);
     for (int32_t i = 0; i < w->balls; i++) {
         const struct mill_plan *plan = &sim->schedule->plan[i];
-        if (cell[i] < 0 || cell[i] >= cells || w->ball[i].species < 0 ||
-            w->ball[i].species >= w->species_count || plan->partner < MILL_NOBODY ||
-            plan->partner >= w->balls || plan->shape < MILL_NOBODY || plan->shape >= w->shapes ||
-            plan->face < 0 || plan->face > 5)
+        if (!is_inner(&sim->schedule->cells, cell[i]) || w->ball[i].species < 0 ||
+            w->ball[i].species >= w->species_count ||
+            !is_index(plan->partner, w->balls, plan->pair_t) || plan->partner == i ||
+            !is_index(plan->shape, w->shapes, plan->shape_t) || plan->face < 0 || plan->face > 5)
             return false;
     }
     return true;
 }
 
-/* What stands in front says whose state it is; it is read, and nothing else yet. */
-static enum mill_status read_header(struct mill_sim *sim, struct mill_source *source, size_t size,
-                                    struct mill_error *error)
+/* cell: each ball's, the grid's own when saving, the caller's when loading. */
+static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
 {
-    struct mill_sim_header header;
-    const struct mill_sim_header own = header_of(sim);
-    enum mill_status status = MILL_FAILED;
-    if (source->left == size) {
-        status = mill_parts_read(source, &header, sizeof header, error);
-        if (status != MILL_OK || memcmp(&header, &own, sizeof own) == 0)
-            return status;
-    }
-    return mill_error_set(error, MILL_FAILED, "the saved balls are of another deck or program");
+    struct mill_world *w = s->world;
+    const size_t n = (size_t)w->balls;
+    mill_state_field(state, "base", MILL_FIELD_F64, 1, &w->base);
+    mill_state_field(state, "now", MILL_FIELD_F64, 1, &s->now);
+    mill_state_structs(state, "watch", sizeof s->watch, 1, &s->watch);
+    mill_state_structs(state, "start", sizeof w->start, 1, &w->start);
+    mill_state_structs(state, "account", sizeof w->account, 1, &w->account);
+    mill_state_structs(state, "counts", sizeof w->counts, 1, &w->counts);
+    mill_state_structs(state, "ball", sizeof *w->ball, n, w->ball);
+    mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
+    mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
+    mill_state_structs(state, "pinch", sizeof *s->pinch, s->pinch ? n : 0, s->pinch);
+    mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
 }
 
-enum mill_status mill_sim_load(struct mill_sim *sim, struct mill_source *source,
-                               struct mill_error *error)
+void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
 {
-    struct mill_part part[MILL_SIM_PARTS];
-    size_t values;
+    const struct mill_cells *cells = &sim->schedule->cells;
+    const struct sizes own = {(uint64_t)sim->world->balls, (uint64_t)mill_cells_count(cells),
+                              (uint64_t)sim->world->shapes};
+    struct sizes sizes = own;
+    mill_state_structs(state, "sizes", sizeof sizes, 1, &sizes);
+    if (!state->loads) {
+        tell_fields(sim, cells->cell, state);
+        return;
+    }
+    if (memcmp(&sizes, &own, sizeof own) != 0)
+        mill_state_refuse(state, "the saved balls are of another deck");
     int32_t *cell = malloc(sizeof *cell * ((size_t)sim->world->balls + 1));
     if (!cell)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the saved balls");
-    const size_t parts = list_parts(sim, cell, part, &values);
-    enum mill_status status = read_header(sim, source, mill_parts_size(part, parts), error);
-    if (status == MILL_OK)
-        status = mill_parts_read_all(source, part + 1, parts - 1, error);
-    if (status == MILL_OK && !sane(sim, cell))
-        status = mill_error_set(error, MILL_FAILED, "the saved balls are damaged");
-    if (status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
-        status = mill_error_set(error, MILL_FAILED, "out of memory for the cell grid");
+        mill_state_refuse(state, "out of memory for the saved balls");
+    tell_fields(sim, cell, state);
+    if (state->status == MILL_OK && !sane(sim, cell))
+        mill_state_refuse(state, "the saved balls are damaged");
+    if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
+        mill_state_refuse(state, "out of memory for the cell grid");
     /* the motions as they are after so many epochs: a sum of roundings, so they are gone through */
-    for (double t = 0.0; status == MILL_OK && t < sim->world->base; t += MILL_SIM_EPOCH)
+    for (double t = 0.0; state->status == MILL_OK && t < sim->world->base; t += MILL_SIM_EPOCH)
         for (int k = 0; k < sim->world->motions; k++)
             sim->world->motion[k]->type->restart(sim->world->motion[k], MILL_SIM_EPOCH);
     free(cell);
-    return status;
 }

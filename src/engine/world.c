@@ -3,6 +3,7 @@
 
 #include "geometry/shapes.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 const double mill_world_fast[MILL_WORLD_FAST] = {0.5, 1.0, 2.0};
@@ -23,12 +24,14 @@ void mill_world_free(struct mill_world *w)
 
 vec3 mill_world_position(const struct mill_world *w, int32_t i, double t)
 {
+    assert(i >= 0 && i < w->balls);
     const struct mill_ball *b = &w->ball[i];
     return vec3_fly(b->r, b->v, w->g, t - b->t);
 }
 
 vec3 mill_world_velocity(const struct mill_world *w, int32_t i, double t)
 {
+    assert(i >= 0 && i < w->balls);
     const struct mill_ball *b = &w->ball[i];
     return vec3_axpy(b->v, t - b->t, w->g);
 }

@@ -29,7 +29,8 @@ static vec3 to_frame(const struct blade *b, double w, double s, double h)
     return vec3_axpy(vec3_axpy(vec3_scale(b->w, w), s, b->s), h, b->h);
 }
 
-static struct mill_view view(const struct mill_convex *convex, vec3 place)
+static inline __attribute__((always_inline)) struct mill_view view(const struct mill_convex *convex,
+                                                                   vec3 place)
 {
     const struct blade *b = (const struct blade *)convex;
     const vec3 q = vec3_sub(place, b->centre);

@@ -13,6 +13,8 @@
 
 #include "geometry/shape.h"
 
+#include <assert.h>
+
 /* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
 #define MILL_CONVEX_SLOWEST 1e-9
 /* [m] what a search without patience concedes: a ball that glides along the body, its gap next to
@@ -78,6 +80,7 @@ static inline struct mill_hit mill_convex_search(const struct mill_convex *c,
                                                  const struct mill_flight *f, double radius,
                                                  double now, double horizon)
 {
+    assert(horizon >= 0.0 && c->reach > 0.0);
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
     const bool still = c->bounds.turning == 0.0 && c->bounds.speed == 0.0;

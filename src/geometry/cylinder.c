@@ -1,7 +1,5 @@
-/* Drum and shaft. With the axis projected out, a ball's centre p(t) is a parabola in the plane, and
- * |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where gravity has no
- * component across the axis). rho is the radius at which the centre touches: R - a in the drum, R +
- * a at the shaft. The sign is chosen so that the quartic rises where the gap closes. */
+/* Drum and shaft: circles about the axis that the centres of balls touch, at R - a in the drum, at
+ * R + a at the shaft. */
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
@@ -20,17 +18,9 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
                                     double radius, double now, double horizon, bool touching)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
-    const double s = c->inward;
-    const double rho = contact_radius(c, radius);
     (void)now;
-    const double p[5] = {
-        s * (f->r.y * f->r.y + f->r.z * f->r.z - rho * rho),
-        s * 2.0 * (f->r.y * f->v.y + f->r.z * f->v.z),
-        s * (f->v.y * f->v.y + f->v.z * f->v.z + f->r.y * f->g.y + f->r.z * f->g.z),
-        s * (f->v.y * f->g.y + f->v.z * f->g.z),
-        s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
-    };
-    return mill_hit_at(mill_poly_first_rise(p, horizon, touching, shape->counts));
+    return mill_hit_at(mill_shape_circle(f, 0.0, 0.0, contact_radius(c, radius), c->inward, horizon,
+                                         touching, shape->counts));
 }
 
 static double gap(const struct mill_shape *shape, vec3 centre, double radius,

@@ -8,6 +8,7 @@
 
 #include "base/elementary.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 /* ---- growing ---- */
@@ -128,6 +129,7 @@ static int64_t ring(struct mill_mesh *mesh, const struct mill_profile *p, struct
 void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, double half_length,
                       double tolerance, bool within)
 {
+    assert(tolerance > 0.0);
     const struct cut c = cut(p, tolerance);
     const int64_t count = (int64_t)p->buckles * c.pitch;
     const int64_t low = ring(mesh, p, c, -half_length), high = ring(mesh, p, c, half_length);
@@ -153,6 +155,7 @@ static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cu
 void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *p, double x, double side,
                    double tolerance)
 {
+    assert(tolerance > 0.0);
     const struct cut c = cut(p, tolerance);
     const int64_t count = (int64_t)p->buckles * c.pitch;
     const bool turned = side < 0.0;

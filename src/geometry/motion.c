@@ -1,6 +1,7 @@
 /* Chains of motions: a pose within its carrier's, and bounds that hold for both together. */
 #include "millsim/motion.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -22,6 +23,7 @@ static struct mill_pose within(const struct mill_pose *outer, const struct mill_
 
 struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t)
 {
+    assert(t == t);
     if (!motion)
         return mill_pose_still;
     if (!motion->on)

@@ -170,6 +170,13 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
 void mill_shape_draw_drum(const struct mill_shape *, const struct mill_chamber *, double tolerance,
                           struct mill_mesh *);
 
+/* [s] until a ball's centre first touches the circular cylinder of radius rho about the line
+ * (y0, z0) along x, from within (s = 1) or from outside (s = -1). In the plane across x a flight is
+ * a parabola p(t), and |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where
+ * gravity has no component there); the sign makes it rise where the gap closes. */
+double mill_shape_circle(const struct mill_flight *f, double y0, double z0, double rho, double s,
+                         double horizon, bool touching, struct mill_poly_counts *counts);
+
 /* A copy of `base` at the beginning of `size` zero bytes. NULL: out of memory. */
 void *mill_shape_allocate(const struct mill_shape *base, size_t size);
 

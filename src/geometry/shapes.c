@@ -1,12 +1,14 @@
 /* Builds the surfaces of a mill. */
 #include "geometry/shapes.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 const struct mill_shape_type *const mill_shapes_named[] = {&mill_blade_type, NULL};
 
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum)
 {
+    assert(drum->radius > 0.0 && drum->length > 0.0);
     /* a circle is the profile whose buckles have no height */
     const bool wavy = drum->buckles > 0;
     return (struct mill_chamber){
@@ -43,6 +45,7 @@ bool mill_shapes_create(const struct mill_setup *setup, struct mill_motion *cons
     *shapes = calloc((size_t)*count, sizeof **shapes);
     for (int k = 0; *shapes && k < *count; k++) {
         const struct mill_setup_surface *s = k < own ? &drum[k] : &setup->surface[k - own];
+        assert(s->motion == MILL_STILL || (s->motion >= 0 && s->motion < setup->motions));
         const struct mill_shape base = {
             .type = s->type,
             .motion = s->motion == MILL_STILL ? NULL : motion[s->motion],

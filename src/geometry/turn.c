@@ -4,13 +4,14 @@
 #include "base/elementary.h"
 #include "millsim/motion.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
 struct turn {
     struct mill_motion base;
     struct mill_turn is;                 /* its axis of length 1, its angle at local time 0 */
-    bool centred;                        /* its axis passes through the carrier's origin */
+    bool about_x;                        /* its axis is x through the carrier's origin */
     vec3 along[3], across[3], turned[3]; /* of the directions x, y, z */
 };
 
@@ -21,11 +22,12 @@ static struct mill_motion *create(const void *form)
     struct turn *turn = calloc(1, sizeof *turn);
     if (!turn)
         return NULL;
+    assert(vec3_norm(asked->axis) > 0.0);
     const vec3 axis = vec3_scale(asked->axis, 1.0 / vec3_norm(asked->axis));
     turn->base.type = &mill_turn_type;
     turn->is = *asked;
     turn->is.axis = axis;
-    turn->centred = vec3_norm(asked->centre) == 0.0;
+    turn->about_x = vec3_norm(asked->centre) == 0.0 && axis.x == 1.0;
     turn->is.angle = fmod(asked->angle, 2.0 * MILL_PI);
     for (int k = 0; k < 3; k++) {
         turn->along[k] = vec3_scale(axis, vec3_dot(axis, direction[k]));
@@ -44,14 +46,18 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
 {
     const struct turn *turn = (const struct turn *)motion;
     const struct mill_heading at = mill_elementary_heading(turn->is.angle + turn->is.speed * t);
+    if (turn->about_x)
+        return (struct mill_pose){.x = {1.0, 0.0, 0.0},
+                                  .y = {0.0, at.cos, at.sin},
+                                  .z = {0.0, -at.sin, at.cos},
+                                  .angular_velocity = {turn->is.speed, 0.0, 0.0},
+                                  .about_x = true};
     struct mill_pose pose = {
         .x = axis_at(turn, 0, at),
         .y = axis_at(turn, 1, at),
         .z = axis_at(turn, 2, at),
         .angular_velocity = vec3_scale(turn->is.axis, turn->is.speed),
     };
-    if (turn->centred)
-        return pose;
     const vec3 origin = mill_pose_turn_out(&pose, vec3_scale(turn->is.centre, -1.0));
     pose.place = vec3_add(turn->is.centre, origin);
     pose.velocity = vec3_cross(pose.angular_velocity, origin);

@@ -12,6 +12,7 @@
  * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
  * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
 #include "geometry/shapes.h"
+#include "geometry/wavy_private.h"
 
 #include "base/elementary.h"
 
@@ -21,50 +22,9 @@
 /* Of the radius: a ball that fits the outer arcs no better than that meets their neighbours alone.
  */
 #define SNUG 1e-12
-#define DEPTH 3   /* quarterings of a box before an arc counts as in reach */
 #define SECTORS 8 /* a buckle: a guess at the pitch, by one division */
 
-/* Outer (even) or inner (odd) */
-struct arc {
-    double y, z;                 /* [m] its centre */
-    double uy, uz;               /* direction of that from the axis */
-    double edge_y[2], edge_z[2]; /* outer ones: normals of the lines to the inner centres before and
-                                    after, towards the wedge */
-};
-
-struct wavy {
-    struct mill_shape base;
-    double radius;               /* [m] of the arcs */
-    double far;                  /* [m] bound of a coordinate in the drum */
-    double angle;                /* [rad] of arc 0 */
-    double half_pitch;           /* [rad] between an arc and the next */
-    double cos_pitch, sin_pitch; /* of half_pitch */
-    bool overhangs;              /* an outer arc's wedge is wider than 180 degrees */
-    int arcs;
-    struct arc *arc;
-    int sectors;       /* of the directions, four or more to a pitch */
-    int16_t *outer_at; /* the outer arc in whose pitch each begins */
-};
-
-/* +1: met from inside (outer arcs), -1: from outside (inner arcs) */
-static double inward(int arc)
-{
-    return arc % 2 == 0 ? 1.0 : -1.0;
-}
-
-/* Of a number that is less than twice as large: no division */
-static int wrap(const struct wavy *w, int arc)
-{
-    return arc < w->arcs ? arc : arc - w->arcs;
-}
-
 /* ---- which arc is near? ---- */
-
-/* > 0: on the wedge's side of that edge [m] */
-static double beyond_edge(const struct arc *a, int edge, double y, double z)
-{
-    return a->edge_y[edge] * (y - a->y) + a->edge_z[edge] * (z - a->z);
-}
 
 /* Between the lines through that outer centre? */
 static bool in_wedge(const struct wavy *w, const struct arc *a, double y, double z)
@@ -116,11 +76,6 @@ static int nearest(const struct wavy *w, double y, double z, int *beside)
 }
 
 /* ---- contacts ---- */
-
-static double distance(const struct arc *a, double y, double z)
-{
-    return sqrt((y - a->y) * (y - a->y) + (z - a->z) * (z - a->z));
-}
 
 static double gap_to(const struct wavy *w, int arc, double y, double z, double radius)
 {
@@ -234,16 +189,10 @@ static int inner_at(const struct wavy *w, struct mill_span parts, double y, doub
 static double rise(const struct wavy *w, int arc, const struct mill_flight *f, double radius,
                    double horizon, bool touching)
 {
-    const double s = inward(arc), rho = w->radius - s * radius;
-    const double y = f->r.y - w->arc[arc].y, z = f->r.z - w->arc[arc].z;
-    const double p[5] = {
-        s * (y * y + z * z - rho * rho),
-        s * 2.0 * (y * f->v.y + z * f->v.z),
-        s * (f->v.y * f->v.y + f->v.z * f->v.z + y * f->g.y + z * f->g.z),
-        s * (f->v.y * f->g.y + f->v.z * f->g.z),
-        s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
-    };
-    return mill_poly_first_rise(p, horizon, touching, w->base.counts);
+    const struct arc *a = &w->arc[arc];
+    const double s = inward(arc);
+    return mill_shape_circle(f, a->y, a->z, w->radius - s * radius, s, horizon, touching,
+                             w->base.counts);
 }
 
 /* A piece of a flight between two edges: outer is the arc of its wedge, or NO_ARC. The ball has
@@ -317,86 +266,9 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     }
 }
 
-/* ---- what is in reach of a cell? ---- */
-
-/* The part of the y-z plane that a box takes, no more than the drum needs */
-struct patch {
-    double y, z, half_y, half_z; /* [m] centre and half sides */
-};
-
-static void clamp(double lo, double hi, double far, double *centre, double *half)
-{
-    lo = fmin(fmax(lo, -far), far);
-    hi = fmin(fmax(hi, -far), far);
-    *centre = 0.5 * (lo + hi);
-    *half = 0.5 * (hi - lo);
-}
-
-static bool outer_in_reach(const struct wavy *w, const struct arc *a, struct patch p, double rho,
-                           int depth)
-{
-    const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z);
-    const bool before = beyond_edge(a, 0, p.y, p.z) > -half;
-    const bool after = beyond_edge(a, 1, p.y, p.z) > -half;
-    if (w->overhangs ? !before && !after : !before || !after)
-        return false;
-    if (distance(a, p.y, p.z) + half < rho)
-        return false;
-    if (depth == 0)
-        return true;
-    for (int quarter = 0; quarter < 4; quarter++) {
-        const double y = p.y + (quarter % 2 ? 0.5 : -0.5) * p.half_y;
-        const double z = p.z + (quarter / 2 ? 0.5 : -0.5) * p.half_z;
-        const struct patch part = {y, z, 0.5 * p.half_y, 0.5 * p.half_z};
-        if (outer_in_reach(w, a, part, rho, depth - 1))
-            return true;
-    }
-    return false;
-}
-
-static bool arc_in_reach(const struct wavy *w, int arc, struct patch p, double radius)
-{
-    const struct arc *a = &w->arc[arc];
-    const double margin = 1e-6 * w->far + 1e-3 * radius;
-    if (inward(arc) > 0.0)
-        return outer_in_reach(w, a, p, w->radius - radius - margin, DEPTH);
-    const double y = fmax(fabs(p.y - a->y) - p.half_y, 0.0);
-    const double z = fmax(fabs(p.z - a->z) - p.half_z, 0.0);
-    return sqrt(y * y + z * z) <= w->radius + radius + margin;
-}
-
-/* Arcs between the directions in which the box lies, less those at either end that are too far. */
-static struct mill_span parts(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
-{
-    const struct wavy *w = (const struct wavy *)shape;
-    struct patch p;
-    clamp(lo.y, hi.y, 1.5 * w->far, &p.y, &p.half_y);
-    clamp(lo.z, hi.z, 1.5 * w->far, &p.z, &p.half_z);
-    const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z) * (1.0 + 1e-9);
-    const double away = sqrt(p.y * p.y + p.z * p.z);
-    int first = 0, count = w->arcs;
-    if (away > half) {
-        const double at = (mill_elementary_atan2(p.z, p.y) - w->angle) / w->half_pitch;
-        const double wide = mill_elementary_asin(half / away) / w->half_pitch + 1e-6;
-        const double from = floor(at - wide), to = ceil(at + wide);
-        if (to - from + 1.0 < w->arcs) {
-            first = (int)(from - w->arcs * floor(from / w->arcs)) % w->arcs;
-            count = (int)(to - from) + 1;
-        }
-    }
-    while (count > 0 && !arc_in_reach(w, first, p, radius)) {
-        first = (first + 1) % w->arcs;
-        count--;
-    }
-    while (count > 0 && !arc_in_reach(w, (first + count - 1) % w->arcs, p, radius))
-        count--;
-    const struct mill_span span = {(int16_t)first, (int16_t)count};
-    return span;
-}
-
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
-    return parts(shape, lo, hi, radius).count > 0;
+    return mill_wavy_parts(shape, lo, hi, radius).count > 0;
 }
 
 /* ---- making it ---- */
@@ -484,7 +356,7 @@ const struct mill_shape_type mill_wavy_type = {
     .gap = gap,
     .contact = contact,
     .reachable = reachable,
-    .parts = parts,
+    .parts = mill_wavy_parts,
     .beside = beside,
     .draw = mill_shape_draw_drum,
 };

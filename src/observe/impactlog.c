@@ -2,6 +2,10 @@
  * second, so a row costs a few stores into arrays; only every BLOCK rows HDF5 is called. */
 #include "observe/impactlog.h"
 
+#include "millsim/state.h"
+#include "observe/observe.h"
+#include "store/h5.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -11,49 +15,24 @@
 enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
 
 static const struct {
-    const char *path;
-    struct mill_h5_layout layout;
+    const char *path, *unit, *meaning;
+    enum mill_h5_type type;
+    int rank; /* 0: a number, 1: three */
 } table[COLUMNS] = {
-    {"/impacts/time", {MILL_H5_F64, 0, {0, 0}, CHUNK, "s", "simulated time of the impact", false}},
-    {"/impacts/kind",
-     {MILL_H5_U8, 0, {0, 0}, CHUNK, "1", "kind of contact: index into the attribute kinds", false}},
-    {"/impacts/ball", {MILL_H5_I32, 0, {0, 0}, CHUNK, "1", "number of the ball", false}},
-    {"/impacts/partner",
-     {MILL_H5_I32,
-      0,
-      {0, 0},
-      CHUNK,
-      "1",
-      "number of the other ball, of the blade or of the end wall; -1 for drum and shaft",
-      false}},
-    {"/impacts/position",
-     {MILL_H5_F32, 1, {3, 0}, CHUNK, "m", "point of contact: (x, y, z)", false}},
-    {"/impacts/normal",
-     {MILL_H5_F32,
-      1,
-      {3, 0},
-      CHUNK,
-      "1",
-      "unit normal of the contact, into the ball: (x, y, z)",
-      false}},
-    {"/impacts/normal_speed",
-     {MILL_H5_F64,
-      0,
-      {0, 0},
-      CHUNK,
-      "m s-1",
-      "approach speed along the normal just before",
-      false}},
-    {"/impacts/tangential_speed",
-     {MILL_H5_F64, 0, {0, 0}, CHUNK, "m s-1", "slip of the two surfaces just before", false}},
-    {"/impacts/dissipation",
-     {MILL_H5_F64,
-      0,
-      {0, 0},
-      CHUNK,
-      "J",
-      "energy lost in the impact; negative where the rebound floor gave energy",
-      false}},
+    {"/impacts/time", "s", "simulated time of the impact", MILL_H5_F64, 0},
+    {"/impacts/kind", "1", "kind of contact: index into the attribute kinds", MILL_H5_U8, 0},
+    {"/impacts/ball", "1", "number of the ball", MILL_H5_I32, 0},
+    {"/impacts/partner", "1",
+     "number of the other ball, of the blade or of the end wall; -1 for drum and shaft",
+     MILL_H5_I32, 0},
+    {"/impacts/position", "m", "point of contact: (x, y, z)", MILL_H5_F32, 1},
+    {"/impacts/normal", "1", "unit normal of the contact, into the ball: (x, y, z)", MILL_H5_F32,
+     1},
+    {"/impacts/normal_speed", "m s-1", "approach speed along the normal just before", MILL_H5_F64,
+     0},
+    {"/impacts/tangential_speed", "m s-1", "slip of the two surfaces just before", MILL_H5_F64, 0},
+    {"/impacts/dissipation", "J",
+     "energy lost in the impact; negative where the rebound floor gave energy", MILL_H5_F64, 0},
 };
 
 struct block {
@@ -70,27 +49,23 @@ struct block {
 
 struct impactlog {
     struct mill_observer observer;
-    size_t gathered; /* rows in the block */
-    struct mill_h5_column *column[COLUMNS];
+    struct mill_h5 *file;
+    uint64_t rows;                          /* as last saved */
+    size_t gathered;                        /* rows in the block */
+    struct mill_h5_column *column[COLUMNS]; /* the file's */
     struct block block;
 };
 
-static enum mill_status write_block(struct impactlog *log, struct mill_error *error)
+static void write_block(struct impactlog *log)
 {
     const struct block *block = &log->block;
     const void *const rows[COLUMNS] = {
         block->time,     block->kind,   block->ball,         block->partner,
         block->position, block->normal, block->normal_speed, block->tangential_speed,
         block->loss};
-    enum mill_status status = MILL_OK;
-    int i;
-    for (i = 0; status == MILL_OK && i < COLUMNS; i++) {
-        status = mill_h5_column_append(log->column[i], log->gathered, rows[i], error);
-        if (status == MILL_OK)
-            status = mill_h5_column_flush(log->column[i], error);
-    }
+    for (int i = 0; i < COLUMNS; i++)
+        mill_h5_column_append(log->column[i], log->gathered, rows[i]);
     log->gathered = 0;
-    return status;
 }
 
 static enum mill_status log_impact(struct mill_observer *self, const struct mill_impact *impact,
@@ -112,67 +87,68 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
     block->normal_speed[i] = impact->normal_speed;
     block->tangential_speed[i] = impact->tangential_speed;
     block->loss[i] = impact->dissipation;
-    return i + 1 < BLOCK ? MILL_OK : write_block(log, error);
+    if (i + 1 < BLOCK)
+        return MILL_OK;
+    write_block(log);
+    return mill_h5_status(log->file, error);
 }
 
-enum mill_status mill_impactlog_resume(struct mill_h5 *file, const struct mill_deck *deck,
-                                       const struct mill_world *world,
-                                       const struct mill_impactlog_state *state,
-                                       struct mill_observer **observer, struct mill_error *error)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
-    struct impactlog *log = calloc(1, sizeof *log);
-    enum mill_status status = MILL_OK;
-    int i;
-    (void)deck;
+    struct impactlog *log = asked->log_impacts ? calloc(1, sizeof *log) : NULL;
     (void)world;
-    *observer = NULL;
-    if (!log)
+    if (asked->log_impacts && !log)
         return mill_error_set(error, MILL_FAILED, "out of memory for the log of impacts");
-    log->observer.next = INFINITY;
-    log->observer.impact = log_impact;
-    for (i = 0; status == MILL_OK && i < COLUMNS; i++)
-        status = mill_h5_column_create(file, table[i].path, &table[i].layout, state->rows,
-                                       &log->column[i], error);
-    if (status == MILL_OK)
-        status =
-            mill_h5_attribute_texts(file, "/impacts", "kinds", MILL_KINDS, mill_kind_name, error);
-    if (status == MILL_OK)
-        status = mill_h5_attribute_texts(file, "/impacts/kind", "kinds", MILL_KINDS, mill_kind_name,
-                                         error);
-    if (status != MILL_OK) {
-        mill_impactlog_free(&log->observer);
-        return status;
-    }
-    *observer = &log->observer;
+    if (log)
+        log->observer = (struct mill_observer){&mill_impactlog_type, INFINITY};
+    *out = log ? &log->observer : NULL;
     return MILL_OK;
 }
 
-enum mill_status mill_impactlog_create(struct mill_h5 *file, const struct mill_deck *deck,
-                                       const struct mill_world *world,
-                                       struct mill_observer **observer, struct mill_error *error)
+static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
-    const struct mill_impactlog_state fresh = {0};
-    return mill_impactlog_resume(file, deck, world, &fresh, observer, error);
+    struct impactlog *log = (struct impactlog *)self;
+    if (!state->loads)
+        log->rows = mill_h5_column_rows(log->column[TIME]) + log->gathered;
+    mill_state_structs(state, "rows", sizeof log->rows, 1, &log->rows);
 }
 
-void mill_impactlog_save(const struct mill_observer *observer, struct mill_impactlog_state *state)
+static void open_file(struct mill_observer *self, struct mill_h5 *file,
+                      const struct mill_world *world)
 {
-    const struct impactlog *log = (const struct impactlog *)observer;
-    state->rows = mill_h5_column_rows(log->column[TIME]) + log->gathered;
+    struct impactlog *log = (struct impactlog *)self;
+    (void)world;
+    log->file = file;
+    for (int i = 0; i < COLUMNS; i++) {
+        const struct mill_h5_layout layout = {.type = table[i].type,
+                                              .rank = table[i].rank,
+                                              .dims = {3},
+                                              .chunk = CHUNK,
+                                              .unit = table[i].unit,
+                                              .description = table[i].meaning};
+        log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
+    }
+    mill_h5_attribute_texts(file, "/impacts", "kinds", MILL_KINDS, mill_kind_name);
+    mill_h5_attribute_texts(file, "/impacts/kind", "kinds", MILL_KINDS, mill_kind_name);
 }
 
-enum mill_status mill_impactlog_finish(struct mill_observer *observer, struct mill_error *error)
+static void flush(struct mill_observer *self)
 {
-    return write_block((struct impactlog *)observer, error);
+    write_block((struct impactlog *)self);
 }
 
-void mill_impactlog_free(struct mill_observer *observer)
+static void free_log(struct mill_observer *self)
 {
-    struct impactlog *log = (struct impactlog *)observer;
-    int i;
-    if (!log)
-        return;
-    for (i = 0; i < COLUMNS; i++)
-        mill_h5_column_free(log->column[i]);
-    free(log);
+    free(self);
 }
+
+const struct mill_observer_type mill_impactlog_type = {
+    .name = "impacts",
+    .impact = log_impact,
+    .create = create,
+    .state = tell_state,
+    .open = open_file,
+    .flush = flush,
+    .free = free_log,
+};

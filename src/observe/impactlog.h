@@ -2,34 +2,8 @@
 #ifndef MILL_IMPACTLOG_H
 #define MILL_IMPACTLOG_H
 
-#include "deck/deck.h"
 #include "millsim/observer.h"
-#include "store/h5.h"
 
-/* What a checkpoint keeps: impacts logged so far. */
-struct mill_impactlog_state {
-    uint64_t rows;
-};
-
-/* Makes the datasets and the observer that fills them. Deck and file must outlive it. MILL_FAILED
- * when the file cannot be written or memory is short. Owner: the caller. */
-enum mill_status mill_impactlog_create(struct mill_h5 *file, const struct mill_deck *deck,
-                                       const struct mill_world *world,
-                                       struct mill_observer **observer, struct mill_error *error);
-
-/* The same for a run taken up again: rows after the state's are dropped. */
-enum mill_status mill_impactlog_resume(struct mill_h5 *file, const struct mill_deck *deck,
-                                       const struct mill_world *world,
-                                       const struct mill_impactlog_state *state,
-                                       struct mill_observer **observer, struct mill_error *error);
-
-void mill_impactlog_save(const struct mill_observer *observer, struct mill_impactlog_state *state);
-
-/* Writes what is still gathered in memory: at the end, at a stop and at checkpoints; the observer
- * goes on working. */
-enum mill_status mill_impactlog_finish(struct mill_observer *observer, struct mill_error *error);
-
-/* NULL is fine. */
-void mill_impactlog_free(struct mill_observer *observer);
+extern const struct mill_observer_type mill_impactlog_type;
 
 #endif

@@ -12,7 +12,6 @@
 enum {
     RINGS = 30,
     FEWEST_SLICES = 4,
-    MOST_SLICES = 400,
     LINE = 64 /* [B] of the cache */
 };
 
@@ -72,7 +71,7 @@ enum mill_status mill_maps_create(const struct mill_world *world, struct mill_ma
 {
     const double radius = mill_section_radius(world);
     const double slices = round(world->drum_length / (radius / RINGS));
-    const int n = (int)fmin(fmax(slices, FEWEST_SLICES), MOST_SLICES);
+    const int n = (int)fmin(fmax(slices, FEWEST_SLICES), MILL_MAPS_LONGEST);
     *maps = calloc(1, sizeof **maps);
     if (!*maps || !map_init(&(*maps)->cross, 2 * RINGS, 2 * RINGS) ||
         !map_init(&(*maps)->axial, n, RINGS)) {

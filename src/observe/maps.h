@@ -8,6 +8,8 @@
 
 #include <stdint.h>
 
+enum { MILL_MAPS_LONGEST = 400 }; /* cells along an axis, at most */
+
 struct mill_map_hits {
     uint64_t count;
     double speed;       /* [m/s] sum of v_n */

@@ -1,20 +1,19 @@
 /* Asks every surface of the mill what balls can see of it. */
 #include "observe/outline.h"
 
-#include "geometry/shapes.h"
+#include "geometry/shape.h"
 
 #include <stdlib.h>
 
 /* Of the drum's radius: no triangle is farther from the surface that it stands for. */
 #define FLAT 1e-3
 
-enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mill_world *world,
+enum mill_status mill_outline_make(const struct mill_profile *drum, const struct mill_world *world,
                                    bool turning, struct mill_outline *outline,
                                    struct mill_error *error)
 {
     const struct mill_outline nothing = {{0}, NULL, NULL};
-    const struct mill_setup_drum drum = mill_deck_drum(deck);
-    const struct mill_chamber chamber = mill_shapes_chamber(&drum);
+    const struct mill_chamber chamber = {.drum = *drum, .half_length = 0.5 * world->drum_length};
     struct mill_mesh *mesh = &outline->mesh;
     *outline = nothing;
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
@@ -22,7 +21,7 @@ enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mi
         const size_t before = mesh->triangles;
         if ((shape->motion != NULL) != turning)
             continue;
-        shape->type->draw(shape, &chamber, FLAT * deck->drum_radius, mesh);
+        shape->type->draw(shape, &chamber, FLAT * drum->radius, mesh);
         uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
         outline->kind = kind ? kind : outline->kind;
         int32_t *number = realloc(outline->number, (mesh->triangles + 1) * sizeof *number);

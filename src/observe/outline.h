@@ -2,7 +2,6 @@
 #ifndef MILL_OUTLINE_H
 #define MILL_OUTLINE_H
 
-#include "deck/deck.h"
 #include "geometry/mesh.h"
 #include "millsim/status.h"
 #include "millsim/world.h"
@@ -13,8 +12,9 @@ struct mill_outline {
     int32_t *number;       /* of each triangle: of the end wall or blade, -1 where there is one */
 };
 
-/* No triangles where nothing turns. MILL_FAILED: out of memory; free it in any case. */
-enum mill_status mill_outline_make(const struct mill_deck *deck, const struct mill_world *world,
+/* drum: its cross-section. No triangles where nothing turns. MILL_FAILED: out of memory; free it in
+ * any case. */
+enum mill_status mill_outline_make(const struct mill_profile *drum, const struct mill_world *world,
                                    bool turning, struct mill_outline *outline,
                                    struct mill_error *error);
 void mill_outline_free(struct mill_outline *outline);

@@ -69,12 +69,18 @@ void mill_precision_open(struct mill_precision *p, const struct mill_account *ac
     p->books[0] = *account;
 }
 
+/* Counts are told apart up to 2^32 - 1 in a batch: that many tell its median as well as more do. */
+static uint32_t count_of(uint64_t n)
+{
+    return n < UINT32_MAX ? (uint32_t)n : UINT32_MAX;
+}
+
 void mill_precision_close(struct mill_precision *p, const uint64_t *count,
                           const struct mill_account *account)
 {
     uint32_t *row = p->counts + p->at.batches * MILL_PRECISION_SLOTS;
     for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
-        row[i] = (uint32_t)count[i];
+        row[i] = count_of(count[i]);
     p->books[++p->at.batches] = *account;
 }
 
@@ -89,7 +95,7 @@ uint64_t mill_precision_join(struct mill_precision *p)
         memmove(row, first, MILL_PRECISION_SLOTS * sizeof *row);
         for (uint64_t m = 1; m < many; m++)
             for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
-                row[i] += first[m * MILL_PRECISION_SLOTS + (uint64_t)i];
+                row[i] = count_of((uint64_t)row[i] + first[m * MILL_PRECISION_SLOTS + (uint64_t)i]);
         p->books[k] = p->books[many * k];
     }
     p->books[joined] = p->books[p->at.batches];
@@ -164,7 +170,7 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
     return p->books[to].rotor_work - p->books[from].rotor_work;
 }
 
-uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
+uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches;
@@ -183,7 +189,8 @@ uint64_t mill_precision_cut(struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-struct mill_precision_known mill_precision_tell(struct mill_precision *p, uint64_t from, bool whole)
+struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from,
+                                                bool whole)
 {
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;

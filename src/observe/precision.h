@@ -30,8 +30,8 @@ struct mill_precision {
     const struct mill_spectrum_grid *grid;
     struct mill_account *books; /* [batches + 1] at the begin of each batch, and at the last end */
     uint32_t *counts;           /* [batches][MILL_PRECISION_SLOTS] impacts by normal speed */
-    double *power, *below;      /* [batches] room for the two series */
-    double *room;               /* [batches] */
+    double *power, *below;      /* [batches] room for the two series; nothing is kept in it */
+    double *room;               /* [batches] likewise */
 };
 
 /* A mean with its standard error, in its own unit; NaN: not known. */
@@ -71,11 +71,11 @@ uint64_t mill_precision_join(struct mill_precision *precision);
 
 /* Batches of the start-up by MSER-5, those of the first half; *settled: it is over, for the rule
  * finds no better cut in the second half. */
-uint64_t mill_precision_cut(struct mill_precision *precision, bool *settled);
+uint64_t mill_precision_cut(const struct mill_precision *precision, bool *settled);
 
 /* What the batches from `from` on tell. whole: they are whole revolutions, two or more. */
-struct mill_precision_known mill_precision_tell(struct mill_precision *precision, uint64_t from,
-                                                bool whole);
+struct mill_precision_known mill_precision_tell(const struct mill_precision *precision,
+                                                uint64_t from, bool whole);
 
 /* There is enough to tell, and both errors, where there is something to know, are at most `wanted`
  * times their values. */

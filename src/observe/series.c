@@ -4,6 +4,10 @@
  * written in blocks; step and time are stored once and linked. */
 #include "observe/series.h"
 
+#include "millsim/state.h"
+#include "observe/observe.h"
+#include "store/h5.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,118 +40,89 @@ static const struct {
 
 struct series {
     struct mill_observer observer;
+    struct mill_h5 *file;
     double interval;      /* [s] */
     double end;           /* [s] of the run */
-    uint64_t last;        /* number of the last row */
+    uint64_t rows;        /* as last saved */
     double rotor_impulse; /* [N m s] at the row before */
+    /* the file's */
     struct mill_h5_column *step, *time, *single[SINGLES], *kind[PER_KIND][MILL_KINDS];
     struct mill_h5_column *fast[MILL_KINDS];
 };
 
-/* Due time of row k; the last one may lie a rounding error behind the end of the run. */
-static double due(const struct series *series, uint64_t k)
-{
-    if (k > series->last)
-        return INFINITY;
-    return fmin((double)k * series->interval, series->end);
-}
-
 /* One element {step, time, value}; the first one made holds step and time, the others link to them.
  */
-static enum mill_status open_element(struct series *series, struct mill_h5 *file, const char *group,
-                                     const struct mill_h5_layout *value, uint64_t rows,
-                                     struct mill_h5_column **column, struct mill_error *error)
+static struct mill_h5_column *open_element(struct series *series, const char *group,
+                                           const struct mill_h5_layout *value, uint64_t rows)
 {
     static const char first[] = "/observables/kinetic_energy";
-    const struct mill_h5_layout layout[2] = {
-        {MILL_H5_I64, 0, {0, 0}, 0, "1", "number of the row", false},
-        {MILL_H5_F64, 0, {0, 0}, 0, "s", "simulated time", false}};
+    static const struct mill_h5_layout layout[2] = {
+        {.type = MILL_H5_I64, .unit = "1", .description = "number of the row"},
+        {.type = MILL_H5_F64, .unit = "s", .description = "simulated time"}};
     static const char *const name[2] = {"step", "time"};
     struct mill_h5_column **shared[2] = {&series->step, &series->time};
-    enum mill_status status = MILL_OK;
     char path[128], origin[128];
-    int i;
-    for (i = 0; status == MILL_OK && i < 2; i++) {
+    for (int i = 0; i < 2; i++) {
         snprintf(path, sizeof path, "%s/%s", group, name[i]);
         snprintf(origin, sizeof origin, "%s/%s", first, name[i]);
         if (!*shared[i])
-            status = mill_h5_column_create(file, path, &layout[i], rows, shared[i], error);
+            *shared[i] = mill_h5_column_create(series->file, path, &layout[i], rows);
         else
-            status = mill_h5_link(file, origin, path, error);
+            mill_h5_link(series->file, origin, path);
     }
-    if (status != MILL_OK)
-        return status;
     snprintf(path, sizeof path, "%s/value", group);
-    return mill_h5_column_create(file, path, value, rows, column, error);
+    return mill_h5_column_create(series->file, path, value, rows);
 }
 
 /* Three counts a row; the speeds they are counted from stand beside them. */
-static enum mill_status open_fast(struct series *series, struct mill_h5 *file, uint64_t rows,
-                                  struct mill_error *error)
+static void open_fast(struct series *series, uint64_t rows)
 {
-    const struct mill_h5_layout value = {MILL_H5_U64,
-                                         1,
-                                         {MILL_WORLD_FAST, 0},
-                                         0,
-                                         "1",
-                                         "impacts of this kind with a normal speed at or above "
-                                         "each of `thresholds` (m s-1), cumulative from t = 0",
-                                         false};
-    enum mill_status status = MILL_OK;
+    static const struct mill_h5_layout value = {
+        .type = MILL_H5_U64,
+        .rank = 1,
+        .dims = {MILL_WORLD_FAST},
+        .unit = "1",
+        .description = "impacts of this kind with a normal speed at or above each of `thresholds` "
+                       "(m s-1), cumulative from t = 0"};
     char group[128];
-    for (int kind = 0; status == MILL_OK && kind < MILL_KINDS; kind++) {
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
         snprintf(group, sizeof group, "/observables/fast_collisions/%s", mill_kind_name[kind]);
-        status = open_element(series, file, group, &value, rows, &series->fast[kind], error);
+        series->fast[kind] = open_element(series, group, &value, rows);
         strcat(group, "/value");
-        if (status == MILL_OK)
-            status = mill_h5_attribute(file, group, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
-                                       mill_world_fast, error);
+        mill_h5_attribute(series->file, group, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
+                          mill_world_fast);
     }
-    return status;
 }
 
-static enum mill_status open_columns(struct series *series, struct mill_h5 *file, uint64_t rows,
-                                     struct mill_error *error)
+static void open_columns(struct series *series, uint64_t rows)
 {
-    enum mill_status status = MILL_OK;
     char group[128];
-    int i, kind;
-    for (i = 0; status == MILL_OK && i < SINGLES; i++) {
-        const struct mill_h5_layout value = {MILL_H5_F64,       0,    {0, 0}, 0, single[i].unit,
-                                             single[i].meaning, false};
-        snprintf(group, sizeof group, "/observables/%s", single[i].name);
-        status = open_element(series, file, group, &value, rows, &series->single[i], error);
-    }
-    for (i = 0; status == MILL_OK && i < PER_KIND * MILL_KINDS; i++) {
-        const int what = i / MILL_KINDS;
+    for (int i = 0; i < SINGLES; i++) {
         const struct mill_h5_layout value = {
-            per_kind[what].type, 0, {0, 0}, 0, per_kind[what].unit, per_kind[what].meaning, false};
-        kind = i % MILL_KINDS;
-        snprintf(group, sizeof group, "/observables/%s/%s", per_kind[what].name,
-                 mill_kind_name[kind]);
-        status = open_element(series, file, group, &value, rows, &series->kind[what][kind], error);
+            .type = MILL_H5_F64, .unit = single[i].unit, .description = single[i].meaning};
+        snprintf(group, sizeof group, "/observables/%s", single[i].name);
+        series->single[i] = open_element(series, group, &value, rows);
     }
-    return status == MILL_OK ? open_fast(series, file, rows, error) : status;
+    for (int i = 0; i < PER_KIND; i++) {
+        const struct mill_h5_layout value = {
+            .type = per_kind[i].type, .unit = per_kind[i].unit, .description = per_kind[i].meaning};
+        for (int kind = 0; kind < MILL_KINDS; kind++) {
+            snprintf(group, sizeof group, "/observables/%s/%s", per_kind[i].name,
+                     mill_kind_name[kind]);
+            series->kind[i][kind] = open_element(series, group, &value, rows);
+        }
+    }
+    open_fast(series, rows);
 }
 
-static enum mill_status append_kinds(struct series *series, const struct mill_account *account,
-                                     struct mill_error *error)
+static void append_kinds(struct series *series, const struct mill_account *account)
 {
-    enum mill_status status = MILL_OK;
-    int kind;
-    for (kind = 0; status == MILL_OK && kind < MILL_KINDS; kind++) {
-        status = mill_h5_column_append(series->kind[DISSIPATION][kind], 1,
-                                       &account->dissipation[kind], error);
-        if (status == MILL_OK)
-            status = mill_h5_column_append(series->kind[NORMAL][kind], 1,
-                                           &account->dissipation_normal[kind], error);
-        if (status == MILL_OK)
-            status = mill_h5_column_append(series->kind[COLLISIONS][kind], 1,
-                                           &account->collisions[kind], error);
-        if (status == MILL_OK)
-            status = mill_h5_column_append(series->fast[kind], 1, account->fast[kind], error);
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        mill_h5_column_append(series->kind[DISSIPATION][kind], 1, &account->dissipation[kind]);
+        mill_h5_column_append(series->kind[NORMAL][kind], 1, &account->dissipation_normal[kind]);
+        mill_h5_column_append(series->kind[COLLISIONS][kind], 1, &account->collisions[kind]);
+        mill_h5_column_append(series->fast[kind], 1, account->fast[kind]);
     }
-    return status;
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -157,97 +132,65 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     const struct mill_account *account = &world->account;
     const struct mill_energy energy = mill_world_energy(world, t);
     const int64_t k = (int64_t)mill_h5_column_rows(series->step);
-    double row[SINGLES];
-    enum mill_status status = mill_h5_column_append(series->step, 1, &k, error);
-    int i;
-    row[KINETIC] = energy.kinetic;
-    row[ROTATIONAL] = energy.rotational;
-    row[POTENTIAL] = energy.potential;
-    row[WORK] = account->rotor_work;
-    row[TORQUE] = k > 0 ? (account->rotor_impulse - series->rotor_impulse) / series->interval : 0;
+    const double impulse = account->rotor_impulse - series->rotor_impulse;
+    const double row[SINGLES] = {[KINETIC] = energy.kinetic,
+                                 [ROTATIONAL] = energy.rotational,
+                                 [POTENTIAL] = energy.potential,
+                                 [WORK] = account->rotor_work,
+                                 [TORQUE] = k > 0 ? impulse / series->interval : 0};
     series->rotor_impulse = account->rotor_impulse;
-    if (status == MILL_OK)
-        status = mill_h5_column_append(series->time, 1, &self->next, error);
-    for (i = 0; status == MILL_OK && i < SINGLES; i++)
-        status = mill_h5_column_append(series->single[i], 1, &row[i], error);
-    if (status == MILL_OK)
-        status = append_kinds(series, account, error);
-    self->next = due(series, (uint64_t)k + 1);
-    return status;
+    mill_h5_column_append(series->step, 1, &k);
+    mill_h5_column_append(series->time, 1, &self->next);
+    for (int i = 0; i < SINGLES; i++)
+        mill_h5_column_append(series->single[i], 1, &row[i]);
+    append_kinds(series, account);
+    self->next = mill_observe_due(series->interval, series->end, (uint64_t)k + 1);
+    return mill_h5_status(series->file, error);
 }
 
-enum mill_status mill_series_resume(struct mill_h5 *file, const struct mill_deck *deck,
-                                    const struct mill_world *world,
-                                    const struct mill_series_state *state,
-                                    struct mill_observer **observer, struct mill_error *error)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
     struct series *series = calloc(1, sizeof *series);
-    enum mill_status status;
     (void)world;
-    *observer = NULL;
     if (!series)
         return mill_error_set(error, MILL_FAILED, "out of memory for the time series");
-    series->interval = deck->series;
-    series->end = deck->time;
-    series->last = (uint64_t)floor(deck->time / deck->series + 1e-9);
-    series->rotor_impulse = state->rotor_impulse;
-    series->observer.sample = sample;
-    series->observer.next = due(series, state->rows);
-    status = open_columns(series, file, state->rows, error);
-    if (status != MILL_OK) {
-        mill_series_free(&series->observer);
-        return status;
-    }
-    *observer = &series->observer;
+    series->observer = (struct mill_observer){&mill_series_type, 0};
+    series->interval = asked->series;
+    series->end = asked->end;
+    *out = &series->observer;
     return MILL_OK;
 }
 
-enum mill_status mill_series_create(struct mill_h5 *file, const struct mill_deck *deck,
-                                    const struct mill_world *world, struct mill_observer **observer,
-                                    struct mill_error *error)
+static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
-    const struct mill_series_state fresh = {0, 0};
-    return mill_series_resume(file, deck, world, &fresh, observer, error);
+    struct series *series = (struct series *)self;
+    if (!state->loads)
+        series->rows = mill_h5_column_rows(series->step);
+    mill_state_structs(state, "rows", sizeof series->rows, 1, &series->rows);
+    mill_state_field(state, "rotor_impulse", MILL_FIELD_F64, 1, &series->rotor_impulse);
 }
 
-void mill_series_save(const struct mill_observer *observer, struct mill_series_state *state)
+static void open_file(struct mill_observer *self, struct mill_h5 *file,
+                      const struct mill_world *world)
 {
-    const struct series *series = (const struct series *)observer;
-    state->rows = mill_h5_column_rows(series->step);
-    state->rotor_impulse = series->rotor_impulse;
+    struct series *series = (struct series *)self;
+    (void)world;
+    series->file = file;
+    self->next = mill_observe_due(series->interval, series->end, series->rows);
+    open_columns(series, series->rows);
 }
 
-enum mill_status mill_series_finish(struct mill_observer *observer, struct mill_error *error)
+static void free_series(struct mill_observer *self)
 {
-    struct series *series = (struct series *)observer;
-    enum mill_status status = MILL_OK;
-    int i;
-    for (i = 0; status == MILL_OK && i < SINGLES; i++)
-        status = mill_h5_column_flush(series->single[i], error);
-    for (i = 0; status == MILL_OK && i < PER_KIND * MILL_KINDS; i++)
-        status = mill_h5_column_flush(series->kind[i / MILL_KINDS][i % MILL_KINDS], error);
-    for (i = 0; status == MILL_OK && i < MILL_KINDS; i++)
-        status = mill_h5_column_flush(series->fast[i], error);
-    if (status == MILL_OK)
-        status = mill_h5_column_flush(series->time, error);
-    if (status == MILL_OK)
-        status = mill_h5_column_flush(series->step, error);
-    return status;
+    free(self);
 }
 
-void mill_series_free(struct mill_observer *observer)
-{
-    struct series *series = (struct series *)observer;
-    int i;
-    if (!series)
-        return;
-    mill_h5_column_free(series->step);
-    mill_h5_column_free(series->time);
-    for (i = 0; i < SINGLES; i++)
-        mill_h5_column_free(series->single[i]);
-    for (i = 0; i < PER_KIND * MILL_KINDS; i++)
-        mill_h5_column_free(series->kind[i / MILL_KINDS][i % MILL_KINDS]);
-    for (i = 0; i < MILL_KINDS; i++)
-        mill_h5_column_free(series->fast[i]);
-    free(series);
-}
+const struct mill_observer_type mill_series_type = {
+    .name = "series",
+    .sample = sample,
+    .create = create,
+    .state = tell_state,
+    .open = open_file,
+    .free = free_series,
+};

@@ -49,12 +49,9 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
-static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
-                                  struct mill_error *error)
+static enum mill_status gather(struct mill_tally *tally, const struct mill_impact *impact,
+                               struct mill_error *error)
 {
-    struct mill_tally *tally = (struct mill_tally *)observer;
-    if (tally->at.closed || (!tally->at.open && impact->time < tally->watch))
-        return MILL_OK;
     const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
     const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
     if (tally->at.open) {
@@ -62,6 +59,19 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         mill_maps_impact(tally->maps, impact->position, impact->normal_speed, impact->dissipation);
     }
     return count_strike(tally, impact, normal, tangential, error);
+}
+
+static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
+                                  struct mill_error *error)
+{
+    struct mill_tally *tally = (struct mill_tally *)observer;
+    enum mill_status status = MILL_OK;
+    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch))
+        status = gather(tally, impact, error);
+    if (++tally->at.collisions < tally->collisions || status != MILL_OK)
+        return status;
+    tally->at.ended = MILL_TALLY_COLLISIONS;
+    return mill_error_set(error, MILL_ENDED, "max_collisions");
 }
 
 /* ---- times ---- */
@@ -111,13 +121,8 @@ static void open_window(struct mill_tally *tally, const struct mill_account *acc
 
 static void close_window(struct mill_tally *tally, const struct mill_account *account, double time)
 {
-    if (!tally->at.open)
-        tally->at.at_begin = *account;
     tally->at.at_close = *account;
-    tally->at.begin = tally->begin;
-    if (tally->at.open && tally->tick > 0)
-        mill_tally_window_close(tally);
-    tally->at.duration = tally->at.open ? fmax(0, time - tally->at.begin) : 0;
+    tally->at.over = time;
     tally->at.closed = true;
 }
 
@@ -143,56 +148,25 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     const double now = tally->at.next;
-    (void)error; /* nothing here can fail */
     if (!tally->at.open && tally->begin <= now)
         open_window(tally, &world->account);
     if (tally->at.open)
         look(tally, world, t, now);
     mill_tally_window_sample(tally, &world->account, now);
-    if (tally->at.ended != MILL_TALLY_TIME)
+    const bool known = tally->at.ended == MILL_TALLY_PRECISION;
+    if (known)
         close_window(tally, &world->account, now);
     else if (tally->end <= now)
         close_window(tally, &world->account, tally->end);
     plan(tally);
-    return MILL_OK;
+    return known ? mill_error_set(error, MILL_ENDED, "precision") : MILL_OK;
 }
 
 /* ---- life ---- */
 
-enum mill_status mill_tally_create(const struct mill_deck *deck, const struct mill_world *world,
-                                   struct mill_tally **out, struct mill_error *error)
+static void free_tally(struct mill_observer *observer)
 {
-    struct mill_tally *tally = *out = calloc(1, sizeof *tally);
-    if (!tally)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
-    const double duration = fmax(0, deck->time - deck->sample_from);
-    tally->observer.impact = on_impact;
-    tally->observer.sample = on_sample;
-    tally->begin = deck->sample_from; /* 0 where it is to be found */
-    tally->end = fmax(deck->time, deck->sample_from);
-    tally->watch = deck->sample_from - 2 * deck->strike_window; /* twice: for the rounding */
-    tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
-    mill_spectrum_grid_init(&tally->grid);
-    enum mill_status status = mill_maps_create(world, &tally->maps, error);
-    if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, deck->strike_window) ||
-                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
-                              !mill_tally_window_init(tally, deck, world)))
-        status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
-    if (status != MILL_OK) {
-        mill_tally_free(tally);
-        *out = NULL;
-        return status;
-    }
-    if (tally->begin <= 0 && duration > 0)
-        open_window(tally, &world->account);
-    plan(tally);
-    return MILL_OK;
-}
-
-void mill_tally_free(struct mill_tally *tally)
-{
-    if (!tally)
-        return;
+    struct mill_tally *tally = (struct mill_tally *)observer;
     mill_maps_free(tally->maps);
     mill_strikes_free(&tally->pairs);
     mill_rotorstat_free(&tally->rotor);
@@ -200,73 +174,54 @@ void mill_tally_free(struct mill_tally *tally)
     free(tally);
 }
 
-struct mill_observer *mill_tally_observer(struct mill_tally *tally)
+static enum mill_status create(const struct mill_observe *asked, const struct mill_world *world,
+                               struct mill_observer **out, struct mill_error *error)
 {
-    return &tally->observer;
-}
-
-static void sum_rows(struct mill_speeds rows[MILL_TALLY_ROWS])
-{
-    struct mill_speeds *all = &rows[MILL_TALLY_ALL];
-    memset(all, 0, sizeof *all);
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        mill_spectrum_merge(&all->normal, &rows[kind].normal);
-        mill_spectrum_merge(&all->tangential[0], &rows[kind].tangential[0]);
-        mill_spectrum_merge(&all->tangential[1], &rows[kind].tangential[1]);
+    struct mill_tally *tally = calloc(1, sizeof *tally);
+    if (!tally)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
+    const double duration = fmax(0, asked->end - asked->sample_from);
+    tally->observer.type = &mill_tally_type;
+    tally->begin = asked->sample_from; /* 0 where it is to be found */
+    tally->end = fmax(asked->end, asked->sample_from);
+    tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
+    tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
+    mill_spectrum_grid_init(&tally->grid);
+    enum mill_status status = mill_maps_create(world, &tally->maps, error);
+    if (status == MILL_OK && (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
+                              !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
+                              !mill_tally_window_init(tally, asked, world)))
+        status = mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
+    if (status != MILL_OK) {
+        free_tally(&tally->observer);
+        return status;
     }
-}
-
-void mill_tally_finish(struct mill_tally *tally, const struct mill_world *world, double t)
-{
-    if (!tally->at.closed)
-        close_window(tally, &world->account, world->base + t);
+    if (tally->begin <= 0 && duration > 0)
+        open_window(tally, &world->account);
     plan(tally);
-    sum_rows(tally->impacts);
-    sum_rows(tally->strikes);
+    *out = &tally->observer;
+    return MILL_OK;
 }
 
-/* ---- results ---- */
-
-const char *mill_tally_name(int row)
+static enum mill_status results(const struct mill_observer *observer,
+                                const struct mill_world *world, double t, struct mill_sink *sink,
+                                struct mill_error *error)
 {
-    return row < MILL_KINDS ? mill_kind_name[row] : "all";
+    struct mill_tally_results *results;
+    const struct mill_tally *tally = (const struct mill_tally *)observer;
+    enum mill_status status = mill_tally_results_make(tally, world, t, &results, error);
+    if (status == MILL_OK)
+        status = mill_tally_tell(results, sink, error);
+    mill_tally_results_free(results);
+    return status;
 }
 
-double mill_tally_per_second(const struct mill_tally *tally, double sum)
-{
-    return tally->at.duration > 0 ? sum / tally->at.duration : 0;
-}
-
-void mill_tally_tangential(const struct mill_speeds *speeds, struct mill_spectrum *both)
-{
-    *both = speeds->tangential[0];
-    mill_spectrum_merge(both, &speeds->tangential[1]);
-}
-
-double mill_tally_floor_share(const struct mill_tally *tally, int row)
-{
-    const struct mill_account *from = &tally->at.at_begin, *to = &tally->at.at_close;
-    uint64_t floored = 0, impacts = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        if (row != kind && row != MILL_TALLY_ALL)
-            continue;
-        floored += to->floored[kind] - from->floored[kind];
-        impacts += to->collisions[kind] - from->collisions[kind];
-    }
-    return impacts > 0 ? (double)floored / (double)impacts : (double)NAN;
-}
-
-static double mean_rate(const struct mill_tally *tally, double change)
-{
-    return tally->at.duration > 0 ? change / tally->at.duration : (double)NAN;
-}
-
-double mill_tally_power(const struct mill_tally *tally)
-{
-    return mean_rate(tally, tally->at.at_close.rotor_work - tally->at.at_begin.rotor_work);
-}
-
-double mill_tally_torque(const struct mill_tally *tally)
-{
-    return mean_rate(tally, tally->at.at_close.rotor_impulse - tally->at.at_begin.rotor_impulse);
-}
+const struct mill_observer_type mill_tally_type = {
+    .name = "statistics",
+    .impact = on_impact,
+    .sample = on_sample,
+    .create = create,
+    .state = mill_tally_state,
+    .results = results,
+    .free = free_tally,
+};

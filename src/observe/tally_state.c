@@ -1,146 +1,111 @@
-/* The tally's state as one run of bytes, so that an interrupted run ends with the statistics of an
- * uninterrupted one. Only what gathering changes is saved; the rest is made again from the deck. */
-#include "base/parts.h"
+/* The tally's state, so that an interrupted run ends with the statistics of an uninterrupted one.
+ * Only what gathering changes is saved; the rest is made again from what is asked for. */
+#include "millsim/state.h"
 #include "observe/tally.h"
 
-#include <string.h>
+#include <stdio.h>
 
-static struct mill_tally_header header_of(const struct mill_tally *tally)
+/* Names of fields of stretch `number`, or of what is gathered since the last one (-1) */
+static const char *field_name(char name[32], const char *what, int number)
 {
-    const struct mill_map *cross = &tally->maps->cross, *axial = &tally->maps->axial;
-    return (struct mill_tally_header){.tally = sizeof *tally,
-                                      .cross = (uint64_t)(cross->n[0] * cross->n[1]),
-                                      .axial = (uint64_t)(axial->n[0] * axial->n[1]),
-                                      .planned = tally->rotor.planned,
-                                      .bits = (uint64_t)tally->pairs.bits,
-                                      .batches = tally->batches.at.batches,
-                                      .stretches = tally->search ? tally->at.stretches : 0};
+    if (number < 0)
+        return what;
+    snprintf(name, 32, "stretch_%d_%s", number, what);
+    return name;
 }
 
-static size_t add_maps(struct mill_part *part, struct mill_maps *maps)
+static void tell_map(struct mill_map *map, const char *hits, const char *flow, int number,
+                     struct mill_state *state)
 {
-    struct mill_map *cross = &maps->cross, *axial = &maps->axial;
-    const size_t crosses = (size_t)(cross->n[0] * cross->n[1]);
-    const size_t axials = (size_t)(axial->n[0] * axial->n[1]);
-    const struct mill_part list[] = {
-        {&maps->samples, sizeof maps->samples},       {cross->hits, crosses * sizeof *cross->hits},
-        {cross->flow, crosses * sizeof *cross->flow}, {axial->hits, axials * sizeof *axial->hits},
-        {axial->flow, axials * sizeof *axial->flow},
-    };
-    memcpy(part, list, sizeof list);
-    return sizeof list / sizeof *list;
+    const size_t cells = (size_t)(map->n[0] * map->n[1]);
+    char name[32];
+    mill_state_structs(state, field_name(name, hits, number), sizeof *map->hits, cells, map->hits);
+    mill_state_structs(state, field_name(name, flow, number), sizeof *map->flow, cells, map->flow);
 }
 
-/* What a window that is to be found is made of; empty where it is not. */
-static size_t add_batches(struct mill_part *part, struct mill_tally *t)
+static void tell_gathered(struct mill_speeds *impacts, struct mill_speeds *strikes,
+                          struct mill_maps *maps, int number, struct mill_state *state)
 {
-    const struct mill_tally_header *n = &t->header;
-    struct mill_precision *batches = &t->batches;
-    const struct mill_part list[] = {
-        {&batches->at, sizeof batches->at},
-        {t->before, sizeof t->before},
-        {batches->books, batches->books ? ((size_t)n->batches + 1) * sizeof *batches->books : 0},
-        {batches->counts, (size_t)n->batches * MILL_PRECISION_SLOTS * sizeof *batches->counts},
-    };
-    size_t parts = sizeof list / sizeof *list;
-    memcpy(part, list, sizeof list);
-    for (size_t i = 0; i < n->stretches; i++) {
-        struct mill_tally_stretch *stretch = &t->stretch[i];
-        part[parts++] = (struct mill_part){stretch->impacts, sizeof stretch->impacts};
-        part[parts++] = (struct mill_part){stretch->strikes, sizeof stretch->strikes};
-        part[parts++] = (struct mill_part){&stretch->last, sizeof stretch->last};
-        parts += add_maps(part + parts, stretch->maps);
-    }
-    return parts;
+    char name[32];
+    mill_state_structs(state, field_name(name, "impacts", number), sizeof *impacts, MILL_KINDS,
+                       impacts);
+    mill_state_structs(state, field_name(name, "strikes", number), sizeof *strikes, MILL_KINDS,
+                       strikes);
+    mill_state_structs(state, field_name(name, "samples", number), sizeof maps->samples, 1,
+                       &maps->samples);
+    tell_map(&maps->cross, "cross_hits", "cross_flow", number, state);
+    tell_map(&maps->axial, "axial_hits", "axial_flow", number, state);
 }
 
-size_t mill_tally_parts(struct mill_tally *t, struct mill_part *part, size_t *values)
+/* Counts that the lengths of what follows, and indices into it, are taken from */
+static bool sane(const struct mill_tally *t)
 {
-    const struct mill_tally_header n = t->header = header_of(t);
-    const struct mill_part value[] = {
-        {&t->header, sizeof t->header},
-        {&t->at, sizeof t->at},
-        {t->impacts, sizeof t->impacts},
-        {t->strikes, sizeof t->strikes},
-    };
-    const struct mill_part array[] = {
-        {t->pairs.entry, mill_strikes_room(&t->pairs) * sizeof *t->pairs.entry},
-        {&t->rotor.blocks, sizeof t->rotor.blocks},
-        {t->rotor.power, (size_t)n.planned * sizeof *t->rotor.power},
-        {t->rotor.torque, (size_t)n.planned * sizeof *t->rotor.torque},
-        {&t->rotor.work, sizeof t->rotor.work},
-        {&t->rotor.impulse, sizeof t->rotor.impulse},
-    };
-    size_t parts = sizeof value / sizeof *value;
-    memcpy(part, value, sizeof value);
-    if (t->search) /* the stretches are added up in them */
-        parts += add_maps(part + parts, t->maps);
-    *values = parts;
-    memcpy(part + parts, array, sizeof array);
-    parts += sizeof array / sizeof *array;
-    if (!t->search)
-        parts += add_maps(part + parts, t->maps);
-    if (t->tick > 0)
-        parts += add_batches(part + parts, t);
-    return parts;
+    const struct mill_tally_progress *at = &t->at;
+    const bool batches = t->tick == 0 || (t->batches.at.batches < MILL_PRECISION_BATCHES &&
+                                          at->length > 0 && at->stretches < MILL_TALLY_STRETCHES);
+    return batches && t->rotor.blocks <= t->rotor.planned;
 }
 
-void mill_tally_rewind(struct mill_tally *tally, const unsigned char *values)
+/* Slots of spectra that a damaged file must not smuggle in */
+static bool sane_strikes(const struct mill_strikes *pairs)
 {
-    struct mill_part part[MILL_TALLY_PARTS];
-    size_t count;
-    mill_tally_parts(tally, part, &count);
-    mill_parts_unpack(part + 1, count - 1, values + sizeof tally->header);
-    tally->observer.next = tally->at.next;
-}
-
-/* Indices that a damaged file must not smuggle in */
-static bool sane(const struct mill_tally *tally)
-{
-    const size_t room = mill_strikes_room(&tally->pairs);
+    const size_t room = mill_strikes_room(pairs);
     for (size_t i = 0; i < room; i++) {
-        const struct mill_strike *strike = &tally->pairs.entry[i];
+        const struct mill_strike *strike = &pairs->entry[i];
         if (strike->normal < -1 || strike->normal >= MILL_SPECTRUM_SLOTS ||
             strike->tangential < 0 || strike->tangential >= MILL_SPECTRUM_SLOTS)
             return false;
     }
-    const struct mill_tally_progress *at = &tally->at;
-    if (tally->tick > 0 && (tally->batches.at.batches != tally->header.batches || at->length == 0 ||
-                            at->stretches >= MILL_TALLY_STRETCHES ||
-                            (tally->search && at->stretches != tally->header.stretches)))
-        return false;
-    return tally->rotor.blocks <= tally->rotor.planned;
+    return true;
 }
 
-enum mill_status mill_tally_load(struct mill_tally *tally, struct mill_source *source,
-                                 struct mill_error *error)
+static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
 {
-    struct mill_tally_header header;
-    struct mill_part part[MILL_TALLY_PARTS];
-    size_t values;
-    const struct mill_tally_header own = header_of(tally);
-    if (source->left < sizeof header)
-        return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
-    enum mill_status status = mill_parts_read(source, &header, sizeof header, error);
-    if (status != MILL_OK)
-        return status;
-    if (header.tally != own.tally || header.cross != own.cross || header.axial != own.axial ||
-        header.planned != own.planned)
-        return mill_error_set(error, MILL_FAILED,
-                              "the saved statistics are of another deck or program");
-    if (header.bits > 40 || !mill_strikes_resize(&tally->pairs, (int)header.bits))
-        return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    if (header.batches >= MILL_PRECISION_BATCHES || header.stretches >= MILL_TALLY_STRETCHES ||
-        (!tally->search && header.stretches > 0))
-        return mill_error_set(error, MILL_FAILED, "the saved statistics are damaged");
-    tally->batches.at.batches = header.batches;
-    tally->at.stretches = header.stretches;
-    const size_t parts = mill_tally_parts(tally, part, &values);
-    if (source->left != mill_parts_size(part + 1, parts - 1))
-        return mill_error_set(error, MILL_FAILED, "the saved statistics are cut short");
-    status = mill_parts_read_all(source, part + 1, parts - 1, error);
-    if (status == MILL_OK && !sane(tally))
-        status = mill_error_set(error, MILL_FAILED, "the saved statistics are damaged");
-    tally->observer.next = tally->at.next;
-    return status;
+    double bits = pairs->bits;
+    mill_state_field(state, "pair_bits", MILL_FIELD_F64, 1, &bits);
+    if (state->loads && state->status == MILL_OK &&
+        !(bits >= 0 && bits <= 40 && mill_strikes_resize(pairs, (int)bits)))
+        mill_state_refuse(state, "out of memory for the table of strikes");
+    mill_state_structs(state, "pairs", sizeof *pairs->entry, mill_strikes_room(pairs),
+                       pairs->entry);
+    if (state->loads && state->status == MILL_OK && !sane_strikes(pairs))
+        mill_state_refuse(state, "the saved statistics are damaged");
+}
+
+static void tell_batches(struct mill_tally *t, struct mill_state *state)
+{
+    struct mill_precision *batches = &t->batches;
+    const size_t n = (size_t)batches->at.batches;
+    mill_state_structs(state, "before", sizeof *t->before, MILL_PRECISION_SLOTS, t->before);
+    mill_state_structs(state, "books", sizeof *batches->books, n + 1, batches->books);
+    mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_PRECISION_SLOTS,
+                     batches->counts);
+    for (int i = 0; t->search && i < (int)t->at.stretches; i++) {
+        struct mill_tally_stretch *stretch = &t->stretch[i];
+        char name[32];
+        mill_state_field(state, field_name(name, "last", i), MILL_FIELD_I32, 1, &stretch->last);
+        tell_gathered(stretch->impacts, stretch->strikes, stretch->maps, i, state);
+    }
+}
+
+void mill_tally_state(struct mill_observer *observer, struct mill_state *state)
+{
+    struct mill_tally *t = (struct mill_tally *)observer;
+    struct mill_rotorstat *rotor = &t->rotor;
+    mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
+    mill_state_structs(state, "batches", sizeof t->batches.at, 1, &t->batches.at);
+    mill_state_structs(state, "blocks", sizeof rotor->blocks, 1, &rotor->blocks);
+    if (state->loads && state->status == MILL_OK && !sane(t))
+        mill_state_refuse(state, "the saved statistics are damaged");
+    if (state->status != MILL_OK)
+        return;
+    mill_state_field(state, "block_power", MILL_FIELD_F64, rotor->blocks, rotor->power);
+    mill_state_field(state, "block_torque", MILL_FIELD_F64, rotor->blocks, rotor->torque);
+    mill_state_field(state, "block_work", MILL_FIELD_F64, 1, &rotor->work);
+    mill_state_field(state, "block_impulse", MILL_FIELD_F64, 1, &rotor->impulse);
+    tell_strikes(&t->pairs, state);
+    tell_gathered(t->impacts, t->strikes, t->maps, -1, state);
+    if (t->tick > 0)
+        tell_batches(t, state);
+    t->observer.next = t->at.next;
 }

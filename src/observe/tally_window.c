@@ -11,13 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool mill_tally_window_init(struct mill_tally *t, const struct mill_deck *deck,
+bool mill_tally_window_init(struct mill_tally *t, const struct mill_observe *asked,
                             const struct mill_world *world)
 {
-    t->precision = deck->precision;
-    t->collisions = deck->max_collisions;
-    t->search = deck->sample_found;
-    if (t->precision == 0 && t->collisions == 0)
+    t->precision = asked->precision;
+    t->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
+    t->search = asked->sample_found;
+    if (t->precision == 0 && asked->max_collisions == 0)
         return true;
     if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
         return false;
@@ -43,8 +43,7 @@ void mill_tally_window_free(struct mill_tally *t)
 
 /* ---- stretches ---- */
 
-static void add_speeds(struct mill_speeds into[MILL_KINDS],
-                       const struct mill_speeds from[MILL_KINDS])
+void mill_tally_add(struct mill_speeds into[MILL_KINDS], const struct mill_speeds from[MILL_KINDS])
 {
     for (int kind = 0; kind < MILL_KINDS; kind++) {
         mill_spectrum_merge(&into[kind].normal, &from[kind].normal);
@@ -68,8 +67,8 @@ static void join_stretches(struct mill_tally *t)
     for (uint64_t k = 0; t->search && k < t->at.stretches / many; k++) {
         struct mill_tally_stretch *first = &t->stretch[many * k];
         for (uint64_t m = 1; m < many; m++) {
-            add_speeds(first->impacts, first[m].impacts);
-            add_speeds(first->strikes, first[m].strikes);
+            mill_tally_add(first->impacts, first[m].impacts);
+            mill_tally_add(first->strikes, first[m].strikes);
             mill_maps_add(first->maps, first[m].maps);
             first->last = first[m].last;
         }
@@ -108,24 +107,27 @@ struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t stre
 
 /* ---- the window ---- */
 
-/* Where the window begins that ends with the last batch: behind the start-up, and where that leaves
- * two whole revolutions or more, as many as there are. *whole: it does. */
-static uint64_t find_begin(struct mill_tally *t, bool *whole)
+/* The window that ends with the last batch */
+struct window {
+    uint64_t from; /* its first batch */
+    bool whole;    /* it is whole revolutions, two or more */
+    bool settled;  /* the start-up is over */
+};
+
+/* It begins behind the start-up, and where that leaves two whole revolutions or more, as many as
+ * there are. */
+static struct window find_window(const struct mill_tally *t)
 {
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
-    uint64_t from = 0;
-    t->at.settled = true;
+    struct window window = {0, false, true};
     if (t->search)
-        from = (mill_precision_cut(&t->batches, &t->at.settled) + length - 1) / length * length;
-    const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
+        window.from =
+            (mill_precision_cut(&t->batches, &window.settled) + length - 1) / length * length;
+    const uint64_t turns = period > 0 && n > window.from ? (n - window.from) / period : 0;
     const uint64_t start = n - turns * period;
-    *whole = turns >= 2 && (start == from || (t->search && start % length == 0));
-    return *whole ? start : from;
-}
-
-bool mill_tally_reached(const struct mill_tally *t)
-{
-    return t->precision > 0 && t->at.settled && mill_precision_reached(&t->at.known, t->precision);
+    window.whole = turns >= 2 && (start == window.from || (t->search && start % length == 0));
+    window.from = window.whole ? start : window.from;
+    return window;
 }
 
 static void end_batch(struct mill_tally *t, const struct mill_account *account)
@@ -149,90 +151,73 @@ static void end_batch(struct mill_tally *t, const struct mill_account *account)
         join_stretches(t);
     t->at.length /= mill_precision_join(&t->batches);
     if (t->precision > 0) {
-        bool whole;
-        const uint64_t from = find_begin(t, &whole);
-        t->at.known = mill_precision_tell(&t->batches, from, whole);
-        if (mill_tally_reached(t))
+        const struct window window = find_window(t);
+        t->at.settled = window.settled;
+        t->at.known = mill_precision_tell(&t->batches, window.from, window.whole);
+        if (window.settled && mill_precision_reached(&t->at.known, t->precision))
             t->at.ended = MILL_TALLY_PRECISION;
     }
 }
 
 double mill_tally_window_next(const struct mill_tally *t)
 {
-    if (t->tick == 0)
-        return INFINITY;
-    const double tick = t->collisions > 0 ? (double)(t->at.ticks + 1) * t->tick : (double)INFINITY;
-    return t->at.open ? fmin(tick, mill_precision_next(&t->batches)) : tick;
+    return t->at.open && t->tick > 0 ? mill_precision_next(&t->batches) : (double)INFINITY;
 }
 
 void mill_tally_window_sample(struct mill_tally *t, const struct mill_account *account, double now)
 {
-    uint64_t collisions = 0;
-    if (t->tick == 0)
-        return;
-    const bool ticks = t->collisions > 0 && (double)(t->at.ticks + 1) * t->tick <= now;
-    if (ticks)
-        t->at.ticks++;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        collisions += account->collisions[kind];
-    if (t->at.open && mill_precision_next(&t->batches) <= now)
+    if (mill_tally_window_next(t) <= now)
         end_batch(t, account);
-    if (ticks && t->at.ended == MILL_TALLY_TIME && (double)collisions >= t->collisions)
-        t->at.ended = MILL_TALLY_COLLISIONS;
-}
-
-double mill_tally_next_end(const struct mill_tally *t, bool *over)
-{
-    *over = t->at.closed && t->at.ended != MILL_TALLY_TIME;
-    if (t->at.closed || t->tick == 0)
-        return INFINITY;
-    const double next = mill_tally_window_next(t);
-    return t->at.open ? next : fmin(next, t->begin); /* where batches begin to end */
-}
-
-const char *mill_tally_ended_by(const struct mill_tally *t)
-{
-    static const char *const name[] = {"time", "precision", "max_collisions"};
-    return t->tick > 0 ? name[t->at.ended] : NULL;
 }
 
 /* Power and torque by whole revolutions, from the books. */
-static void fill_blocks(struct mill_tally *t, uint64_t from)
+static void fill_blocks(const struct mill_precision *batches, uint64_t from,
+                        struct mill_tally_results *r)
 {
-    const struct mill_precision_progress *at = &t->batches.at;
-    struct mill_rotorstat *stat = &t->rotor;
+    const struct mill_precision_progress *at = &batches->at;
+    struct mill_rotorstat *stat = &r->rotor;
     if (at->period == 0)
         return;
     const double turn = stat->block / stat->revolutions;
     stat->block = (double)at->period * at->batch;
     stat->revolutions = round(stat->block / turn);
     stat->blocks = 0;
-    mill_rotorstat_open(stat, &t->batches.books[from]);
+    stat->power = r->power;
+    stat->torque = r->torque;
+    mill_rotorstat_open(stat, &batches->books[from]);
     for (uint64_t k = from + at->period; k <= at->batches && stat->blocks < stat->planned;
          k += at->period)
-        mill_rotorstat_close(stat, &t->batches.books[k]);
+        mill_rotorstat_close(stat, &batches->books[k]);
 }
 
-void mill_tally_window_close(struct mill_tally *t)
+bool mill_tally_window_results(const struct mill_tally *t, struct mill_tally_results *r)
 {
     const struct mill_precision *batches = &t->batches;
     const uint64_t n = batches->at.batches;
-    bool whole = false;
-    const uint64_t from = t->precision > 0 ? find_begin(t, &whole) : 0;
-    if (t->precision > 0)
-        t->at.known = mill_precision_tell(&t->batches, from, whole);
+    struct window window = {0, false, t->at.settled};
+    if (t->precision > 0) {
+        window = find_window(t);
+        r->settled = window.settled;
+        r->known = mill_precision_tell(batches, window.from, window.whole);
+    }
+    const uint64_t from = window.from;
     if (n > from) {
-        t->at.at_late = batches->books[from + 9 * (n - from) / 10];
-        t->at.late = true;
+        r->at_late = batches->books[from + 9 * (n - from) / 10];
+        r->late = true;
     }
     if (!t->search)
-        return;
-    t->at.begin = batches->origin + (double)from * batches->at.batch;
-    t->at.at_begin = batches->books[from];
+        return true;
+    r->begin = batches->origin + (double)from * batches->at.batch;
+    r->at_begin = batches->books[from];
+    r->maps = r->sum = mill_maps_like(t->maps);
+    if (!r->sum)
+        return false;
+    mill_maps_add(r->sum, t->maps);
     for (uint64_t i = from / t->at.length; i < t->at.stretches; i++) {
-        add_speeds(t->impacts, t->stretch[i].impacts);
-        add_speeds(t->strikes, t->stretch[i].strikes);
-        mill_maps_add(t->maps, t->stretch[i].maps);
+        mill_tally_add(r->impacts, t->stretch[i].impacts);
+        mill_tally_add(r->strikes, t->stretch[i].strikes);
+        mill_maps_add(r->sum, t->stretch[i].maps);
     }
-    fill_blocks(t, from);
+    fill_blocks(batches, from, r);
+    return true;
 }

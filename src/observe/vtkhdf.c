@@ -9,7 +9,6 @@
 
 #include "base/elementary.h"
 
-#include "observe/frames.h"
 #include "observe/outline.h"
 
 #include <stdio.h>
@@ -23,11 +22,12 @@
 
 enum { PATH = 160, NAME = 64, AT_ONCE = 512 };
 
-/* What is being written; after a failure nothing more is. */
 struct scene {
     struct mill_h5 *file;
-    struct mill_error *error;
-    enum mill_status status;
+    const struct mill_observe *asked;
+    const struct mill_world *world;
+    const struct mill_going *going;
+    bool left; /* it was not to go on */
     size_t frames;
     const char *block; /* its group */
 };
@@ -46,8 +46,7 @@ static void put(struct scene *s, const char *name, enum mill_h5_type type, int r
 {
     char path[PATH];
     join(s, path, name);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_write(s->file, path, type, rank, dims, values, unit, text, s->error);
+    mill_h5_write(s->file, path, type, rank, dims, values, unit, text);
 }
 
 static void put_number(struct scene *s, const char *name, int64_t value, const char *text)
@@ -61,8 +60,7 @@ static void link_to(struct scene *s, const char *existing, const char *name)
 {
     char path[PATH];
     join(s, path, name);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_link(s->file, existing, path, s->error);
+    mill_h5_link(s->file, existing, path);
 }
 
 /* Rows first, first + step, first + 2 step, ...; each has its number `width` times. */
@@ -70,40 +68,32 @@ static void put_rows(struct scene *s, const char *name, size_t rows, size_t widt
                      int64_t step, const char *text)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, width > 1, {width, 0}, 0, "1", text, false};
-    struct mill_h5_column *column = NULL;
     char path[PATH];
     int64_t some[AT_ONCE];
     join(s, path, name);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_column_create(s->file, path, &layout, 0, &column, s->error);
-    for (size_t done = 0; s->status == MILL_OK && done < rows;) {
+    struct mill_h5_column *column = mill_h5_column_create(s->file, path, &layout, 0);
+    for (size_t done = 0; done < rows;) {
         const size_t left = rows - done, most = AT_ONCE / width, now = left < most ? left : most;
         for (size_t i = 0; i < now * width; i++)
             some[i] = first + step * (int64_t)(done + i / width);
-        s->status = mill_h5_column_append(column, now, some, s->error);
+        mill_h5_column_append(column, now, some);
         done += now;
     }
-    if (s->status == MILL_OK)
-        s->status = mill_h5_column_flush(column, s->error);
-    mill_h5_column_free(column);
+    mill_h5_column_close(column);
 }
 
 static void put_attribute(struct scene *s, const char *object, const char *name, int64_t value)
 {
-    if (s->status == MILL_OK)
-        s->status = mill_h5_attribute(s->file, object, name, MILL_H5_I64, 0, &value, s->error);
+    mill_h5_attribute(s->file, object, name, MILL_H5_I64, 0, &value);
 }
 
 /* A group as VTK knows it by its attributes; VTK wants its members in order. */
 static void put_typed_group(struct scene *s, const char *path, const char *type)
 {
     static const int64_t version[2] = {2, 1};
-    if (s->status == MILL_OK)
-        s->status = mill_h5_group(s->file, path, true, s->error);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_attribute(s->file, path, "Version", MILL_H5_I64, 2, version, s->error);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_attribute_ascii(s->file, path, "Type", type, s->error);
+    mill_h5_group(s->file, path, true);
+    mill_h5_attribute(s->file, path, "Version", MILL_H5_I64, 2, version);
+    mill_h5_attribute_ascii(s->file, path, "Type", type);
 }
 
 /* ---- what all blocks have ---- */
@@ -115,11 +105,9 @@ static void begin_block(struct scene *s, const char *name, int64_t index)
     put_typed_group(s, s->block, "PolyData");
     put_attribute(s, s->block, "Index", index);
     snprintf(place, sizeof place, ROOT "/Assembly/%s", name);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_group(s->file, place, true, s->error);
+    mill_h5_group(s->file, place, true);
     snprintf(place, sizeof place, ROOT "/Assembly/%s/%s", name, name);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_soft_link(s->file, s->block, place, s->error);
+    mill_h5_soft_link(s->file, s->block, place);
 }
 
 /* The steps' times and offsets; moving: each step has its own points, else all have the same. */
@@ -193,9 +181,7 @@ static void put_view(struct scene *s, const char *name, const char *state, size_
     char path[PATH], source[PATH];
     join(s, path, name);
     snprintf(source, sizeof source, TRAJECTORY "/%s/value", state);
-    if (s->status == MILL_OK)
-        s->status = mill_h5_view(s->file, path, MILL_H5_F32, 2, dims, source, 3, source_dims, unit,
-                                 text, s->error);
+    mill_h5_view(s->file, path, MILL_H5_F32, 2, dims, source, 3, source_dims, unit, text);
 }
 
 static void put_balls(struct scene *s, size_t balls)
@@ -236,44 +222,50 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-static void put_turning_points(struct scene *s, const struct mill_deck *deck,
-                               const struct mill_observer *frames, const struct mill_mesh *mesh,
-                               float *points)
+static void put_turning_points(struct scene *s, const struct mill_mesh *mesh, float *points)
 {
-    const struct mill_h5_layout layout = {
-        MILL_H5_F32, 1, {3, 0}, 0, "m", "corners of the triangles, frame after frame", false};
-    struct mill_h5_column *column = NULL;
+    static const struct mill_h5_layout layout = {
+        .type = MILL_H5_F32,
+        .rank = 1,
+        .dims = {3},
+        .unit = "m",
+        .description = "corners of the triangles, frame after frame",
+    };
+    const struct mill_observe *asked = s->asked;
     char path[PATH];
     join(s, path, "Points");
-    if (s->status == MILL_OK)
-        s->status = mill_h5_column_create(s->file, path, &layout, 0, &column, s->error);
-    for (size_t k = 0; s->status == MILL_OK && k < s->frames; k++) {
-        turn(mesh, deck->rotor_angle + deck->rotor_speed * mill_frames_time(frames, k), points);
-        s->status = mill_h5_column_append(column, mesh->points, points, s->error);
+    struct mill_h5_column *column = mill_h5_column_create(s->file, path, &layout, 0);
+    for (size_t k = 0; k < s->frames && mill_h5_status(s->file, NULL) == MILL_OK; k++) {
+        const double time = mill_observe_due(asked->frames, asked->end, k);
+        turn(mesh, asked->rotor_angle + s->world->rotor_speed * time, points);
+        mill_h5_column_append(column, mesh->points, points);
+        if (!s->going->on(s->going->self, (double)k, (double)s->frames)) {
+            s->left = true;
+            break;
+        }
     }
-    if (s->status == MILL_OK)
-        s->status = mill_h5_column_flush(column, s->error);
-    mill_h5_column_free(column);
+    mill_h5_column_close(column);
 }
 
 /* Drum or rotor; a rotor that stands is as still as a drum. */
-static void put_body(struct scene *s, const char *name, int64_t index, const struct mill_deck *deck,
-                     const struct mill_observer *frames, const struct mill_outline *outline,
-                     bool turning)
+static void put_body(struct scene *s, const char *name, int64_t index,
+                     const struct mill_outline *outline, bool turning)
 {
     const struct mill_mesh *mesh = &outline->mesh;
-    const bool moving = turning && deck->rotor_speed != 0.0;
+    const bool moving = turning && s->world->rotor_speed != 0.0;
     const size_t dims[2] = {mesh->points, 3};
     float *points = malloc(3 * mesh->points * sizeof *points);
     char path[PATH];
-    if (!points && s->status == MILL_OK)
-        s->status = mill_error_set(s->error, MILL_FAILED, "out of memory for the mill's outline");
+    if (!points) {
+        mill_h5_spend(s->file, "out of memory for the mill's outline");
+        return;
+    }
     begin_block(s, name, index);
     put_number(s, "NumberOfPoints", (int64_t)mesh->points, "number of points of a frame");
     if (moving) {
-        put_turning_points(s, deck, frames, mesh, points);
-    } else if (s->status == MILL_OK) {
-        turn(mesh, turning ? deck->rotor_angle : 0.0, points);
+        put_turning_points(s, mesh, points);
+    } else {
+        turn(mesh, turning ? s->asked->rotor_angle : 0.0, points);
         put(s, "Points", MILL_H5_F32, 2, dims, points, "m", "corners of the triangles");
     }
     put_cells(s, false, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
@@ -282,9 +274,7 @@ static void put_body(struct scene *s, const char *name, int64_t index, const str
         "what the triangle is part of, as the kind of contact with it: index into the attribute "
         "kinds");
     join(s, path, "CellData/kind");
-    if (s->status == MILL_OK)
-        s->status =
-            mill_h5_attribute_texts(s->file, path, "kinds", MILL_KINDS, mill_kind_name, s->error);
+    mill_h5_attribute_texts(s->file, path, "kinds", MILL_KINDS, mill_kind_name);
     put(s, "CellData/number", MILL_H5_I32, 1, &mesh->triangles, outline->number, "1",
         "number of the blade or end wall, -1 for drum and shaft");
     link_to(s, ALIKE, "Steps/CellDataOffsets/kind");
@@ -292,35 +282,40 @@ static void put_body(struct scene *s, const char *name, int64_t index, const str
     free(points);
 }
 
-static void put_bodies(struct scene *s, const struct mill_deck *deck,
-                       const struct mill_world *world, const struct mill_observer *frames)
+static void put_bodies(struct scene *s)
 {
-    for (int turning = 0; s->status == MILL_OK && turning < 2; turning++) {
+    for (int turning = 0; turning < 2; turning++) {
         struct mill_outline outline;
+        struct mill_error error;
         s->block = turning ? ROOT "/rotor" : ROOT "/drum";
-        s->status = mill_outline_make(deck, world, turning, &outline, s->error);
-        if (s->status == MILL_OK && outline.mesh.triangles > 0)
-            put_body(s, turning ? "rotor" : "drum", 1 + turning, deck, frames, &outline, turning);
+        if (mill_outline_make(&s->asked->drum, s->world, turning, &outline, &error) != MILL_OK)
+            mill_h5_spend(s->file, error.text);
+        else if (outline.mesh.triangles > 0)
+            put_body(s, turning ? "rotor" : "drum", 1 + turning, &outline, turning);
         mill_outline_free(&outline);
     }
 }
 
-enum mill_status mill_vtkhdf_write(struct mill_h5 *file, const struct mill_deck *deck,
-                                   const struct mill_world *world,
-                                   const struct mill_observer *frames, struct mill_error *error)
+bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
+                       const struct mill_world *world, uint64_t frames,
+                       const struct mill_going *going)
 {
-    struct scene s = {file, error, MILL_OK, (size_t)mill_frames_count(frames), ROOT};
-    if (s.frames == 0)
-        return MILL_OK;
+    struct scene s = {.file = file,
+                      .asked = asked,
+                      .world = world,
+                      .going = going,
+                      .frames = (size_t)frames,
+                      .block = ROOT};
+    if (frames == 0)
+        return true;
     put_typed_group(&s, ROOT, "PartitionedDataSetCollection");
-    if (s.status == MILL_OK)
-        s.status = mill_h5_group(file, ROOT "/Assembly", true, error);
+    mill_h5_group(file, ROOT "/Assembly", true);
     put_balls(&s, (size_t)world->balls);
-    put_bodies(&s, deck, world, frames);
-    return s.status;
+    put_bodies(&s);
+    return !s.left;
 }
 
-enum mill_status mill_vtkhdf_remove(struct mill_h5 *file, struct mill_error *error)
+void mill_vtkhdf_remove(struct mill_h5 *file)
 {
-    return mill_h5_remove(file, ROOT, error);
+    mill_h5_remove(file, ROOT);
 }

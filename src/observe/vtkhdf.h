@@ -3,18 +3,17 @@
 #ifndef MILL_VTKHDF_H
 #define MILL_VTKHDF_H
 
-#include "deck/deck.h"
-#include "millsim/observer.h"
 #include "millsim/world.h"
+#include "observe/observe.h"
 #include "store/h5.h"
 
-/* Writes it for the frames that the observer (mill_frames_create) has finished so far; nothing
- * where there are none. */
-enum mill_status mill_vtkhdf_write(struct mill_h5 *file, const struct mill_deck *deck,
-                                   const struct mill_world *world,
-                                   const struct mill_observer *frames, struct mill_error *error);
+/* Writes it for the first `frames` frames; nothing where there are none. false: it was not to go
+ * on, and is left unfinished. */
+bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
+                       const struct mill_world *world, uint64_t frames,
+                       const struct mill_going *going);
 
 /* Takes it away, if it is there: of a run that goes on, before frames are added or dropped. */
-enum mill_status mill_vtkhdf_remove(struct mill_h5 *file, struct mill_error *error);
+void mill_vtkhdf_remove(struct mill_h5 *file);
 
 #endif

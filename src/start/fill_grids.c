@@ -6,6 +6,7 @@
 
 #include "base/elementary.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -97,6 +98,7 @@ static int32_t cell_at(const struct mill_fill_grid *g, vec3 r)
 
 void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
 {
+    assert(i >= 0 && i < s->balls);
     struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
     p->cell = cell_at(g, p->r);

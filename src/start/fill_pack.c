@@ -7,6 +7,7 @@
 
 #include "base/elementary.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
@@ -243,6 +244,7 @@ enum mill_status mill_fill_pack(struct mill_world *world, const struct mill_fill
                                 struct mill_random *random, double fraction,
                                 const struct mill_start_watch *watch)
 {
+    assert(fraction > 0.0);
     struct pack p = {world, room, random, watch, {0}, NULL};
     enum mill_status status = MILL_FAILED;
     if (world->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */

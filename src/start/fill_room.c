@@ -7,6 +7,7 @@
 
 #include "geometry/shape.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -91,6 +92,7 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], d
 
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
 {
+    assert(reach > 0.0);
     const double extent[3] = {w->drum_length, 2.0 * w->drum_radius, 2.0 * w->drum_radius};
     double diagonal = 0.0;
     lay_out(room, extent);

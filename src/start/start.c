@@ -6,6 +6,7 @@
 #include "start/check.h"
 #include "start/fill.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,6 +42,7 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
     w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));
     for (int k = 0; w->motion && k < setup->motions; k++) {
         const struct mill_setup_motion *m = &setup->motion[k];
+        assert(m->on == MILL_STILL || (m->on >= 0 && m->on < k));
         w->motion[k] = m->type->create(m->form);
         if (!w->motion[k])
             return false;

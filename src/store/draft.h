@@ -1,40 +1,54 @@
-/* A file that others only ever see whole: it is written as PATH.part and takes the place of PATH in
- * one step at each publication. Whatever happens to the process, PATH is as it was last published.
- * PATH.lock, locked, keeps two writers of one PATH apart. Knows bytes only, nothing of HDF5.
+/* A file that others only ever see whole: it is written as PATH.part, and PATH is replaced in one
+ * step at each publication, by a copy of it, at the last one by itself. Whatever happens to the
+ * process, PATH is as it was last published. PATH.lock, locked, keeps two writers of one PATH
+ * apart. Knows bytes only, nothing of HDF5.
  *
  * Functions that return an int return 0 or an errno. */
 #ifndef MILL_DRAFT_H
 #define MILL_DRAFT_H
 
+#include "millsim/status.h"
+
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 
 struct mill_draft;
 
-/* For the file `path`, or what it links to. Touches no disk. NULL: out of memory. Owner: the
- * caller. */
-struct mill_draft *mill_draft_create(const char *path);
+enum mill_draft_way {
+    MILL_DRAFT_EMPTY, /* a new file */
+    MILL_DRAFT_COPY,  /* the published file, to be gone on with */
+    MILL_DRAFT_FORCE  /* a new file, whatever stands in the way of PATH.part and PATH.lock */
+};
 
-/* Is PATH.part or PATH.lock the file at `path`, by whatever name? */
+/* For the file `path`, or what it links to. Touches no disk. begins: what it will begin with: by
+ * this a PATH.part or PATH.new is known that a killed process has left; NULL: only an empty one is.
+ * It must outlive the draft. NULL: out of memory. Owner: the caller. */
+struct mill_draft *mill_draft_create(const char *path, const char *begins);
+
+/* Is PATH.part, PATH.new or PATH.lock the file at `path`, by whatever name? */
 bool mill_draft_replaces(const struct mill_draft *draft, const char *path);
 
-/* Begins the draft, empty or (`again`) as a copy of the published file. EWOULDBLOCK: another
- * process writes this file. */
-int mill_draft_open(struct mill_draft *draft, bool again);
+/* Begins the draft. EWOULDBLOCK: another process writes this file. EEXIST: a file that no draft
+ * has left is in the way; it is not touched. */
+int mill_draft_open(struct mill_draft *draft, enum mill_draft_way way);
 
-/* Of the open draft, for reading and writing; another one after each publication. */
+/* Why that failed, in one line ("PATH: cannot VERB: No space left on device"): MILL_FAILED, or
+ * MILL_BAD_DECK for a file in the way. path: as the user gave it. */
+enum mill_status mill_draft_tell(const struct mill_draft *draft, const char *path, const char *verb,
+                                 int failed, struct mill_error *error);
+
+/* Of the open draft: the name PATH.part and a descriptor, for reading and writing. */
+const char *mill_draft_part(const struct mill_draft *draft);
 int mill_draft_descriptor(const struct mill_draft *draft);
 
-/* The bytes written so far reach the disk and become the file. go_on: a new draft begins as a copy
- * of it; when that fails the file is published all the same, and no draft is open. */
-int mill_draft_publish(struct mill_draft *draft, bool go_on);
+/* The bytes written so far become the file and reach the disk. Where they do not, the file stays as
+ * it is. last: no draft is open afterwards. */
+int mill_draft_publish(struct mill_draft *draft, bool last);
 
 /* Drops what was not published, gives up the lock, frees. NULL is fine. */
 void mill_draft_free(struct mill_draft *draft);
 
-/* Reads or writes all of `length` bytes at `offset`; reading past the end gives zeros. */
-int mill_draft_read(int fd, uint64_t offset, void *to, size_t length);
-int mill_draft_write(int fd, uint64_t offset, const void *from, size_t length);
+/* Takes away a PATH.lock that nobody holds: a process killed right after its last publication has
+ * left it. */
+void mill_draft_clear(const char *path);
 
 #endif

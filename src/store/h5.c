@@ -1,55 +1,106 @@
 /* HDF5 files as the rest of the program sees them: opening and closing, groups, links, and how
- * failures are told. HDF5's own error stack is never printed; the errno inside it is what the user
- * needs, so it is read from there. After a first failure (disk full, mostly) the library's cache no
- * longer matches the disk, and every further write would fail in a new way: so the file is spent,
- * and closing only lets go. */
+ * failures are told. HDF5's own error stack is never printed; why it failed is noted at the first
+ * failure. After that (disk full, mostly) the library's cache no longer matches the disk, and every
+ * further write would fail in a new way: so the file is spent, and closing only lets go. */
 #include "store/h5_internal.h"
 
-#include <errno.h>
+#include <assert.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#define METADATA 262144 /* [byte] of the file's structure that HDF5 keeps in memory */
+enum {
+    METADATA = 262144, /* [byte] of the file's structure that HDF5 keeps in memory */
+    CONVERTED = 4096,  /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them */
+    PATH = 1024        /* [byte] no path in a file is as long: names from decks are short */
+};
 
-static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *self)
+static const char hdf5_begins[] = "\211HDF\r\n\032\n";
+
+/* Why HDF5 has failed first since the last failure was told; it forgets that at the next call. */
+static struct {
+    int number;      /* errno, 0 = none */
+    char words[256]; /* "": nothing has failed */
+} reason;
+
+static void forget_reason(void)
 {
-    const char **words = self;
-    if (depth == 0)
-        *words = entry->desc;
+    reason.number = 0;
+    reason.words[0] = '\0';
+}
+
+static herr_t note(unsigned depth, const H5E_error2_t *entry, void *self)
+{
+    const char *number = strstr(entry->desc, "errno = ");
+    (void)self;
+    if (depth > 0)
+        return 0;
+    reason.number = number ? atoi(number + strlen("errno = ")) : 0;
+    snprintf(reason.words, sizeof reason.words, "%s", entry->desc);
     return 0;
 }
 
-static void find_reason(const struct mill_h5 *file, char *reason, size_t size)
+static herr_t note_first(hid_t stack, void *self)
 {
-    const char *words = NULL;
-    const int number = file->disk.number;
-    if (number == EWOULDBLOCK)
-        words = "another run is writing it";
-    else if (number)
-        words = strerror(number);
-    else
-        H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &words);
-    snprintf(reason, size, "%s", words && words[0] ? words : "the HDF5 library refused");
+    return reason.words[0] ? 0 : (herr_t)H5Ewalk2(stack, H5E_WALK_UPWARD, note, self);
 }
 
-enum mill_status mill_h5_fail(struct mill_h5 *file, struct mill_error *error, const char *verb,
-                              const char *path)
+/* What HDF5 still holds must not reach the disk, and giving it back must not fail: from now on HDF5
+ * writes to nowhere. */
+static void detach(struct mill_h5 *file)
 {
-    char reason[256];
-    find_reason(file, reason, sizeof reason);
-    mill_error_set(&file->cause, MILL_FAILED, "%s: cannot %s%s%s: %s", file->path, verb,
-                   path ? " " : "", path ? path : "", reason);
-    file->spent = MILL_FAILED;
-    return mill_h5_check(file, error);
+    void *descriptor;
+    const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (nowhere < 0)
+        return;
+    if (file->draft && file->id >= 0 && H5Fget_vfd_handle(file->id, H5P_DEFAULT, &descriptor) >= 0)
+        dup2(nowhere, *(const int *)descriptor);
+    close(nowhere);
 }
 
-enum mill_status mill_h5_check(const struct mill_h5 *file, struct mill_error *error)
+void mill_h5_spend(struct mill_h5 *file, const char *why)
+{
+    if (!mill_h5_good(file))
+        return; /* the first failure stands */
+    file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
+    detach(file);
+}
+
+void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path)
+{
+    struct mill_error text;
+    const char *why = reason.words[0] ? reason.words : "the HDF5 library refused";
+    if (reason.number)
+        why = strerror(reason.number);
+    mill_error_set(&text, MILL_FAILED, "cannot %s%s%s: %s", verb, path ? " " : "", path ? path : "",
+                   why);
+    mill_h5_spend(file, text.text);
+    forget_reason();
+}
+
+static void fail_draft(struct mill_h5 *file, const char *verb, int failed)
+{
+    file->spent = mill_draft_tell(file->draft, file->path, verb, failed, &file->cause);
+    detach(file);
+}
+
+bool mill_h5_good(const struct mill_h5 *file)
+{
+    return file->spent == MILL_OK;
+}
+
+enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *error)
 {
     if (file->spent != MILL_OK && error)
         *error = file->cause;
     return file->spent;
+}
+
+bool mill_h5_release(hid_t object)
+{
+    return object < 0 || H5Idec_ref(object) >= 0;
 }
 
 hid_t mill_h5_timeless(hid_t property_class)
@@ -74,48 +125,54 @@ static bool keep_little(hid_t list)
 }
 
 /* Files that HDF5 1.10 and later read, in the compact format of 1.8; closing takes all that is
- * still open along. */
-static hid_t access_list(struct mill_h5_disk *disk)
+ * still open along. PATH.lock keeps writers apart, and disks that know no locks are fine. */
+static hid_t access_list(void)
 {
     const hid_t list = H5Pcreate(H5P_FILE_ACCESS);
-    if (list < 0)
-        return list;
 #if H5_VERSION_GE(1, 10, 2)
     H5Pset_libver_bounds(list, H5F_LIBVER_V18, H5F_LIBVER_V110);
 #else
     H5Pset_libver_bounds(list, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
 #endif
-    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) < 0 || !keep_little(list) ||
-        !mill_h5_use_disk(list, disk))
-        return -1;
-    return list;
+#if H5_VERSION_GE(1, 12, 1) || (H5_VERS_MINOR == 10 && H5_VERS_RELEASE >= 7)
+    H5Pset_file_locking(list, false, true);
+#endif
+    if (H5Pset_fclose_degree(list, H5F_CLOSE_STRONG) >= 0 && keep_little(list))
+        return list;
+    mill_h5_release(list);
+    return -1;
 }
 
-/* Through the draft, which is open, or for reading only. The lists leak where it fails, so that the
- * error stack lives on. */
-static hid_t open_file(struct mill_h5 *file, enum mill_h5_open how)
+/* Through the draft, which is open, or for reading only. A new file is flushed at once, so that
+ * what a killed run leaves begins as HDF5 files do. */
+static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *verb)
 {
-    const hid_t list = access_list(&file->disk);
-    const hid_t create = mill_h5_timeless(H5P_FILE_CREATE);
-    hid_t id;
-    if (list < 0 || create < 0)
-        return -1;
+    const hid_t list = access_list(), create = mill_h5_timeless(H5P_FILE_CREATE);
     if (how == MILL_H5_READ)
-        id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
+        file->id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
     else if (how == MILL_H5_UPDATE)
-        id = H5Fopen(file->path, H5F_ACC_RDWR, list);
+        file->id = H5Fopen(mill_draft_part(file->draft), H5F_ACC_RDWR, list);
     else
-        id = H5Fcreate(file->path, H5F_ACC_TRUNC, create, list);
-    if (id >= 0) {
-        H5Pclose(create);
-        H5Pclose(list);
-    }
-    return id;
+        file->id = H5Fcreate(mill_draft_part(file->draft), H5F_ACC_TRUNC, create, list);
+    mill_h5_release(create);
+    mill_h5_release(list);
+    if (file->id < 0 && !reason.number && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
+        snprintf(reason.words, sizeof reason.words, "it is no HDF5 file, or damaged or cut off");
+    /* what is empty then is not what HDF5 has opened: somebody put another file in its place */
+    if (file->id < 0 ||
+        (file->draft && (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 ||
+                         lseek(mill_draft_descriptor(file->draft), 0, SEEK_END) <= 0)))
+        mill_h5_fail(file, verb, NULL);
 }
 
 static void release(struct mill_h5 *file)
 {
-    mill_draft_free(file->disk.draft);
+    if (file->id >= 0)
+        H5Fclose(file->id);
+    mill_h5_release(file->text);
+    mill_h5_release(file->access);
+    mill_h5_release(file->transfer);
+    mill_draft_free(file->draft);
     free(file->path);
     free(file);
 }
@@ -126,82 +183,95 @@ static struct mill_h5 *allocate(const char *path, enum mill_h5_open how)
     if (!file)
         return NULL;
     file->id = -1;
-    file->path = malloc(strlen(path) + 1);
-    file->disk.draft = how == MILL_H5_READ ? NULL : mill_draft_create(path);
-    if (!file->path || (how != MILL_H5_READ && !file->disk.draft)) {
+    file->text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(file->text, H5T_VARIABLE);
+    H5Tset_cset(file->text, H5T_CSET_UTF8);
+    file->access = H5Pcreate(H5P_DATASET_ACCESS);
+    H5Pset_chunk_cache(file->access, H5D_CHUNK_CACHE_NSLOTS_DEFAULT, 0, H5D_CHUNK_CACHE_W0_DEFAULT);
+    file->transfer = H5Pcreate(H5P_DATASET_XFER);
+    H5Pset_buffer(file->transfer, CONVERTED, NULL, NULL);
+    file->path = strdup(path);
+    file->draft = how == MILL_H5_READ ? NULL : mill_draft_create(path, hdf5_begins);
+    if (!file->path || (how != MILL_H5_READ && !file->draft)) {
         release(file);
         return NULL;
     }
-    strcpy(file->path, path);
     return file;
 }
 
-static enum mill_status refuse_existing(const char *path, struct mill_error *error)
+/* The draft, if the file is to be written, and the file in it. */
+static void open_draft(struct mill_h5 *file, enum mill_h5_open how)
 {
-    return mill_error_set(error, MILL_FAILED,
-                          "%s: exists already; --force overwrites it, -o gives another name", path);
+    static const enum mill_draft_way way[] = {[MILL_H5_NEW] = MILL_DRAFT_EMPTY,
+                                              [MILL_H5_RESTART] = MILL_DRAFT_EMPTY,
+                                              [MILL_H5_OVERWRITE] = MILL_DRAFT_FORCE,
+                                              [MILL_H5_UPDATE] = MILL_DRAFT_COPY};
+    const char *verb = how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create";
+    const int failed = file->draft ? mill_draft_open(file->draft, way[how]) : 0;
+    if (failed)
+        fail_draft(file, verb, failed);
+    /* asked for only now, under the lock: a run that ends makes the file */
+    else if (how == MILL_H5_NEW && access(file->path, F_OK) == 0)
+        mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
+    else
+        open_file(file, how, verb);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
-    enum mill_status status = MILL_OK;
-    *out = NULL;
-    struct mill_h5 *file = allocate(path, how);
+    H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
+    H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
+    forget_reason();
+    struct mill_h5 *file = *out = allocate(path, how);
     if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
-    H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
-    if (file->disk.draft)
-        file->disk.number = mill_draft_open(file->disk.draft, how == MILL_H5_UPDATE);
-    /* asked for only now, under the lock: a run that ends makes the file */
-    if (!file->disk.number && how == MILL_H5_NEW && access(path, F_OK) == 0)
-        status = refuse_existing(path, error);
-    else if (file->disk.number || (file->id = open_file(file, how)) < 0)
-        status = mill_h5_fail(
-            file, error, how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create", NULL);
-    if (status != MILL_OK && how == MILL_H5_READ && !file->disk.number) {
-        const struct mill_error why = file->cause;
-        mill_error_set(error, status, "%s; it is no HDF5 file, or damaged or cut off", why.text);
-    }
-    if (status != MILL_OK)
+    open_draft(file, how);
+    const enum mill_status status = mill_h5_status(file, error);
+    if (status != MILL_OK) {
         release(file);
-    else
-        *out = file;
+        *out = NULL;
+    }
     return status;
 }
 
-static enum mill_status publish(struct mill_h5 *file, bool go_on, struct mill_error *error)
+static void publish(struct mill_h5 *file, bool last)
 {
-    const int failed = mill_draft_publish(file->disk.draft, go_on);
-    if (!failed)
-        return MILL_OK;
-    file->disk.number = failed;
-    return mill_h5_fail(file, error, "write", NULL);
+    const int failed = mill_draft_publish(file->draft, last);
+    if (failed)
+        fail_draft(file, "write", failed);
+}
+
+static void flush(struct mill_h5 *file)
+{
+    mill_h5_flush_columns(file);
+    /* a failure that nobody looked at, such as that of asking whether a name exists, counts too */
+    if (mill_h5_good(file) && (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 || reason.words[0]))
+        mill_h5_fail(file, "write", NULL);
 }
 
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error)
 {
-    if (file->spent != MILL_OK)
-        return mill_h5_check(file, error);
-    if (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
-        return mill_h5_fail(file, error, "write", NULL);
-    return publish(file, true, error);
+    flush(file);
+    if (mill_h5_good(file))
+        publish(file, false);
+    return mill_h5_status(file, error);
 }
 
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
 {
     if (!file)
         return MILL_OK;
-    mill_h5_orphan_columns(file); /* their datasets are closed with the file */
-    if (file->spent == MILL_OK && file->disk.draft && H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0)
-        mill_h5_fail(file, error, "write", NULL);
-    file->disk.mute = file->spent != MILL_OK; /* what HDF5 still holds must not reach the disk */
-    if (H5Fclose(file->id) < 0 && file->spent == MILL_OK)
-        mill_h5_fail(file, error, "close", NULL);
-    if (file->spent == MILL_OK && file->disk.draft)
-        publish(file, false, error);
-    const enum mill_status status = mill_h5_check(file, error);
+    if (file->draft)
+        flush(file);
+    mill_h5_free_columns(file);
+    const hid_t id = file->id;
+    file->id = -1;
+    if (H5Fclose(id) < 0)
+        mill_h5_fail(file, "close", NULL);
+    if (mill_h5_good(file) && file->draft)
+        publish(file, true);
+    const enum mill_status status = mill_h5_status(file, error);
     release(file);
     return status;
 }
@@ -210,102 +280,80 @@ void mill_h5_abandon(struct mill_h5 *file)
 {
     if (!file)
         return;
-    if (file->spent == MILL_OK)
-        file->spent = MILL_FAILED;
+    mill_h5_spend(file, "abandoned");
     mill_h5_close(file, NULL);
 }
 
-bool mill_h5_exists(const struct mill_h5 *file, const char *path)
+/* The group that holds `path`, "" for the root. */
+static const char *parent_of(const char *path, char parent[PATH])
 {
-    char part[1024];
-    size_t i;
-    /* H5Lexists fails where a group on the way is missing: ask for each in turn */
-    for (i = 1; i < sizeof part; i++) {
-        if (path[i] != '/' && path[i] != '\0')
-            continue;
-        memcpy(part, path, i);
-        part[i] = '\0';
-        if (i > 1 && H5Lexists(file->id, part, H5P_DEFAULT) <= 0)
-            return false;
-        if (path[i] == '\0')
-            return true;
-    }
-    return false;
+    const char *name = strrchr(path, '/');
+    assert(name && name - path < PATH);
+    memcpy(parent, path, (size_t)(name - path));
+    parent[name - path] = '\0';
+    return parent;
 }
 
-enum mill_status mill_h5_remove(struct mill_h5 *file, const char *path, struct mill_error *error)
+bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
-    if (file->spent != MILL_OK)
-        return mill_h5_check(file, error);
-    if (mill_h5_exists(file, path) && H5Ldelete(file->id, path, H5P_DEFAULT) < 0)
-        return mill_h5_fail(file, error, "replace", path);
-    return MILL_OK;
+    char parent[PATH];
+    if (!path[0])
+        return true;
+    /* H5Lexists fails where a group on the way is missing */
+    const bool held = mill_h5_exists(file, parent_of(path, parent));
+    const htri_t there = held ? H5Lexists(file->id, path, H5P_DEFAULT) : 0;
+    if (there < 0)
+        mill_h5_fail(file, "read", path);
+    return there > 0;
 }
 
-static enum mill_status make_group(struct mill_h5 *file, const char *path, bool ordered,
-                                   struct mill_error *error)
+void mill_h5_remove(struct mill_h5 *file, const char *path)
 {
-    hid_t list, group = -1;
-    enum mill_status status = MILL_OK;
-    if (mill_h5_exists(file, path))
-        return MILL_OK;
-    list = mill_h5_timeless(H5P_GROUP_CREATE);
+    if (mill_h5_good(file) && mill_h5_exists(file, path) &&
+        H5Ldelete(file->id, path, H5P_DEFAULT) < 0)
+        mill_h5_fail(file, "replace", path);
+}
+
+void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered)
+{
+    if (!mill_h5_good(file) || mill_h5_exists(file, path))
+        return;
+    mill_h5_parents(file, path);
+    const hid_t list = mill_h5_timeless(H5P_GROUP_CREATE);
+    hid_t group = -1;
     if (list >= 0 && (!ordered || H5Pset_link_creation_order(list, H5P_CRT_ORDER_TRACKED |
                                                                        H5P_CRT_ORDER_INDEXED) >= 0))
         group = H5Gcreate2(file->id, path, H5P_DEFAULT, list, H5P_DEFAULT);
-    if (group < 0)
-        status = mill_h5_fail(file, error, "create", path);
-    else
-        H5Gclose(group);
-    H5Pclose(list);
-    return status;
+    if (group < 0 || !mill_h5_release(group))
+        mill_h5_fail(file, "create", path);
+    mill_h5_release(list);
 }
 
-enum mill_status mill_h5_parents(struct mill_h5 *file, const char *path, struct mill_error *error)
+void mill_h5_parents(struct mill_h5 *file, const char *path)
 {
-    char part[1024];
-    size_t i;
-    enum mill_status status = mill_h5_check(file, error);
-    for (i = 1; status == MILL_OK && path[i - 1] && path[i]; i++) {
-        if (i >= sizeof part)
-            return mill_error_set(error, MILL_FAILED, "%s: path too long: %s", file->path, path);
-        if (path[i] != '/')
-            continue;
-        memcpy(part, path, i);
-        part[i] = '\0';
-        status = make_group(file, part, false, error);
-    }
-    return status;
+    char parent[PATH];
+    mill_h5_group(file, parent_of(path, parent), false);
 }
 
-enum mill_status mill_h5_group(struct mill_h5 *file, const char *path, bool ordered,
-                               struct mill_error *error)
+bool mill_h5_make_way(struct mill_h5 *file, const char *path)
 {
-    enum mill_status status = mill_h5_parents(file, path, error);
-    return status == MILL_OK ? make_group(file, path, ordered, error) : status;
+    mill_h5_parents(file, path);
+    mill_h5_remove(file, path);
+    return mill_h5_good(file);
 }
 
-enum mill_status mill_h5_link(struct mill_h5 *file, const char *existing, const char *path,
-                              struct mill_error *error)
+void mill_h5_link(struct mill_h5 *file, const char *existing, const char *path)
 {
-    enum mill_status status = mill_h5_parents(file, path, error);
-    if (status == MILL_OK)
-        status = mill_h5_remove(file, path, error);
-    if (status == MILL_OK &&
+    if (mill_h5_make_way(file, path) &&
         H5Lcreate_hard(file->id, existing, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
-        status = mill_h5_fail(file, error, "link", path);
-    return status;
+        mill_h5_fail(file, "link", path);
 }
 
-enum mill_status mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path,
-                                   struct mill_error *error)
+void mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path)
 {
-    enum mill_status status = mill_h5_parents(file, path, error);
-    if (status == MILL_OK)
-        status = mill_h5_remove(file, path, error);
-    if (status == MILL_OK && H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
-        status = mill_h5_fail(file, error, "link", path);
-    return status;
+    if (mill_h5_make_way(file, path) &&
+        H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
+        mill_h5_fail(file, "link", path);
 }
 
 void mill_h5_version(char *out, size_t size)

@@ -1,15 +1,13 @@
 /* The one door to HDF5: files, groups, datasets that carry `unit` and `description`, attributes,
  * links, and columns that grow row by row. No other module includes hdf5.h.
  *
- * Paths are absolute ("/run/version"); groups on the way are made. Every function that takes an
- * error returns MILL_OK, or MILL_FAILED with one line in it ("mill.h5: cannot write /run/version:
- * No space left on device"). After the first failure the file is spent: every later call returns
- * that same failure without touching the disk again. Strings are UTF-8 of variable length, as h5py
+ * Paths are absolute ("/run/version"); groups on the way are made. After the first failure the file
+ * is spent: every later call does nothing. So functions that write return nothing, and whoever
+ * wrote a chain of things asks mill_h5_status once. Strings are UTF-8 of variable length, as h5py
  * and H5MD readers expect, unless said otherwise. */
 #ifndef MILL_H5FILE_H
 #define MILL_H5FILE_H
 
-#include "base/parts.h"
 #include "millsim/status.h"
 
 #include <stdbool.h>
@@ -32,7 +30,8 @@ enum mill_h5_type {
 
 enum mill_h5_open {
     MILL_H5_NEW,       /* refuse a file that exists */
-    MILL_H5_OVERWRITE, /* empty a file that exists */
+    MILL_H5_RESTART,   /* replace a file that exists */
+    MILL_H5_OVERWRITE, /* the same, and whatever stands in the way of PATH.part and PATH.lock */
     MILL_H5_UPDATE,    /* go on in a file as it was last published */
     MILL_H5_READ       /* look into a file, whoever writes it */
 };
@@ -40,40 +39,46 @@ enum mill_h5_open {
 /* ---- the file ---- */
 
 /* Until the first flush nothing is at `path` that was not there before; what is written goes to
- * PATH.part meanwhile, and PATH.lock keeps a second writer away. Owner: the caller. */
+ * PATH.part meanwhile, and PATH.lock keeps a second writer away. MILL_BAD_DECK: there is a file of
+ * such a name that millsim has not left behind. Owner: the caller. */
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **file,
                                 struct mill_error *error);
 
-/* Publishes: everything written so far becomes the file in one step. If the process or the machine
- * dies later, or the disk fills up, the file stays as it is now, and readable. Columns are flushed
- * by their owners before. Costs a copy of the file where the file system cannot share blocks. */
+/* MILL_OK, or MILL_FAILED and the first failure in one line ("mill.h5: cannot write /run/version:
+ * No space left on device"). */
+enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *error);
+
+/* For the caller's own failures, such as "out of memory for the maps": the file is spent. */
+void mill_h5_spend(struct mill_h5 *file, const char *why);
+
+/* Publishes: everything written so far, the rows gathered in columns too, becomes the file in one
+ * step. If the process or the machine dies later, or the disk fills up, the file stays as it is
+ * now, and readable. Costs a copy of the file where the file system cannot share blocks. */
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error);
 
-/* Publishes and closes, and frees in every case, also after a failure, which it returns again.
- * Columns must have been freed before. NULL is fine. */
+/* Publishes and closes, and frees in every case, its columns too; also after a failure, which it
+ * returns again. NULL is fine. */
 enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error);
 
 /* Closes and frees without publishing what was written since the last flush. NULL is fine. */
 void mill_h5_abandon(struct mill_h5 *file);
 
-/* True if the path exists in the file (a dataset, a group or a link). */
-bool mill_h5_exists(const struct mill_h5 *file, const char *path);
+/* True if the path exists in the file (a dataset, a group or a link). Where that cannot be read,
+ * the file is spent: what seems to be missing then is not. */
+bool mill_h5_exists(struct mill_h5 *file, const char *path);
 
 /* Takes the name away (a whole group with all that only it holds); no error where there is none. */
-enum mill_status mill_h5_remove(struct mill_h5 *file, const char *path, struct mill_error *error);
+void mill_h5_remove(struct mill_h5 *file, const char *path);
 
 /* Makes the group and those above it; fine where it exists. ordered: its members keep the order of
  * their creation (matters only where this call makes it). */
-enum mill_status mill_h5_group(struct mill_h5 *file, const char *path, bool ordered,
-                               struct mill_error *error);
+void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered);
 
 /* `path` becomes a second name of what `existing` names. */
-enum mill_status mill_h5_link(struct mill_h5 *file, const char *existing, const char *path,
-                              struct mill_error *error);
+void mill_h5_link(struct mill_h5 *file, const char *existing, const char *path);
 
 /* `path` becomes a soft link to `target`, which need not exist. */
-enum mill_status mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path,
-                                   struct mill_error *error);
+void mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path);
 
 /* Version of the HDF5 library in use, "1.10.8"; out is `size` long. */
 void mill_h5_version(char *out, size_t size);
@@ -81,58 +86,55 @@ void mill_h5_version(char *out, size_t size);
 /* ---- datasets: each replaces what had the name before ---- */
 
 /* values: C order, dims[rank] (NULL at rank 0 = a scalar). A dimension may be 0. */
-enum mill_status mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type,
-                               int rank, const size_t *dims, const void *values, const char *unit,
-                               const char *description, struct mill_error *error);
+void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
+                   const size_t *dims, const void *values, const char *unit,
+                   const char *description);
+
+/* The same with a checksum of HDF5's own, which reading tests; rank > 0. For a state that is
+ * removed after the publication: rows gathered in columns are written first, so that its room is at
+ * the end of the file, which gets shorter again. */
+void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
+                           const size_t *dims, const void *values, const char *description);
 
 /* Scalars, for short call sites. */
-enum mill_status mill_h5_write_double(struct mill_h5 *file, const char *path, double value,
-                                      const char *unit, const char *description,
-                                      struct mill_error *error);
-enum mill_status mill_h5_write_count(struct mill_h5 *file, const char *path, uint64_t value,
-                                     const char *description, struct mill_error *error);
-enum mill_status mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
-                                    const char *description, struct mill_error *error);
+void mill_h5_write_double(struct mill_h5 *file, const char *path, double value, const char *unit,
+                          const char *description);
+void mill_h5_write_count(struct mill_h5 *file, const char *path, uint64_t value,
+                         const char *description);
+void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
+                        const char *description);
 
 /* A view, storing nothing: the elements of the dataset `source`, of this file and of the shape
  * source_dims[source_rank], in the same order under the shape dims[rank]. */
-enum mill_status mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type,
-                              int rank, const size_t *dims, const char *source, int source_rank,
-                              const size_t *source_dims, const char *unit, const char *description,
-                              struct mill_error *error);
+void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
+                  const size_t *dims, const char *source, int source_rank,
+                  const size_t *source_dims, const char *unit, const char *description);
 
-/* Bytes that stand in several places, one part after another, as one array of U8. */
-enum mill_status mill_h5_write_parts(struct mill_h5 *file, const char *path,
-                                     const struct mill_part *part, size_t parts,
-                                     const char *description, struct mill_error *error);
+/* ---- reading: MILL_FAILED, and the file is spent, where it does not hold what is asked for ----
+ */
 
-/* What a scalar text holds. MILL_FAILED also where there is none. Owner: the caller, of memory from
- * malloc. */
+/* What a scalar text holds. Owner: the caller, of memory from malloc. */
 enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
                                    struct mill_error *error);
 
-/* How many bytes an array of U8 has, and those from `first` on; MILL_FAILED also where there is no
- * such array, or they are fewer. */
-enum mill_status mill_h5_count_bytes(struct mill_h5 *file, const char *path, size_t *count,
-                                     struct mill_error *error);
-enum mill_status mill_h5_read_bytes(struct mill_h5 *file, const char *path, size_t first,
-                                    size_t count, void *bytes, struct mill_error *error);
+/* All elements of a dataset, which are of this type and so many, their checksum, if they have one,
+ * right: else "FILE: damaged: PATH ...". */
+enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_h5_type type,
+                              size_t count, void *values, struct mill_error *error);
 
 /* ---- attributes of the group or dataset `object`: each replaces an old one of its name ---- */
 
 /* count values, or one as a scalar where count is 0 */
-enum mill_status mill_h5_attribute(struct mill_h5 *file, const char *object, const char *name,
-                                   enum mill_h5_type type, size_t count, const void *values,
-                                   struct mill_error *error);
-enum mill_status mill_h5_attribute_text(struct mill_h5 *file, const char *object, const char *name,
-                                        const char *text, struct mill_error *error);
+void mill_h5_attribute(struct mill_h5 *file, const char *object, const char *name,
+                       enum mill_h5_type type, size_t count, const void *values);
+void mill_h5_attribute_text(struct mill_h5 *file, const char *object, const char *name,
+                            const char *text);
 /* An array of `count` > 0 texts. */
-enum mill_status mill_h5_attribute_texts(struct mill_h5 *file, const char *object, const char *name,
-                                         size_t count, const char *const *texts,
-                                         struct mill_error *error);
+void mill_h5_attribute_texts(struct mill_h5 *file, const char *object, const char *name,
+                             size_t count, const char *const *texts);
 /* Fixed length, ASCII, no terminator: what VTK asks of its Type attribute. */
-enum mill_status mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,
-                                         const char *text, struct mill_error *error);
+void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,
+                             const char *text);
 
 /* ---- columns: datasets (rows, dims[0], ..., dims[rank - 1]) that grow by rows ---- */
 
@@ -145,33 +147,22 @@ struct mill_h5_layout {
     bool plain; /* neither shuffled nor deflated: for what would hardly get smaller */
 };
 
-/* The column takes up after the first `keep` rows of what `path` names (MILL_FAILED where there are
+/* The column takes up after the first `keep` rows of what `path` names (a failure where there are
  * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked
- * and, unless plain, shuffled and deflated at level 1. The file must outlive it. Owner: the caller.
+ * and, unless plain, shuffled and deflated at level 1. NULL on failure, which all that follows here
+ * accepts. Owner: the file, which flushes it when it is published and frees it when it is closed.
  */
-enum mill_status mill_h5_column_create(struct mill_h5 *file, const char *path,
-                                       const struct mill_h5_layout *layout, uint64_t keep,
-                                       struct mill_h5_column **column, struct mill_error *error);
+struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *path,
+                                             const struct mill_h5_layout *layout, uint64_t keep);
 
 /* Appends `count` rows, contiguous in C order. Rows are gathered in the column's buffer, so that
  * single rows are cheap; whole chunks of rows go to the file directly. */
-enum mill_status mill_h5_column_append(struct mill_h5_column *column, size_t count,
-                                       const void *rows, struct mill_error *error);
-
-/* A row of rank 1 or 2 that is long is stored in pieces of so many elements along its first axis,
- * the last one shorter; the others are one piece. Piece by piece, in order, a row needs not be in
- * memory as a whole: `first` is the element that the piece begins with, 0, piece, 2 piece, ... */
-size_t mill_h5_column_piece(const struct mill_h5_column *column);
-enum mill_status mill_h5_column_append_piece(struct mill_h5_column *column, size_t first,
-                                             const void *values, struct mill_error *error);
+void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows);
 
 /* Rows so far, gathered ones included. */
 uint64_t mill_h5_column_rows(const struct mill_h5_column *column);
 
-/* Writes the rows gathered. */
-enum mill_status mill_h5_column_flush(struct mill_h5_column *column, struct mill_error *error);
-
-/* Frees; gathered rows are dropped: flush first. NULL is fine. */
-void mill_h5_column_free(struct mill_h5_column *column);
+/* Writes the rows gathered, and frees before the file is closed. */
+void mill_h5_column_close(struct mill_h5_column *column);
 
 #endif

@@ -8,97 +8,61 @@
 static bool put(hid_t object, const char *name, hid_t type, hid_t memory_type, hid_t space,
                 const void *values)
 {
-    hid_t attribute = -1;
-    bool done = false;
-    if (type < 0 || space < 0)
-        return false;
     if (H5Aexists(object, name) > 0 && H5Adelete(object, name) < 0)
         return false;
-    attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
-    if (attribute < 0)
-        return false;
-    done = H5Awrite(attribute, memory_type, values) >= 0;
-    if (done)
-        done = H5Aclose(attribute) >= 0;
-    return done;
+    const hid_t attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+    const bool written = attribute >= 0 && H5Awrite(attribute, memory_type, values) >= 0;
+    return mill_h5_release(attribute) && written;
 }
 
-bool mill_h5_label(hid_t object, const char *unit, const char *description)
+bool mill_h5_label(const struct mill_h5 *file, hid_t object, const char *unit,
+                   const char *description)
 {
-    const hid_t type = mill_h5_text_type();
     const hid_t space = H5Screate(H5S_SCALAR);
-    const bool done = put(object, "unit", type, type, space, &unit) &&
-                      put(object, "description", type, type, space, &description);
-    if (done) { /* else the error stack must live on until it is read */
-        H5Sclose(space);
-        H5Tclose(type);
-    }
-    return done;
+    const bool done = put(object, "unit", file->text, file->text, space, &unit) &&
+                      put(object, "description", file->text, file->text, space, &description);
+    return mill_h5_release(space) && done;
 }
 
 /* count 0: a scalar */
-static hid_t make_space(size_t count)
+static void attach(struct mill_h5 *file, const char *object, const char *name, hid_t type,
+                   hid_t memory_type, size_t count, const void *values)
 {
+    if (!mill_h5_good(file))
+        return;
     const hsize_t extent = count;
-    return count == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &extent, NULL);
+    const hid_t space = count ? H5Screate_simple(1, &extent, NULL) : H5Screate(H5S_SCALAR);
+    const hid_t owner = H5Oopen(file->id, object, H5P_DEFAULT);
+    const bool done = owner >= 0 && put(owner, name, type, memory_type, space, values);
+    mill_h5_release(space);
+    if (!mill_h5_release(owner) || !done)
+        mill_h5_fail(file, "write the attributes of", object);
 }
 
-static enum mill_status attach(struct mill_h5 *file, const char *object, const char *name,
-                               hid_t type, hid_t memory_type, size_t count, const void *values,
-                               struct mill_error *error)
+void mill_h5_attribute(struct mill_h5 *file, const char *object, const char *name,
+                       enum mill_h5_type type, size_t count, const void *values)
 {
-    enum mill_status status = mill_h5_check(file, error);
-    hid_t owner, space;
-    if (status != MILL_OK)
-        return status;
-    space = make_space(count);
-    owner = H5Oopen(file->id, object, H5P_DEFAULT);
-    if (owner < 0 || !put(owner, name, type, memory_type, space, values))
-        status = mill_h5_fail(file, error, "write the attributes of", object);
-    H5Oclose(owner);
-    H5Sclose(space);
-    return status;
+    attach(file, object, name, mill_h5_file_type(type), mill_h5_memory_type(type), count, values);
 }
 
-enum mill_status mill_h5_attribute(struct mill_h5 *file, const char *object, const char *name,
-                                   enum mill_h5_type type, size_t count, const void *values,
-                                   struct mill_error *error)
+void mill_h5_attribute_text(struct mill_h5 *file, const char *object, const char *name,
+                            const char *text)
 {
-    return attach(file, object, name, mill_h5_file_type(type), mill_h5_memory_type(type), count,
-                  values, error);
+    attach(file, object, name, file->text, file->text, 0, &text);
 }
 
-static enum mill_status attach_texts(struct mill_h5 *file, const char *object, const char *name,
-                                     size_t count, const char *const *texts,
-                                     struct mill_error *error)
+void mill_h5_attribute_texts(struct mill_h5 *file, const char *object, const char *name,
+                             size_t count, const char *const *texts)
 {
-    const hid_t type = mill_h5_text_type();
-    const enum mill_status status = attach(file, object, name, type, type, count, texts, error);
-    H5Tclose(type);
-    return status;
+    attach(file, object, name, file->text, file->text, count, texts);
 }
 
-enum mill_status mill_h5_attribute_text(struct mill_h5 *file, const char *object, const char *name,
-                                        const char *text, struct mill_error *error)
-{
-    return attach_texts(file, object, name, 0, &text, error);
-}
-
-enum mill_status mill_h5_attribute_texts(struct mill_h5 *file, const char *object, const char *name,
-                                         size_t count, const char *const *texts,
-                                         struct mill_error *error)
-{
-    return attach_texts(file, object, name, count, texts, error);
-}
-
-enum mill_status mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,
-                                         const char *text, struct mill_error *error)
+void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,
+                             const char *text)
 {
     const hid_t type = H5Tcopy(H5T_C_S1);
-    enum mill_status status;
     H5Tset_size(type, strlen(text));
     H5Tset_strpad(type, H5T_STR_NULLPAD);
-    status = attach(file, object, name, type, type, 0, text, error);
-    H5Tclose(type);
-    return status;
+    attach(file, object, name, type, type, 0, text);
+    mill_h5_release(type);
 }

@@ -71,7 +71,7 @@ static enum mill_status play(struct mill_observer *to, const struct mill_impact 
 {
     enum mill_status status = MILL_OK;
     for (size_t i = 0; i < n && status == MILL_OK; i++)
-        status = to->impact(to, &impact[i], NULL);
+        status = to->type->impact(to, &impact[i], NULL);
     return status;
 }
 
@@ -93,11 +93,13 @@ static enum mill_status record(struct mill_observer *self, const struct mill_imp
     return status;
 }
 
-/* `b->deck` says: sample from 0 on */
-static struct mill_tally *new_tally(const struct bench *b)
+/* It samples from 0 on. */
+static struct mill_observer *new_tally(const struct bench *b)
 {
-    struct mill_tally *tally;
-    need(mill_tally_create(b->deck, b->world, &tally, NULL) == MILL_OK, "out of memory");
+    const struct mill_observe asked = {.end = b->deck->time,
+                                       .strike_window = b->deck->strike_window};
+    struct mill_observer *tally;
+    need(mill_tally_type.create(&asked, b->world, &tally, NULL) == MILL_OK, "out of memory");
     return tally;
 }
 
@@ -110,26 +112,26 @@ static int ascending(const void *a, const void *b)
 static void measure_in_loop(struct bench *b, struct recorder *r)
 {
     struct mill_error error;
-    struct mill_tally *tally = new_tally(b);
+    struct mill_observer *tally = new_tally(b);
     r->count = 0;
-    r->to = mill_tally_observer(tally);
+    r->to = tally;
     while (r->batches < BATCHES)
         need(mill_sim_run(b->sim, 1e9, 10000, NULL, &error) == MILL_OK, error.text);
     qsort(r->taken, BATCHES, sizeof r->taken[0], ascending);
     b->cost[IN_LOOP] = 1e9 * r->taken[BATCHES / 2] / BATCH; /* the median: others run, too */
     r->to = NULL;
-    mill_tally_free(tally);
+    tally->type->free(tally);
 }
 
 static void measure_replayed(struct bench *b, const struct recorder *r)
 {
     double best = INFINITY;
     for (int k = 0; k < REPEATS; k++) {
-        struct mill_tally *tally = new_tally(b);
+        struct mill_observer *tally = new_tally(b);
         const double start = seconds();
-        need(play(mill_tally_observer(tally), r->impact, IMPACTS) == MILL_OK, "an impact failed");
+        need(play(tally, r->impact, IMPACTS) == MILL_OK, "an impact failed");
         best = fmin(best, seconds() - start);
-        mill_tally_free(tally);
+        tally->type->free(tally);
     }
     b->cost[REPLAYED] = 1e9 * best / IMPACTS;
 }
@@ -141,18 +143,21 @@ static void measure_log(struct bench *b, struct recorder *r)
     struct mill_h5 *file;
     struct mill_observer *log;
     need(mill_h5_create(scratch, MILL_H5_OVERWRITE, &file, &error) == MILL_OK, error.text);
-    need(mill_impactlog_create(file, b->deck, b->world, &log, &error) == MILL_OK, error.text);
+    const struct mill_observe asked = {.log_impacts = true};
+    need(mill_impactlog_type.create(&asked, b->world, &log, &error) == MILL_OK, error.text);
+    log->type->open(log, file, b->world);
     const double begun = seconds();
     for (size_t i = 0; i < BATCHES; i++) {
         const double start = seconds();
         need(play(log, r->impact + i * BATCH, BATCH) == MILL_OK, "a write failed");
         r->taken[i] = seconds() - start;
     }
-    need(mill_impactlog_finish(log, &error) == MILL_OK, error.text);
+    log->type->flush(log);
+    need(mill_h5_status(file, &error) == MILL_OK, error.text);
     b->cost[LOG_WRITTEN] = 1e9 * (seconds() - begun) / IMPACTS;
     qsort(r->taken, BATCHES, sizeof r->taken[0], ascending);
     b->cost[LOG_STORED] = 1e9 * r->taken[BATCHES / 2] / BATCH;
-    mill_impactlog_free(log);
+    log->type->free(log);
     mill_h5_abandon(file);
     remove(scratch);
 }
@@ -183,13 +188,14 @@ static void measure_snapshots(struct bench *b, int which)
 
 static void start(struct bench *b, const char *path, struct recorder *r)
 {
+    static const struct mill_observer_type recorder = {.impact = record};
     static const char *const orders[] = {"run.sample_from=0 s"};
     struct mill_error error;
     need(mill_deck_read(path, 1, orders, NULL, &b->deck, &error) == MILL_OK, error.text);
     need(mill_world_create(b->deck, &b->world, &error) == MILL_OK, error.text);
     need(mill_sim_create(b->world, &b->sim, &error) == MILL_OK, error.text);
     need(mill_sim_run(b->sim, SETTLE, UINT64_MAX, NULL, &error) == MILL_OK, error.text);
-    r->observer = (struct mill_observer){INFINITY, record, NULL};
+    r->observer = (struct mill_observer){&recorder, INFINITY};
     need(mill_sim_observe(b->sim, &r->observer) == MILL_OK, "too many observers");
     while (r->count < IMPACTS)
         need(mill_sim_run(b->sim, 1e9, 10000, NULL, &error) == MILL_OK, error.text);

@@ -184,7 +184,7 @@ def test_impact_layout(mill, name, dtype, vector, unit):
 def test_h5md_header(mill):
     assert list(mill["/h5md"].attrs["version"]) == [1, 1]
     assert mill["/h5md/creator"].attrs["name"] == "millsim"
-    assert mill["/h5md/creator"].attrs["version"]
+    assert mill["/h5md/creator"].attrs["version"] == mill["/run/version"][()].decode()
     assert mill["/h5md/author"].attrs["name"]
     assert mill["/h5md/modules/units"].attrs["system"] == "SI"
     box = mill[f"{TRAJECTORY}/box"]
@@ -443,6 +443,46 @@ def test_an_existing_file_is_refused_and_kept(tmp_path):
     assert done.returncode in (1, 2)
     assert "mill.h5" in done.stderr and "--force" in done.stderr
     assert (tmp_path / "mill.h5").read_text() == "my thesis"
+
+
+@pytest.mark.parametrize("option", ["-q", "--resume"])
+@pytest.mark.parametrize("end", ["part", "new", "lock"])
+def test_files_in_the_way_that_are_not_ours_are_refused_and_kept(tmp_path, end, option):
+    mine = tmp_path / f"mill.h5.{end}"
+    mine.write_text("my thesis")
+    (tmp_path / "mill.ini").write_text(DECK)
+    done = millsim(tmp_path, option, "-q", "mill.ini")
+    assert done.returncode == 2
+    said = "exists and is not an unfinished file of millsim; move it away, or use --force"
+    assert done.stderr.splitlines()[-1] == f"millsim: {mine.name}: {said}"
+    assert mine.read_text() == "my thesis"
+    assert {entry.name for entry in tmp_path.iterdir()} == {mine.name, "mill.ini"}
+    run(tmp_path, "mill.h5", "--force")
+    assert {entry.name for entry in tmp_path.iterdir()} == {"mill.h5", "mill.ini"}
+
+
+@pytest.mark.parametrize("end", ["part", "new", "lock"])
+def test_links_in_the_way_are_not_followed(tmp_path, end):
+    (tmp_path / "mill.ini").write_text(DECK)
+    (tmp_path / f"mill.h5.{end}").symlink_to("elsewhere")
+    done = millsim(tmp_path, "-q", "mill.ini")
+    assert done.returncode == 2
+    assert not (tmp_path / "elsewhere").exists()
+    (tmp_path / "elsewhere").write_text("my thesis")
+    run(tmp_path, "mill.h5", "--force")
+    assert (tmp_path / "elsewhere").read_text() == "my thesis"
+    assert {entry.name for entry in tmp_path.iterdir()} == {"elsewhere", "mill.h5", "mill.ini"}
+
+
+def test_resuming_a_complete_file_clears_the_lock_of_a_killed_run(tmp_path):
+    path = run(tmp_path, "mill.h5")
+    before = path.read_bytes()
+    (tmp_path / "mill.h5.lock").touch()
+    done = millsim(tmp_path, "--resume", "mill.ini")
+    assert done.returncode == 0
+    assert "is complete: nothing to resume" in done.stderr
+    assert path.read_bytes() == before
+    assert {entry.name for entry in tmp_path.iterdir()} == {"mill.h5", "mill.ini"}
 
 
 def test_a_finished_run_leaves_nothing_but_its_file(tmp_path):

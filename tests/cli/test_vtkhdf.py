@@ -417,3 +417,35 @@ def test_thousands_of_frames_are_read_fast(vtk_step, tmp_path):
         vtk_step(many, when)
     took = time.process_time() - before
     assert took / 201 < 0.05, f"{1e3 * took / 201:.1f} ms a step"
+
+
+# ---- very many frames ----
+
+
+def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_results(tmp_path):
+    few = ("balls.steel.count=2", "balls.glass.count=1", "run.time=20 ms", "output.frames=0.2 us")
+    whole = run(tmp_path, *few, name="whole.h5")
+    file = tmp_path / "mill.h5"
+    command = [PROGRAM, *(word for order in few for word in ("-s", order)), "mill.ini"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    while process.poll() is None and not (file.exists() and status(file)[0] == "complete"):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate(timeout=30)[1]
+    assert process.returncode == 143
+    assert (
+        "stopped by a signal; mill.h5 holds all results, but for /VTKHDF, which --resume adds"
+        in said
+    )
+    with h5py.File(file) as mill:
+        assert "VTKHDF" not in mill and mill["run/status"].asstr()[()] == "complete"
+        assert len(mill[f"{TRAJECTORY}/position/value"]) == 100001
+    done = subprocess.run(
+        [*command, "--resume", "-q"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert_same(file, whole)
+    with h5py.File(file) as mill:
+        assert "VTKHDF" in mill and "checkpoint" not in mill

@@ -5,7 +5,7 @@
  * close. A second run, in one piece or saved halfway and taken up by another, must give the same
  * bits; or it is a paranoid one.
  */
-#include "base/parts.h"
+#include "../unit/state_fixture.h"
 #include "base/profile.h"
 #include "mill.h"
 
@@ -350,19 +350,15 @@ static bool is_swift(const struct mill_world *w)
 /* Its state goes to another mill of the same deck. */
 static void hand_over(const struct mill_deck *deck, struct mill *m)
 {
-    struct mill_error error = {""};
-    struct mill_part part[MILL_SIM_PARTS];
-    size_t values;
-    const size_t parts = mill_sim_parts(m->sim, part, &values);
-    const size_t size = mill_parts_size(part, parts);
-    unsigned char *state = malloc(size);
-    fuzz_require(state != NULL, "out of memory");
-    mill_parts_pack(part, parts, state);
-    struct mill_source_memory memory = mill_parts_from(state, size);
+    struct kept kept;
+    kept_init(&kept);
+    mill_sim_state(m->sim, &kept.state);
     close_mill(m);
     fuzz_require(open_mill(deck, m), "the same deck is refused");
-    fuzz_require(mill_sim_load(m->sim, &memory.source, &error) == MILL_OK, "%s", error.text);
-    free(state);
+    struct mill_state *state = kept_load(&kept);
+    mill_sim_state(m->sim, state);
+    fuzz_require(state->status == MILL_OK, "%s", kept.error.text);
+    kept_free(&kept);
 }
 
 /* Returns the number of predictions, 0 for a mill that was refused. */

@@ -15,12 +15,14 @@
 enum { FIXTURE_BALLS = 40 };
 
 struct fixture {
-    struct mill_deck deck;
+    struct mill_observe asked;
     struct mill_world world;
     struct mill_ball ball[FIXTURE_BALLS];
     vec3 spin[FIXTURE_BALLS];
     struct mill_species species;
     struct mill_tally *tally;
+    enum mill_status last;              /* of the tally's last sample, or MILL_ENDED by an impact */
+    struct mill_tally_results *results; /* NULL before the run's end */
 };
 
 /* Drum of 75 mm x 120 mm, 1 s sampled from 0.5 s on, rotor at ten revolutions a second; the balls
@@ -28,17 +30,15 @@ struct fixture {
 static inline void fixture_init(struct fixture *f)
 {
     memset(f, 0, sizeof *f);
-    f->deck.time = 1.5;
-    f->deck.sample_from = 0.5;
-    f->deck.strike_window = 1e-5;
-    f->deck.rotor = true;
-    f->deck.rotor_speed = 2 * PI * 10;
+    f->asked.end = 1.5;
+    f->asked.sample_from = 0.5;
+    f->asked.strike_window = 1e-5;
     f->species.radius = 0.0025;
     f->species.mass = 0.0005;
     f->species.inertia = 0.4 * 0.0005 * 0.0025 * 0.0025;
     f->world.drum_radius = 0.075;
     f->world.drum_length = 0.12;
-    f->world.rotor_speed = f->deck.rotor_speed;
+    f->world.rotor_speed = 2 * PI * 10;
     f->world.balls = FIXTURE_BALLS;
     f->world.ball = f->ball;
     f->world.spin = f->spin;
@@ -54,7 +54,9 @@ static inline void fixture_init(struct fixture *f)
 
 static inline void fixture_create(struct fixture *f)
 {
-    ck_assert_int_eq(mill_tally_create(&f->deck, &f->world, &f->tally, NULL), MILL_OK);
+    struct mill_observer *observer = NULL;
+    ck_assert_int_eq(mill_tally_type.create(&f->asked, &f->world, &observer, NULL), MILL_OK);
+    f->tally = (struct mill_tally *)observer;
 }
 
 static inline struct mill_impact blow(double time, enum mill_kind kind, int ball, int partner,
@@ -74,11 +76,11 @@ static inline struct mill_impact blow(double time, enum mill_kind kind, int ball
 /* Takes the samples due up to `time`. */
 static inline void fixture_wait(struct fixture *f, double time)
 {
-    struct mill_observer *observer = mill_tally_observer(f->tally);
+    struct mill_observer *observer = &f->tally->observer;
     while (observer->next <= time) {
         const double before = observer->next;
-        if (observer->sample(observer, &f->world, before - f->world.base, NULL) != MILL_OK ||
-            !(observer->next > before))
+        f->last = observer->type->sample(observer, &f->world, before - f->world.base, NULL);
+        if ((f->last != MILL_OK && f->last != MILL_ENDED) || !(observer->next > before))
             ck_abort_msg("a sample failed or did not move on from %g", before);
     }
 }
@@ -86,29 +88,42 @@ static inline void fixture_wait(struct fixture *f, double time)
 /* The impact happens: samples before it, books, impact. */
 static inline void fixture_play(struct fixture *f, struct mill_impact impact)
 {
-    struct mill_observer *observer = mill_tally_observer(f->tally);
+    struct mill_observer *observer = &f->tally->observer;
     fixture_wait(f, impact.time);
     f->world.account.collisions[impact.kind]++;
     f->world.account.dissipation[impact.kind] += impact.dissipation;
-    if (observer->impact(observer, &impact, NULL) != MILL_OK)
+    const enum mill_status status = observer->type->impact(observer, &impact, NULL);
+    if (status == MILL_FAILED)
         ck_abort_msg("an impact failed");
+    f->last = status == MILL_ENDED ? status : f->last;
 }
 
 /* The run ends at `time`. */
 static inline void fixture_finish(struct fixture *f, double time)
 {
     fixture_wait(f, time);
-    mill_tally_finish(f->tally, &f->world, time - f->world.base);
+    ck_assert_int_eq(
+        mill_tally_results_make(f->tally, &f->world, time - f->world.base, &f->results, NULL),
+        MILL_OK);
+}
+
+static inline void fixture_free(struct fixture *f)
+{
+    mill_tally_results_free(f->results);
+    if (f->tally)
+        f->tally->observer.type->free(&f->tally->observer);
+    f->results = NULL;
+    f->tally = NULL;
 }
 
 static inline uint64_t impacts_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_count(&f->tally->impacts[row].normal, 0);
+    return mill_spectrum_count(&f->results->impacts[row].normal, 0);
 }
 
 static inline uint64_t strikes_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_count(&f->tally->strikes[row].normal, 0);
+    return mill_spectrum_count(&f->results->strikes[row].normal, 0);
 }
 
 static inline double random_share(uint64_t *state)

@@ -5,7 +5,10 @@
 
 #include "millsim/observer.h"
 #include "millsim/world.h"
+#include "observe/observe.h"
 #include "store/h5.h"
+
+#include "state_fixture.h"
 
 #include <check.h>
 #include <hdf5.h>
@@ -18,7 +21,7 @@
  * second. */
 struct fixture {
     char path[64];
-    struct mill_deck deck;
+    struct mill_observe asked;
     struct mill_world world;
     struct mill_ball ball[3];
     vec3 spin[3];
@@ -31,9 +34,9 @@ static inline void fixture_init(struct fixture *f)
     memset(f, 0, sizeof *f);
     snprintf(f->path, sizeof f->path, "/tmp/millsim_test_%ld.h5", (long)getpid());
     unlink(f->path);
-    f->deck.time = 0.3;
-    f->deck.frames = 0.1;
-    f->deck.series = 0.01;
+    f->asked.end = 0.3;
+    f->asked.frames = 0.1;
+    f->asked.series = 0.01;
     strcpy(f->species[0].name, "steel");
     strcpy(f->species[1].name, "glass");
     f->species[0].radius = 0.0025;
@@ -56,13 +59,33 @@ static inline void fixture_init(struct fixture *f)
     f->world.species = f->species;
 }
 
+/* An observer that writes to the file; state: of one that was saved, or NULL */
+static inline struct mill_observer *make_writer(const struct mill_observer_type *type,
+                                                const struct fixture *f, struct mill_h5 *file,
+                                                struct kept *state)
+{
+    struct mill_observer *writer = NULL;
+    ck_assert_int_eq(type->create(&f->asked, &f->world, &writer, NULL), MILL_OK);
+    if (state)
+        type->state(writer, kept_load(state));
+    type->open(writer, file, &f->world);
+    ck_assert_int_eq(mill_h5_status(file, NULL), MILL_OK);
+    return writer;
+}
+
+static inline void save_writer(struct mill_observer *writer, struct kept *state)
+{
+    kept_init(state);
+    writer->type->state(writer, &state->state);
+}
+
 /* Runs the observer as the loop would, up to the end of the run. */
 static inline void run_samples(struct mill_observer *observer, const struct mill_world *world,
                                double end)
 {
     int refused = 0;
     while (observer->next <= end)
-        refused += observer->sample(observer, world, observer->next, NULL) != MILL_OK;
+        refused += observer->type->sample(observer, world, observer->next, NULL) != MILL_OK;
     ck_assert_int_eq(refused, 0);
 }
 

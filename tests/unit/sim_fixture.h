@@ -129,6 +129,7 @@ struct witness {
     int out_of_order, not_unit, backward, lost; /* faults */
     double every;                               /* [s] of samples */
     uint64_t samples;
+    struct mill_impact impact; /* the last one */
 };
 
 static inline enum mill_status witness_impact(struct mill_observer *o, const struct mill_impact *i,
@@ -150,6 +151,7 @@ static inline enum mill_status witness_impact(struct mill_observer *o, const str
     w->lost += i->kind == MILL_BALL_BALL ? !(i->partner > i->ball) : i->partner < -1;
     w->dissipation += i->dissipation;
     w->last = i->time;
+    w->impact = *i;
     return MILL_OK;
 }
 
@@ -167,14 +169,15 @@ static inline enum mill_status witness_sample(struct mill_observer *o,
     return MILL_OK;
 }
 
+static const struct mill_observer_type witness_type = {.impact = witness_impact,
+                                                       .sample = witness_sample};
+
 /* Watches all impacts; samples every so many seconds, INFINITY: never. */
 static inline void witness_join(struct witness *w, struct bench *b, double every)
 {
     memset(w, 0, sizeof *w);
     w->every = every;
-    w->base.next = every;
-    w->base.impact = witness_impact;
-    w->base.sample = isinf(every) ? NULL : witness_sample;
+    w->base = (struct mill_observer){&witness_type, every};
     ck_assert_int_eq(mill_sim_observe(b->sim, &w->base), MILL_OK);
 }
 

@@ -2,9 +2,9 @@
 #ifndef SIM_MILLS_H
 #define SIM_MILLS_H
 
-#include "base/parts.h"
 #include "engine/sim_private.h"
 #include "sim_fixture.h"
+#include "state_fixture.h"
 
 static const char *const mills[] = {
     /* every kind of contact, with friction */
@@ -63,20 +63,14 @@ static inline void runs_are_alike(const struct bench *a, const struct bench *b)
 }
 
 /* Takes out of a state where the calendar has filed the plans' events: it files them anew. */
-static inline void forget_places(const struct bench *b, unsigned char *state)
+static inline void forget_places(struct kept *state, const char *plans)
 {
-    struct mill_part part[MILL_SIM_PARTS];
-    struct mill_plan *const plans = b->sim->predict->plan;
-    size_t values;
-    const size_t parts = mill_sim_parts(b->sim, part, &values);
-    size_t k = 0, at = 0;
-    for (; k < parts && part[k].at != (void *)plans; k++)
-        at += part[k].bytes;
-    ck_assert_uint_lt(k, parts);
-    for (int32_t i = 0; i < b->world->balls; i++) {
-        struct mill_event *const event = &plans[i].event;
-        const size_t from = at + (size_t)((char *)&event->next - (char *)plans);
-        memset(state + from, 0, sizeof event->next + sizeof event->prev + sizeof event->place);
+    struct kept_field *field = kept_find(state, plans);
+    struct mill_plan *plan = (struct mill_plan *)(void *)field->value;
+    for (size_t i = 0; i < field->bytes / sizeof *plan; i++) {
+        plan[i].event.next = 0;
+        plan[i].event.prev = 0;
+        plan[i].event.place = 0;
     }
 }
 

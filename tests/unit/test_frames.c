@@ -10,10 +10,9 @@ static void run(struct fixture *f)
     struct mill_h5 *file;
     struct mill_observer *frames;
     ck_assert_int_eq(mill_h5_create(f->path, MILL_H5_NEW, &file, NULL), MILL_OK);
-    ck_assert_int_eq(mill_frames_create(file, &f->deck, &f->world, &frames, NULL), MILL_OK);
-    run_samples(frames, &f->world, f->deck.time);
-    ck_assert_int_eq(mill_frames_finish(frames, NULL), MILL_OK);
-    mill_frames_free(frames);
+    frames = make_writer(&mill_frames_type, f, file, NULL);
+    run_samples(frames, &f->world, f->asked.end);
+    frames->type->free(frames);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
 
@@ -37,7 +36,7 @@ START_TEST(times_do_not_drift_over_many_frames)
 {
     struct fixture f;
     fixture_init(&f);
-    f.deck.time = 1000;
+    f.asked.end = 1000;
     run(&f);
     ck_assert_uint_eq(look_rows(f.path, AT "position/time", 1), 10001);
     ck_assert(look_at(f.path, AT "position/time", 1, 9999) == 9999 * 0.1);
@@ -49,7 +48,7 @@ START_TEST(an_end_between_two_frames_adds_none)
 {
     struct fixture f;
     fixture_init(&f);
-    f.deck.time = 0.29;
+    f.asked.end = 0.29;
     run(&f);
     ck_assert_uint_eq(look_rows(f.path, AT "position/time", 1), 3);
     unlink(f.path);
@@ -127,7 +126,7 @@ START_TEST(without_frames_the_balls_are_still_described)
     struct fixture f;
     struct mill_h5 *file;
     fixture_init(&f);
-    f.deck.frames = 0;
+    f.asked.frames = 0;
     run(&f);
     ck_assert_uint_eq(look_rows(f.path, AT "mass", 1), 3);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
@@ -142,32 +141,31 @@ START_TEST(a_run_taken_up_again_leaves_the_same_frames)
     struct fixture f;
     struct mill_h5 *file;
     struct mill_observer *frames;
-    struct mill_frames_state state;
+    struct kept state;
     hsize_t dims[3];
     double *straight, *resumed;
     fixture_init(&f);
     run(&f);
     straight = look(f.path, AT "position/value", 3, dims);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
-    mill_frames_create(file, &f.deck, &f.world, &frames, NULL);
+    frames = make_writer(&mill_frames_type, &f, file, NULL);
     run_samples(frames, &f.world, 0.15);
-    mill_frames_save(frames, &state);
+    save_writer(frames, &state);
     run_samples(frames, &f.world, 0.25); /* lost: after the checkpoint */
-    mill_frames_finish(frames, NULL);
-    mill_frames_free(frames);
+    frames->type->free(frames);
     mill_h5_close(file, NULL);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
-    ck_assert_int_eq(mill_frames_resume(file, &f.deck, &f.world, &state, &frames, NULL), MILL_OK);
+    frames = make_writer(&mill_frames_type, &f, file, &state);
     ck_assert(frames->next == 0.2);
-    run_samples(frames, &f.world, f.deck.time);
-    mill_frames_finish(frames, NULL);
-    mill_frames_free(frames);
+    run_samples(frames, &f.world, f.asked.end);
+    frames->type->free(frames);
     mill_h5_close(file, NULL);
     resumed = look(f.path, AT "position/value", 3, dims);
     ck_assert_uint_eq(dims[0], 4);
     ck_assert_mem_eq(straight, resumed, 4 * 9 * sizeof *straight);
     free(straight);
     free(resumed);
+    kept_free(&state);
     unlink(f.path);
 }
 END_TEST

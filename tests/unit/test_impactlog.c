@@ -25,15 +25,15 @@ static void log_range(struct mill_observer *log, long first, long end)
     long k, refused = 0;
     for (k = first; k < end; k++) {
         const struct mill_impact impact = impact_number(k);
-        refused += log->impact(log, &impact, NULL) != MILL_OK;
+        refused += log->type->impact(log, &impact, NULL) != MILL_OK;
     }
     ck_assert_int_eq(refused, 0);
 }
 
 static void close_all(struct mill_h5 *file, struct mill_observer *log)
 {
-    ck_assert_int_eq(mill_impactlog_finish(log, NULL), MILL_OK);
-    mill_impactlog_free(log);
+    log->type->flush(log);
+    log->type->free(log);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
 
@@ -67,8 +67,9 @@ START_TEST(every_impact_is_logged_in_order)
     struct mill_h5 *file;
     struct mill_observer *log;
     fixture_init(&f);
+    f.asked.log_impacts = true;
     mill_h5_create(f.path, MILL_H5_NEW, &file, NULL);
-    ck_assert_int_eq(mill_impactlog_create(file, &f.deck, &f.world, &log, NULL), MILL_OK);
+    log = make_writer(&mill_impactlog_type, &f, file, NULL);
     ck_assert(isinf(log->next));
     log_range(log, 0, MANY);
     close_all(file, log);
@@ -84,11 +85,12 @@ START_TEST(finishing_in_between_loses_and_doubles_nothing)
     struct mill_h5 *file;
     struct mill_observer *log;
     fixture_init(&f);
+    f.asked.log_impacts = true;
     mill_h5_create(f.path, MILL_H5_NEW, &file, NULL);
-    mill_impactlog_create(file, &f.deck, &f.world, &log, NULL);
+    log = make_writer(&mill_impactlog_type, &f, file, NULL);
     log_range(log, 0, 1234);
-    ck_assert_int_eq(mill_impactlog_finish(log, NULL), MILL_OK);
-    ck_assert_int_eq(mill_impactlog_finish(log, NULL), MILL_OK);
+    log->type->flush(log);
+    log->type->flush(log);
     log_range(log, 1234, MANY);
     close_all(file, log);
     assert_all_logged(f.path);
@@ -101,20 +103,22 @@ START_TEST(a_run_taken_up_again_leaves_the_same_log)
     struct fixture f;
     struct mill_h5 *file;
     struct mill_observer *log;
-    struct mill_impactlog_state state;
+    struct kept state;
     fixture_init(&f);
+    f.asked.log_impacts = true;
     mill_h5_create(f.path, MILL_H5_NEW, &file, NULL);
-    mill_impactlog_create(file, &f.deck, &f.world, &log, NULL);
+    log = make_writer(&mill_impactlog_type, &f, file, NULL);
     log_range(log, 0, 70001);
-    mill_impactlog_save(log, &state);
-    ck_assert_uint_eq(state.rows, 70001);
+    save_writer(log, &state);
+    ck_assert_uint_eq(*(uint64_t *)state.field[0].value, 70001);
     log_range(log, 90000, 99999); /* lost: after the checkpoint */
     close_all(file, log);
     mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL);
-    ck_assert_int_eq(mill_impactlog_resume(file, &f.deck, &f.world, &state, &log, NULL), MILL_OK);
+    log = make_writer(&mill_impactlog_type, &f, file, &state);
     log_range(log, 70001, MANY);
     close_all(file, log);
     assert_all_logged(f.path);
+    kept_free(&state);
     unlink(f.path);
 }
 END_TEST

@@ -308,10 +308,10 @@ static void find_window(double precision)
 {
     fixture_init(&f);
     chance = 3;
-    f.deck.time = 20;
-    f.deck.sample_from = 0;
-    f.deck.sample_found = true;
-    f.deck.precision = precision;
+    f.asked.end = 20;
+    f.asked.sample_from = 0;
+    f.asked.sample_found = true;
+    f.asked.precision = precision;
     fixture_create(&f);
 }
 
@@ -320,45 +320,43 @@ START_TEST(nothing_from_before_the_cut_is_in_the_statistics)
     find_window(0.001);
     play(0, 2);
     fixture_finish(&f, 2);
-    ck_assert(f.tally->at.settled);
-    ck_assert_double_ge(f.tally->at.begin, 0.35);
-    ck_assert_double_le(f.tally->at.begin, 0.6);
-    ck_assert_double_eq_tol(f.tally->at.duration, 2 - f.tally->at.begin, 1e-12);
+    ck_assert(f.results->settled);
+    ck_assert_double_ge(f.results->begin, 0.35);
+    ck_assert_double_le(f.results->begin, 0.6);
+    ck_assert_double_eq_tol(f.results->duration, 2 - f.results->begin, 1e-12);
     /* one impact every 0.2 ms, of 0.01 J each, none at 4 m/s */
-    const struct mill_spectrum *normal_speed = &f.tally->impacts[MILL_BALL_BALL].normal;
-    const double impacts = f.tally->at.duration / 2e-4;
+    const struct mill_spectrum *normal_speed = &f.results->impacts[MILL_BALL_BALL].normal;
+    const double impacts = f.results->duration / 2e-4;
     ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), impacts, 1.01);
     ck_assert_double_eq_tol(mill_spectrum_dissipation(normal_speed, 0), 0.01 * impacts, 0.011);
     ck_assert_double_eq_tol(mill_spectrum_quantile(&f.tally->grid, normal_speed, 0, 0.5), 1, 0.05);
     ck_assert_double_lt(mill_spectrum_quantile(&f.tally->grid, normal_speed, 0, 0.999), 4);
-    ck_assert_double_eq_tol(mill_tally_power(f.tally), 100, 5);
+    ck_assert_double_eq_tol(mill_tally_power(f.results), 100, 5);
     uint64_t hits = 0;
-    for (int i = 0; i < f.tally->maps->cross.n[0] * f.tally->maps->cross.n[1]; i++)
-        hits += f.tally->maps->cross.hits[i].count;
+    for (int i = 0; i < f.results->maps->cross.n[0] * f.results->maps->cross.n[1]; i++)
+        hits += f.results->maps->cross.hits[i].count;
     ck_assert_uint_eq(hits, impacts_of(&f, MILL_TALLY_ALL));
-    ck_assert_uint_eq(f.tally->rotor.blocks, (uint64_t)(f.tally->at.duration / 0.1 + 1e-6));
-    mill_tally_free(f.tally);
+    ck_assert_uint_eq(f.results->rotor.blocks, (uint64_t)(f.results->duration / 0.1 + 1e-6));
+    fixture_free(&f);
 }
 END_TEST
 
 START_TEST(the_window_ends_when_it_is_known)
 {
-    bool over = false;
     find_window(0.03);
     double time = 0;
-    for (; time < 10 && !over; time += 0.05) {
+    for (; time < 10 && !f.tally->at.closed; time += 0.05)
         play(time, time + 0.05);
-        mill_tally_next_end(f.tally, &over);
-    }
-    ck_assert(over);
+    ck_assert(f.tally->at.closed);
     ck_assert_int_eq(f.tally->at.ended, MILL_TALLY_PRECISION);
-    ck_assert(mill_tally_reached(f.tally));
-    ck_assert_double_le(f.tally->at.known.median.error, 0.03 * f.tally->at.known.median.value);
-    ck_assert_double_le(f.tally->at.known.power.error, 0.03 * f.tally->at.known.power.value);
     const uint64_t then = f.world.account.collisions[MILL_BALL_BALL];
     fixture_finish(&f, time);
+    const struct mill_precision_known *known = &f.results->known;
+    ck_assert(mill_tally_reached(f.results));
+    ck_assert_double_le(known->median.error, 0.03 * known->median.value);
+    ck_assert_double_le(known->power.error, 0.03 * known->power.value);
     ck_assert_uint_lt(impacts_of(&f, MILL_BALL_BALL), then);
-    mill_tally_free(f.tally);
+    fixture_free(&f);
 }
 END_TEST
 
@@ -375,11 +373,11 @@ START_TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it
     }
     play(1.5, 2.5);
     fixture_finish(&f, 2.5);
-    ck_assert(f.tally->at.begin > 0.2 && f.tally->at.begin < 1.2);
+    ck_assert(f.results->begin > 0.2 && f.results->begin < 1.2);
     ck_assert_uint_gt(impacts_of(&f, MILL_BALL_WALL), 0);
     ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 0);
-    ck_assert(mill_spectrum_dissipation(&f.tally->strikes[MILL_BALL_WALL].normal, 0) == 0);
-    mill_tally_free(f.tally);
+    ck_assert(mill_spectrum_dissipation(&f.results->strikes[MILL_BALL_WALL].normal, 0) == 0);
+    fixture_free(&f);
 }
 END_TEST
 
@@ -390,15 +388,15 @@ START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_stretches)
     for (double time = 1e-6; time < 1.5; time += 9e-6)
         fixture_play(&f, blow(time, MILL_BALL_WALL, 7, 0, 0.2 + 0.1 * random_share(&chance), 1e-6));
     fixture_finish(&f, 1.5);
-    if (f.tally->at.begin == 0) {
+    if (f.results->begin == 0) {
         ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 1);
         ck_assert_double_eq_tol(
-            mill_spectrum_dissipation(&f.tally->strikes[MILL_BALL_WALL].normal, 0),
-            mill_spectrum_dissipation(&f.tally->impacts[MILL_BALL_WALL].normal, 0), 1e-9);
+            mill_spectrum_dissipation(&f.results->strikes[MILL_BALL_WALL].normal, 0),
+            mill_spectrum_dissipation(&f.results->impacts[MILL_BALL_WALL].normal, 0), 1e-9);
     } else {
         ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 0);
     }
-    mill_tally_free(f.tally);
+    fixture_free(&f);
 }
 END_TEST
 
@@ -408,11 +406,11 @@ START_TEST(stretches_are_joined_and_a_long_run_still_finds_its_cut)
     play(0, 12); /* 1440 batches: both are joined several times */
     ck_assert_double_gt(f.tally->batches.at.batch, 1.5 * f.tally->tick);
     fixture_finish(&f, 12);
-    ck_assert_double_ge(f.tally->at.begin, 0.35);
-    ck_assert_double_le(f.tally->at.begin, 1.2); /* a stretch is up to a 12th of the run */
-    ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.tally->at.duration / 2e-4,
+    ck_assert_double_ge(f.results->begin, 0.35);
+    ck_assert_double_le(f.results->begin, 1.2); /* a stretch is up to a 12th of the run */
+    ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.results->duration / 2e-4,
                             1.01);
-    mill_tally_free(f.tally);
+    fixture_free(&f);
 }
 END_TEST
 

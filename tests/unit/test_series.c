@@ -18,15 +18,14 @@ static void book(struct mill_world *world, int k)
 static void run_on(struct fixture *f, struct mill_observer *series, double until)
 {
     while (series->next <= until) {
-        ck_assert_int_eq(series->sample(series, &f->world, series->next, NULL), MILL_OK);
+        ck_assert_int_eq(series->type->sample(series, &f->world, series->next, NULL), MILL_OK);
         book(&f->world, 1);
     }
 }
 
 static void close_all(struct mill_h5 *file, struct mill_observer *series)
 {
-    ck_assert_int_eq(mill_series_finish(series, NULL), MILL_OK);
-    mill_series_free(series);
+    series->type->free(series);
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
 }
 
@@ -35,8 +34,8 @@ static void run(struct fixture *f)
     struct mill_h5 *file;
     struct mill_observer *series;
     ck_assert_int_eq(mill_h5_create(f->path, MILL_H5_NEW, &file, NULL), MILL_OK);
-    ck_assert_int_eq(mill_series_create(file, &f->deck, &f->world, &series, NULL), MILL_OK);
-    run_on(f, series, f->deck.time);
+    series = make_writer(&mill_series_type, f, file, NULL);
+    run_on(f, series, f->asked.end);
     close_all(file, series);
 }
 
@@ -114,7 +113,7 @@ START_TEST(a_run_taken_up_again_leaves_the_same_rows)
     struct fixture f;
     struct mill_h5 *file;
     struct mill_observer *series;
-    struct mill_series_state state;
+    struct kept state;
     struct mill_account books;
     hsize_t dims[1];
     double *straight, *resumed;
@@ -123,22 +122,23 @@ START_TEST(a_run_taken_up_again_leaves_the_same_rows)
     straight = look(f.path, AT "rotor_torque/value", 1, dims);
     memset(&f.world.account, 0, sizeof f.world.account);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
-    mill_series_create(file, &f.deck, &f.world, &series, NULL);
+    series = make_writer(&mill_series_type, &f, file, NULL);
     run_on(&f, series, 0.123);
-    mill_series_save(series, &state);
+    save_writer(series, &state);
     books = f.world.account;
     run_on(&f, series, 0.2); /* lost: after the checkpoint */
     close_all(file, series);
     f.world.account = books;
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
-    ck_assert_int_eq(mill_series_resume(file, &f.deck, &f.world, &state, &series, NULL), MILL_OK);
-    run_on(&f, series, f.deck.time);
+    series = make_writer(&mill_series_type, &f, file, &state);
+    run_on(&f, series, f.asked.end);
     close_all(file, series);
     resumed = look(f.path, AT "rotor_torque/value", 1, dims);
     ck_assert_uint_eq(dims[0], 31);
     ck_assert_mem_eq(straight, resumed, 31 * sizeof *straight);
     free(straight);
     free(resumed);
+    kept_free(&state);
     unlink(f.path);
 }
 END_TEST

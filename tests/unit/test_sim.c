@@ -121,10 +121,66 @@ static enum mill_status refuse(struct mill_observer *o, const struct mill_impact
     return mill_error_set(error, MILL_FAILED, "disk full");
 }
 
-START_TEST(an_observer_that_fails_ends_the_run_with_its_own_message)
+static enum mill_status have_enough(struct mill_observer *o, const struct mill_impact *impact,
+                                    struct mill_error *error)
+{
+    (void)o;
+    return impact->kind == MILL_BALL_DRUM ? mill_error_set(error, MILL_ENDED, "a drum") : MILL_OK;
+}
+
+/* Between the two stands the one that ends it. */
+START_TEST(a_run_that_an_observer_ends_is_told_to_all_and_can_go_on)
+{
+    static const struct mill_observer_type type = {.impact = have_enough};
+    struct mill_observer o = {&type, INFINITY};
+    struct bench b, plain;
+    struct witness before, after;
+    bench_open(&b, mills[0], NULL);
+    witness_join(&before, &b, INFINITY);
+    ck_assert_int_eq(mill_sim_observe(b.sim, &o), MILL_OK);
+    witness_join(&after, &b, INFINITY);
+    ck_assert_int_eq(mill_sim_run(b.sim, 1.0, NO_LIMIT, NULL, &b.error), MILL_ENDED);
+    ck_assert_str_eq(b.error.text, "a drum");
+    ck_assert_uint_eq(before.impacts[MILL_BALL_DRUM], 1);
+    ck_assert_uint_eq(after.impacts[MILL_BALL_DRUM], 1);
+    ck_assert(mill_sim_time(b.sim) == after.last);
+    bench_open(&plain, mills[0], NULL);
+    bench_run(&plain, 0.02);
+    while (mill_sim_run(b.sim, 0.02, NO_LIMIT, NULL, &b.error) == MILL_ENDED)
+        continue;
+    runs_are_alike(&plain, &b);
+    bench_close(&plain);
+    bench_close(&b);
+}
+END_TEST
+
+START_TEST(impulse_and_slip_are_those_of_the_impact)
 {
     struct bench b;
-    struct mill_observer o = {INFINITY, refuse, NULL};
+    struct witness w;
+    bench_open(&b, mills[0], NULL);
+    witness_join(&w, &b, INFINITY);
+    for (int k = 0; k < 2000; k++) {
+        const struct mill_impact last = w.impact;
+        ck_assert_int_eq(mill_sim_run(b.sim, 1.0, 1, NULL, &b.error), MILL_OK);
+        if (w.impact.time == last.time)
+            continue;
+        const struct mill_impact *i = &w.impact;
+        ck_assert_double_eq_tol(vec3_norm(i->slip), i->tangential_speed,
+                                1e-12 + 1e-9 * i->tangential_speed);
+        ck_assert(fabs(vec3_dot(i->slip, i->normal)) < 1e-12);
+        ck_assert(vec3_dot(i->impulse, i->normal) > 0.0);  /* pushes the ball away */
+        ck_assert(vec3_dot(i->impulse, i->slip) <= 1e-15); /* friction goes against the slip */
+    }
+    bench_close(&b);
+}
+END_TEST
+
+START_TEST(an_observer_that_fails_ends_the_run_with_its_own_message)
+{
+    static const struct mill_observer_type type = {.impact = refuse};
+    struct bench b;
+    struct mill_observer o = {&type, INFINITY};
     bench_open(&b, mills[0], NULL);
     ck_assert_int_eq(mill_sim_observe(b.sim, &o), MILL_OK);
     ck_assert_int_eq(mill_sim_run(b.sim, 1.0, NO_LIMIT, NULL, &b.error), MILL_FAILED);
@@ -307,6 +363,8 @@ int main(void)
     tcase_add_loop_test(tests, looking_ahead_changes_nothing, 0, MILLS);
     tcase_add_test(tests, a_large_gas_keeps_its_energy_and_nothing_overlaps);
     tcase_add_test(tests, a_run_stopped_by_a_signal_goes_on_as_if_nothing_had_happened);
+    tcase_add_test(tests, a_run_that_an_observer_ends_is_told_to_all_and_can_go_on);
+    tcase_add_test(tests, impulse_and_slip_are_those_of_the_impact);
     tcase_add_test(tests, an_observer_that_fails_ends_the_run_with_its_own_message);
     tcase_add_test(tests, collisions_of_balls_conserve_momentum_and_angular_momentum);
     tcase_add_test(tests, energy_of_a_free_flight_only_changes_its_form);

@@ -3,25 +3,27 @@
 #include "mill_fixture.h"
 
 static struct fixture f;
-static struct mill_summary_facts facts;
+static struct mill_facts facts;
 static char *text;
 
 static void setup(void)
 {
     fixture_init(&f);
-    facts = (struct mill_summary_facts){.wall = 3.4,
-                                        .cpu = 3.2,
-                                        .peak_memory = 34e6,
-                                        .time_reached = 1.5,
-                                        .version = "0.1",
-                                        .deck = "input/simoloyer.ini",
-                                        .output = "simoloyer.h5"};
+    facts = (struct mill_facts){.status = "complete",
+                                .cost = {.wall = 3.4, .cpu = 3.2},
+                                .peak_memory = 34e6,
+                                .time = 1.5,
+                                .local = 1.5,
+                                .end = 1.5,
+                                .version = "0.1",
+                                .deck = "input/simoloyer.ini",
+                                .output = "simoloyer.h5"};
     text = NULL;
 }
 
 static void teardown(void)
 {
-    mill_tally_free(f.tally);
+    fixture_free(&f);
     free(text);
 }
 
@@ -37,7 +39,7 @@ static void run_mill(void)
     }
     for (int i = 0; i < FIXTURE_BALLS; i++)
         f.ball[i].v.x = 1;
-    fixture_finish(&f, 1.5);
+    fixture_wait(&f, 1.5);
 }
 
 static const char *printed(bool json)
@@ -45,11 +47,10 @@ static const char *printed(bool json)
     size_t size;
     FILE *out;
     free(text);
+    fixture_wait(&f, facts.time);
+    const struct mill_observers observers = {1, {&f.tally->observer}};
     out = open_memstream(&text, &size);
-    if (json)
-        mill_summary_json(out, &f.deck, &f.world, f.tally, &facts);
-    else
-        mill_summary_print(out, &f.deck, &f.world, f.tally, &facts);
+    ck_assert_int_eq(mill_summary_write(out, json, &f.world, &observers, &facts, NULL), MILL_OK);
     fclose(out);
     return text;
 }
@@ -124,10 +125,9 @@ END_TEST
 
 START_TEST(the_table_says_why_there_is_no_standard_error)
 {
-    f.deck.time = 0.65;
-    facts.time_reached = 0.65;
+    f.asked.end = 0.65;
+    facts.time = facts.local = 0.65;
     fixture_create(&f);
-    fixture_finish(&f, 0.65);
     assert_holds(printed(false), "(1 whole revolution: too few for an error)");
 }
 END_TEST
@@ -151,6 +151,25 @@ START_TEST(anomalies_are_counted_by_what_they_are)
 }
 END_TEST
 
+START_TEST(control_characters_of_file_names_do_not_reach_the_terminal)
+{
+    facts.deck = "a\033[31mred\n.ini";
+    facts.output = "b\033]0;title\007.h5";
+    run_mill();
+    assert_holds(printed(false), "output             b?]0;title?.h5\n");
+    assert_holds(text, "\nmillsim 0.1 a?[31mred?.ini: 1.5 s");
+}
+END_TEST
+
+START_TEST(an_energy_that_is_no_number_is_an_anomaly)
+{
+    run_mill();
+    f.world.account.rotor_work = (double)NAN;
+    assert_holds(printed(false), "anomalies          energies that are no numbers: 1\n");
+    assert_holds(text, ", 1 anomalies\n");
+}
+END_TEST
+
 START_TEST(the_last_line_says_it_all)
 {
     run_mill();
@@ -171,7 +190,7 @@ START_TEST(the_table_fits_100_columns_with_every_note_and_large_numbers)
         f.tally->impacts[kind].normal.slot[900].dissipation = 123456.789;
         f.tally->at.at_close.floored[kind] = f.tally->at.at_close.collisions[kind];
     }
-    facts.stopped = true;
+    facts.status = "stopped";
     const char *table = printed(false);
     assert_holds(table, "note: stopped at 1.5 s");
     assert_holds(table, "note: ball_ball has friction and a restitution of 0.5");
@@ -183,9 +202,8 @@ END_TEST
 START_TEST(a_run_stopped_before_the_window_has_a_summary)
 {
     fixture_create(&f);
-    facts.time_reached = 0.2;
-    facts.stopped = true;
-    fixture_finish(&f, 0.2);
+    facts.time = facts.local = 0.2;
+    facts.status = "stopped";
     assert_holds(printed(false), "nothing was sampled");
     assert_lacks(text, "nan");
     assert_fits(text);
@@ -212,7 +230,6 @@ static void run_ring(double speed, double along, uint64_t blade)
     fixture_wait(&f, 1.45);
     f.world.account.collisions[MILL_BALL_DRUM] += 1000;
     f.world.account.collisions[MILL_BALL_BLADE] += blade;
-    fixture_finish(&f, 1.5);
 }
 
 START_TEST(a_ring_that_the_rotor_does_not_touch_is_noted_with_its_speed)
@@ -307,7 +324,7 @@ START_TEST(json_groups_are_balanced_and_members_separated)
 {
     int depth = 0;
     run_mill();
-    facts.stopped = true; /* a note */
+    facts.status = "stopped"; /* a note */
     for (const char *p = printed(true); *p; p++) {
         depth += *p == '{' || *p == '[';
         depth -= *p == '}' || *p == ']';
@@ -332,6 +349,8 @@ static Suite *make_suite(void)
     tcase_add_test(tests, the_table_says_why_there_is_no_standard_error);
     tcase_add_test(tests, without_anomalies_it_says_none);
     tcase_add_test(tests, anomalies_are_counted_by_what_they_are);
+    tcase_add_test(tests, control_characters_of_file_names_do_not_reach_the_terminal);
+    tcase_add_test(tests, an_energy_that_is_no_number_is_an_anomaly);
     tcase_add_test(tests, the_last_line_says_it_all);
     tcase_add_test(tests, the_table_fits_100_columns_with_every_note_and_large_numbers);
     tcase_add_test(tests, a_run_stopped_before_the_window_has_a_summary);

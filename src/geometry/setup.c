@@ -1,0 +1,19 @@
+/* Faults of a setup in words. */
+#include "millsim/setup.h"
+
+#include <assert.h>
+
+const char *mill_setup_fault_text(enum mill_fault_code code)
+{
+    static const char *const text[] = {
+        [MILL_FAULT_NONE] = "no fault",
+        [MILL_FAULT_MEMORY] = "out of memory for the mill and its balls",
+        [MILL_FAULT_NUMBER] = "a number of the mill is out of range",
+        [MILL_FAULT_SPEED] = "a ball starts faster than light",
+        [MILL_FAULT_BALL_IN_SHAPE] = "a ball starts within a surface",
+        [MILL_FAULT_BALL_IN_BALL] = "two balls overlap at the start",
+        [MILL_FAULT_NO_ROOM] = "the balls do not fit",
+    };
+    assert((unsigned)code < sizeof text / sizeof *text);
+    return text[code];
+}

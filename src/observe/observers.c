@@ -1,0 +1,107 @@
+/* The list of all observers, and what is done to each of them in turn. */
+#include "observe/observers.h"
+
+#include "observe/frames.h"
+#include "observe/impactlog.h"
+#include "observe/series.h"
+#include "observe/tally.h"
+
+#include <assert.h>
+
+/* In the order in which the loop calls them */
+static const struct mill_observer_type *const types[] = {
+    &mill_tally_type,
+    &mill_frames_type,
+    &mill_series_type,
+    &mill_impactlog_type,
+};
+
+enum mill_status mill_observers_create(const struct mill_observe *asked,
+                                       const struct mill_world *world,
+                                       struct mill_observers *observers, struct mill_error *error)
+{
+    const size_t count = sizeof types / sizeof *types;
+    assert(count <= MILL_OBSERVERS);
+    *observers = (struct mill_observers){0};
+    for (size_t k = 0; k < count; k++) {
+        struct mill_observer *one = NULL;
+        const enum mill_status status = types[k]->create(asked, world, &one, error);
+        if (status != MILL_OK)
+            return status;
+        if (one)
+            observers->each[observers->count++] = one;
+    }
+    return MILL_OK;
+}
+
+void mill_observers_free(struct mill_observers *observers)
+{
+    for (int k = 0; k < observers->count; k++)
+        observers->each[k]->type->free(observers->each[k]);
+    observers->count = 0;
+}
+
+void mill_observers_state(const struct mill_observers *observers, struct mill_state *state,
+                          void (*name)(struct mill_state *state, const char *name))
+{
+    for (int k = 0; k < observers->count; k++) {
+        struct mill_observer *one = observers->each[k];
+        if (!one->type->state)
+            continue;
+        name(state, one->type->name);
+        one->type->state(one, state);
+    }
+}
+
+enum mill_status mill_observers_open(const struct mill_observers *observers, struct mill_h5 *file,
+                                     struct mill_sim *sim, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    for (int k = 0; k < observers->count && status == MILL_OK; k++) {
+        struct mill_observer *one = observers->each[k];
+        if (one->type->open)
+            one->type->open(one, file, mill_sim_world(sim));
+        status = mill_sim_observe(sim, one);
+    }
+    return status == MILL_OK ? mill_h5_status(file, error) : status;
+}
+
+void mill_observers_flush(const struct mill_observers *observers)
+{
+    for (int k = 0; k < observers->count; k++)
+        if (observers->each[k]->type->flush)
+            observers->each[k]->type->flush(observers->each[k]);
+}
+
+enum mill_status mill_observers_results(const struct mill_observers *observers,
+                                        const struct mill_world *world, double t,
+                                        struct mill_sink *sink, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    for (int k = 0; k < observers->count && status == MILL_OK; k++) {
+        const struct mill_observer *one = observers->each[k];
+        if (one->type->results)
+            status = one->type->results(one, world, t, sink, error);
+    }
+    return status;
+}
+
+bool mill_observers_finish(const struct mill_observers *observers, const struct mill_world *world,
+                           const struct mill_going *going)
+{
+    for (int k = 0; k < observers->count; k++) {
+        struct mill_observer *one = observers->each[k];
+        if (one->type->finish && !one->type->finish(one, world, going))
+            return false;
+    }
+    return true;
+}
+
+struct mill_observer *mill_observers_find(const struct mill_observers *observers,
+                                          const struct mill_observer_type *type)
+{
+    for (int k = 0; k < observers->count; k++)
+        if (observers->each[k]->type == type)
+            return observers->each[k];
+    return NULL;
+}

@@ -1,0 +1,66 @@
+"""libmillsim: the engine as other programs use it."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FOREIGN = re.compile(r"\b(H5\w+|gsl_\w+|ut_\w+|ini_\w+|cv_\w+)")
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """What `make install` puts into an empty prefix."""
+    prefix = tmp_path_factory.mktemp("prefix")
+    command = ["make", "-C", ROOT, "--no-print-directory", "install", f"PREFIX={prefix}"]
+    subprocess.run(command, check=True, capture_output=True)
+    return prefix
+
+
+def flags(prefix):
+    """What pkg-config says of the installed library."""
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig")}
+    command = ["pkg-config", "--cflags", "--libs", "millsim"]
+    return subprocess.run(
+        command, check=True, capture_output=True, text=True, env=environment
+    ).stdout.split()
+
+
+def test_the_example_builds_from_what_is_installed_and_counts_impacts(installed, tmp_path):
+    program = tmp_path / "impacts"
+    source = shutil.copy(ROOT / "examples" / "impacts.c", tmp_path)
+    warnings = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run(["cc", *warnings, source, *flags(installed), "-o", program], check=True)
+    said = subprocess.run([program], check=True, capture_output=True, text=True).stdout
+    found = re.fullmatch(
+        r"0\.5 s: (\d+) impacts, (\d+) of them at 1 m/s or more; the rotor has done ([\d.]+) J\n",
+        said,
+    )
+    assert found, said
+    impacts, hard, work = int(found[1]), int(found[2]), float(found[3])
+    assert 10_000 < impacts < 1_000_000
+    assert 0 < hard < impacts
+    assert work > 0
+
+
+def test_every_public_header_compiles_alone(installed, tmp_path):
+    headers = sorted((installed / "include" / "millsim").glob("*.h"))
+    assert len(headers) > 8
+    for header in headers:
+        source = tmp_path / "alone.c"
+        source.write_text(f"#include <millsim/{header.name}>\nint nothing;\n")
+        command = ["cc", "-std=c99", "-pedantic", "-Wall", "-Werror", "-fsyntax-only"]
+        subprocess.run([*command, f"-I{installed}/include", source], check=True)
+
+
+def test_the_library_needs_no_library_of_files_units_or_statistics(installed):
+    archive = installed / "lib" / "libmillsim.a"
+    symbols = subprocess.run(
+        ["nm", "--undefined-only", archive], check=True, capture_output=True, text=True
+    ).stdout
+    assert "fmod" in symbols  # it needs the C library alone
+    assert not FOREIGN.findall(symbols)
