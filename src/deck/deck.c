@@ -1,9 +1,8 @@
-/* The deck's public face: read, fault, print, free. Work is split by question: deck_line.c and
+/* The deck's public face: read, print, free. Work is split by question: deck_line.c and
  * deck_text.c what stands in the file, deck_table.c what may, deck_value.c text and numbers,
  * deck_fill.c the struct, deck_check.c what does not fit together. */
 #include "deck/deck_private.h"
 
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,27 +42,6 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck);
 }
 
-enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
-                                 const char *section, const char *key, const char *format, ...)
-{
-    char what[512], named[120];
-    const struct mill_deck_section *place = mill_deck_text_section(deck->text, section);
-    const struct mill_deck_entry *entry = key ? mill_deck_text_entry(place, key) : NULL;
-    const struct mill_key *row = key ? mill_deck_table_key(section, key) : NULL;
-    struct mill_deck_origin origin = {.line = 0};
-    if (place)
-        origin = entry ? entry->origin : place->origin;
-    if (row && !entry && row->preset)
-        snprintf(named, sizeof named, "%s (default %s)", key, row->preset);
-    else
-        snprintf(named, sizeof named, "%s", key ? key : "");
-    va_list list;
-    va_start(list, format);
-    vsnprintf(what, sizeof what, format, list);
-    va_end(list);
-    return mill_deck_text_refuse(deck->text, origin, section, key ? named : NULL, what, error);
-}
-
 struct page {
     FILE *out;
     const char *section; /* the one being printed */
@@ -87,17 +65,6 @@ void mill_deck_print(const struct mill_deck *deck, FILE *out)
     struct page page = {.out = out, .section = ""};
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
-}
-
-struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
-{
-    return (struct mill_setup_drum){
-        .radius = deck->drum_radius,
-        .length = deck->drum_length,
-        .buckles = deck->wavy ? (int)deck->buckles : 0,
-        .buckle_height = deck->wavy ? deck->buckle_height : 0.0,
-        .buckle_angle = deck->wavy ? deck->buckle_angle : 0.0,
-    };
 }
 
 const char *mill_deck_file(const struct mill_deck *deck)

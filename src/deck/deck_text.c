@@ -2,6 +2,8 @@
 #include "deck/deck_private.h"
 
 #include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,6 +57,27 @@ struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *sec
         if (strcmp(section->entry[i].key, key) == 0)
             return &section->entry[i];
     return NULL;
+}
+
+enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
+                                 const char *section, const char *key, const char *format, ...)
+{
+    char what[512], named[120];
+    const struct mill_deck_section *place = mill_deck_text_section(deck->text, section);
+    const struct mill_deck_entry *entry = key ? mill_deck_text_entry(place, key) : NULL;
+    const struct mill_key *row = key ? mill_deck_table_key(section, key) : NULL;
+    struct mill_deck_origin origin = {.line = 0};
+    if (place)
+        origin = entry ? entry->origin : place->origin;
+    if (row && !entry && row->preset)
+        snprintf(named, sizeof named, "%s (default %s)", key, row->preset);
+    else
+        snprintf(named, sizeof named, "%s", key ? key : "");
+    va_list list;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    return mill_deck_text_refuse(deck->text, origin, section, key ? named : NULL, what, error);
 }
 
 void mill_deck_text_free(struct mill_deck_text *text)
