@@ -63,7 +63,7 @@ static void warn_of_frames(const struct mill_deck *deck, void (*warn)(const char
     if (frames_of(deck) <= MANY_FRAMES)
         return;
     mill_deck_fault(deck, &line, "output", "frames",
-                    "%.3g frames until %g s take %.3g GB; expected a longer interval",
+                    "%.3g frames until %g s take %.3g GB; consider a longer interval",
                     frames_of(deck), deck->time, size_of_frames(deck));
     warn(line.text);
 }

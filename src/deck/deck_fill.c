@@ -118,8 +118,8 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
 {
     const struct mill_deck_text *text = deck->text;
     const size_t most = (size_t)deck->blades.count + (size_t)text->sections;
-    assert(most <=
-           INT16_MAX - 4); /* the engine counts surfaces so far: drum, walls, shaft, these */
+    /* the engine numbers surfaces so far: drum, end walls, shaft and these */
+    assert(most <= INT16_MAX - 4);
     deck->shape = calloc(most + 1, sizeof *deck->shape);
     if (!deck->shape || !spread_blades(deck))
         return no_memory(error);

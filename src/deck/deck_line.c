@@ -49,7 +49,7 @@ static enum mill_deck_line_kind split_section(struct mill_deck_line *line)
     if (!end)
         return wrong(line, "the closing ']' of the section is missing");
     if (end[1])
-        return wrong(line, "unexpected text behind the ']' of the section");
+        return wrong(line, "unexpected text after the ']' of the section");
     *end = '\0';
     return MILL_DECK_LINE_SECTION;
 }
@@ -69,7 +69,7 @@ static enum mill_deck_line_kind unquote(struct mill_deck_line *line)
     const bool apart = !*rest || is_space(*rest);
     strip_comment(rest);
     if (!apart || *mill_deck_line_trim(rest))
-        return wrong(line, "unexpected text behind the closing '\"' of the value");
+        return wrong(line, "unexpected text after the closing '\"' of the value");
     *out = '\0';
     line->quoted = true;
     return MILL_DECK_LINE_KEY;

@@ -296,9 +296,9 @@ def test_a_key_before_the_first_section_is_refused(refused, write_deck):
         ("radius", "expected '[section]' or 'key = value', got 'radius'"),
         ("= 5 mm", "there is no key in front of '='"),
         ("[output", "the closing ']' of the section is missing"),
-        ("[output] series = 1 ms", "unexpected text behind the ']' of the section"),
+        ("[output] series = 1 ms", "unexpected text after the ']' of the section"),
         ('start = "half', "the closing '\"' of the value is missing"),
-        ('start = "a" b', "unexpected text behind the closing '\"' of the value"),
+        ('start = "a" b', "unexpected text after the closing '\"' of the value"),
     ],
 )
 def test_a_line_that_is_no_deck_line_is_refused(refused, write_deck, line, words):
