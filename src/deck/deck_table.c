@@ -1,7 +1,7 @@
 /* What may stand in a deck: every section with its keys, each with type, SI unit, range, default,
  * meaning and place in a struct. Reading, checking, printing and the messages all work from these
  * tables, in their order; those of the shapes stand beside the shapes. A wrong name is answered
- * with the nearest right one (edit distance with transpositions: Damerau 1964, restricted form). */
+ * with the nearest right one. */
 #include "deck/deck_private.h"
 
 #include "geometry/shapes.h"
@@ -226,47 +226,33 @@ const struct mill_key *mill_deck_table_key(const char *title, const char *name)
     return NULL;
 }
 
-static int least(int a, int b, int c)
-{
-    const int ab = a < b ? a : b;
-    return ab < c ? ab : c;
-}
-
 static char lower(char c)
 {
     return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
 }
 
-/* Edits (a letter more, less, other, or two swapped) from one word to the other, case aside. */
-static int edits(const char *a, const char *b)
+/* Do so many edits (a letter more, less, other, or two swapped) make b of a, case aside? */
+static bool is_near(const char *a, const char *b, int edits)
 {
-    enum { LONGEST = 32 };
-    int d[LONGEST + 1][LONGEST + 1];
-    const int m = (int)strlen(a), n = (int)strlen(b);
-    if (m > LONGEST || n > LONGEST)
-        return 2 * LONGEST;
-    for (int i = 0; i <= m; i++) {
-        for (int j = 0; j <= n; j++) {
-            if (i == 0 || j == 0) {
-                d[i][j] = i + j;
-                continue;
-            }
-            const int same = lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1;
-            d[i][j] = least(d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + same);
-            if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) &&
-                lower(a[i - 2]) == lower(b[j - 1]))
-                d[i][j] = least(d[i][j], d[i - 2][j - 2] + same, d[i][j]);
-        }
-    }
-    return d[m][n];
+    for (; *a && lower(*a) == lower(*b); a++)
+        b++;
+    if (!*a && !*b)
+        return true;
+    const bool both = *a && *b;
+    const bool swapped = both && lower(a[0]) == lower(b[1]) && lower(a[1]) == lower(b[0]);
+    return edits > 0 &&
+           ((both && is_near(a + 1, b + 1, edits - 1)) || (*a && is_near(a + 1, b, edits - 1)) ||
+            (*b && is_near(a, b + 1, edits - 1)) || (swapped && is_near(a + 2, b + 2, edits - 1)));
 }
 
-/* More edits than a third of the word and it is no longer a slip of the finger. */
-static bool near(int distance, const char *word)
+/* More edits than a third of the word are no slip of the finger. */
+static int most_edits(const char *word)
 {
     const int third = (int)strlen(word) / 3;
-    return distance <= (third > 1 ? third : 1);
+    return third > 1 ? third : 1;
 }
+
+enum { MOST_EDITS = 8 };
 
 /* "run", "balls.NAME" */
 static void name_block(const struct mill_deck_block *block, const char *name, char out[40])
@@ -277,44 +263,36 @@ static void name_block(const struct mill_deck_block *block, const char *name, ch
 void mill_deck_table_suggest_section(const char *title, char *hint, size_t size)
 {
     const char *dot = strchr(title, '.');
-    char stem[40], word[40], best[40] = "", wanted[40] = "";
-    int fewest = 1000;
-    snprintf(stem, sizeof stem, "%.*s", dot ? (int)(dot - title) + 1 : 39, title);
+    char stem[40], word[40];
     struct mill_deck_block block;
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        name_block(&block, "", word);
-        const int distance = edits(stem, word);
-        if (distance < fewest) {
-            fewest = distance;
-            name_block(&block, "", best);
-            name_block(&block, "NAME", wanted);
+    snprintf(stem, sizeof stem, "%.*s", dot ? (int)(dot - title) + 1 : 39, title);
+    hint[0] = '\0';
+    for (int n = 0; n < MOST_EDITS && !hint[0]; n++) {
+        for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++) {
+            name_block(&block, "", word);
+            if (n > most_edits(word) || !is_near(stem, word, n))
+                continue;
+            name_block(&block, "NAME", word);
+            snprintf(hint, size, "; did you mean [%s]?", word);
         }
     }
-    hint[0] = '\0';
-    if (near(fewest, best))
-        snprintf(hint, size, "; did you mean [%s]?", wanted);
 }
 
 void mill_deck_table_suggest_key(const char *title, const char *name, char *hint, size_t size)
 {
-    const char *best = NULL;
-    char place[40] = "";
-    int fewest = 1000;
+    char place[40];
     struct mill_deck_block block;
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        for (const struct mill_key *key = block.key; key->name; key++) {
-            const int distance = edits(name, key->name);
-            if (mill_deck_table_belongs(&block, title, NULL) && distance < fewest) {
-                fewest = distance;
-                best = key->name;
-            }
-            if (!place[0] && strcmp(key->name, name) == 0)
-                name_block(&block, "NAME", place);
-        }
-    }
     hint[0] = '\0';
-    if (best && near(fewest, best))
-        snprintf(hint, size, "; did you mean '%s'?", best);
-    else if (place[0])
-        snprintf(hint, size, "; '%s' belongs to [%s]", name, place);
+    for (int n = 0; n < MOST_EDITS && !hint[0]; n++)
+        for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++)
+            for (const struct mill_key *key = block.key; !hint[0] && key->name; key++)
+                if (mill_deck_table_belongs(&block, title, NULL) && n <= most_edits(key->name) &&
+                    is_near(name, key->name, n))
+                    snprintf(hint, size, "; did you mean '%s'?", key->name);
+    for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++)
+        for (const struct mill_key *key = block.key; !hint[0] && key->name; key++)
+            if (strcmp(key->name, name) == 0) {
+                name_block(&block, "NAME", place);
+                snprintf(hint, size, "; '%s' belongs to [%s]", name, place);
+            }
 }
