@@ -1,4 +1,4 @@
-/* The deck's public face: read, print, free. Work is split by question: deck_line.c and
+/* The deck's public face: read, print, free. Work is split by question: deck_parse.c and
  * deck_text.c what stands in the file, deck_table.c what may, deck_value.c text and numbers,
  * deck_fill.c the struct, deck_check.c what does not fit together. */
 #include "deck/deck_private.h"

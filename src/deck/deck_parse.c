@@ -1,9 +1,13 @@
 /* From the deck's file and the command line's overrides to sections and entries, each of which
- * knows where it came from. Section titles, keys and repetitions are checked on the way, so a
- * message names the first wrong line of the file. */
+ * knows where it came from. A line is a section's title, or a key and its value, which are cut out
+ * of the file's bytes. Comments start with # or ; at the beginning or after white space. A value in
+ * double quotes (a file name with " #" in it) is kept whole; "" inside stands for one ". Section
+ * titles, keys and repetitions are checked on the way, so a message names the first wrong line of
+ * the file. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -17,6 +21,11 @@ struct reading {
     struct mill_deck_origin origin;
     struct mill_error *error;
 };
+
+static bool is_control(char c)
+{
+    return (unsigned char)c < 32 || c == 127;
+}
 
 /* Room for one more item behind `count`: grows at powers of two. NULL: no memory, items still
  * valid. */
@@ -135,48 +144,133 @@ static enum mill_status add_entry(const struct reading *reading, struct mill_dec
     return MILL_OK;
 }
 
-static enum mill_status read_lines(struct reading *reading, size_t size)
+static bool is_space(char c)
 {
-    struct mill_deck_section *section = NULL;
-    struct mill_deck_line line = {.rest = reading->text->bytes, .end = reading->text->bytes + size};
-    enum mill_status status = MILL_OK;
-    while (status == MILL_OK) {
-        const enum mill_deck_line_kind kind = mill_deck_line_next(&line);
-        reading->origin.line = line.number;
-        switch (kind) {
-        case MILL_DECK_LINE_END:
-            return MILL_OK;
-        case MILL_DECK_LINE_EMPTY:
-            break;
-        case MILL_DECK_LINE_WRONG:
-            return refuse(reading, NULL, NULL, "%s", line.wrong);
-        case MILL_DECK_LINE_SECTION:
-            section = mill_deck_text_section(reading->text, line.key);
-            status = section ? refuse(reading, line.key, NULL,
-                                      "the section is given twice (first in line %d)",
-                                      section->origin.line)
-                             : open_section(reading, line.key, &section);
-            break;
-        case MILL_DECK_LINE_KEY:
-            status = section ? add_entry(reading, section, line.key, line.value, line.quoted)
-                             : refuse(reading, NULL, line.key, "stands before the first [section]");
-            break;
-        }
+    return c == ' ' || c == '\t';
+}
+
+/* Does a comment begin here? */
+static bool is_comment(const char *text, size_t at)
+{
+    return (text[at] == '#' || text[at] == ';') && (at == 0 || is_space(text[at - 1]));
+}
+
+static void strip_comment(char *text)
+{
+    size_t length = 0;
+    while (text[length] && !is_comment(text, length))
+        length++;
+    text[length] = '\0';
+}
+
+/* Cuts white space off the end of text, and returns where it begins behind white space. */
+static char *trim(char *text)
+{
+    size_t length = strlen(text);
+    while (length > 0 && is_space(text[length - 1]))
+        length--;
+    text[length] = '\0';
+    return text + strspn(text, " \t");
+}
+
+/* Takes the quotes off a value. NULL, or what is wrong with them */
+static const char *unquote(char *value)
+{
+    char *out = value, *p = value + 1;
+    assert(*value == '"');
+    while (*p && (*p != '"' || p[1] == '"')) {
+        p += *p == '"';
+        *out++ = *p++;
     }
-    return status;
+    if (*p != '"')
+        return "the closing '\"' of the value is missing";
+    char *rest = p + 1;
+    const bool apart = !*rest || is_space(*rest);
+    strip_comment(rest);
+    if (!apart || *trim(rest))
+        return "unexpected text after the closing '\"' of the value";
+    *out = '\0';
+    return NULL;
+}
+
+/* line: from its '[' on */
+static enum mill_status read_title(const struct reading *reading, char *line,
+                                   struct mill_deck_section **section)
+{
+    strip_comment(line);
+    char *title = trim(line) + 1, *end = strchr(title, ']');
+    if (!end || end[1])
+        return refuse(reading, NULL, NULL,
+                      end ? "unexpected text after the ']' of the section"
+                          : "the closing ']' of the section is missing");
+    *end = '\0';
+    *section = mill_deck_text_section(reading->text, title);
+    return *section ? refuse(reading, title, NULL, "the section is given twice (first in line %d)",
+                             (*section)->origin.line)
+                    : open_section(reading, title, section);
+}
+
+static enum mill_status read_entry(const struct reading *reading, char *line,
+                                   struct mill_deck_section *section)
+{
+    char *equals = strpbrk(line, "=:");
+    const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
+    if (!quoted) {
+        strip_comment(line);
+        equals = strpbrk(line, "=:");
+    }
+    if (!equals)
+        return refuse(reading, NULL, NULL, "expected '[section]' or 'key = value', got '%.60s'",
+                      trim(line));
+    *equals = '\0';
+    char *key = trim(line), *value = trim(equals + 1);
+    const char *wrong = quoted ? unquote(value) : NULL;
+    if (wrong)
+        return refuse(reading, NULL, NULL, "%s", wrong);
+    return section ? add_entry(reading, section, key, value, quoted)
+                   : refuse(reading, NULL, key, "stands before the first [section]");
+}
+
+/* A line of `length` bytes, behind which there is room for a zero */
+static enum mill_status read_line(const struct reading *reading, char *line, size_t length,
+                                  struct mill_deck_section **section)
+{
+    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
+    length -= length > 0 && line[length - 1] == '\r';
+    line[length] = '\0';
+    for (size_t i = 0; i < length; i++)
+        if (is_control(line[i]) && line[i] != '\t')
+            return refuse(reading, NULL, NULL,
+                          "holds the control character 0x%02x: a deck is plain text",
+                          (unsigned)line[i]);
+    if (reading->origin.line == 1 && strncmp(line, mark, 3) == 0)
+        line += 3;
+    line += strspn(line, " \t");
+    if (!*line || is_comment(line, 0))
+        return MILL_OK;
+    return *line == '[' ? read_title(reading, line, section) : read_entry(reading, line, *section);
 }
 
 static enum mill_status read_file(struct reading *reading)
 {
     const char *wrong, *name = mill_deck_text_tail(reading->text->file, 400);
     size_t size;
-    reading->text->bytes = mill_textfile_read(reading->text->file, LARGEST, &size, &wrong);
-    if (!reading->text->bytes)
+    char *bytes = mill_textfile_read(reading->text->file, LARGEST, &size, &wrong);
+    reading->text->bytes = bytes;
+    if (!bytes)
         return wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
                      : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
                                       name, strerror(errno));
-    const enum mill_status status = read_lines(reading, size);
-    if (status == MILL_OK && reading->text->sections == 0)
+    struct mill_deck_section *section = NULL;
+    enum mill_status status = MILL_OK;
+    for (char *line = bytes, *end = bytes + size; status == MILL_OK && line < end;) {
+        char *newline = memchr(line, '\n', (size_t)(end - line));
+        const size_t length = (size_t)((newline ? newline : end) - line);
+        reading->origin.line++;
+        status = read_line(reading, line, length, &section);
+        line += length + 1;
+    }
+    if (status == MILL_OK && !section)
         return mill_error_set(
             reading->error, MILL_BAD_DECK,
             "%.400s: the deck is empty: expected sections such as [run] and [drum]", name);
@@ -187,7 +281,7 @@ static enum mill_status read_file(struct reading *reading)
 static enum mill_status apply_override(const struct reading *reading, char *copy)
 {
     for (const char *p = copy; *p; p++)
-        if ((unsigned char)*p < 32 || *p == 127)
+        if (is_control(*p))
             return refuse(reading, NULL, NULL, "holds a control character");
     char *value = strchr(copy, '='), *key = NULL;
     if (value) {
@@ -200,8 +294,7 @@ static enum mill_status apply_override(const struct reading *reading, char *copy
     *key++ = '\0';
     struct mill_deck_section *section = mill_deck_text_section(reading->text, copy);
     const enum mill_status status = section ? MILL_OK : open_section(reading, copy, &section);
-    return status == MILL_OK ? add_entry(reading, section, key, mill_deck_line_trim(value), false)
-                             : status;
+    return status == MILL_OK ? add_entry(reading, section, key, trim(value), false) : status;
 }
 
 static enum mill_status add_defaults(const struct reading *reading)
@@ -241,4 +334,26 @@ enum mill_status mill_deck_parse(const char *path, int count, const char *const 
     else
         mill_deck_text_free(made);
     return status;
+}
+
+void mill_deck_parse_quote(const char *value, char *out, size_t size)
+{
+    const size_t length = strlen(value);
+    assert(size >= 2 * length + 3);
+    bool needed =
+        length == 0 || value[0] == '"' || is_space(value[0]) || is_space(value[length - 1]);
+    for (size_t i = 0; i < length; i++)
+        needed = needed || is_comment(value, i);
+    if (!needed) {
+        snprintf(out, size, "%s", value);
+        return;
+    }
+    *out++ = '"';
+    for (const char *p = value; *p; p++) {
+        if (*p == '"')
+            *out++ = '"';
+        *out++ = *p;
+    }
+    *out++ = '"';
+    *out = '\0';
 }

@@ -84,8 +84,8 @@ struct mill_deck_section *mill_deck_text_next(const struct mill_deck_text *text,
 struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
                                              const char *key);
 
-/* Sets "FILE:LINE: [title] key: what", "FILE: ..." or "--set SECTION.KEY=VALUE: ..."; title and key
- * may be NULL. Returns MILL_BAD_DECK. */
+/* Sets "FILE:LINE: [title] key: what", "FILE: ...", "--set SECTION.KEY=VALUE: ..." or, without a
+ * file, "--value ..."; title and key may be NULL. Returns MILL_BAD_DECK. */
 enum mill_status mill_deck_text_refuse(const struct mill_deck_text *text,
                                        struct mill_deck_origin origin, const char *title,
                                        const char *key, const char *what, struct mill_error *error);
@@ -100,32 +100,8 @@ const char *mill_deck_text_tail(const char *text, size_t longest);
 enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
                                  struct mill_deck_text **text, struct mill_error *error);
 
-/* ---- one line of the file (deck_line.c) ---- */
-
-enum mill_deck_line_kind {
-    MILL_DECK_LINE_EMPTY,
-    MILL_DECK_LINE_SECTION, /* key: the title */
-    MILL_DECK_LINE_KEY,     /* key and value */
-    MILL_DECK_LINE_WRONG,   /* wrong: what is wrong */
-    MILL_DECK_LINE_END
-};
-
-struct mill_deck_line {
-    char *rest, *end;  /* of the file's bytes; *end may be written */
-    int number;        /* from 1 */
-    char *key, *value; /* cut out of the bytes */
-    bool quoted;       /* the value was, and its quotes are removed */
-    char wrong[160];
-};
-
-/* Cuts up the next line, comments and outer white space removed. Start with number = 0. */
-enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line);
-
-/* Cuts white space off the end of text, and returns where it begins behind white space. */
-char *mill_deck_line_trim(char *text);
-
-/* Writes `value` such that a deck line holding it reads back the same: in quotes where need be. */
-void mill_deck_line_quote(const char *value, char *out, size_t size);
+/* Writes `value` such that a line holding it reads back the same: in quotes where need be. */
+void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* ---- values (deck_value.c) ---- */
 

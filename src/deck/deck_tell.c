@@ -15,16 +15,6 @@ union value {
     char *file;
 };
 
-/* The overrides come by --set elsewhere, and their messages say so. */
-static enum mill_status name_option(enum mill_status status, struct mill_error *error)
-{
-    static const char set[] = "--set ";
-    struct mill_error said = *error;
-    if (strncmp(said.text, set, sizeof set - 1) != 0)
-        return status;
-    return mill_error_set(error, status, "--value %s", said.text + sizeof set - 1);
-}
-
 static void print(const struct mill_deck_section *section, const struct mill_key *key,
                   const union value *value, FILE *out)
 {
@@ -76,5 +66,5 @@ enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
     for (int i = 0; i < count && status == MILL_OK; i++)
         status = tell(units, values[i], out, error);
     mill_units_free(units);
-    return status == MILL_OK ? status : name_option(status, error);
+    return status;
 }

@@ -20,7 +20,7 @@ enum mill_status mill_deck_text_refuse(const struct mill_deck_text *text,
     char where[360];
     const char *file = mill_deck_text_tail(text->file, 240);
     if (origin.override)
-        snprintf(where, sizeof where, "--set %.240s", origin.override);
+        snprintf(where, sizeof where, "--%s %.240s", *file ? "set" : "value", origin.override);
     else if (origin.line > 0)
         snprintf(where, sizeof where, "%s:%d", file, origin.line);
     else

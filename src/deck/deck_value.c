@@ -284,7 +284,7 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         break;
     case MILL_KEY_FILE:
         if (*(char *const *)where)
-            mill_deck_line_quote(*(char *const *)where, out, size);
+            mill_deck_parse_quote(*(char *const *)where, out, size);
         else
             snprintf(out, size, "%s", key->words);
         break;
