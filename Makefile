@@ -28,9 +28,9 @@ WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wundef 
         -Wdouble-promotion $(if $(WERROR),-Werror) $(WARN_$(MODE))
 # no contraction, no fast-math: the same deck gives the same bits
 FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -fno-math-errno $(CFLAGS_$(MODE)) $(CFLAGS)
-ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 inih 2>/dev/null)
+ALL_CFLAGS := $(FLAGS) $(WARN) -Iinclude -Isrc $(shell pkg-config --cflags gsl hdf5 2>/dev/null)
 ALL_LDFLAGS := $(LDFLAGS_$(MODE)) $(LDFLAGS)
-LDLIBS := $(shell pkg-config --libs gsl hdf5 inih 2>/dev/null) -ludunits2 -lm
+LDLIBS := $(shell pkg-config --libs gsl hdf5 2>/dev/null) -ludunits2 -lm
 
 LIB := $(filter-out $(BUILD)/src/app/main.o,$(patsubst %.c,$(BUILD)/%.o,$(wildcard src/*/*.c)))
 UNIT := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/unit/test_*.c))
@@ -234,7 +234,7 @@ pictures:
 	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
 	for f in flow speeds axial-rate; do ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 
-# The engine alone: what another program links, with no need of HDF5, inih, UDUNITS or GSL
+# The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
 ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))
 $(BUILD)/libmillsim.a: $(ENGINE)
 	$(Q)rm -f $@; ar rc $@ $^

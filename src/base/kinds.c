@@ -1,5 +1,7 @@
-/* Names of the contact kinds: one list for decks, files and tables. */
 #include "millsim/kinds.h"
 
-const char *const mill_kind_name[MILL_KINDS] = {"ball_ball", "ball_drum", "ball_wall", "ball_shaft",
-                                                "ball_blade"};
+#define NAME(number, name, partner) [number] = name,
+#define PARTNER(number, name, partner) [number] = partner,
+
+const char *const mill_kind_name[MILL_KINDS] = {MILL_KIND_LIST(NAME)};
+const char *const mill_kinds_partner[MILL_KINDS] = {MILL_KIND_LIST(PARTNER)};

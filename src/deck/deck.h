@@ -4,10 +4,8 @@
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
-#include "millsim/impact.h"
-#include "millsim/kinds.h"
+#include "millsim/setup.h"
 #include "millsim/status.h"
-#include "millsim/vec3.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -15,21 +13,27 @@
 #define MILL_NAME_LENGTH 64
 
 struct mill_deck_balls {
-    char name[MILL_NAME_LENGTH]; /* NAME of [balls.NAME]; "balls" for the plain section */
+    const char *section; /* "balls", "balls.NAME" */
+    const char *name;    /* NAME; "balls" for the plain section */
     long count;
     double fill;     /* of the drum's volume, as given instead of the count; 0: it was not */
     double diameter; /* [m] */
     double density;  /* [kg/m^3] */
 };
 
-struct mill_deck_blade {
-    char name[MILL_NAME_LENGTH]; /* NAME of [blade.NAME]; "1", "2", ... for those of [blades] */
-    double position;             /* [m] x of its centre */
-    double angle;                /* [rad] in the rotor's frame, from +y towards +z */
-    double tip_radius;           /* [m] */
-    double width;                /* [m] along the axis before pitching */
-    double thickness;            /* [m] around the axis before pitching */
-    double pitch;                /* [rad] */
+/* [blades]: equal ones, spread evenly along the drum and around the rotor */
+struct mill_deck_blades {
+    long count;             /* 0: there is no such section */
+    double angle_step;      /* [rad] */
+    struct mill_blade form; /* of all; place and angle follow from their number */
+};
+
+/* A shape within the drum, beside the shaft */
+struct mill_deck_shape {
+    const struct mill_shape_type *type;
+    const char *section; /* "blades", "blade.NAME" */
+    const void *form;    /* the struct of numbers that the type takes */
+    int number;          /* which of its type, from 0 */
 };
 
 struct mill_deck_text; /* the entries as read: section, key, value, line */
@@ -40,23 +44,28 @@ struct mill_deck {
     bool sample_found;     /* sample_from is to be found: run.precision is given and it is not */
     double precision;      /* relative standard error that ends the run; 0: none does */
     double max_collisions; /* that end the run; 0: no number does */
-    unsigned long seed;
-    vec3 gravity; /* [m/s^2] */
-    int kinds;    /* of balls */
+    long seed;
+    vec3 gravity;                 /* [m/s^2] */
+    struct mill_deck_balls alike; /* [balls], where all are of one kind */
+    int kinds;                    /* of balls */
     struct mill_deck_balls *balls;
+    int64_t all;  /* balls of all kinds */
     char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
     double speed; /* [m/s] of every ball, random start only */
     double drum_radius, drum_length; /* [m] */
     bool wavy;                       /* the drum; else it is a circle, without buckles */
     long buckles;
-    double buckle_height; /* [m] the wall lies between drum_radius less and more that */
+    double buckle_height; /* [m] the wall lies between drum_radius - that and drum_radius + that */
     double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
     bool rotor;
     double rotor_speed;  /* [rad/s], positive turns about +x */
     double shaft_radius; /* [m] 0 = no shaft */
     double rotor_angle;  /* [rad] at t = 0 */
-    int blades;          /* those of [blades] first, then the [blade.NAME] in their order */
-    struct mill_deck_blade *blade;
+    struct mill_deck_blades blades;
+    struct mill_blade *blade; /* the forms of these */
+    int shapes;               /* those of [blades] first, then the [TYPE.NAME] in their order */
+    struct mill_deck_shape *shape;
+    struct mill_law general; /* [contact], for kinds that do not say otherwise */
     struct mill_law law[MILL_KINDS];
     double rebound_floor; /* [m/s] */
     double frames;        /* [s] 0 = none */
@@ -67,18 +76,17 @@ struct mill_deck {
     struct mill_deck_text *text;
 };
 
-/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. NULL and
- * a filled error on failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be
- * read or no memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the
- * caller. */
+/* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. The
+ * strings are kept by the caller, for as long as the deck is used. NULL and a filled error on
+ * failure (MILL_BAD_DECK for a wrong deck, MILL_FAILED for a file that cannot be read or no
+ * memory). Warnings, one line each, are handed to `warn` (may be NULL). Owner: the caller. */
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), struct mill_deck **deck,
                                 struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
-/* How far the drum's wall gets from the axis, and how near it comes [m]. */
-double mill_deck_drum_reach(const struct mill_deck *deck);
-double mill_deck_drum_bore(const struct mill_deck *deck);
+/* The drum in numbers; a circle has no buckles, and these no height. */
+struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
 
 /* The deck's file as its user named it. */
 const char *mill_deck_file(const struct mill_deck *deck);
@@ -101,7 +109,7 @@ void mill_deck_each(const struct mill_deck *deck,
  * to the same bits, its SI unit ("1": a plain number), what the key means, and the words of a
  * choice ("circle|wavy"). Values are checked one by one, not against each other. The first wrong
  * one ends it with MILL_BAD_DECK. */
-enum mill_status mill_deck_tell(int count, const char *const *orders, FILE *out,
+enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error);
 
 /* Prints the full deck, itself a deck. */

@@ -1,23 +1,27 @@
-/* What no single key can tell: do times fit together, do balls, shaft and blades fit into the drum?
- * A blade is a box from the axis to tip_radius, turned by its pitch about its radial mid-line, so
- * it is (w |cos p| + t |sin p|) long along the axis and (w |sin p| + t |cos p|) wide around it, and
- * its corners reach further out than tip_radius. */
+/* What no single key can tell: do times fit together, do balls, shaft and shapes fit into the drum?
+ */
 #include "deck/deck_private.h"
 
 #include "base/elementary.h"
 #include "base/profile.h"
+#include "geometry/shapes.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static const double most_samples = 1e8;
-static const double rounding =
-    1e-12; /* of the drum's length: blades may just touch the end walls */
-static const double least_diameter = 1e-9; /* [m] */
-static const double snug = 1e-11; /* of the drum's reach: wider than what wavy.c takes for equal */
-static const double densest =
-    0.7404804896930611; /* MILL_PI / sqrt(18): no packing of equal balls is denser */
+#define MOST_SAMPLES 1e8
+#define MOST_FRAMES 1e7
+#define MANY_FRAMES 1e5            /* more is hardly meant */
+#define FRAME_OF_BALL 36.0         /* [B] nine numbers of four bytes */
+#define SNUG 1e-11                 /* of the drum's reach: wider than what wavy.c takes for equal */
+#define DENSEST 0.7404804896930611 /* pi / sqrt(18): no packing of equal balls is denser */
+
+/* [m] How near the drum's wall comes to the axis */
+static double bore_of(const struct mill_deck *deck)
+{
+    return deck->drum_radius - mill_deck_drum(deck).buckle_height;
+}
 
 static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
 {
@@ -27,27 +31,47 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
     if (deck->max_collisions != floor(deck->max_collisions))
         return mill_deck_fault(deck, error, "run", "max_collisions",
                                "must be a whole number, got %.15g", deck->max_collisions);
-    if (deck->time / deck->series > most_samples)
+    if (deck->time / deck->series > MOST_SAMPLES)
         return mill_deck_fault(deck, error, "output", "series",
                                "too short: more than 1e8 samples until %g s", deck->time);
-    if (deck->frames > 0.0 && deck->time / deck->frames > most_samples)
-        return mill_deck_fault(deck, error, "output", "frames",
-                               "too short: more than 1e8 frames until %g s", deck->time);
     return MILL_OK;
+}
+
+static double frames_of(const struct mill_deck *deck)
+{
+    return deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
+}
+
+/* [GB] */
+static double size_of_frames(const struct mill_deck *deck)
+{
+    return 1e-9 * frames_of(deck) * (double)deck->all * FRAME_OF_BALL;
+}
+
+static enum mill_status check_frames(const struct mill_deck *deck, struct mill_error *error)
+{
+    if (frames_of(deck) <= MOST_FRAMES)
+        return MILL_OK;
+    return mill_deck_fault(deck, error, "output", "frames",
+                           "too short: more than 1e7 frames until %g s (%.3g GB of ball states)",
+                           deck->time, size_of_frames(deck));
+}
+
+static void warn_of_frames(const struct mill_deck *deck, void (*warn)(const char *line))
+{
+    struct mill_error line;
+    if (frames_of(deck) <= MANY_FRAMES)
+        return;
+    mill_deck_fault(deck, &line, "output", "frames",
+                    "%.3g frames until %g s take %.3g GB; consider a longer interval",
+                    frames_of(deck), deck->time, size_of_frames(deck));
+    warn(line.text);
 }
 
 static struct mill_profile profile_of(const struct mill_deck *deck)
 {
-    return mill_profile_make((int)deck->buckles, deck->drum_radius, deck->buckle_height, 0.0);
-}
-
-/* Of the drum, across its axis [m^2] */
-static double section_area(const struct mill_deck *deck)
-{
-    if (!deck->wavy)
-        return MILL_PI * deck->drum_radius * deck->drum_radius;
-    const struct mill_profile profile = profile_of(deck);
-    return mill_profile_area(&profile);
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    return mill_shapes_chamber(&drum).drum;
 }
 
 /* Buckles must leave each other room. Height and number are bounded by each other, so the message
@@ -55,7 +79,7 @@ static double section_area(const struct mill_deck *deck)
 static enum mill_status check_profile(const struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_profile profile = profile_of(deck);
-    if (mill_profile_is_sound(&profile))
+    if (!deck->wavy || mill_profile_is_sound(&profile))
         return MILL_OK;
     return mill_deck_fault(deck, error, "drum", "buckle_height",
                            "%ld buckles on a radius of %g m must be lower than %.4g m, or "
@@ -65,25 +89,13 @@ static enum mill_status check_profile(const struct mill_deck *deck, struct mill_
                            deck->buckle_height);
 }
 
-/* "balls" or "balls.NAME" */
-static void name_kind(const struct mill_deck *deck, int kind, char title[80])
-{
-    const bool mixture = mill_deck_text_section(deck->text, DECK_BALLS_NAME, NULL) != NULL;
-    snprintf(title, 80, "%s%s", mixture ? "balls." : "balls",
-             mixture ? deck->balls[kind].name : "");
-}
-
 static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
 {
-    const double bore = mill_deck_drum_bore(deck);
+    const double bore = bore_of(deck);
     const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
-    char title[80];
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
-        name_kind(deck, k, title);
-        if (d < least_diameter)
-            return mill_deck_fault(deck, error, title, "diameter",
-                                   "must be at least %g m, got %g m", least_diameter, d);
+        const char *title = deck->balls[k].section;
         /* one that just fits has no way to go: it would hit both sides for ever */
         if (d >= 2.0 * bore)
             return mill_deck_fault(deck, error, title, "diameter",
@@ -91,10 +103,10 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
                                    bore, between);
         /* it would touch all of an arc at once */
         if (deck->wavy && deck->buckle_height > 0.0 &&
-            fabs(d - 2.0 * profile_of(deck).arc) <= snug * mill_deck_drum_reach(deck))
+            fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
             return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m is just as wide as a buckle of the drum, and "
-                                   "stuck there: make it a little smaller or larger",
+                                   "a ball of %g m is exactly as wide as a buckle of the drum "
+                                   "and would stick there: make it a little smaller or larger",
                                    d);
         if (d >= deck->drum_length)
             return mill_deck_fault(deck, error, title, "diameter",
@@ -112,121 +124,61 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
 static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
 {
     const double shaft = deck->rotor ? deck->shaft_radius : 0.0;
-    const double room = (section_area(deck) - MILL_PI * shaft * shaft) * deck->drum_length;
+    const struct mill_profile drum = profile_of(deck);
+    const double room = (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->drum_length;
     double volume = 0.0;
     long total = 0;
-    char title[80];
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
+        const char *title = deck->balls[k].section;
         const char *amount = deck->balls[k].fill > 0 ? "fill" : "count";
-        name_kind(deck, k, title);
         total += deck->balls[k].count;
         if (total > MILL_DECK_MOST_BALLS)
             return mill_deck_fault(deck, error, title, amount, "more than %d balls in all",
                                    MILL_DECK_MOST_BALLS);
         volume += (double)deck->balls[k].count * MILL_PI / 6.0 * d * d * d;
-        if (volume > (deck->kinds == 1 ? densest : 1.0) * room)
+        if (volume > (deck->kinds == 1 ? DENSEST : 1.0) * room)
             return mill_deck_fault(deck, error, title, amount,
                                    "%ld balls do not fit: they fill %.3g litres of the drum's %.3g",
                                    total, 1e3 * volume, 1e3 * room);
     }
     if (deck->start && deck->speed != 0.0)
         return mill_deck_fault(deck, error, "balls", "speed",
-                               "is for a random start only; the start file holds its own speeds");
+                               "is for a random start only; the start file has its own speeds");
     return MILL_OK;
 }
 
-/* Largest distance of a blade's corner from the axis [m]. */
-static double blade_reach(const struct mill_deck_blade *blade)
+static struct mill_shape_fit fit_of(const struct mill_deck *deck,
+                                    const struct mill_deck_shape *shape)
 {
-    const double across = 0.5 * (blade->width * fabs(mill_elementary_sin(blade->pitch)) +
-                                 blade->thickness * fabs(mill_elementary_cos(blade->pitch)));
-    return sqrt(blade->tip_radius * blade->tip_radius + across * across);
+    return (struct mill_shape_fit){
+        .bore = bore_of(deck),
+        .wavy = deck->wavy,
+        .length = deck->drum_length,
+        .shaft_radius = deck->shaft_radius,
+        .spread = strcmp(shape->section, "blades") == 0,
+    };
 }
 
-/* Half of what the pitched blade takes along the axis [m]. */
-static double blade_along(const struct mill_deck_blade *blade)
+static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_error *error)
 {
-    return 0.5 * (blade->width * fabs(mill_elementary_cos(blade->pitch)) +
-                  blade->thickness * fabs(mill_elementary_sin(blade->pitch)));
-}
-
-static const char *less_buckles(const struct mill_deck *deck)
-{
-    return deck->wavy ? " less the height of its buckles" : "";
-}
-
-static enum mill_status check_blade(const struct mill_deck *deck, const char *title, int number,
-                                    struct mill_error *error)
-{
-    const struct mill_deck_blade *blade = &deck->blade[number];
-    const double reach = blade_reach(blade), bore = mill_deck_drum_bore(deck);
-    const double along = blade_along(blade);
-    const bool turned = mill_elementary_sin(blade->pitch) != 0.0;
-    if (blade->tip_radius <= deck->shaft_radius)
-        return mill_deck_fault(deck, error, title, "tip_radius",
-                               "must be greater than the shaft's radius, %g m, got %g m",
-                               deck->shaft_radius, blade->tip_radius);
-    if (blade->tip_radius >= bore)
-        return mill_deck_fault(deck, error, title, "tip_radius",
-                               "must be less than the drum's radius%s, %g m, got %g m",
-                               less_buckles(deck), bore, blade->tip_radius);
-    if (reach >= bore)
-        return mill_deck_fault(deck, error, title, "tip_radius",
-                               "the blade's corners reach %g m and stand out of the drum%s, %g m",
-                               reach, deck->wavy ? ", whose buckles come as near as" : "", bore);
-    if (fabs(blade->position) + along > (0.5 + rounding) * deck->drum_length)
-        return mill_deck_fault(
-            deck, error, title, strcmp(title, "blades") == 0 ? "width" : "position",
-            "blade %s reaches from x = %g m to %g m%s, out of the drum's "
-            "%g m to %g m",
-            blade->name, blade->position - along, blade->position + along,
-            turned ? " with its pitch" : "", -0.5 * deck->drum_length, 0.5 * deck->drum_length);
-    return MILL_OK;
-}
-
-/* "blades" or "blade.NAME" */
-static void name_blade(const struct mill_deck *deck, int number, char title[80])
-{
-    const bool single = number >= deck->text->blades.count;
-    snprintf(title, 80, "%s%s", single ? "blade." : "blades",
-             single ? deck->blade[number].name : "");
-}
-
-static enum mill_status check_rotor(const struct mill_deck *deck, struct mill_error *error)
-{
-    char title[80];
-    if (!deck->rotor && deck->blades > 0) {
-        name_blade(deck, 0, title);
-        return mill_deck_fault(deck, error, title, NULL,
-                               "blades need a section [rotor] that carries them");
-    }
-    if (deck->rotor && deck->shaft_radius >= mill_deck_drum_bore(deck))
+    char text[MILL_SHAPE_FAULT];
+    if (deck->rotor && deck->shaft_radius >= bore_of(deck))
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
-                               "must be less than the drum's radius%s, %g m", less_buckles(deck),
-                               mill_deck_drum_bore(deck));
-    for (int k = 0; k < deck->blades; k++) {
-        name_blade(deck, k, title);
-        const enum mill_status status = check_blade(deck, title, k, error);
-        if (status != MILL_OK)
-            return status;
+                               "must be less than the drum's radius%s, %g m",
+                               deck->wavy ? " less the height of its buckles" : "", bore_of(deck));
+    for (int k = 0; k < deck->shapes; k++) {
+        const struct mill_deck_shape *shape = &deck->shape[k];
+        const struct mill_shape_fit fit = fit_of(deck, shape);
+        if (shape->type->on_rotor && !deck->rotor)
+            return mill_deck_fault(deck, error, shape->section, NULL,
+                                   "%ss need a section [rotor] that carries them",
+                                   shape->type->name);
+        const char *key = shape->type->fault(shape->form, &fit, text);
+        if (key)
+            return mill_deck_fault(deck, error, shape->section, key, "%s", text);
     }
     return MILL_OK;
-}
-
-static void warn_of_gap(const struct mill_deck *deck, int number, const char *key,
-                        const char *where, double gap, double diameter,
-                        void (*warn)(const char *line))
-{
-    char title[80];
-    struct mill_error line;
-    name_blade(deck, number, title);
-    mill_deck_fault(deck, &line, title, key,
-                    "the gap of %.3g mm between blade and %s is %s a ball's diameter of %.3g mm: "
-                    "balls can be pinched in it",
-                    1e3 * gap, where, gap < diameter * (1.0 - 1e-9) ? "less than" : "just",
-                    1e3 * diameter);
-    warn(line.text);
 }
 
 /* Random balls are put wherever there is room. */
@@ -236,7 +188,7 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
     const struct mill_profile p = profile_of(deck);
     /* between the inner arcs on both sides of a buckle that overhangs */
     const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
-    if (p.half_outer <= 0.5 * MILL_PI || deck->start)
+    if (!deck->wavy || p.half_outer <= 0.5 * MILL_PI || deck->start)
         return;
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
@@ -252,43 +204,54 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
     }
 }
 
+static void warn_of_gap(const struct mill_deck *deck, const struct mill_deck_shape *shape,
+                        const char *key, const char *where, double gap, double diameter,
+                        void (*warn)(const char *line))
+{
+    struct mill_error line;
+    mill_deck_fault(deck, &line, shape->section, key,
+                    "the gap of %.3g mm between %s and %s %s a ball's diameter of %.3g mm: balls "
+                    "can be pinched in it",
+                    1e3 * gap, shape->type->name, where,
+                    gap < diameter * (1.0 - 1e-9) ? "is less than" : "equals", 1e3 * diameter);
+    warn(line.text);
+}
+
 /* One line for the equal blades, whose tips and outermost sides are alike; one for each single one.
  */
 static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *line))
 {
-    double diameter = 0.0;
+    double d = 0.0;
     for (int k = 0; k < deck->kinds; k++)
-        diameter = fmax(diameter, deck->balls[k].diameter);
-    for (int k = 0; k < deck->blades; k++) {
-        const struct mill_deck_blade *blade = &deck->blade[k];
-        const double tip = mill_deck_drum_bore(deck) - blade_reach(blade);
-        const double side = 0.5 * deck->drum_length - fabs(blade->position) - blade_along(blade);
-        const bool equal = k < deck->text->blades.count;
-        if (tip < diameter * (1.0 - 1e-9) && (k == 0 || !equal))
-            warn_of_gap(deck, k, "tip_radius", "drum", tip, diameter, warn);
-        /* a gap of nothing but rounding lets no ball in; one of a diameter and rounding pinches it
-         */
-        if (side > rounding * deck->drum_length && side <= diameter * (1.0 + 1e-9) &&
-            (k == 0 || !equal))
-            warn_of_gap(deck, k, equal ? "width" : "position", "end wall", side, diameter, warn);
+        d = fmax(d, deck->balls[k].diameter);
+    for (int k = 0; k < deck->shapes; k++) {
+        const struct mill_deck_shape *shape = &deck->shape[k];
+        const struct mill_shape_fit fit = fit_of(deck, shape);
+        if (!shape->type->gaps || (fit.spread && shape->number > 0))
+            continue;
+        const struct mill_shape_gaps gaps = shape->type->gaps(shape->form, &fit);
+        if (gaps.drum < d * (1.0 - 1e-9))
+            warn_of_gap(deck, shape, gaps.drum_key, "drum", gaps.drum, d, warn);
+        /* one of a diameter and rounding pinches a ball between flat faces */
+        if (gaps.wall > 0.0 && gaps.wall <= d * (1.0 + 1e-9))
+            warn_of_gap(deck, shape, gaps.wall_key, "end wall", gaps.wall, d, warn);
     }
 }
 
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error)
 {
-    enum mill_status status = check_times(deck, error);
-    if (status == MILL_OK && deck->wavy)
-        status = check_profile(deck, error);
-    if (status == MILL_OK)
-        status = check_rotor(deck, error);
-    if (status == MILL_OK)
-        status = check_sizes(deck, error);
-    if (status == MILL_OK)
-        status = check_amount(deck, error);
-    if (status == MILL_OK && warn && deck->wavy)
+    static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
+        check_times, check_profile, check_shapes, check_sizes, check_amount, check_frames};
+    for (size_t i = 0; i < sizeof check / sizeof *check; i++) {
+        const enum mill_status status = check[i](deck, error);
+        if (status != MILL_OK)
+            return status;
+    }
+    if (warn) {
+        warn_of_frames(deck, warn);
         warn_of_mouths(deck, warn);
-    if (status == MILL_OK && warn)
         warn_of_gaps(deck, warn);
-    return status;
+    }
+    return MILL_OK;
 }

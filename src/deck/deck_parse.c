@@ -1,32 +1,30 @@
 /* From the deck's file and the command line's overrides to sections and entries, each of which
- * knows where it came from. libinih splits the lines that deck_line.c hands it; since it asks for
- * one line at a time and reports an entry at once, the number of the line last handed out is the
- * entry's. Section titles, keys and repetitions are checked on the way, so a message names the
- * first wrong line of the file. */
+ * knows where it came from. A line is a section's title, or a key and its value, which are cut out
+ * of the file's bytes. Comments start with # or ; at the beginning or after white space. A value in
+ * double quotes (a file name with " #" in it) is kept whole; "" inside stands for one ". Section
+ * titles, keys and repetitions are checked on the way, so a message names the first wrong line of
+ * the file. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
+#include <assert.h>
 #include <errno.h>
-#include <ini.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SECTIONS = 10000, LONGEST_TITLE = 49 }; /* libinih cuts a title there */
+enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
+/* What is being read, and where it stands */
 struct reading {
-    FILE *file;
     struct mill_deck_text *text;
-    struct mill_deck_line line;
-    const char *order; /* the override at hand, or NULL */
-    struct mill_deck_section *section;
-    enum mill_status status;
+    struct mill_deck_origin origin;
     struct mill_error *error;
 };
 
-static char *copy(const char *text)
+static bool is_control(char c)
 {
-    char *made = malloc(strlen(text) + 1);
-    return made ? strcpy(made, text) : NULL;
+    return (unsigned char)c < 32 || c == 127;
 }
 
 /* Room for one more item behind `count`: grows at powers of two. NULL: no memory, items still
@@ -38,300 +36,324 @@ static void *extend(void *items, int count, size_t size)
     return realloc(items, (count ? 2 * (size_t)count : 1) * size);
 }
 
-static enum mill_status no_memory(struct reading *reading)
+static enum mill_status no_memory(const struct reading *reading)
 {
-    reading->status = mill_error_set(reading->error, MILL_FAILED, "out of memory");
-    return reading->status;
+    return mill_error_set(reading->error, MILL_FAILED, "out of memory");
 }
 
-/* "FILE:LINE: [title] key: what hint", title and key left out where NULL. */
-static enum mill_status refuse(struct reading *reading, const char *title, const char *key,
-                               const char *what, const char *hint)
+/* Title and key may be NULL. */
+static enum mill_status refuse(const struct reading *reading, const char *title, const char *key,
+                               const char *format, ...)
 {
-    char where[MILL_DECK_WHERE];
-    mill_deck_text_place(reading->text->file, reading->line.number, reading->order, where);
-    reading->status =
-        mill_error_set(reading->error, MILL_BAD_DECK, "%s: %s%.60s%s%.60s%s%s%s", where,
-                       title ? "[" : "", title ? title : "", title ? (key ? "] " : "]: ") : "",
-                       key ? key : "", key ? ": " : "", what, hint);
-    return reading->status;
+    char what[400];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    return mill_deck_text_refuse(reading->text, reading->origin, title, key, what, reading->error);
 }
 
-static bool good_name(const char *name)
+/* Of a section [contact.KIND] */
+static enum mill_status check_contact(const struct reading *reading, const char *title,
+                                      const char *name)
+{
+    char names[40 * MILL_KINDS] = "";
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        if (strcmp(name, mill_kind_name[kind]) == 0)
+            return MILL_OK;
+        strcat(strcat(names, kind > 0 ? ", " : ""), mill_kind_name[kind]);
+    }
+    return refuse(reading, title, NULL, "unknown kind of contact; there are %s", names);
+}
+
+/* [title] may be a section. */
+static enum mill_status check_title(const struct reading *reading, const char *title)
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    return *name && !strchr("-+.", *name) && name[strspn(name, allowed)] == '\0';
-}
-
-static bool kind_name(const char *name)
-{
-    int kind = 0;
-    while (kind < MILL_KINDS && strcmp(name, mill_kind_name[kind]) != 0)
-        kind++;
-    return kind < MILL_KINDS;
-}
-
-/* false and refused: no such section may be. */
-static bool check_title(struct reading *reading, const char *title, enum mill_deck_part *part)
-{
-    char hint[160] = "";
-    const char *name = "";
-    if (strlen(title) > LONGEST_TITLE) {
-        refuse(reading, title, NULL, "the section's name is longer than 49 characters", "");
-        return false;
-    }
-    *part = mill_deck_table_part(title, &name);
-    if (*part == DECK_PARTS) {
+    char hint[160];
+    const char *name = NULL;
+    struct mill_deck_block block;
+    for (int i = 0; !name && mill_deck_table_block(i, &block); i++)
+        mill_deck_table_belongs(&block, title, &name);
+    if (!name) {
         mill_deck_table_suggest_section(title, hint, sizeof hint);
-        refuse(reading, title, NULL, "unknown section", hint);
-        return false;
+        return refuse(reading, title, NULL, "unknown section%s", hint);
     }
-    if (*part == DECK_CONTACT_KIND && !kind_name(name)) {
-        refuse(reading, title, NULL, "unknown kind of contact; there are ball_ball, ball_drum, ",
-               "ball_wall, ball_shaft and ball_blade");
-        return false;
-    }
-    if ((*part == DECK_BALLS_NAME || *part == DECK_BLADE_NAME) && !good_name(name)) {
-        refuse(reading, title, NULL,
-               "a name is made of letters, digits and _ and, behind these, -+.", "");
-        return false;
-    }
-    return true;
+    if (!block.named)
+        return MILL_OK;
+    if (strcmp(block.title, "contact") == 0)
+        return check_contact(reading, title, name);
+    if (strlen(name) >= MILL_NAME_LENGTH)
+        return refuse(reading, title, NULL, "the name is longer than 63 characters");
+    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)])
+        return refuse(reading, title, NULL,
+                      "a name consists of letters, digits, '_', '-', '+' and '.', and begins with "
+                      "one of the first three");
+    return MILL_OK;
 }
 
-/* Makes the section `title` the current one; a new one is added. */
-static void open_section(struct reading *reading, const char *title)
+static enum mill_status add_section(const struct reading *reading, const char *title,
+                                    struct mill_deck_section **section)
 {
     struct mill_deck_text *text = reading->text;
-    enum mill_deck_part part = DECK_PARTS;
-    if (!check_title(reading, title, &part))
-        return;
-    if (text->sections == MOST_SECTIONS) {
-        refuse(reading, title, NULL, "there are more than 10000 sections", "");
-        return;
-    }
     struct mill_deck_section *more = extend(text->section, text->sections, sizeof *more);
-    if (!more) {
-        no_memory(reading);
-        return;
-    }
+    if (!more)
+        return no_memory(reading);
     text->section = more;
-    struct mill_deck_section *made = &text->section[text->sections];
-    *made = (struct mill_deck_section){0};
-    made->title = copy(title);
-    made->part = part;
-    made->line = reading->order ? 0 : reading->line.number;
-    made->order = reading->order;
-    if (!made->title) {
-        no_memory(reading);
-        return;
-    }
-    mill_deck_table_part(made->title, &made->name);
+    *section = &text->section[text->sections];
+    **section = (struct mill_deck_section){.title = title, .origin = reading->origin};
     text->sections++;
-    reading->section = made;
+    return MILL_OK;
 }
 
-static void open_section_line(struct reading *reading)
+static enum mill_status open_section(const struct reading *reading, const char *title,
+                                     struct mill_deck_section **section)
 {
-    char title[MILL_DECK_LINE], hint[60];
-    const size_t length = strlen(reading->line.text) - 2;
-    memcpy(title, reading->line.text + 1, length);
-    title[length] = '\0';
-    const struct mill_deck_section *old = mill_deck_text_section(reading->text, DECK_PARTS, title);
-    if (old) {
-        snprintf(hint, sizeof hint, " (first in line %d)", old->line);
-        refuse(reading, title, NULL, "the section is there twice", hint);
-        return;
-    }
-    open_section(reading, title);
+    const enum mill_status status = check_title(reading, title);
+    if (status != MILL_OK)
+        return status;
+    if (reading->text->sections == MOST_SECTIONS)
+        return refuse(reading, title, NULL, "there are more than 10000 sections");
+    return add_section(reading, title, section);
 }
 
-/* Adds key = value to the current section, or replaces the value there when an override says so. */
-static void add_entry(struct reading *reading, const char *key, const char *value, bool quoted)
+/* Adds key = value to the section, or replaces the value there when an override says so. */
+static enum mill_status add_entry(const struct reading *reading, struct mill_deck_section *section,
+                                  const char *key, const char *value, bool quoted)
 {
-    struct mill_deck_section *section = reading->section;
     char hint[160];
-    if (!mill_deck_table_key(section->part, key)) {
-        mill_deck_table_suggest_key(section->part, key, hint, sizeof hint);
-        refuse(reading, section->title, key,
-               *key ? "unknown key" : "there is no key in front of '='", hint);
-        return;
+    if (!mill_deck_table_key(section->title, key)) {
+        mill_deck_table_suggest_key(section->title, key, hint, sizeof hint);
+        return refuse(reading, section->title, key,
+                      *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
-    struct mill_deck_entry *entry = NULL;
-    for (int i = 0; i < section->entries; i++)
-        if (strcmp(section->entry[i].key, key) == 0)
-            entry = &section->entry[i];
-    if (entry && !reading->order) {
-        snprintf(hint, sizeof hint, " (first in line %d)", entry->line);
-        refuse(reading, section->title, key, "the key is there twice", hint);
-        return;
-    }
+    struct mill_deck_entry *entry = mill_deck_text_entry(section, key);
+    if (entry && !reading->origin.override)
+        return refuse(reading, section->title, key, "the key is given twice (first in line %d)",
+                      entry->origin.line);
     if (!entry) {
         struct mill_deck_entry *more = extend(section->entry, section->entries, sizeof *more);
-        if (!more) {
-            no_memory(reading);
-            return;
-        }
+        if (!more)
+            return no_memory(reading);
         section->entry = more;
         entry = &section->entry[section->entries++];
-        *entry = (struct mill_deck_entry){0};
-        entry->key = copy(key);
     }
-    free(entry->value);
-    entry->value = copy(value);
-    entry->quoted = quoted;
-    entry->line = reading->order ? 0 : reading->line.number;
-    entry->order = reading->order;
-    if (!entry->key || !entry->value)
-        no_memory(reading);
+    *entry = (struct mill_deck_entry){
+        .key = key, .value = value, .quoted = quoted, .origin = reading->origin};
+    return MILL_OK;
 }
 
-/* libinih's reader: the next line that says something, or NULL at the end and after a fault. */
-static char *hand_line(char *room, int size, void *self)
+static bool is_space(char c)
 {
-    struct reading *reading = self;
-    struct mill_deck_line *line = &reading->line;
-    while (reading->status == MILL_OK) {
-        switch (mill_deck_line_next(line, reading->file)) {
-        case MILL_DECK_LINE_END:
-            return NULL;
-        case MILL_DECK_LINE_FAILED:
-            reading->status =
-                mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
-                               mill_deck_text_tail(reading->text->file, 400), strerror(errno));
-            return NULL;
-        case MILL_DECK_LINE_WRONG:
-            refuse(reading, NULL, NULL, line->wrong, "");
-            return NULL;
-        case MILL_DECK_LINE_EMPTY:
-            continue;
-        case MILL_DECK_LINE_SECTION:
-            open_section_line(reading);
-            break;
-        case MILL_DECK_LINE_KEY:
-            break;
-        }
-        if (reading->status == MILL_OK && strlen(line->text) < (size_t)size)
-            return strcpy(room, line->text);
-        if (reading->status == MILL_OK)
-            refuse(reading, NULL, NULL,
-                   "the line is longer than 199 characters; put a long file name ",
-                   "in double quotes");
+    return c == ' ' || c == '\t';
+}
+
+/* Does a comment begin here? */
+static bool is_comment(const char *text, size_t at)
+{
+    return (text[at] == '#' || text[at] == ';') && (at == 0 || is_space(text[at - 1]));
+}
+
+static void strip_comment(char *text)
+{
+    size_t length = 0;
+    while (text[length] && !is_comment(text, length))
+        length++;
+    text[length] = '\0';
+}
+
+/* Cuts white space off the end of text, and returns where it begins behind white space. */
+static char *trim(char *text)
+{
+    size_t length = strlen(text);
+    while (length > 0 && is_space(text[length - 1]))
+        length--;
+    text[length] = '\0';
+    return text + strspn(text, " \t");
+}
+
+/* Takes the quotes off a value. NULL, or what is wrong with them */
+static const char *unquote(char *value)
+{
+    char *out = value, *p = value + 1;
+    assert(*value == '"');
+    while (*p && (*p != '"' || p[1] == '"')) {
+        p += *p == '"';
+        *out++ = *p++;
     }
+    if (*p != '"')
+        return "the closing '\"' of the value is missing";
+    char *rest = p + 1;
+    const bool apart = !*rest || is_space(*rest);
+    strip_comment(rest);
+    if (!apart || *trim(rest))
+        return "unexpected text after the closing '\"' of the value";
+    *out = '\0';
     return NULL;
 }
 
-static int take_entry(void *self, const char *section, const char *key, const char *value)
+/* line: from its '[' on */
+static enum mill_status read_title(const struct reading *reading, char *line,
+                                   struct mill_deck_section **section)
 {
-    struct reading *reading = self;
-    if (reading->status != MILL_OK)
-        return 0;
-    reading->section = mill_deck_text_section(reading->text, DECK_PARTS, section);
-    if (!reading->section)
-        refuse(reading, NULL, key, "stands before the first [section]", "");
-    else
-        add_entry(reading, key, reading->line.quoted ? reading->line.value : value,
-                  reading->line.quoted);
-    return reading->status == MILL_OK;
+    strip_comment(line);
+    char *title = trim(line) + 1, *end = strchr(title, ']');
+    if (!end || end[1])
+        return refuse(reading, NULL, NULL,
+                      end ? "unexpected text after the ']' of the section"
+                          : "the closing ']' of the section is missing");
+    *end = '\0';
+    *section = mill_deck_text_section(reading->text, title);
+    return *section ? refuse(reading, title, NULL, "the section is given twice (first in line %d)",
+                             (*section)->origin.line)
+                    : open_section(reading, title, section);
 }
 
-static void read_file(struct reading *reading, const char *path)
+static enum mill_status read_entry(const struct reading *reading, char *line,
+                                   struct mill_deck_section *section)
 {
-    const char *wrong, *name = mill_deck_text_tail(path, 400);
-    reading->file = mill_textfile_open(path, &wrong);
-    if (!reading->file) {
-        reading->status =
-            wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
-                  : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s", name,
-                                   strerror(errno));
-        return;
+    char *equals = strpbrk(line, "=:");
+    const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
+    if (!quoted) {
+        strip_comment(line);
+        equals = strpbrk(line, "=:");
     }
-    const int line = ini_parse_stream(hand_line, reading, take_entry, reading);
-    fclose(reading->file);
-    if (reading->status == MILL_OK && line != 0)
-        refuse(reading, NULL, NULL, "expected '[section]' or 'key = value'", "");
-    if (reading->status == MILL_OK && reading->text->sections == 0)
-        reading->status = mill_error_set(
+    if (!equals)
+        return refuse(reading, NULL, NULL, "expected '[section]' or 'key = value', got '%.60s'",
+                      trim(line));
+    *equals = '\0';
+    char *key = trim(line), *value = trim(equals + 1);
+    const char *wrong = quoted ? unquote(value) : NULL;
+    if (wrong)
+        return refuse(reading, NULL, NULL, "%s", wrong);
+    return section ? add_entry(reading, section, key, value, quoted)
+                   : refuse(reading, NULL, key, "stands before the first [section]");
+}
+
+/* A line of `length` bytes, behind which there is room for a zero */
+static enum mill_status read_line(const struct reading *reading, char *line, size_t length,
+                                  struct mill_deck_section **section)
+{
+    static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
+    length -= length > 0 && line[length - 1] == '\r';
+    line[length] = '\0';
+    for (size_t i = 0; i < length; i++)
+        if (is_control(line[i]) && line[i] != '\t')
+            return refuse(reading, NULL, NULL,
+                          "holds the control character 0x%02x: a deck is plain text",
+                          (unsigned)line[i]);
+    if (reading->origin.line == 1 && strncmp(line, mark, 3) == 0)
+        line += 3;
+    line += strspn(line, " \t");
+    if (!*line || is_comment(line, 0))
+        return MILL_OK;
+    return *line == '[' ? read_title(reading, line, section) : read_entry(reading, line, *section);
+}
+
+static enum mill_status read_file(struct reading *reading)
+{
+    const char *wrong, *name = mill_deck_text_tail(reading->text->file, 400);
+    size_t size;
+    char *bytes = mill_textfile_read(reading->text->file, LARGEST, &size, &wrong);
+    reading->text->bytes = bytes;
+    if (!bytes)
+        return wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
+                     : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
+                                      name, strerror(errno));
+    struct mill_deck_section *section = NULL;
+    enum mill_status status = MILL_OK;
+    for (char *line = bytes, *end = bytes + size; status == MILL_OK && line < end;) {
+        char *newline = memchr(line, '\n', (size_t)(end - line));
+        const size_t length = (size_t)((newline ? newline : end) - line);
+        reading->origin.line++;
+        status = read_line(reading, line, length, &section);
+        line += length + 1;
+    }
+    if (status == MILL_OK && !section)
+        return mill_error_set(
             reading->error, MILL_BAD_DECK,
             "%.400s: the deck is empty: expected sections such as [run] and [drum]", name);
+    return status;
 }
 
-/* SECTION.KEY=VALUE; SECTION may hold dots itself. */
-static void apply_order(struct reading *reading, const char *order)
+/* SECTION.KEY=VALUE; SECTION may hold dots itself. copy: of the override, to be cut up */
+static enum mill_status apply_override(const struct reading *reading, char *copy)
 {
-    reading->order = order;
-    const char *equals = strchr(order, '=');
-    const char *dot = equals;
-    while (dot && dot > order && *dot != '.')
-        dot--;
-    if (!equals || dot == order) {
-        refuse(reading, NULL, NULL, "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'",
-               "");
-        return;
+    for (const char *p = copy; *p; p++)
+        if (is_control(*p))
+            return refuse(reading, NULL, NULL, "holds a control character");
+    char *value = strchr(copy, '='), *key = NULL;
+    if (value) {
+        *value++ = '\0';
+        key = strrchr(copy, '.');
     }
-    char title[64], key[64];
-    if (dot - order >= (long)sizeof title || equals - dot > (long)sizeof key) {
-        refuse(reading, NULL, NULL, "the name of the section or key is too long", "");
-        return;
-    }
-    snprintf(title, sizeof title, "%.*s", (int)(dot - order), order);
-    snprintf(key, sizeof key, "%.*s", (int)(equals - dot - 1), dot + 1);
-    for (const char *p = order; *p; p++) {
-        if ((unsigned char)*p < 32 || *p == 127) {
-            refuse(reading, NULL, NULL, "holds a control character", "");
-            return;
-        }
-    }
-    const char *value = equals + 1 + strspn(equals + 1, " \t");
-    size_t length = strlen(value);
-    while (length > 0 && (value[length - 1] == ' ' || value[length - 1] == '\t'))
-        length--;
-    char *trimmed = copy(value);
-    if (!trimmed) {
-        no_memory(reading);
-        return;
-    }
-    trimmed[length] = '\0';
-    reading->section = mill_deck_text_section(reading->text, DECK_PARTS, title);
-    if (!reading->section)
-        open_section(reading, title);
-    if (reading->status == MILL_OK)
-        add_entry(reading, key, trimmed, false);
-    free(trimmed);
+    if (!key || key == copy)
+        return refuse(reading, NULL, NULL,
+                      "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'");
+    *key++ = '\0';
+    struct mill_deck_section *section = mill_deck_text_section(reading->text, copy);
+    const enum mill_status status = section ? MILL_OK : open_section(reading, copy, &section);
+    return status == MILL_OK ? add_entry(reading, section, key, trim(value), false) : status;
+}
+
+static enum mill_status add_defaults(const struct reading *reading)
+{
+    struct mill_deck_section *section;
+    struct mill_deck_block block;
+    enum mill_status status = MILL_OK;
+    for (int i = 0; status == MILL_OK && mill_deck_table_block(i, &block); i++)
+        if (!block.named && !block.optional && !mill_deck_text_section(reading->text, block.title))
+            status = add_section(reading, block.title, &section);
+    return status;
 }
 
 enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
                                  struct mill_deck_text **text, struct mill_error *error)
 {
     *text = NULL;
-    struct reading *reading = calloc(1, sizeof *reading);
     struct mill_deck_text *made = calloc(1, sizeof *made);
-    if (!reading || !made) {
-        free(reading);
-        free(made);
+    if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
+    struct reading reading = {.text = made, .error = error};
+    made->file = path ? path : "";
+    made->override = calloc((size_t)count + 1, sizeof *made->override);
+    enum mill_status status = made->override ? MILL_OK : no_memory(&reading);
+    if (status == MILL_OK && path)
+        status = read_file(&reading);
+    for (int i = 0; i < count && status == MILL_OK; i++) {
+        char *copy = made->override[made->overrides++] = strdup(overrides[i]);
+        reading.origin = (struct mill_deck_origin){.override = overrides[i]};
+        status = copy ? apply_override(&reading, copy) : no_memory(&reading);
     }
-    reading->text = made;
-    reading->error = error;
-    made->file = copy(path ? path : "");
-    made->order = calloc((size_t)count + 1, sizeof *made->order);
-    if (!made->file || !made->order)
-        no_memory(reading);
-    else if (path)
-        read_file(reading, path);
-    for (int i = 0; i < count && reading->status == MILL_OK; i++) {
-        made->order[made->orders++] = copy(overrides[i]);
-        if (made->order[i])
-            apply_order(reading, made->order[i]);
-        else
-            no_memory(reading);
-    }
-    const enum mill_status status = reading->status;
-    free(reading);
+    reading.origin = (struct mill_deck_origin){.line = 0};
+    if (status == MILL_OK && path)
+        status = add_defaults(&reading);
     if (status == MILL_OK)
         *text = made;
     else
         mill_deck_text_free(made);
     return status;
+}
+
+void mill_deck_parse_quote(const char *value, char *out, size_t size)
+{
+    const size_t length = strlen(value);
+    assert(size >= 2 * length + 3);
+    bool needed =
+        length == 0 || value[0] == '"' || is_space(value[0]) || is_space(value[length - 1]);
+    for (size_t i = 0; i < length; i++)
+        needed = needed || is_comment(value, i);
+    if (!needed) {
+        snprintf(out, size, "%s", value);
+        return;
+    }
+    *out++ = '"';
+    for (const char *p = value; *p; p++) {
+        if (*p == '"')
+            *out++ = '"';
+        *out++ = *p;
+    }
+    *out++ = '"';
+    *out = '\0';
 }

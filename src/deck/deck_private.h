@@ -1,141 +1,94 @@
-/* What the deck_*.c files share: the table of keys, the entries as read, values as text. */
+/* What the deck_*.c files share: the table of sections, the entries as read, values as text. */
 #ifndef MILL_DECK_PRIVATE_H
 #define MILL_DECK_PRIVATE_H
 
+#include "base/key.h"
 #include "deck/deck.h"
 #include "deck/units.h"
 
-#include <stddef.h>
-
-/* ---- the table (deck_table.c) ---- */
-
-/* Bound of all values that have no closer one: products of several stay far from overflow. */
-#define MILL_DECK_LARGEST 1e9
+/* ---- what may stand in a deck (deck_table.c) ---- */
 
 enum { MILL_DECK_MOST_BALLS = 50000000 };
 
-enum mill_deck_part {
-    DECK_RUN,
-    DECK_GRAVITY,
-    DECK_BALLS,
-    DECK_BALLS_NAME,
-    DECK_DRUM,
-    DECK_ROTOR,
-    DECK_BLADES,
-    DECK_BLADE_NAME,
-    DECK_CONTACT,
-    DECK_CONTACT_KIND,
-    DECK_OUTPUT,
-    DECK_PARTS
+/* Keys of one kind of section whose values live in one struct. A section may have several blocks.
+ */
+struct mill_deck_block {
+    const char *title; /* "run": of [run], or of the [TITLE.NAME] where `named` */
+    bool named;        /* every such section has a struct of its own, of `size` bytes */
+    bool optional;     /* no section, no values; else all have their defaults then */
+    bool unless_named; /* where there are [TITLE.NAME], the keys stand in these alone */
+    bool inherits;     /* a named section's struct begins as a copy of that at `home` */
+    size_t home;       /* in struct mill_deck: the struct that the keys' offsets count from */
+    size_t size;
+    const struct mill_key *key;          /* the last one has no name */
+    const struct mill_shape_type *shape; /* of sections that name a shape, else NULL */
 };
 
-enum mill_deck_type {
-    DECK_NUMBER, /* double; with a unit unless unit is NULL */
-    DECK_VECTOR, /* vec3, three numbers and one unit */
-    DECK_WHOLE,  /* long */
-    DECK_SEED,   /* unsigned long */
-    DECK_CHOICE, /* bool: the second of two words; or nothing when there is no home */
-    DECK_FILE    /* char *, NULL for the word in `words` */
-};
+/* Block i [0..] of the table, in the order in which decks are read and printed; false: the end. */
+bool mill_deck_table_block(int i, struct mill_deck_block *block);
 
-/* Where a value lives: the struct that `offset` counts from. */
-enum mill_deck_home {
-    DECK_NOWHERE,
-    DECK_IN_DECK,   /* struct mill_deck */
-    DECK_IN_BALLS,  /* struct mill_deck_balls */
-    DECK_IN_BLADES, /* struct mill_deck_blades */
-    DECK_IN_BLADE,  /* struct mill_deck_blade */
-    DECK_IN_LAW     /* struct mill_law */
-};
+/* Is [title] a section of this block? *name (may be NULL) points at the NAME in the title. */
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title,
+                             const char **name);
 
-struct mill_deck_key {
-    enum mill_deck_part part;
-    const char *name;
-    enum mill_deck_type type;
-    const char *unit;   /* SI; NULL: dimensionless; "1": the same, and % is understood */
-    double lo, hi;      /* range in SI, ends included unless `above` */
-    bool above;         /* lo itself is out */
-    bool wavy;          /* of the wavy profile alone */
-    const char *preset; /* default as text; NULL: required, or `derived` */
-    bool derived;       /* its default follows from other keys */
-    enum mill_deck_home home;
-    size_t offset;
-    const char *words; /* DECK_CHOICE: "first|second"; DECK_FILE: the word for "no file" */
-    const char *meaning;
-};
+/* The key of this name in section [title]; NULL: there is none. */
+const struct mill_key *mill_deck_table_key(const char *title, const char *name);
 
-extern const struct mill_deck_key mill_deck_table[];
-extern const int mill_deck_table_length;
-
-/* "run", ..., "balls.", "blade.", "contact.": a part whose title ends in a dot takes a NAME. */
-const char *mill_deck_table_title(enum mill_deck_part part);
-
-/* Which part a section title belongs to; DECK_PARTS when unknown. *name (may be NULL) points at
- * NAME. */
-enum mill_deck_part mill_deck_table_part(const char *title, const char **name);
-
-const struct mill_deck_key *mill_deck_table_key(enum mill_deck_part part, const char *name);
-
-/* Adds "; did you mean ...?" or the like to why[size] for a wrong section or key, or nothing. */
+/* Sets hint to "; did you mean ...?" or the like for a wrong section or key, or to nothing. */
 void mill_deck_table_suggest_section(const char *title, char *hint, size_t size);
-void mill_deck_table_suggest_key(enum mill_deck_part part, const char *name, char *hint,
-                                 size_t size);
+void mill_deck_table_suggest_key(const char *title, const char *name, char *hint, size_t size);
 
 /* ---- the entries as read (deck_text.c) ---- */
 
+/* Where something of a deck came from: line 0 and no override, of the defaults */
+struct mill_deck_origin {
+    int line;             /* in the file, from 1; else 0 */
+    const char *override; /* "SECTION.KEY=VALUE", or NULL */
+};
+
 struct mill_deck_entry {
-    char *key;
-    char *value;
-    bool quoted;       /* the value stood in double quotes */
-    int line;          /* in the file, from 1; 0: came by an override */
-    const char *order; /* the override "SECTION.KEY=VALUE", or NULL */
+    const char *key, *value;
+    bool quoted; /* the value stood in double quotes */
+    struct mill_deck_origin origin;
 };
 
 struct mill_deck_section {
-    char *title; /* as in [title] */
-    enum mill_deck_part part;
-    const char *name; /* NAME of a named section: points into title */
-    int line;
-    const char *order;
+    const char *title; /* as in [title] */
+    struct mill_deck_origin origin;
     int entries;
     struct mill_deck_entry *entry;
-};
-
-/* [blades] as given */
-struct mill_deck_blades {
-    long count;
-    double tip_radius, width, thickness; /* [m] */
-    double pitch, angle_step;            /* [rad] */
+    void *form; /* the struct of a named section, filled from its entries and defaults */
 };
 
 struct mill_deck_text {
-    char *file; /* the deck as named by the user */
-    int orders; /* copies of the overrides, owned */
-    char **order;
+    const char *file; /* as named by the user, who keeps the name */
+    char *bytes;      /* of the file, cut into keys and values */
+    int overrides;    /* cut in the same way */
+    char **override;
     int sections;
     struct mill_deck_section *section;
-    struct mill_law law;            /* [contact], before the kinds' own */
-    struct mill_deck_blades blades; /* count 0: no [blades] */
 };
-
-enum { MILL_DECK_WHERE = 360 };
 
 void mill_deck_text_free(struct mill_deck_text *text);
 
-/* The section [title], or the first of this part when title is NULL; NULL when there is none. */
+/* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_text_section(const struct mill_deck_text *text,
-                                                 enum mill_deck_part part, const char *title);
-const struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
-                                                   const char *key);
+                                                 const char *title);
 
-/* "FILE:LINE", "FILE", or "--set SECTION.KEY=VALUE"; section and entry may be NULL. */
-void mill_deck_text_where(const struct mill_deck_text *text,
-                          const struct mill_deck_section *section,
-                          const struct mill_deck_entry *entry, char where[MILL_DECK_WHERE]);
+/* The section of the block behind `last`, or the first one where that is NULL; NULL: no more. */
+struct mill_deck_section *mill_deck_text_next(const struct mill_deck_text *text,
+                                              const struct mill_deck_block *block,
+                                              const struct mill_deck_section *last);
 
-/* The same from its parts: line 0 and order NULL leave the file alone. */
-void mill_deck_text_place(const char *file, int line, const char *order,
-                          char where[MILL_DECK_WHERE]);
+/* NULL: there is none, or no section. */
+struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
+                                             const char *key);
+
+/* Sets "FILE:LINE: [title] key: what", "FILE: ...", "--set SECTION.KEY=VALUE: ..." or, without a
+ * file, "--value ..."; title and key may be NULL. Returns MILL_BAD_DECK. */
+enum mill_status mill_deck_text_refuse(const struct mill_deck_text *text,
+                                       struct mill_deck_origin origin, const char *title,
+                                       const char *key, const char *what, struct mill_error *error);
 
 /* The last `longest` characters: the end of a long file name tells more than its beginning. */
 const char *mill_deck_text_tail(const char *text, size_t longest);
@@ -143,49 +96,24 @@ const char *mill_deck_text_tail(const char *text, size_t longest);
 /* ---- file and overrides into entries (deck_parse.c) ---- */
 
 /* Reads the file (NULL: none), then the overrides; section titles and keys are checked against the
- * table. */
+ * table. Sections that are not optional and not there are added behind a file's, empty. */
 enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
                                  struct mill_deck_text **text, struct mill_error *error);
 
-/* ---- one line of the file (deck_line.c) ---- */
-
-enum { MILL_DECK_LINE = 8192 };
-
-enum mill_deck_line_kind {
-    MILL_DECK_LINE_EMPTY,
-    MILL_DECK_LINE_SECTION, /* text: "[title]" */
-    MILL_DECK_LINE_KEY,     /* text: "key = value" or, when quoted, "key =" */
-    MILL_DECK_LINE_WRONG,   /* wrong: what is wrong */
-    MILL_DECK_LINE_END,
-    MILL_DECK_LINE_FAILED /* errno tells */
-};
-
-struct mill_deck_line {
-    int number; /* from 1 */
-    char text[MILL_DECK_LINE];
-    bool quoted;
-    char value[MILL_DECK_LINE]; /* of a quoted value, its quotes removed */
-    char wrong[160];
-};
-
-/* Reads the next line, comments and outer white space removed. Start with number = 0. */
-enum mill_deck_line_kind mill_deck_line_next(struct mill_deck_line *line, FILE *file);
-
-/* Writes `value` such that a deck line holding it reads back the same: in quotes where need be. */
-void mill_deck_line_quote(const char *value, char *out, size_t size);
+/* Writes `value` such that a line holding it reads back the same: in quotes where need be. */
+void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* ---- values (deck_value.c) ---- */
 
-/* Reads `text` into home + key->offset. false: `why` says what was expected and what is there. */
-bool mill_deck_value_read(const struct mill_units *units, const struct mill_deck_key *key,
-                          const char *text, void *home, struct mill_error *why);
+/* Reads `text` into form + key->offset. false: `why` says what was expected and what is there. */
+bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
+                          const char *text, void *form, struct mill_error *why);
 
-/* What a key takes, such as "a length such as '75 mm'". */
-void mill_deck_value_wanted(const struct mill_deck_key *key, char *out, size_t size);
+/* What a key takes: "a length such as '75 mm'", or "a length with its unit such as ..." */
+void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size);
 
 /* The value in SI, with unit, that reads back to the same bits. */
-void mill_deck_value_print(const struct mill_deck_key *key, const void *home, char *out,
-                           size_t size);
+void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size);
 
 /* The shortest decimal that reads back to the same double; out holds 32 characters. */
 void mill_deck_value_shortest(double value, char out[32]);
@@ -197,13 +125,5 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
                                 struct mill_error *error);
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error);
-
-/* Is the key balls.fill, which says the count in another way and is never printed? */
-bool mill_deck_fill_is_share(const struct mill_deck_key *key);
-
-/* The struct that a key of this section lives in; `index` counts the sections of one part from 0.
- */
-void *mill_deck_fill_home(const struct mill_deck *deck, const struct mill_deck_key *key,
-                          const struct mill_deck_section *section, int index);
 
 #endif

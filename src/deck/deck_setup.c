@@ -2,6 +2,9 @@
  * and its faults come back as codes. */
 #include "deck/deck_setup.h"
 
+#include "geometry/shapes.h"
+
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +14,6 @@ struct lists {
     struct mill_turn rotor;
     struct mill_setup_motion motion;
     struct mill_shaft shaft;
-    struct mill_blade *blade;
     struct mill_setup_surface *surface;
     struct mill_setup_balls *balls;
     struct mill_deck_start start;
@@ -19,7 +21,6 @@ struct lists {
 
 static void free_lists(struct lists *lists)
 {
-    free(lists->blade);
     free(lists->surface);
     free(lists->balls);
     free(lists->start.ball);
@@ -28,68 +29,68 @@ static void free_lists(struct lists *lists)
 
 static void add_rotor(const struct mill_deck *deck, struct lists *lists, struct mill_setup *setup)
 {
-    if (!deck->rotor)
-        return;
     lists->rotor = (struct mill_turn){
         .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
     lists->motion = (struct mill_setup_motion){
         .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
     setup->motion = &lists->motion;
     setup->motions = 1;
-    setup->surface = lists->surface;
-    if (deck->shaft_radius > 0.0) {
-        lists->shaft.radius = deck->shaft_radius;
-        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
-            .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
-    }
-    for (int k = 0; k < deck->blades; k++) {
-        const struct mill_deck_blade *b = &deck->blade[k];
-        lists->blade[k] = (struct mill_blade){b->position, b->angle,     b->tip_radius,
-                                              b->width,    b->thickness, b->pitch};
-        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
-            .type = &mill_blade_type, .form = &lists->blade[k], .number = k, .motion = 0};
-    }
+    if (deck->shaft_radius == 0.0)
+        return;
+    lists->shaft.radius = deck->shaft_radius;
+    lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+        .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
 }
 
-static bool make_lists(const struct mill_deck *deck, struct lists *lists)
+static void add_shapes(const struct mill_deck *deck, struct lists *lists, struct mill_setup *setup)
 {
-    lists->blade = calloc((size_t)deck->blades + 1, sizeof *lists->blade);
-    lists->surface = calloc((size_t)deck->blades + 1, sizeof *lists->surface);
-    lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
-    return lists->blade && lists->surface && lists->balls;
+    for (int k = 0; k < deck->shapes; k++) {
+        const struct mill_deck_shape *s = &deck->shape[k];
+        assert(deck->rotor || !s->type->on_rotor);
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = s->type,
+            .form = s->form,
+            .number = s->number,
+            .motion = s->type->on_rotor ? 0 : MILL_STILL,
+        };
+    }
+    setup->surface = lists->surface;
 }
 
 static enum mill_status make_setup(const struct mill_deck *deck,
                                    const struct mill_start_watch *watch, struct lists *lists,
                                    struct mill_setup *setup, struct mill_error *error)
 {
-    int32_t balls = 0;
     *setup = (struct mill_setup){
         .gravity = deck->gravity,
-        .drum = {.radius = deck->drum_radius,
-                 .length = deck->drum_length,
-                 .buckles = deck->wavy ? (int)deck->buckles : 0,
-                 .buckle_height = deck->buckle_height,
-                 .buckle_angle = deck->buckle_angle},
+        .drum = mill_deck_drum(deck),
         .species = deck->kinds,
         .speed = deck->speed,
-        .seed = deck->seed,
+        .seed = (unsigned long)deck->seed,
         .rebound_floor = deck->rebound_floor,
     };
     memcpy(setup->law, deck->law, sizeof setup->law);
-    if (!make_lists(deck, lists))
+    lists->surface = calloc((size_t)deck->shapes + 1, sizeof *lists->surface);
+    lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
+    if (!lists->surface || !lists->balls)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
     for (int k = 0; k < deck->kinds; k++) {
         const struct mill_deck_balls *b = &deck->balls[k];
-        lists->balls[k] =
-            (struct mill_setup_balls){b->name, b->diameter, b->density, (int32_t)b->count};
-        balls += (int32_t)b->count;
+        lists->balls[k] = (struct mill_setup_balls){
+            .name = b->name,
+            .diameter = b->diameter,
+            .density = b->density,
+            .count = (int32_t)b->count,
+        };
     }
     setup->balls = lists->balls;
-    add_rotor(deck, lists, setup);
+    if (deck->rotor)
+        add_rotor(deck, lists, setup);
+    add_shapes(deck, lists, setup);
     if (!deck->start)
         return MILL_OK;
-    const enum mill_status status = mill_deck_start_read(deck, balls, watch, &lists->start, error);
+    const enum mill_status status =
+        mill_deck_start_read(deck, (int32_t)deck->all, watch, &lists->start, error);
     setup->start = lists->start.ball;
     return status;
 }
@@ -111,13 +112,9 @@ static void name_counts(const struct mill_deck *deck, const int32_t *count, char
 static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
                                      struct mill_error *error)
 {
-    char section[MILL_NAME_LENGTH + 8] = "balls", counts[512];
+    const char *section = deck->balls[0].section;
+    char counts[512];
     const bool mixture = deck->kinds > 1;
-    long balls = 0;
-    for (int k = 0; k < deck->kinds; k++)
-        balls += deck->balls[k].count;
-    if (mixture || strcmp(deck->balls[0].name, "balls") != 0)
-        snprintf(section, sizeof section, "balls.%s", deck->balls[0].name);
     if (fault->fits[0] == 0)
         return mill_deck_fault(deck, error, section, "count",
                                "not a single ball%s fits: make balls or rotor smaller",
@@ -125,14 +122,12 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
     name_counts(deck, fault->fits, counts, sizeof counts);
     return mill_deck_fault(deck, error, section, "count",
                            "%ld balls do not fit (solid fraction %.3f of the free volume); %s do",
-                           balls, fault->amount, counts);
+                           (long)deck->all, fault->amount, counts);
 }
 
 static enum mill_status tell(const struct mill_deck *deck, const struct lists *lists,
                              const struct mill_fault *fault, struct mill_error *error)
 {
-    static const char *const shape[MILL_KINDS] = {"another ball", "the drum", "an end wall",
-                                                  "the shaft", "a blade"};
     const long *line = lists->start.line;
     switch (fault->code) {
     case MILL_FAULT_NONE:
@@ -147,7 +142,8 @@ static enum mill_status tell(const struct mill_deck *deck, const struct lists *l
                               deck->start, line[fault->ball]);
     case MILL_FAULT_BALL_IN_SHAPE:
         return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s by %.4g m: move it",
-                              deck->start, line[fault->ball], shape[fault->kind], fault->amount);
+                              deck->start, line[fault->ball], mill_kinds_partner[fault->kind],
+                              fault->amount);
     case MILL_FAULT_BALL_IN_BALL:
         return mill_error_set(
             error, MILL_BAD_DECK,
@@ -163,7 +159,7 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
                                        const struct mill_start_watch *watch,
                                        struct mill_world **world, struct mill_error *error)
 {
-    struct lists lists = {.blade = NULL};
+    struct lists lists = {.surface = NULL};
     struct mill_setup setup;
     struct mill_fault fault;
     *world = NULL;

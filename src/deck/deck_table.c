@@ -1,189 +1,229 @@
-/* What may stand in a deck: every key with its type, SI unit, range, default, meaning and place in
- * struct mill_deck. Reading, checking, printing and the messages all work from this one list, in
- * its order. A wrong name is answered with the nearest right one (edit distance with
- * transpositions: Damerau 1964, restricted form). */
+/* What may stand in a deck: every section with its keys, each with type, SI unit, range, default,
+ * meaning and place in a struct. Reading, checking, printing and the messages all work from these
+ * tables, in their order; those of the shapes stand beside the shapes. A wrong name is answered
+ * with the nearest right one. */
 #include "deck/deck_private.h"
 
-#include <math.h>
-#include <stdbool.h>
+#include "geometry/shapes.h"
+
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
+enum {
+    /* More would be finer than the few hundred points around by which maps and outlines see a
+     * drum. */
+    MOST_BUCKLES = 500,
+    MOST_BLADES = 10000,
+    MOST_FRICTION = 10
+};
 #define SEED_MAX 4294967295.0 /* what the generator tells apart */
 #define MOST_COLLISIONS 1e15  /* as a double a count is exact that far */
-#define DECK(member) DECK_IN_DECK, offsetof(struct mill_deck, member)
-#define BALLS(member) DECK_IN_BALLS, offsetof(struct mill_deck_balls, member)
-#define BLADES(member) DECK_IN_BLADES, offsetof(struct mill_deck_blades, member)
-#define BLADE(member) DECK_IN_BLADE, offsetof(struct mill_deck_blade, member)
-#define LAW(member) DECK_IN_LAW, offsetof(struct mill_law, member)
-#define NOWHERE DECK_NOWHERE, 0
-#define ANY -MILL_DECK_LARGEST, MILL_DECK_LARGEST, false, false
-#define POSITIVE 0, MILL_DECK_LARGEST, true, false
 /* In a mill of ten kilometres a place is told to 2e-12 m: a larger one could not keep overlaps
  * below a nanometre. */
-#define SIZE_OF_MILL 0, 1e4, true, false
-#define NOT_NEGATIVE 0, MILL_DECK_LARGEST, false, false
-#define FROM_TO(lo, hi) lo, hi, false, false
-#define WAVY_FROM_TO(lo, hi) lo, hi, false, true
-#define FILL 0, 1, true, false
-#define REQUIRED NULL, false
-#define DERIVED NULL, true
-#define PRESET(text) text, false
+#define SIZE_OF_MILL .lo = 0, .above = true, .hi = 1e4
+/* [m] Far below what flies freely in air */
+#define LEAST_DIAMETER 1e-9
+/* [kg/m^3] A thousandth of air's, so that balls of next to no mass can be had, and the energies of
+ * the smallest stay far above what a double can hold */
+#define LEAST_DENSITY 1e-3
 
-/* More buckles would be finer than the few hundred points around by which maps and outlines see a
- * drum. */
-enum { MOST_BUCKLES = 500, MOST_BLADES = 10000, MOST_FRICTION = 10 };
+#define ANY MILL_KEY_ANY
+#define POSITIVE MILL_KEY_POSITIVE
+#define NOT_NEGATIVE MILL_KEY_NOT_NEGATIVE
+#define IN(type, member) .offset = offsetof(struct type, member)
+#define DECK(member) IN(mill_deck, member)
 
-/* clang-format off: a table */
-const struct mill_deck_key mill_deck_table[] = {
-    {DECK_RUN, "time", DECK_NUMBER, "s", POSITIVE, REQUIRED, DECK(time), NULL, "end of the run"},
-    {DECK_RUN, "sample_from", DECK_NUMBER, "s", NOT_NEGATIVE, PRESET("0 s"), DECK(sample_from),
-     NULL, "statistics are gathered from here to the end"},
-    {DECK_RUN, "precision", DECK_NUMBER, "1", FROM_TO(0, 1), PRESET("0"), DECK(precision), NULL,
-     "the run ends when median and rotor power are known to this; 0: at its time"},
-    {DECK_RUN, "max_collisions", DECK_NUMBER, NULL, FROM_TO(0, MOST_COLLISIONS), PRESET("0"),
-     DECK(max_collisions), NULL, "the run ends after so many collisions; 0: at its time"},
-    {DECK_RUN, "seed", DECK_SEED, NULL, FROM_TO(0, SEED_MAX), PRESET("1"), DECK(seed), NULL,
-     "of every random choice"},
+/* It is found in the run. */
+static bool sample_found(const void *deck)
+{
+    return ((const struct mill_deck *)deck)->sample_found;
+}
 
-    {DECK_GRAVITY, "acceleration", DECK_VECTOR, "m/s^2", ANY, PRESET("0 0 -9.81 m/s^2"),
-     DECK(gravity), NULL, "of gravity, along x y z"},
+static bool is_circle(const void *deck)
+{
+    return !((const struct mill_deck *)deck)->wavy;
+}
 
-    {DECK_BALLS, "count", DECK_WHOLE, NULL, FROM_TO(1, MILL_DECK_MOST_BALLS), REQUIRED,
-     BALLS(count), NULL, "number of balls"},
-    {DECK_BALLS, "fill", DECK_NUMBER, "1", FILL, DERIVED, BALLS(fill), NULL,
-     "volume of the balls over that of the drum, instead of their number"},
-    {DECK_BALLS, "diameter", DECK_NUMBER, "m", POSITIVE, REQUIRED, BALLS(diameter), NULL,
-     "of a ball"},
-    {DECK_BALLS, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,
-     "of the balls' material"},
-    {DECK_BALLS, "start", DECK_FILE, NULL, ANY, PRESET("random"), DECK(start), "random",
-     "random, or a file with one ball a line: x y z [vx vy vz [wx wy wz]] in SI"},
-    {DECK_BALLS, "speed", DECK_NUMBER, "m/s", NOT_NEGATIVE, PRESET("0 m/s"), DECK(speed), NULL,
-     "of every ball at a random start, in a random direction"},
+/* The count says it. */
+static bool always(const void *balls)
+{
+    (void)balls;
+    return true;
+}
 
-    {DECK_BALLS_NAME, "count", DECK_WHOLE, NULL, FROM_TO(1, MILL_DECK_MOST_BALLS), REQUIRED,
-     BALLS(count), NULL, "number of balls of this kind"},
-    {DECK_BALLS_NAME, "fill", DECK_NUMBER, "1", FILL, DERIVED, BALLS(fill), NULL,
-     "volume of these balls over that of the drum, instead of their number"},
-    {DECK_BALLS_NAME, "diameter", DECK_NUMBER, "m", POSITIVE, REQUIRED, BALLS(diameter), NULL,
-     "of a ball of this kind"},
-    {DECK_BALLS_NAME, "density", DECK_NUMBER, "kg/m^3", POSITIVE, REQUIRED, BALLS(density), NULL,
-     "of this kind's material"},
-
-    {DECK_DRUM, "radius", DECK_NUMBER, "m", SIZE_OF_MILL, REQUIRED, DECK(drum_radius), NULL,
-     "inner radius of the drum"},
-    {DECK_DRUM, "length", DECK_NUMBER, "m", SIZE_OF_MILL, REQUIRED, DECK(drum_length), NULL,
-     "inner length of the drum"},
-    {DECK_DRUM, "profile", DECK_CHOICE, NULL, ANY, PRESET("circle"), DECK(wavy), "circle|wavy",
-     "shape of the drum's wall"},
-    {DECK_DRUM, "buckles", DECK_WHOLE, NULL, WAVY_FROM_TO(2, MOST_BUCKLES), REQUIRED, DECK(buckles),
-     NULL, "number of buckles around the drum"},
-    {DECK_DRUM, "buckle_height", DECK_NUMBER, "m", WAVY_FROM_TO(0, MILL_DECK_LARGEST), REQUIRED,
-     DECK(buckle_height), NULL, "of the buckles: the wall lies within the radius less and more it"},
-    {DECK_DRUM, "buckle_angle", DECK_NUMBER, "rad",
-     WAVY_FROM_TO(-MILL_DECK_LARGEST, MILL_DECK_LARGEST), PRESET("0 deg"), DECK(buckle_angle), NULL,
-     "of one outermost point, from +y towards +z"},
-
-    {DECK_ROTOR, "speed", DECK_NUMBER, "rad/s", ANY, REQUIRED, DECK(rotor_speed), NULL,
-     "constant speed of the rotor, positive about +x"},
-    {DECK_ROTOR, "shaft_radius", DECK_NUMBER, "m", NOT_NEGATIVE, REQUIRED, DECK(shaft_radius), NULL,
-     "radius of the shaft; 0 m: none"},
-    {DECK_ROTOR, "angle", DECK_NUMBER, "rad", ANY, PRESET("0 deg"), DECK(rotor_angle), NULL,
-     "of the rotor at t = 0, from +y towards +z"},
-
-    {DECK_BLADES, "count", DECK_WHOLE, NULL, FROM_TO(1, MOST_BLADES), REQUIRED, BLADES(count), NULL,
-     "number of equal blades, evenly spaced along the drum"},
-    {DECK_BLADES, "tip_radius", DECK_NUMBER, "m", POSITIVE, REQUIRED, BLADES(tip_radius), NULL,
-     "reach of a blade from the axis"},
-    {DECK_BLADES, "width", DECK_NUMBER, "m", POSITIVE, REQUIRED, BLADES(width), NULL,
-     "of a blade along the axis, before pitching"},
-    {DECK_BLADES, "thickness", DECK_NUMBER, "m", POSITIVE, REQUIRED, BLADES(thickness), NULL,
-     "of a blade around the axis, before pitching"},
-    {DECK_BLADES, "pitch", DECK_NUMBER, "rad", ANY, PRESET("0 deg"), BLADES(pitch), NULL,
-     "turn of a blade about its radial mid-line"},
-    {DECK_BLADES, "angle_step", DECK_NUMBER, "rad", ANY, DERIVED, BLADES(angle_step), NULL,
-     "angle from one blade to the next"},
-
-    {DECK_BLADE_NAME, "position", DECK_NUMBER, "m", ANY, REQUIRED, BLADE(position), NULL,
-     "x of the blade's centre"},
-    {DECK_BLADE_NAME, "angle", DECK_NUMBER, "rad", ANY, REQUIRED, BLADE(angle), NULL,
-     "of the blade on the rotor, from +y towards +z"},
-    {DECK_BLADE_NAME, "tip_radius", DECK_NUMBER, "m", POSITIVE, REQUIRED, BLADE(tip_radius), NULL,
-     "reach of the blade from the axis"},
-    {DECK_BLADE_NAME, "width", DECK_NUMBER, "m", POSITIVE, REQUIRED, BLADE(width), NULL,
-     "of the blade along the axis, before pitching"},
-    {DECK_BLADE_NAME, "thickness", DECK_NUMBER, "m", POSITIVE, REQUIRED, BLADE(thickness), NULL,
-     "of the blade around the axis, before pitching"},
-    {DECK_BLADE_NAME, "pitch", DECK_NUMBER, "rad", ANY, PRESET("0 deg"), BLADE(pitch), NULL,
-     "turn of the blade about its radial mid-line"},
-
-    {DECK_CONTACT, "restitution", DECK_NUMBER, NULL, FROM_TO(0, 1), REQUIRED, LAW(restitution),
-     NULL, "normal coefficient of restitution"},
-    {DECK_CONTACT, "friction", DECK_NUMBER, NULL, FROM_TO(0, MOST_FRICTION), PRESET("0"),
-     LAW(friction), NULL, "Coulomb's coefficient of friction; 0: smooth"},
-    {DECK_CONTACT, "tangential_restitution", DECK_NUMBER, NULL, FROM_TO(-1, 1), PRESET("0"),
-     LAW(tangential), NULL, "tangential restitution of a sticking contact"},
-    {DECK_CONTACT, "rebound_floor", DECK_NUMBER, "m/s", NOT_NEGATIVE, PRESET("5 mm/s"),
-     DECK(rebound_floor), NULL, "least normal speed after any contact"},
-
-    {DECK_CONTACT_KIND, "restitution", DECK_NUMBER, NULL, FROM_TO(0, 1), DERIVED, LAW(restitution),
-     NULL, "normal coefficient of restitution of this kind of contact"},
-    {DECK_CONTACT_KIND, "friction", DECK_NUMBER, NULL, FROM_TO(0, MOST_FRICTION), DERIVED,
-     LAW(friction), NULL, "Coulomb's coefficient of friction of this kind"},
-    {DECK_CONTACT_KIND, "tangential_restitution", DECK_NUMBER, NULL, FROM_TO(-1, 1), DERIVED,
-     LAW(tangential), NULL, "tangential restitution of this kind, sticking"},
-
-    {DECK_OUTPUT, "frames", DECK_NUMBER, "s", NOT_NEGATIVE, PRESET("10 ms"), DECK(frames), NULL,
-     "interval of stored ball states; 0 s: none"},
-    {DECK_OUTPUT, "series", DECK_NUMBER, "s", POSITIVE, PRESET("1 ms"), DECK(series), NULL,
-     "interval of the time series"},
-    {DECK_OUTPUT, "impacts", DECK_CHOICE, NULL, ANY, PRESET("statistics"), DECK(log_impacts),
-     "statistics|all", "statistics, or all to log every impact"},
-    {DECK_OUTPUT, "strike_window", DECK_NUMBER, "s", NOT_NEGATIVE, PRESET("10 us"),
-     DECK(strike_window), NULL, "contacts of a pair closer in time than this are one strike"},
-    {DECK_OUTPUT, "checkpoint", DECK_NUMBER, "s", POSITIVE, PRESET("60 s"), DECK(checkpoint), NULL,
-     "wall-clock interval of checkpoints"},
+/* clang-format off */
+static const struct mill_key run_key[] = {
+    {"time", "end of the run", .unit = "s", POSITIVE, DECK(time)},
+    {"sample_from", "statistics are gathered from here to the end", .unit = "s", NOT_NEGATIVE,
+     .preset = "0 s", DECK(sample_from), .hidden = sample_found},
+    {"precision", "the run ends when median speed and rotor power are known to this relative "
+     "error; 0: at run.time", .unit = "1", .lo = 0, .hi = 1, .preset = "0", DECK(precision),
+     .zero_is_off = true},
+    {"max_collisions", "the run ends after this many collisions; 0: at run.time", .lo = 0,
+     .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
+    {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
+     .preset = "1", DECK(seed)},
+    {NULL},
 };
+
+static const struct mill_key gravity_key[] = {
+    {"acceleration", "acceleration of gravity along x, y and z", .type = MILL_KEY_VECTOR,
+     .unit = "m/s^2", ANY, .preset = "0 0 -9.81 m/s^2", DECK(gravity)},
+    {NULL},
+};
+
+static const struct mill_key ball_key[] = {
+    {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
+     .instead = "fill", IN(mill_deck_balls, count)},
+    {"fill", "volume of the balls over that of the drum, instead of their number", .unit = "1",
+     .lo = 0, .above = true, .hi = 1, .derived = true, .instead = "count", .hidden = always,
+     IN(mill_deck_balls, fill)},
+    {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
+     IN(mill_deck_balls, diameter)},
+    {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
+     .hi = MILL_KEY_LARGEST, IN(mill_deck_balls, density)},
+    {NULL},
+};
+
+static const struct mill_key start_key[] = {
+    {"start", "random, or a file with one ball a line: x y z [vx vy vz [wx wy wz]] in SI",
+     .type = MILL_KEY_FILE, .preset = "random", DECK(start), .words = "random"},
+    {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
+     NOT_NEGATIVE, .preset = "0 m/s", DECK(speed)},
+    {NULL},
+};
+
+#define WAVY                                                                                       \
+    .hidden = is_circle,                                                                           \
+    .needs = "belongs to the wavy profile: add 'profile = wavy', or leave it out"
+static const struct mill_key drum_key[] = {
+    {"radius", "inner radius of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_radius)},
+    {"length", "inner length of the drum", .unit = "m", SIZE_OF_MILL, DECK(drum_length)},
+    {"profile", "shape of the drum's wall", .type = MILL_KEY_CHOICE, .preset = "circle", DECK(wavy),
+     .words = "circle|wavy"},
+    {"buckles", "number of buckles around the drum", .type = MILL_KEY_WHOLE, .lo = 2,
+     .hi = MOST_BUCKLES, DECK(buckles), WAVY},
+    {"buckle_height", "height of the buckles: the wall lies between radius - height and "
+     "radius + height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY},
+    {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
+     .preset = "0 deg", DECK(buckle_angle), WAVY},
+    {NULL},
+};
+
+static const struct mill_key rotor_key[] = {
+    {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
+     DECK(rotor_speed)},
+    {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
+     DECK(shaft_radius)},
+    {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
+     .preset = "0 deg", DECK(rotor_angle)},
+    {NULL},
+};
+
+static const struct mill_key blades_key[] = {
+    {"count", "number of equal blades, evenly spaced along the drum", .type = MILL_KEY_WHOLE,
+     .lo = 1, .hi = MOST_BLADES, IN(mill_deck_blades, count)},
+    {NULL},
+    {"angle_step", "angle from one blade to the next", .unit = "rad", ANY, .derived = true,
+     IN(mill_deck_blades, angle_step)},
+    {NULL},
+};
+
+static const struct mill_key law_key[] = {
+    {"restitution", "normal coefficient of restitution", .lo = 0, .hi = 1,
+     IN(mill_law, restitution)},
+    {"friction", "Coulomb's coefficient of friction; 0: smooth", .lo = 0, .hi = MOST_FRICTION,
+     .preset = "0", IN(mill_law, friction)},
+    {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1,
+     .preset = "0", IN(mill_law, tangential)},
+    {NULL},
+};
+
+static const struct mill_key floor_key[] = {
+    {"rebound_floor", "least normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
+     .preset = "5 mm/s", DECK(rebound_floor)},
+    {NULL},
+};
+
+static const struct mill_key output_key[] = {
+    {"frames", "interval of stored ball states; 0 s: none", .unit = "s", NOT_NEGATIVE,
+     .preset = "10 ms", DECK(frames)},
+    {"series", "interval of the time series", .unit = "s", POSITIVE, .preset = "1 ms",
+     DECK(series)},
+    {"impacts", "statistics, or all to log every impact", .type = MILL_KEY_CHOICE,
+     .preset = "statistics", DECK(log_impacts), .words = "statistics|all"},
+    {"strike_window", "contacts of a pair closer in time than this are one strike", .unit = "s",
+     NOT_NEGATIVE, .preset = "10 us", DECK(strike_window)},
+    {"checkpoint", "wall-clock interval of checkpoints", .unit = "s", POSITIVE, .preset = "60 s",
+     DECK(checkpoint)},
+    {NULL},
+};
+
+#define HOME(member) .home = offsetof(struct mill_deck, member)
+static const struct mill_deck_block blocks[] = {
+    {"run", .key = run_key},
+    {"gravity", .key = gravity_key},
+    {"balls", .key = ball_key, HOME(alike), .unless_named = true},
+    {"balls", .key = start_key},
+    {"balls", .named = true, .key = ball_key, .size = sizeof(struct mill_deck_balls)},
+    {"drum", .key = drum_key},
+    {"rotor", .optional = true, .key = rotor_key},
+    {"blades", .optional = true, .key = blades_key, HOME(blades)},
+    {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, HOME(blades.form)},
+    {"blades", .optional = true, .key = blades_key + 2, HOME(blades)},
+    /* here come those of the shapes */
+    {"contact", .key = law_key, HOME(general)},
+    {"contact", .key = floor_key},
+    {"contact", .named = true, .inherits = true, .key = law_key, HOME(general),
+     .size = sizeof(struct mill_law)},
+    {"output", .key = output_key},
+};
+enum { BEFORE_SHAPES = 10, BLOCKS = sizeof blocks / sizeof *blocks };
 /* clang-format on */
 
-const int mill_deck_table_length = sizeof mill_deck_table / sizeof *mill_deck_table;
-
-static const char *const titles[DECK_PARTS] = {"run",     "gravity",  "balls",  "balls.",
-                                               "drum",    "rotor",    "blades", "blade.",
-                                               "contact", "contact.", "output"};
-
-const char *mill_deck_table_title(enum mill_deck_part part)
+bool mill_deck_table_block(int i, struct mill_deck_block *block)
 {
-    return titles[part];
-}
-
-enum mill_deck_part mill_deck_table_part(const char *title, const char **name)
-{
-    for (int part = 0; part < DECK_PARTS; part++) {
-        const size_t length = strlen(titles[part]);
-        const bool named = titles[part][length - 1] == '.';
-        if (named ? strncmp(title, titles[part], length) == 0 : strcmp(title, titles[part]) == 0) {
-            if (name)
-                *name = named ? title + length : "";
-            return (enum mill_deck_part)part;
-        }
+    int shapes = 0;
+    while (mill_shapes_named[shapes])
+        shapes++;
+    assert(strcmp(blocks[BEFORE_SHAPES].title, "contact") == 0);
+    if (i >= BLOCKS + shapes)
+        return false;
+    if (i < BEFORE_SHAPES || i >= BEFORE_SHAPES + shapes) {
+        *block = blocks[i < BEFORE_SHAPES ? i : i - shapes];
+        return true;
     }
-    return DECK_PARTS;
+    const struct mill_shape_type *type = mill_shapes_named[i - BEFORE_SHAPES];
+    *block = (struct mill_deck_block){
+        .title = type->name,
+        .named = true,
+        .size = type->form,
+        .key = type->key,
+        .shape = type,
+    };
+    return true;
 }
 
-const struct mill_deck_key *mill_deck_table_key(enum mill_deck_part part, const char *name)
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title,
+                             const char **name)
 {
-    for (int i = 0; i < mill_deck_table_length; i++)
-        if (mill_deck_table[i].part == part && strcmp(mill_deck_table[i].name, name) == 0)
-            return &mill_deck_table[i];
+    const size_t length = strlen(block->title);
+    if (strncmp(title, block->title, length) != 0 || title[length] != (block->named ? '.' : '\0'))
+        return false;
+    if (name)
+        *name = title + length + block->named;
+    return true;
+}
+
+const struct mill_key *mill_deck_table_key(const char *title, const char *name)
+{
+    struct mill_deck_block block;
+    for (int i = 0; mill_deck_table_block(i, &block); i++)
+        for (const struct mill_key *key = block.key; key->name; key++)
+            if (mill_deck_table_belongs(&block, title, NULL) && strcmp(key->name, name) == 0)
+                return key;
     return NULL;
-}
-
-static int least(int a, int b, int c)
-{
-    const int ab = a < b ? a : b;
-    return ab < c ? ab : c;
 }
 
 static char lower(char c)
@@ -191,79 +231,68 @@ static char lower(char c)
     return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
 }
 
-/* Edits (a letter more, less, other, or two swapped) from one word to the other, case aside. */
-static int edits(const char *a, const char *b)
+/* Do so many edits (a letter more, less, other, or two swapped) make b of a, case aside? */
+static bool is_near(const char *a, const char *b, int edits)
 {
-    enum { LONGEST = 32 };
-    int d[LONGEST + 1][LONGEST + 1];
-    const int m = (int)strlen(a), n = (int)strlen(b);
-    if (m > LONGEST || n > LONGEST)
-        return 2 * LONGEST;
-    for (int i = 0; i <= m; i++) {
-        for (int j = 0; j <= n; j++) {
-            if (i == 0 || j == 0) {
-                d[i][j] = i + j;
-                continue;
-            }
-            const int same = lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1;
-            d[i][j] = least(d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + same);
-            if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) &&
-                lower(a[i - 2]) == lower(b[j - 1]))
-                d[i][j] = least(d[i][j], d[i - 2][j - 2] + same, d[i][j]);
-        }
-    }
-    return d[m][n];
+    for (; *a && lower(*a) == lower(*b); a++)
+        b++;
+    if (!*a && !*b)
+        return true;
+    const bool both = *a && *b;
+    const bool swapped = both && lower(a[0]) == lower(b[1]) && lower(a[1]) == lower(b[0]);
+    return edits > 0 &&
+           ((both && is_near(a + 1, b + 1, edits - 1)) || (*a && is_near(a + 1, b, edits - 1)) ||
+            (*b && is_near(a, b + 1, edits - 1)) || (swapped && is_near(a + 2, b + 2, edits - 1)));
 }
 
-/* More edits than a third of the word and it is no longer a slip of the finger. */
-static bool near(int distance, const char *word)
+/* More edits than a third of the word are no slip of the finger. */
+static int most_edits(const char *word)
 {
     const int third = (int)strlen(word) / 3;
-    return distance <= (third > 1 ? third : 1);
+    return third > 1 ? third : 1;
+}
+
+enum { MOST_EDITS = 8 };
+
+/* "run", "balls.NAME" */
+static void name_block(const struct mill_deck_block *block, const char *name, char out[40])
+{
+    snprintf(out, 40, "%s%s%s", block->title, block->named ? "." : "", block->named ? name : "");
 }
 
 void mill_deck_table_suggest_section(const char *title, char *hint, size_t size)
 {
     const char *dot = strchr(title, '.');
-    const size_t stem = dot ? (size_t)(dot - title) + 1 : strlen(title);
-    char start[40];
-    int best = 0, fewest = 1000;
-    snprintf(start, sizeof start, "%.*s", stem < sizeof start ? (int)stem : 39, title);
-    for (int part = 0; part < DECK_PARTS; part++) {
-        const int distance = edits(start, titles[part]);
-        if (distance < fewest) {
-            fewest = distance;
-            best = part;
+    char stem[40], word[40];
+    struct mill_deck_block block;
+    snprintf(stem, sizeof stem, "%.*s", dot ? (int)(dot - title) + 1 : 39, title);
+    hint[0] = '\0';
+    for (int n = 0; n < MOST_EDITS && !hint[0]; n++) {
+        for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++) {
+            name_block(&block, "", word);
+            if (n > most_edits(word) || !is_near(stem, word, n))
+                continue;
+            name_block(&block, "NAME", word);
+            snprintf(hint, size, "; did you mean [%s]?", word);
         }
     }
-    hint[0] = '\0';
-    if (near(fewest, titles[best]))
-        snprintf(hint, size, "; did you mean [%s%s]?", titles[best],
-                 titles[best][strlen(titles[best]) - 1] == '.' ? "NAME" : "");
 }
 
-void mill_deck_table_suggest_key(enum mill_deck_part part, const char *name, char *hint,
-                                 size_t size)
+void mill_deck_table_suggest_key(const char *title, const char *name, char *hint, size_t size)
 {
-    const struct mill_deck_key *best = NULL;
-    int fewest = 1000;
+    char place[40];
+    struct mill_deck_block block;
     hint[0] = '\0';
-    for (int i = 0; i < mill_deck_table_length; i++) {
-        const struct mill_deck_key *key = &mill_deck_table[i];
-        const int distance = edits(name, key->name);
-        if (key->part == part && distance < fewest) {
-            fewest = distance;
-            best = key;
-        }
-    }
-    if (best && near(fewest, best->name)) {
-        snprintf(hint, size, "; did you mean '%s'?", best->name);
-        return;
-    }
-    for (int i = 0; i < mill_deck_table_length && !hint[0]; i++)
-        if (strcmp(mill_deck_table[i].name, name) == 0) {
-            const char *title = titles[mill_deck_table[i].part];
-            snprintf(hint, size, "; '%s' belongs to [%s%s]", name, title,
-                     title[strlen(title) - 1] == '.' ? "NAME" : "");
-        }
+    for (int n = 0; n < MOST_EDITS && !hint[0]; n++)
+        for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++)
+            for (const struct mill_key *key = block.key; !hint[0] && key->name; key++)
+                if (mill_deck_table_belongs(&block, title, NULL) && n <= most_edits(key->name) &&
+                    is_near(name, key->name, n))
+                    snprintf(hint, size, "; did you mean '%s'?", key->name);
+    for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++)
+        for (const struct mill_key *key = block.key; !hint[0] && key->name; key++)
+            if (strcmp(key->name, name) == 0) {
+                name_block(&block, "NAME", place);
+                snprintf(hint, size, "; '%s' belongs to [%s]", name, place);
+            }
 }

@@ -3,6 +3,7 @@
  * and SI units, whose factor is exactly one. */
 #include "deck/deck_private.h"
 
+#include <assert.h>
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
@@ -25,7 +26,7 @@ static const struct quantity {
     {NULL, "a plain number", "0.8"},
 };
 
-static const struct quantity *quantity_of(const struct mill_deck_key *key)
+static const struct quantity *quantity_of(const struct mill_key *key)
 {
     const struct quantity *q = quantities;
     while (q->unit && (!key->unit || strcmp(q->unit, key->unit) != 0))
@@ -34,54 +35,46 @@ static const struct quantity *quantity_of(const struct mill_deck_key *key)
 }
 
 /* A share stands for itself or has a unit such as %. */
-static bool is_share(const struct mill_deck_key *key)
+static bool is_share(const struct mill_key *key)
 {
     return key->unit && strcmp(key->unit, "1") == 0;
 }
 
 /* As it stands behind a number: " mm", or nothing. */
-static const char *unit_of(const struct mill_deck_key *key)
+static const char *unit_of(const struct mill_key *key)
 {
     return key->unit && !is_share(key) ? key->unit : "";
 }
 
-static void describe(const struct mill_deck_key *key, bool with_unit, char *out, size_t size)
+void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size)
 {
     const struct quantity *q = quantity_of(key);
     switch (key->type) {
-    case DECK_NUMBER:
-    case DECK_VECTOR:
+    case MILL_KEY_NUMBER:
+    case MILL_KEY_VECTOR:
         snprintf(out, size, "%s%s such as '%s'", q->name,
-                 with_unit && key->type == DECK_NUMBER && *unit_of(key) ? " with its unit" : "",
+                 with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key) ? " with its unit" : "",
                  q->example);
         break;
-    case DECK_WHOLE:
+    case MILL_KEY_WHOLE:
         snprintf(out, size, "a whole number such as '4000'");
         break;
-    case DECK_SEED:
-        snprintf(out, size, "a whole number from 0 to 4294967295 such as '1'");
-        break;
-    case DECK_CHOICE:
+    case MILL_KEY_CHOICE:
         snprintf(out, size, "'%.*s' or '%s'", (int)strcspn(key->words, "|"), key->words,
                  strchr(key->words, '|') + 1);
         break;
-    case DECK_FILE:
+    case MILL_KEY_FILE:
         snprintf(out, size, "'%s' or the name of a file", key->words);
         break;
     }
 }
 
-void mill_deck_value_wanted(const struct mill_deck_key *key, char *out, size_t size)
-{
-    describe(key, false, out, size);
-}
-
-static bool refuse(const struct mill_deck_key *key, bool with_unit, const char *text,
-                   const char *remark, struct mill_error *why)
+static bool refuse(const struct mill_key *key, bool with_unit, const char *text, const char *remark,
+                   struct mill_error *why)
 {
     enum { LONG = 80 };
     char wanted[120];
-    describe(key, with_unit, wanted, sizeof wanted);
+    mill_deck_value_wanted(key, with_unit, wanted, sizeof wanted);
     if (!*text)
         mill_error_set(why, MILL_BAD_DECK, "expected %s, got nothing", wanted);
     else
@@ -105,28 +98,26 @@ static bool read_number(const char **at, double *value)
     return isfinite(*value);
 }
 
-static bool in_range(const struct mill_deck_key *key, double value)
+static bool in_range(const struct mill_key *key, double value)
 {
     return (key->above ? value > key->lo : value >= key->lo) && value <= key->hi;
 }
 
-static bool refuse_range(const struct mill_deck_key *key, double value, const char *text,
+static bool refuse_range(const struct mill_key *key, double value, const char *text,
                          struct mill_error *why)
 {
     char lo[32], hi[32], limit[120];
-    if (key->type == DECK_SEED)
-        return refuse(key, false, text, "", why);
     const char *unit = unit_of(key), *space = *unit ? " " : "";
     mill_deck_value_shortest(key->lo, lo);
-    if (key->type == DECK_WHOLE)
+    if (key->type == MILL_KEY_WHOLE)
         snprintf(hi, sizeof hi, "%.0f", key->hi);
     else
         mill_deck_value_shortest(key->hi, hi);
-    if (value > key->hi && (key->above || key->hi == MILL_DECK_LARGEST))
+    if (value > key->hi && (key->above || key->hi == MILL_KEY_LARGEST))
         snprintf(limit, sizeof limit, "at most %s%s%s", hi, space, unit);
     else if (key->above)
         snprintf(limit, sizeof limit, "greater than %s%s%s", lo, space, unit);
-    else if (key->hi == MILL_DECK_LARGEST)
+    else if (key->hi == MILL_KEY_LARGEST)
         snprintf(limit, sizeof limit, "at least %s%s%s", lo, space, unit);
     else
         snprintf(limit, sizeof limit, "between %s and %s%s%s", lo, hi, space, unit);
@@ -135,8 +126,8 @@ static bool refuse_range(const struct mill_deck_key *key, double value, const ch
 }
 
 /* The unit behind the number(s) of `text`: sets *scale. */
-static bool read_unit(const struct mill_units *units, const struct mill_deck_key *key,
-                      const char *text, const char *unit, double *scale, struct mill_error *why)
+static bool read_unit(const struct mill_units *units, const struct mill_key *key, const char *text,
+                      const char *unit, double *scale, struct mill_error *why)
 {
     *scale = 1.0;
     if (!key->unit)
@@ -165,53 +156,35 @@ static const char *skip_space(const char *p)
     return p + strspn(p, " \t");
 }
 
-static bool read_scalar(const struct mill_units *units, const struct mill_deck_key *key,
-                        const char *text, double *home, struct mill_error *why)
-{
-    const char *p = text;
-    double value, scale;
-    if (!read_number(&p, &value))
-        return refuse(key, true, text, "", why);
-    if (!read_unit(units, key, text, skip_space(p), &scale, why))
-        return false;
-    value = mill_units_convert(value, scale);
-    if (!isfinite(value))
-        return refuse(key, true, text, " (too large)", why);
-    if (!in_range(key, value))
-        return refuse_range(key, value, text, why);
-    if (home)
-        *home = value;
-    return true;
-}
-
-static bool read_vector(const struct mill_units *units, const struct mill_deck_key *key,
-                        const char *text, vec3 *home, struct mill_error *why)
+/* Reads `count` numbers and the unit behind them. */
+static bool read_numbers(const struct mill_units *units, const struct mill_key *key,
+                         const char *text, int count, double *out, struct mill_error *why)
 {
     const char *p = text;
     double value[3], scale;
-    for (int i = 0; i < 3; i++) {
+    assert(count <= 3);
+    for (int i = 0; i < count; i++) {
         const char *start = skip_space(p);
-        if (i > 0 && start == p)
-            return refuse(key, true, text, "", why);
+        const bool apart = i == 0 || start > p;
         p = start;
-        if (!read_number(&p, &value[i]))
+        if (!apart || !read_number(&p, &value[i]))
             return refuse(key, true, text, "", why);
     }
     if (!read_unit(units, key, text, skip_space(p), &scale, why))
         return false;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < count; i++) {
         value[i] = mill_units_convert(value[i], scale);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
-        if (fabs(value[i]) > key->hi)
-            return refuse_range(key, fabs(value[i]), text, why);
+        if (!in_range(key, value[i]))
+            return refuse_range(key, count > 1 ? fabs(value[i]) : value[i], text, why);
     }
-    *home = vec3_make(value[0], value[1], value[2]);
+    memcpy(out, value, (size_t)count * sizeof *out);
     return true;
 }
 
 /* Whole numbers: digits, and a sign for those that may be below zero by mistake. */
-static bool read_whole(const struct mill_deck_key *key, const char *text, void *home,
+static bool read_whole(const struct mill_key *key, const char *text, long *out,
                        struct mill_error *why)
 {
     const char *digits = text + (*text == '-' || *text == '+');
@@ -223,55 +196,53 @@ static bool read_whole(const struct mill_deck_key *key, const char *text, void *
     const long value = strtol(text, &end, 10);
     if (errno == ERANGE || !in_range(key, (double)value))
         return refuse_range(key, (double)value, text, why);
-    if (home && key->type == DECK_SEED)
-        *(unsigned long *)home = (unsigned long)value;
-    else if (home)
-        *(long *)home = value;
+    *out = value;
     return true;
 }
 
-static bool read_choice(const struct mill_deck_key *key, const char *text, bool *home,
+static bool read_choice(const struct mill_key *key, const char *text, bool *out,
                         struct mill_error *why)
 {
     const size_t first = strcspn(key->words, "|");
     const bool is_first = strlen(text) == first && strncmp(text, key->words, first) == 0;
     if (!is_first && strcmp(text, key->words + first + 1) != 0)
         return refuse(key, false, text, "", why);
-    if (home)
-        *home = !is_first;
+    *out = !is_first;
     return true;
 }
 
-bool mill_deck_value_read(const struct mill_units *units, const struct mill_deck_key *key,
-                          const char *text, void *home, struct mill_error *why)
+static bool read_file_name(const struct mill_key *key, const char *text, char **out,
+                           struct mill_error *why)
 {
-    void *where = home ? (char *)home + key->offset : NULL;
-    switch (key->type) {
-    case DECK_NUMBER:
-        return read_scalar(units, key, text, where, why);
-    case DECK_VECTOR:
-        return read_vector(units, key, text, where, why);
-    case DECK_WHOLE:
-    case DECK_SEED:
-        return read_whole(key, text, where, why);
-    case DECK_CHOICE:
-        return read_choice(key, text, where, why);
-    case DECK_FILE:
-        break;
-    }
     if (!*text)
         return refuse(key, false, text, "", why);
-    free(*(char **)where);
-    *(char **)where = NULL;
+    free(*out);
+    *out = NULL;
     if (strcmp(text, key->words) == 0)
         return true;
-    *(char **)where = malloc(strlen(text) + 1);
-    if (!*(char **)where) {
+    *out = strdup(text);
+    if (!*out)
         mill_error_set(why, MILL_FAILED, "out of memory");
-        return false;
+    return *out;
+}
+
+bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
+                          const char *text, void *form, struct mill_error *why)
+{
+    void *out = (char *)form + key->offset;
+    switch (key->type) {
+    case MILL_KEY_NUMBER:
+        return read_numbers(units, key, text, 1, out, why);
+    case MILL_KEY_VECTOR:
+        return read_numbers(units, key, text, 3, out, why);
+    case MILL_KEY_WHOLE:
+        return read_whole(key, text, out, why);
+    case MILL_KEY_CHOICE:
+        return read_choice(key, text, out, why);
+    case MILL_KEY_FILE:
+        break;
     }
-    strcpy(*(char **)where, text);
-    return true;
+    return read_file_name(key, text, out, why);
 }
 
 void mill_deck_value_shortest(double value, char out[32])
@@ -286,38 +257,34 @@ void mill_deck_value_shortest(double value, char out[32])
         snprintf(out, 32, "%.*g", (int)floor(log10(size)) + 2, value);
 }
 
-void mill_deck_value_print(const struct mill_deck_key *key, const void *home, char *out,
-                           size_t size)
+void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size)
 {
-    const void *where = home ? (const char *)home + key->offset : NULL;
+    const void *where = (const char *)form + key->offset;
     const char *unit = unit_of(key), *space = *unit ? " " : "";
     char a[32], b[32], c[32];
     switch (key->type) {
-    case DECK_NUMBER:
+    case MILL_KEY_NUMBER:
         mill_deck_value_shortest(*(const double *)where, a);
         snprintf(out, size, "%s%s%s", a, space, unit);
         break;
-    case DECK_VECTOR:
+    case MILL_KEY_VECTOR:
         mill_deck_value_shortest(((const vec3 *)where)->x, a);
         mill_deck_value_shortest(((const vec3 *)where)->y, b);
         mill_deck_value_shortest(((const vec3 *)where)->z, c);
         snprintf(out, size, "%s %s %s%s%s", a, b, c, space, unit);
         break;
-    case DECK_WHOLE:
+    case MILL_KEY_WHOLE:
         snprintf(out, size, "%ld", *(const long *)where);
         break;
-    case DECK_SEED:
-        snprintf(out, size, "%lu", *(const unsigned long *)where);
-        break;
-    case DECK_CHOICE:
-        if (where && *(const bool *)where)
+    case MILL_KEY_CHOICE:
+        if (*(const bool *)where)
             snprintf(out, size, "%s", strchr(key->words, '|') + 1);
         else
             snprintf(out, size, "%.*s", (int)strcspn(key->words, "|"), key->words);
         break;
-    case DECK_FILE:
+    case MILL_KEY_FILE:
         if (*(char *const *)where)
-            mill_deck_line_quote(*(char *const *)where, out, size);
+            mill_deck_parse_quote(*(char *const *)where, out, size);
         else
             snprintf(out, size, "%s", key->words);
         break;

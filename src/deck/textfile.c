@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <stdbool.h>
+#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -49,5 +50,31 @@ FILE *mill_textfile_open(const char *path, const char **wrong)
         *wrong = "is a device, not a file";
     fclose(file);
     errno = EISDIR;
+    return NULL;
+}
+
+char *mill_textfile_read(const char *path, size_t most, size_t *size, const char **wrong)
+{
+    FILE *file = mill_textfile_open(path, wrong);
+    if (!file)
+        return NULL;
+    char *bytes = malloc(4096), *more = bytes;
+    size_t room = 4096;
+    int c;
+    for (*size = 0; more && *size <= most && (c = mill_textfile_next(file)) != EOF;) {
+        bytes[(*size)++] = (char)c;
+        if (*size < room)
+            continue;
+        more = realloc(bytes, room *= 2);
+        bytes = more ? more : bytes;
+    }
+    const int why = more ? errno : ENOMEM;
+    const bool failed = !more || ferror(file);
+    *wrong = *size > most ? "is too large" : NULL;
+    fclose(file);
+    errno = why;
+    if (!failed && !*wrong)
+        return bytes;
+    free(bytes);
     return NULL;
 }

@@ -9,6 +9,10 @@
  * NULL and errno says why it cannot be read. */
 FILE *mill_textfile_open(const char *path, const char **wrong);
 
+/* All bytes of a file of at most `most` bytes, and room for one more; NULL: as above. Owner: the
+ * caller. */
+char *mill_textfile_read(const char *path, size_t most, size_t *size, const char **wrong);
+
 /* getc() that goes on after a signal */
 static inline int mill_textfile_next(FILE *file)
 {

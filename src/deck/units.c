@@ -13,13 +13,15 @@
 
 enum { BASES = 4, RADIAN = 3, LONGEST = 80 };
 enum { DATABASE = 1 << 20 }; /* [B] more than twice what it takes to read it */
+#define CLOSE 1e-15          /* of a scale to a whole number, or to one over it */
+#define LARGEST 1e15         /* such a number that a double holds exactly */
 
 struct mill_units {
     ut_system *system;
 };
 
 /* A unit taken apart: factor * m^p0 kg^p1 s^p2 rad^p3. */
-struct parts {
+struct factors {
     double factor;
     int power[BASES];
     bool pure; /* nothing but that: no offset, no logarithm, no other base unit */
@@ -77,7 +79,7 @@ void mill_units_free(struct mill_units *units)
     free(units);
 }
 
-static void add_base(struct parts *parts, const ut_unit *base, int power)
+static void add_base(struct factors *factors, const ut_unit *base, int power)
 {
     static const char *const symbol[BASES] = {"m", "kg", "s", "rad"};
     const char *name = ut_get_symbol(base, UT_ASCII);
@@ -85,9 +87,9 @@ static void add_base(struct parts *parts, const ut_unit *base, int power)
     while (i < BASES && (!name || strcmp(name, symbol[i]) != 0))
         i++;
     if (i < BASES)
-        parts->power[i] += power;
+        factors->power[i] += power;
     else
-        parts->pure = false;
+        factors->pure = false;
 }
 
 static ut_status visit_basic(const ut_unit *unit, void *self)
@@ -114,7 +116,7 @@ static ut_status visit_timestamp(const ut_unit *unit, const ut_unit *under, doub
     (void)unit;
     (void)under;
     (void)origin;
-    ((struct parts *)self)->pure = false;
+    ((struct factors *)self)->pure = false;
     return UT_SUCCESS;
 }
 
@@ -124,17 +126,22 @@ static ut_status visit_logarithmic(const ut_unit *unit, double base, const ut_un
     return visit_timestamp(unit, reference, base, self);
 }
 
-static const ut_visitor visitor = {visit_basic, visit_product, visit_galilean, visit_timestamp,
-                                   visit_logarithmic};
+static const ut_visitor visitor = {
+    .visit_basic = visit_basic,
+    .visit_product = visit_product,
+    .visit_galilean = visit_galilean,
+    .visit_timestamp = visit_timestamp,
+    .visit_logarithmic = visit_logarithmic,
+};
 
 static ut_status visit_galilean(const ut_unit *unit, double scale, const ut_unit *under,
                                 double origin, void *self)
 {
-    struct parts *parts = self;
+    struct factors *factors = self;
     (void)unit;
-    parts->factor *= scale;
+    factors->factor *= scale;
     if (origin != 0.0)
-        parts->pure = false;
+        factors->pure = false;
     return ut_accept_visitor(under, &visitor, self);
 }
 
@@ -163,16 +170,16 @@ static bool digits_are_exponents(const char *unit)
     return true;
 }
 
-static bool take_apart(const struct mill_units *units, const char *text, struct parts *parts)
+static bool take_apart(const struct mill_units *units, const char *text, struct factors *factors)
 {
-    *parts = (struct parts){1.0, {0}, true};
+    *factors = (struct factors){.factor = 1.0, .pure = true};
     if (!*text || strlen(text) > LONGEST || !digits_are_exponents(text))
         return false;
     ut_unit *unit = ut_parse(units->system, text, UT_UTF8);
     if (!unit)
         return false;
-    if (ut_accept_visitor(unit, &visitor, parts) != UT_SUCCESS)
-        parts->pure = false;
+    if (ut_accept_visitor(unit, &visitor, factors) != UT_SUCCESS)
+        factors->pure = false;
     ut_free(unit);
     return true;
 }
@@ -180,7 +187,7 @@ static bool take_apart(const struct mill_units *units, const char *text, struct 
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale)
 {
-    struct parts got, want = {1.0, {0}, true};
+    struct factors got, want = {.factor = 1.0, .pure = true};
     if (!take_apart(units, unit, &got))
         return MILL_UNITS_UNKNOWN;
     if (strcmp(si, "1") != 0 && !take_apart(units, si, &want))
@@ -200,10 +207,9 @@ enum mill_units_verdict mill_units_scale(const struct mill_units *units, const c
  * thousandth, but 1000 is exact, so dividing by it rounds once. */
 double mill_units_convert(double value, double scale)
 {
-    static const double close = 1e-15, largest = 1e15;
     const bool small = scale < 1.0;
     const double whole = round(small ? 1.0 / scale : scale);
-    if (!(whole < largest) || fabs((small ? 1.0 / scale : scale) / whole - 1.0) > close)
+    if (!(whole < LARGEST) || fabs((small ? 1.0 / scale : scale) / whole - 1.0) > CLOSE)
         return value * scale;
     return small ? value / whole : value * whole;
 }

@@ -5,6 +5,11 @@
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
+#include <stdio.h>
+
+/* Of the drum's length: a blade may just touch the end walls. */
+#define ROUNDING 1e-12
+
 struct blade {
     struct mill_convex convex;
     vec3 centre;  /* [m] of the box, in the motion's frame */
@@ -137,6 +142,70 @@ static bool is_sound(const void *form)
            isfinite(is->position + is->angle + is->pitch);
 }
 
+/* A blade turned by its pitch p is w |cos p| + t |sin p| long along the axis and w |sin p| + t |cos
+ * p| wide around it, and its corners reach further out than tip_radius. */
+struct extent {
+    double along, across; /* [m] half of its length along the axis, and around it */
+    double reach;         /* [m] of its corners from the axis */
+};
+
+static struct extent extent_of(const struct mill_blade *is)
+{
+    const struct mill_heading pitch = mill_elementary_heading(is->pitch);
+    const double half_w = 0.5 * is->width, half_h = 0.5 * is->thickness;
+    const double across = fabs(pitch.sin) * half_w + fabs(pitch.cos) * half_h;
+    return (struct extent){
+        .across = across,
+        .along = fabs(pitch.cos) * half_w + fabs(pitch.sin) * half_h,
+        .reach = sqrt(is->tip_radius * is->tip_radius + across * across),
+    };
+}
+
+static const char *fault(const void *form, const struct mill_shape_fit *fit,
+                         char text[MILL_SHAPE_FAULT])
+{
+    const struct mill_blade *is = form;
+    const struct extent extent = extent_of(is);
+    if (is->tip_radius <= fit->shaft_radius) {
+        snprintf(text, MILL_SHAPE_FAULT, "must be greater than the shaft's radius, %g m, got %g m",
+                 fit->shaft_radius, is->tip_radius);
+        return "tip_radius";
+    }
+    if (is->tip_radius >= fit->bore) {
+        snprintf(text, MILL_SHAPE_FAULT, "must be less than the drum's radius%s, %g m, got %g m",
+                 fit->wavy ? " less the height of its buckles" : "", fit->bore, is->tip_radius);
+        return "tip_radius";
+    }
+    if (extent.reach >= fit->bore) {
+        snprintf(text, MILL_SHAPE_FAULT,
+                 "the blade's corners reach %g m from the axis, but the drum's %s %g m from it",
+                 extent.reach, fit->wavy ? "buckles come as near as" : "wall is", fit->bore);
+        return "tip_radius";
+    }
+    if (fabs(is->position) + extent.along > (0.5 + ROUNDING) * fit->length) {
+        snprintf(text, MILL_SHAPE_FAULT,
+                 "the blade reaches from x = %g m to %g m%s, out of the drum's %g m to %g m",
+                 is->position - extent.along, is->position + extent.along,
+                 mill_elementary_sin(is->pitch) != 0.0 ? " with its pitch" : "", -0.5 * fit->length,
+                 0.5 * fit->length);
+        return fit->spread ? "width" : "position";
+    }
+    return NULL;
+}
+
+static struct mill_shape_gaps gaps(const void *form, const struct mill_shape_fit *fit)
+{
+    const struct mill_blade *is = form;
+    const struct extent extent = extent_of(is);
+    const double wall = 0.5 * fit->length - fabs(is->position) - extent.along;
+    return (struct mill_shape_gaps){
+        .drum = fit->bore - extent.reach,
+        .drum_key = "tip_radius",
+        .wall = wall > ROUNDING * fit->length ? wall : 0.0,
+        .wall_key = fit->spread ? "width" : "position",
+    };
+}
+
 static struct mill_shape *create(const struct mill_shape *base, const void *form,
                                  const struct mill_chamber *chamber)
 {
@@ -158,20 +227,43 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     b->s = radial;
     b->h = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around);
     b->centre = vec3_make(is->position, b->half_s * angle.cos, b->half_s * angle.sin);
-    const double across = fabs(pitch.sin) * b->half_w + fabs(pitch.cos) * b->half_h;
-    b->across = across;
-    b->reach_x = fabs(pitch.cos) * b->half_w + fabs(pitch.sin) * b->half_h;
-    b->reach_rho = sqrt(is->tip_radius * is->tip_radius + across * across);
+    const struct extent extent = extent_of(is);
+    b->across = extent.across;
+    b->reach_x = extent.along;
+    b->reach_rho = extent.reach;
     if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
         b->reach_x = b->reach_rho = INFINITY;
     return &b->convex.base;
 }
+
+/* clang-format off */
+#define AT(member) .offset = offsetof(struct mill_blade, member)
+const struct mill_key mill_blade_key[] = {
+    {"position", "x of the blade's centre", .unit = "m", MILL_KEY_ANY, AT(position)},
+    {"angle", "angle of the blade on the rotor, from +y towards +z", .unit = "rad", MILL_KEY_ANY,
+     AT(angle)},
+    {"tip_radius", "reach of a blade from the axis", .unit = "m", MILL_KEY_POSITIVE,
+     AT(tip_radius)},
+    {"width", "width of a blade along the axis, before pitching", .unit = "m", MILL_KEY_POSITIVE,
+     AT(width)},
+    {"thickness", "thickness of a blade around the axis, before pitching", .unit = "m",
+     MILL_KEY_POSITIVE, AT(thickness)},
+    {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", MILL_KEY_ANY,
+     .preset = "0 deg", AT(pitch)},
+    {NULL},
+};
+/* clang-format on */
 
 const struct mill_shape_type mill_blade_type = {
     .name = "blade",
     .kind = MILL_BALL_BLADE,
     .pinches = true,
     .is_sound = is_sound,
+    .on_rotor = true,
+    .key = mill_blade_key,
+    .form = sizeof(struct mill_blade),
+    .fault = fault,
+    .gaps = gaps,
     .create = create,
     .free = mill_shape_free,
     .next_contact = next_contact,

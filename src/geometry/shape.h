@@ -5,6 +5,7 @@
 #ifndef MILLSIM_SHAPE_H
 #define MILLSIM_SHAPE_H
 
+#include "base/key.h"
 #include "base/profile.h"
 #include "millsim/kinds.h"
 #include "millsim/motion.h"
@@ -76,14 +77,43 @@ struct mill_chamber {
     double half_length; /* [m] */
 };
 
+/* The mill that a form has to fit into */
+struct mill_shape_fit {
+    double bore;         /* [m] how near the drum's wall comes to the axis */
+    bool wavy;           /* where it has buckles */
+    double length;       /* [m] of the drum */
+    double shaft_radius; /* [m] 0: no shaft */
+    bool spread;         /* one of equal ones, whose places follow from their number */
+};
+
+/* How wide a ball finds the gaps between a form and the drum, and between it and the nearer end
+ * wall [m]; and the keys that set them */
+struct mill_shape_gaps {
+    double drum, wall;
+    const char *drum_key, *wall_key;
+};
+
+enum { MILL_SHAPE_FAULT = 200 }; /* characters of a fault */
+
 struct mill_mesh;
 struct mill_shape;
 
 /* A kind of shape. Poses are those of the shape's motion; what stands still has mill_pose_still. */
 struct mill_shape_type {
-    const char *name; /* "blade", "end wall": in messages */
+    const char *name; /* "blade", "end wall": in messages, and of a deck's sections [blade.NAME] */
     enum mill_kind kind;
     bool pinches; /* may press a ball against another body, and lets it go then */
+    /* Of kinds that a deck can name, those listed in mill_shapes_named: */
+    bool on_rotor;              /* the rotor carries them; else they stand still */
+    const struct mill_key *key; /* the numbers of the form */
+    size_t form;                /* its size */
+    /* What is wrong with a form in this mill: the key to mend, and a sentence in `text`. NULL:
+     * nothing is. */
+    const char *(*fault)(const void *form, const struct mill_shape_fit *,
+                         char text[MILL_SHAPE_FAULT]);
+    /* Gaps in which it can pinch balls; NULL: it has none */
+    struct mill_shape_gaps (*gaps)(const void *form, const struct mill_shape_fit *);
+    /* Of all kinds: */
     /* Do these numbers, a struct of this kind, make a shape? NULL: the drum's own have none */
     bool (*is_sound)(const void *form);
     /* base: what all shapes have, to be copied; form: sound numbers. NULL: out of memory. Owner:

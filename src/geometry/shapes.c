@@ -4,6 +4,8 @@
 #include <assert.h>
 #include <stdlib.h>
 
+const struct mill_shape_type *const mill_shapes_named[] = {&mill_blade_type, NULL};
+
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum)
 {
     assert(drum->radius > 0.0 && drum->length > 0.0);

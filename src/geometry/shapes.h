@@ -8,6 +8,13 @@
 /* Those of the drum, made from its profile and length alone */
 extern const struct mill_shape_type mill_cylinder_drum_type, mill_wavy_type, mill_plate_type;
 
+/* Those that a deck names in sections [TYPE.NAME]; NULL behind the last */
+extern const struct mill_shape_type *const mill_shapes_named[];
+
+/* The keys of a blade. The first MILL_BLADE_PLACES say where on the rotor it is. */
+enum { MILL_BLADE_PLACES = 2 };
+extern const struct mill_key mill_blade_key[];
+
 /* The room of the setup's drum. */
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum);
 

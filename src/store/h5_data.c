@@ -12,25 +12,6 @@ enum {
     CHECKED = 1 << 20 /* [byte] with one checksum, at most: HDF5 copies so many at a time */
 };
 
-hid_t mill_h5_memory_type(enum mill_h5_type type)
-{
-    const hid_t types[MILL_H5_TYPES] = {H5T_NATIVE_DOUBLE, H5T_NATIVE_FLOAT,  H5T_NATIVE_INT64,
-                                        H5T_NATIVE_INT32,  H5T_NATIVE_UINT64, H5T_NATIVE_UINT8};
-    return types[type];
-}
-
-hid_t mill_h5_file_type(enum mill_h5_type type)
-{
-    const hid_t types[MILL_H5_TYPES] = {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_STD_I64LE,
-                                        H5T_STD_I32LE,  H5T_STD_U64LE,  H5T_STD_U8LE};
-    return types[type];
-}
-
-size_t mill_h5_type_size(enum mill_h5_type type)
-{
-    return H5Tget_size(mill_h5_memory_type(type));
-}
-
 static hid_t make_space(int rank, const size_t *dims)
 {
     hsize_t extent[MAX_RANK];

@@ -1,4 +1,4 @@
-/* What the parts of the h5 module (h5.c, h5_data.c, h5_attribute.c, h5_column.c)
+/* What the parts of the h5 module (h5.c, h5_attribute.c, h5_column.c, h5_data.c, h5_file.c)
  * share; no other file includes this. */
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
@@ -20,9 +20,21 @@ struct mill_h5 {
     struct mill_h5_column *columns; /* all that are open */
 };
 
+/* From now on HDF5 prints nothing, and why it fails is noted. */
+void mill_h5_listen(void);
+
 /* Marks the file spent, if it is not yet: "FILE: cannot VERB PATH: REASON", the reason being that
  * of the first call to HDF5 that has failed since the last failure was told. */
 void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path);
+
+/* Has a call to HDF5 failed since the last failure was told? Why, where the system gave no errno.
+ */
+bool mill_h5_failed(void);
+void mill_h5_suppose(const char *why);
+
+/* What HDF5 still holds must not reach the disk, and giving it back must not fail: from now on HDF5
+ * writes to nowhere. */
+void mill_h5_detach(struct mill_h5 *file);
 
 /* Is the file not spent? */
 bool mill_h5_good(const struct mill_h5 *file);

@@ -43,7 +43,7 @@ static char *printed(const struct mill_deck *deck, size_t *size)
 
 static void check_numbers(const struct mill_deck *d)
 {
-    fuzz_require(d->kinds > 0 && d->blades >= 0, "%d kinds, %d blades", d->kinds, d->blades);
+    fuzz_require(d->kinds > 0 && d->shapes >= 0, "%d kinds, %d shapes", d->kinds, d->shapes);
     fuzz_require(d->time > 0.0 && d->series > 0.0 && d->sample_from >= 0.0 &&
                      d->sample_from < d->time && isfinite(d->time),
                  "times %g %g %g", d->time, d->sample_from, d->series);
@@ -55,10 +55,12 @@ static void check_numbers(const struct mill_deck *d)
                          d->balls[k].diameter < 2.0 * d->drum_radius &&
                          d->balls[k].diameter < d->drum_length && d->balls[k].density > 0.0,
                      "kind %d", k);
-    for (int k = 0; k < d->blades; k++)
-        fuzz_require(d->blade[k].tip_radius < d->drum_radius && d->blade[k].width > 0.0 &&
-                         d->blade[k].thickness > 0.0,
+    for (int k = 0; k < d->shapes; k++) {
+        const struct mill_blade *b = d->shape[k].form;
+        fuzz_require(d->shape[k].type == &mill_blade_type && b->tip_radius < d->drum_radius &&
+                         b->width > 0.0 && b->thickness > 0.0,
                      "blade %d", k);
+    }
     for (int k = 0; k < MILL_KINDS; k++)
         fuzz_require(d->law[k].restitution >= 0.0 && d->law[k].restitution <= 1.0 &&
                          d->law[k].friction >= 0.0 && fabs(d->law[k].tangential) <= 1.0,
