@@ -6,6 +6,8 @@
 
 #include "millsim/pose.h"
 
+#include <stdbool.h>
+
 struct mill_motion;
 
 /* At most, at any time */
@@ -21,7 +23,9 @@ struct mill_motion_bounds {
 /* A kind of motion; a new one is one file with one of these. */
 struct mill_motion_type {
     const char *name;
-    /* form: the struct of numbers of this kind. NULL: out of memory. Owner: the caller; free(). */
+    /* Do these numbers, a struct of this kind, make a motion? */
+    bool (*is_sound)(const void *form);
+    /* form: sound numbers. NULL: out of memory. Owner: the caller; free(). */
     struct mill_motion *(*create)(const void *form);
     /* Both in the carrier's frame; t: local time [s] */
     struct mill_pose (*pose)(const struct mill_motion *, double t);
@@ -51,5 +55,9 @@ struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
 
 /* Bounds of the same at any time; the axis is the laboratory's. */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion);
+
+/* [m] No place of a cylinder about the laboratory's x axis is ever farther from the motion's axis
+ * or, where that is not the same, from the frame's origin. */
+double mill_motion_reach(const struct mill_motion *motion, double radius, double half_length);
 
 #endif

@@ -57,12 +57,15 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
         for (int32_t k = 0; k < w->shapes; k++) {
             const struct mill_shape *shape = w->shape[k];
             struct mill_surface *next = &p->surface[n];
-            next->shape = k;
-            next->parts.first = next->parts.count = 0;
+            *next = (struct mill_surface){.shape = k, .motion = MILL_NOBODY};
             if (!shape->type->reachable(shape, lo, hi, widest))
                 continue;
             if (shape->type->parts)
                 next->parts = shape->type->parts(shape, lo, hi, widest);
+            if (shape->type->sector && shape->motion) {
+                next->motion = shape->motion->number;
+                next->sector = shape->type->sector(shape, lo, hi, widest);
+            }
             n++;
         }
     }
@@ -120,7 +123,8 @@ static bool allocate(struct mill_schedule *p, double *widest)
     p->pull = vec3_norm(w->g);
     for (int k = 0; k < w->motions; k++) {
         const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
-        const double reach = w->drum_radius, coriolis = 2.0 * b.turning;
+        const double reach = mill_motion_reach(w->motion[k], w->drum_radius, 0.5 * w->drum_length);
+        const double coriolis = 2.0 * b.turning;
         struct mill_lately *l = &p->lately[k];
         l->t = NAN;
         l->drift = b.speed + b.turning * reach;
@@ -222,24 +226,45 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
     return true;
 }
 
+/* The motion's pose not long ago, and how long ago [s]. */
+static struct mill_lately *look_lately(struct mill_schedule *p, int32_t motion, double now,
+                                       double *age)
+{
+    struct mill_lately *l = &p->lately[motion];
+    *age = fabs(now - l->t);
+    if (!(*age <= l->most)) {
+        l->pose = mill_motion_pose(p->world->motion[motion], now);
+        l->t = now;
+        *age = 0.0;
+    }
+    return l;
+}
+
 /* Where the ball is and how far it can get within `window` [s], as bodies on that motion see it: in
  * their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts; the frame itself
  * has gone on a little since its pose was looked at. */
-static void look_lately(struct mill_schedule *p, const struct mill_motion *motion, double now,
-                        double window, struct mill_flight *f)
+static void see_from(const struct mill_lately *l, double age, double window, struct mill_flight *f)
 {
-    struct mill_lately *l = &p->lately[motion->number];
-    double age = fabs(now - l->t);
-    if (!(age <= l->most)) {
-        l->pose = mill_motion_pose(motion, now);
-        l->t = now;
-        age = 0.0;
-    }
     const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
     f->place = mill_pose_in(&l->pose, f->r);
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
+}
+
+/* Is a body on a motion certainly out of reach? First by its angle, whatever the ball does in its
+ * cell; most are. What is not is seen from the body's frame. */
+static bool is_elsewhere(struct mill_schedule *p, const struct mill_surface *near, double now,
+                         double window, struct mill_flight *flight)
+{
+    double age;
+    const struct mill_lately *l = look_lately(p, near->motion, now, &age);
+    const vec3 y = l->pose.y;
+    if (l->pose.about_x && y.y * near->sector.y + y.z * near->sector.z <
+                               near->sector.cos - 0.5 * l->coriolis * (window + age))
+        return true;
+    see_from(l, age, window, flight);
+    return false;
 }
 
 /* The first contact with a surface in reach of the cell, within the window [s] that the best pair
@@ -252,31 +277,25 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[ball->species];
-    const struct mill_motion *seen = NULL;
     struct mill_flight flight = {
         .r = ball->r, .v = ball->v, .g = w->g, .pull = p->pull, .travel = INFINITY};
-    const int32_t first = p->surface_start[cell], end = p->surface_start[cell + 1];
-    const struct mill_shape *last = w->shape[p->surface[end - 1].shape];
-    if (last->type->pinches && last->motion) { /* those of one motion mostly stand together */
-        look_lately(p, last->motion, now, window, &flight);
-        seen = last->motion;
-    }
-    for (int32_t k = first; k < end; k++) {
-        const int32_t s = p->surface[k].shape;
-        const struct mill_shape *shape = w->shape[s];
+    const int32_t end = p->surface_start[cell + 1];
+    for (int32_t k = p->surface_start[cell]; k < end; k++) {
+        const struct mill_surface *near = &p->surface[k];
+        if (near->motion == MILL_NOBODY)
+            flight.travel = INFINITY; /* what was told of a body before is not of this one */
+        else if (is_elsewhere(p, near, now, window, &flight))
+            continue;
+        const struct mill_shape *shape = w->shape[near->shape];
         if (plan->let_go && shape->type->pinches)
             continue;
-        flight.parts = p->surface[k].parts;
-        if (shape->type->pinches & (shape->motion != seen)) {
-            look_lately(p, shape->motion, now, window, &flight);
-            seen = shape->motion;
-        }
+        flight.parts = near->parts;
         const struct mill_hit hit =
-            shape->type->next_contact(shape, &flight, radius, now, window, s == touched);
+            shape->type->next_contact(shape, &flight, radius, now, window, near->shape == touched);
         if (hit.t <= window) {
             window = hit.t;
             plan->shape_t = now + hit.t;
-            plan->shape = (int16_t)s;
+            plan->shape = (int16_t)near->shape;
             plan->next = hit.state == MILL_HIT_ASK_AGAIN ? MILL_NEXT_SEARCH : MILL_NEXT_SURFACE;
         }
     }

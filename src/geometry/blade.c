@@ -15,7 +15,9 @@ struct blade {
     vec3 centre;  /* [m] of the box, in the motion's frame */
     vec3 w, s, h; /* unit, in that frame: along the width, radial, along the thickness */
     double half_w, half_s, half_h; /* [m] */
-    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis */
+    double across;                 /* [m] half extent around the axis */
+    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis;
+                                  INFINITY: it moves otherwise */
 };
 
 static double clamp_out(double q, double half)
@@ -86,7 +88,7 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
 }
 
-/* Of a turn about the frame's x axis, whatever its angle */
+/* Of a turn about the x axis, whatever its angle; any other motion may take it anywhere */
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct blade *b = (const struct blade *)shape;
@@ -96,6 +98,26 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
     const double y = lo.y > 0.0 ? lo.y : (hi.y < 0.0 ? hi.y : 0.0);
     const double z = lo.z > 0.0 ? lo.z : (hi.z < 0.0 ? hi.z : 0.0);
     return sqrt(y * y + z * z) <= b->reach_rho + far;
+}
+
+/* Seen from the axis a ball of the box lies within `wide` of the direction of the box's middle, and
+ * the blade, a strip from the axis outwards, within `own` of its own. */
+static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct blade *b = (const struct blade *)shape;
+    const struct mill_sector any = {0.0, 0.0, -2.0};
+    const double far = b->convex.reach, margin = 1e-3 * radius + 1e-6 * far;
+    const double y0 = fmax(lo.y, -far), y1 = fmin(hi.y, far);
+    const double z0 = fmax(lo.z, -far), z1 = fmin(hi.z, far);
+    const double y = 0.5 * (y0 + y1), z = 0.5 * (z0 + z1), rho = sqrt(y * y + z * z);
+    const double half = 0.5 * sqrt((y1 - y0) * (y1 - y0) + (z1 - z0) * (z1 - z0)) + margin;
+    const double across = b->across + radius + margin;
+    if (rho - half <= across)
+        return any;
+    const double wide = mill_elementary_asin(half / rho);
+    const double own = mill_elementary_asin(across / (rho - half));
+    return (struct mill_sector){(y * b->s.y + z * b->s.z) / rho, (z * b->s.y - y * b->s.z) / rho,
+                                mill_elementary_cos(wide + own) - 1e-9};
 }
 
 /* All of the box, from the axis on: what is within the shaft is hidden there */
@@ -116,8 +138,8 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
 /* A blade turned by its pitch p is w |cos p| + t |sin p| long along the axis and w |sin p| + t |cos
  * p| wide around it, and its corners reach further out than tip_radius. */
 struct extent {
-    double along; /* [m] half of its length along the axis */
-    double reach; /* [m] of its corners from the axis */
+    double along, across; /* [m] half of its length along the axis, and around it */
+    double reach;         /* [m] of its corners from the axis */
 };
 
 static struct extent extent_of(const struct mill_blade *is)
@@ -127,6 +149,7 @@ static struct extent extent_of(const struct mill_blade *is)
     const double across = fabs(pitch.sin) * half_w + fabs(pitch.cos) * half_h;
     return (struct extent){
         .along = fabs(pitch.cos) * half_w + fabs(pitch.sin) * half_h,
+        .across = across,
         .reach = sqrt(is->tip_radius * is->tip_radius + across * across),
     };
 }
@@ -176,6 +199,14 @@ static struct mill_shape_gaps gaps(const void *form, const struct mill_shape_fit
     };
 }
 
+static bool is_sound(const void *form)
+{
+    const struct mill_blade *is = form;
+    return is->tip_radius > 0.0 && is->width > 0.0 && is->thickness > 0.0 &&
+           isfinite(is->tip_radius + is->width + is->thickness) &&
+           isfinite(is->position + is->angle + is->pitch);
+}
+
 static struct mill_shape *create(const struct mill_shape *base, const void *form,
                                  const struct mill_chamber *chamber)
 {
@@ -188,7 +219,8 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     if (!b)
         return NULL;
     b->convex.bounds = mill_motion_bounds(base->motion);
-    b->convex.reach = chamber->drum.radius + chamber->drum.height;
+    b->convex.reach = mill_motion_reach(base->motion, chamber->drum.radius + chamber->drum.height,
+                                        chamber->half_length);
     b->half_w = 0.5 * is->width;
     b->half_s = 0.5 * is->tip_radius;
     b->half_h = 0.5 * is->thickness;
@@ -197,8 +229,11 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     b->h = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around);
     b->centre = vec3_make(is->position, b->half_s * angle.cos, b->half_s * angle.sin);
     const struct extent extent = extent_of(is);
+    b->across = extent.across;
     b->reach_x = extent.along;
     b->reach_rho = extent.reach;
+    if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
+        b->reach_x = b->reach_rho = INFINITY;
     return &b->convex.base;
 }
 
@@ -229,11 +264,13 @@ const struct mill_shape_type mill_blade_type = {
     .form = sizeof(struct mill_blade),
     .fault = fault,
     .gaps = gaps,
+    .is_sound = is_sound,
     .create = create,
     .free = mill_shape_free,
     .next_contact = next_contact,
     .gap = gap,
     .contact = contact,
     .reachable = reachable,
+    .sector = sector,
     .draw = draw,
 };

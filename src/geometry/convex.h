@@ -36,7 +36,7 @@ struct mill_view {
 /* Every convex body starts with this. */
 struct mill_convex {
     struct mill_shape base;
-    double reach; /* [m] no ball's centre is ever farther from the axis of the motion */
+    double reach;                     /* [m] mill_motion_reach of the chamber */
     struct mill_motion_bounds bounds; /* of the motion */
 };
 

@@ -102,6 +102,12 @@ static struct mill_shape *create_drum(const struct mill_shape *base, const void 
     return create(base, chamber->drum.radius, 1.0);
 }
 
+static bool is_sound(const void *form)
+{
+    const struct mill_shaft *is = form;
+    return is->radius > 0.0 && isfinite(is->radius);
+}
+
 static struct mill_shape *create_shaft(const struct mill_shape *base, const void *form,
                                        const struct mill_chamber *chamber)
 {
@@ -124,6 +130,7 @@ const struct mill_shape_type mill_cylinder_drum_type = {
 const struct mill_shape_type mill_cylinder_shaft_type = {
     .name = "shaft",
     .kind = MILL_BALL_SHAFT,
+    .is_sound = is_sound,
     .create = create_shaft,
     .free = mill_shape_free,
     .next_contact = next_contact,

@@ -65,7 +65,18 @@ struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion)
     struct mill_motion_bounds bounds = motion->type->bounds(motion);
     for (const struct mill_motion *m = motion->on; m; m = m->on) {
         const struct mill_motion_bounds outer = m->type->bounds(m);
+        if (outer.turning == 0.0) { /* it may stand turned */
+            const struct mill_pose pose = m->type->pose(m, 0.0);
+            bounds.axis = mill_pose_turn_out(&pose, bounds.axis);
+        }
         bounds = bounds_within(&outer, &bounds);
     }
     return bounds;
+}
+
+double mill_motion_reach(const struct mill_motion *motion, double radius, double half_length)
+{
+    if (!motion || mill_motion_pose(motion, 0.0).about_x)
+        return radius;
+    return sqrt(radius * radius + half_length * half_length) + mill_motion_bounds(motion).far;
 }

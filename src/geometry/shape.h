@@ -22,6 +22,12 @@ struct mill_span {
     int16_t first, count;
 };
 
+/* When can a body that turns about x be met by a ball in some box? Only while
+ * cos(angle) y + sin(angle) z >= cos, the angle that of its motion. */
+struct mill_sector {
+    double y, z, cos;
+};
+
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
 struct mill_flight {
     vec3 r;      /* [m] */
@@ -108,8 +114,10 @@ struct mill_shape_type {
     /* Gaps in which it can pinch balls; NULL: it has none */
     struct mill_shape_gaps (*gaps)(const void *form, const struct mill_shape_fit *);
     /* Of all kinds: */
-    /* base: what all shapes have, to be copied; form: the struct of numbers of this kind. NULL: out
-     * of memory. Owner: the caller. */
+    /* Do these numbers, a struct of this kind, make a shape? NULL: the drum's own have none */
+    bool (*is_sound)(const void *form);
+    /* base: what all shapes have, to be copied; form: sound numbers. NULL: out of memory. Owner:
+     * the caller. */
     struct mill_shape *(*create)(const struct mill_shape *base, const void *form,
                                  const struct mill_chamber *chamber);
     void (*free)(struct mill_shape *);
@@ -127,6 +135,9 @@ struct mill_shape_type {
     /* The parts that such a ball can touch, none if it cannot reach the shape; for a shape of many
      * parts, else NULL. Handed back with every flight that stays in the box. */
     struct mill_span (*parts)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
+    /* For such a ball, of a body whose motion turns about x alone; NULL: it may be met at any
+     * angle. */
+    struct mill_sector (*sector)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
     /* true: the ball touches the shape in a second place as well, told in *contact. NULL for a
      * shape on which no ball ever does. */
     bool (*beside)(const struct mill_shape *, vec3 centre, double radius,

@@ -15,6 +15,13 @@ struct turn {
     vec3 along[3], across[3], turned[3]; /* of the directions x, y, z */
 };
 
+static bool is_sound(const void *form)
+{
+    const struct mill_turn *is = form;
+    return vec3_norm(is->axis) > 0.0 && isfinite(vec3_norm(is->axis)) &&
+           isfinite(vec3_norm(is->centre)) && isfinite(is->speed) && isfinite(is->angle);
+}
+
 static struct mill_motion *create(const void *form)
 {
     const struct mill_turn *asked = form;
@@ -83,5 +90,9 @@ static void restart(struct mill_motion *motion, double t)
     is->angle = fmod(is->angle + is->speed * t, 2.0 * MILL_PI);
 }
 
-const struct mill_motion_type mill_turn_type = {
-    .name = "turn", .create = create, .pose = pose, .bounds = bounds, .restart = restart};
+const struct mill_motion_type mill_turn_type = {.name = "turn",
+                                                .is_sound = is_sound,
+                                                .create = create,
+                                                .pose = pose,
+                                                .bounds = bounds,
+                                                .restart = restart};

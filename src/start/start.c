@@ -17,13 +17,39 @@ static bool positive(double x)
     return x > 0.0 && x < (double)INFINITY;
 }
 
+static bool is_drum_sound(const struct mill_setup_drum *d)
+{
+    if (!positive(d->radius) || !positive(d->length) || d->buckles == 0)
+        return positive(d->radius) && positive(d->length);
+    if (!(d->buckles > 1 && d->buckle_height >= 0.0 && d->buckle_height < d->radius) ||
+        !isfinite(d->buckle_angle))
+        return false;
+    const struct mill_chamber chamber = mill_shapes_chamber(d);
+    return mill_profile_is_sound(&chamber.drum);
+}
+
+/* Motions ride on earlier ones. */
+static bool are_bodies_sound(const struct mill_setup *s)
+{
+    bool good = s->motions >= 0 && s->surfaces >= 0 && s->surfaces <= MOST_SHAPES;
+    for (int k = 0; good && k < s->motions; k++) {
+        const struct mill_setup_motion *m = &s->motion[k];
+        good = m->on >= MILL_STILL && m->on < k && m->type->is_sound(m->form);
+    }
+    for (int k = 0; good && k < s->surfaces; k++) {
+        const struct mill_setup_surface *b = &s->surface[k];
+        good = b->motion >= MILL_STILL && b->motion < s->motions && b->type->is_sound(b->form);
+    }
+    return good;
+}
+
 /* Every number that could make the loop meaningless or endless */
 static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
-    bool good = positive(s->drum.radius) && positive(s->drum.length) && isfinite(s->speed) &&
-                isfinite(vec3_norm(s->gravity)) && s->rebound_floor >= 0.0 && s->species > 0 &&
-                s->surfaces <= MOST_SHAPES;
+    bool good = is_drum_sound(&s->drum) && are_bodies_sound(s) && s->speed >= 0.0 &&
+                isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) && s->rebound_floor >= 0.0 &&
+                isfinite(s->rebound_floor) && s->species > 0;
     for (int k = 0; good && k < s->species; k++) {
         const struct mill_setup_balls *b = &s->balls[k];
         good = positive(b->diameter) && positive(b->density) && b->count >= 0;

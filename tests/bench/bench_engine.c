@@ -10,7 +10,7 @@
  * Frisch, Helfand & Lebowitz 1960) has, for a flat hard wall, the surface tension of the centres'
  * surface - 9 eta^2 (1 + eta) / (2 pi (1 - eta)^3) kT/d^2; its derivative by the chemical potential
  * of the same theory gives the surplus s = 3 eta / (2 + 4 eta) used here. */
-#include "deck/deck.h"
+#include "deck/deck_setup.h"
 #include "millsim/sim.h"
 
 #include <stdio.h>
@@ -123,7 +123,7 @@ static enum mill_status read_deck(struct gas *gas, const struct job *job)
 
 static bool open_gas(struct gas *gas)
 {
-    return mill_world_create(gas->deck, &gas->world, &gas->error) == MILL_OK &&
+    return mill_deck_setup_world(gas->deck, NULL, &gas->world, &gas->error) == MILL_OK &&
            mill_sim_create(gas->world, &gas->sim, &gas->error) == MILL_OK;
 }
 

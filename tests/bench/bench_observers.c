@@ -4,6 +4,7 @@
  * back to back, everything in the cache ("replayed"), and beside the event loop, 64 at a time, with
  * the cache as the loop leaves it ("in the loop"); snapshots likewise with the cache warm, and
  * after a walk through 8 MiB. `bench_observers [--json FILE] [DECK]`; DECK: input/simoloyer.ini. */
+#include "deck/deck_setup.h"
 #include "millsim/sim.h"
 #include "observe/impactlog.h"
 #include "observe/maps.h"
@@ -192,7 +193,7 @@ static void start(struct bench *b, const char *path, struct recorder *r)
     static const char *const orders[] = {"run.sample_from=0 s"};
     struct mill_error error;
     need(mill_deck_read(path, 1, orders, NULL, &b->deck, &error) == MILL_OK, error.text);
-    need(mill_world_create(b->deck, &b->world, &error) == MILL_OK, error.text);
+    need(mill_deck_setup_world(b->deck, NULL, &b->world, &error) == MILL_OK, error.text);
     need(mill_sim_create(b->world, &b->sim, &error) == MILL_OK, error.text);
     need(mill_sim_run(b->sim, SETTLE, UINT64_MAX, NULL, &error) == MILL_OK, error.text);
     r->observer = (struct mill_observer){&recorder, INFINITY};

@@ -10,8 +10,8 @@
 #include <time.h>
 
 #include "../unit/poly_cases.h"
+#include "deck/deck_setup.h"
 #include "geometry/shape.h"
-#include "deck/deck.h"
 #include "millsim/poly.h"
 #include "millsim/sim.h"
 
@@ -60,10 +60,10 @@ static bool is_solved(const struct rise_case *q)
     return counts.solves > 0;
 }
 
-/* Stands for the operations of a cylinder and writes down what it is asked. */
+/* Stands for a cylinder's type and writes down what it is asked. */
 struct recorder {
-    struct mill_shape_ops ops; /* first: a shape's ops lead back here */
-    const struct mill_shape_ops *real;
+    struct mill_shape_type type; /* first: a shape's type leads back here */
+    const struct mill_shape_type *real;
     double radius; /* [m] of the cylinder */
     struct recording {
         struct rise_case *q;
@@ -73,13 +73,13 @@ struct recorder {
     } * tape;
 };
 
-static double record_contact(const struct mill_shape *shape, const struct mill_flight *f,
-                             double radius, double turn, double horizon, bool touching)
+static struct mill_hit record_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                      double radius, double now, double horizon, bool touching)
 {
-    const struct recorder *r = (const struct recorder *)shape->ops;
+    const struct recorder *r = (const struct recorder *)shape->type;
     struct recording *tape = r->tape;
     if (tape->on && tape->n < CASES && tape->calls++ % EVERY == 0) {
-        const bool inside = r->ops.kind == MILL_BALL_DRUM;
+        const bool inside = r->type.kind == MILL_BALL_DRUM;
         const double at[2] = {f->r.y, f->r.z}, v[2] = {f->v.y, f->v.z}, g[2] = {f->g.y, f->g.z};
         struct rise_case *q = &tape->q[tape->n];
         contact_polynomial(at, v, g, inside ? r->radius - radius : r->radius + radius, inside,
@@ -88,7 +88,7 @@ static double record_contact(const struct mill_shape *shape, const struct mill_f
         q->at_root = touching;
         tape->n += !tape->needed || is_solved(q);
     }
-    return r->real->next_contact(shape, f, radius, turn, horizon, touching);
+    return r->real->next_contact(shape, f, radius, now, horizon, touching);
 }
 
 /* Fills the tape from a run of the deck; false when it cannot run. */
@@ -100,16 +100,16 @@ static bool record_run(const struct workload *w, struct recording *tape)
     struct mill_sim *sim = NULL;
     struct recorder recorder[2];
     bool ok = mill_deck_read(w->deck, 0, NULL, NULL, &deck, &error) == MILL_OK &&
-              mill_world_create(deck, &world, &error) == MILL_OK;
+              mill_deck_setup_world(deck, NULL, &world, &error) == MILL_OK;
     for (int k = 0, n = 0; ok && k < world->shapes; k++) {
-        const struct mill_shape_ops *real = world->shape[k]->ops;
+        const struct mill_shape_type *real = world->shape[k]->type;
         if (real->kind != MILL_BALL_DRUM && real->kind != MILL_BALL_SHAFT)
             continue;
         recorder[n] = (struct recorder){
             *real, real, real->kind == MILL_BALL_DRUM ? deck->drum_radius : deck->shaft_radius,
             tape};
-        recorder[n].ops.next_contact = record_contact;
-        world->shape[k]->ops = &recorder[n++].ops;
+        recorder[n].type.next_contact = record_contact;
+        world->shape[k]->type = &recorder[n++].type;
     }
     ok = ok && mill_sim_create(world, &sim, &error) == MILL_OK;
     for (double t = BEGIN; ok && tape->n < CASES; t += 1e-3) {

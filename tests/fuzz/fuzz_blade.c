@@ -4,25 +4,26 @@
  * search may give up, and says so; then nothing may have happened before. */
 #include "fuzz.h"
 
-#include "geometry/blade.h"
-#include "geometry/shape.h"
+#include "geometry/shapes.h"
 
 #define TOLERANCE 1e-9 /* [m] the promise about overlaps */
 #define TOUCHING 1e-12 /* [m] wider than what rounding leaves of a gap at a contact */
 enum { MOST_MARCH = 20000, MOST_ASKED = 50 };
 
 struct shot {
-    struct mill_deck_blade spec;
+    struct mill_blade spec;
     double omega, turn;
     struct mill_flight flight;
     double radius, horizon, mill_radius;
+    struct mill_motion *rotor;
     struct mill_shape *blade;
 };
 
 static double gap_at(const struct shot *s, double t)
 {
     const vec3 r = vec3_fly(s->flight.r, s->flight.v, s->flight.g, t);
-    return s->blade->ops->gap(s->blade, r, s->radius, s->turn + s->omega * t);
+    const struct mill_pose pose = mill_shape_pose(s->blade, t);
+    return s->blade->type->gap(s->blade, r, s->radius, &pose);
 }
 
 /* The distance to the box, by a way of its own: the nearest point of the box by clamping in its own
@@ -108,6 +109,17 @@ static struct shot make_shot(struct fuzz_bytes *b)
     return s;
 }
 
+static void open_blade(struct shot *s)
+{
+    const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = s->omega, .angle = s->turn};
+    const struct mill_setup_drum drum = {.radius = s->mill_radius, .length = 4.0 * s->mill_radius};
+    const struct mill_chamber chamber = mill_shapes_chamber(&drum);
+    s->rotor = mill_turn_type.create(&turn);
+    const struct mill_shape base = {.type = &mill_blade_type, .motion = s->rotor};
+    s->blade = mill_blade_type.create(&base, &s->spec, &chamber);
+    fuzz_require(s->rotor && s->blade, "out of memory");
+}
+
 /* The search knows balls inside the drum only: it is asked no further than one stays in it. */
 static bool stay_inside(struct shot *s)
 {
@@ -162,8 +174,8 @@ static double closing(const struct shot *s, double t)
 {
     const vec3 r = vec3_fly(s->flight.r, s->flight.v, s->flight.g, t);
     const vec3 v = vec3_axpy(s->flight.v, t, s->flight.g);
-    const struct mill_contact c =
-        s->blade->ops->contact(s->blade, r, s->radius, s->turn + s->omega * t);
+    const struct mill_pose pose = mill_shape_pose(s->blade, t);
+    const struct mill_contact c = s->blade->type->contact(s->blade, r, s->radius, &pose);
     return -vec3_dot(c.normal, vec3_sub(v, c.velocity));
 }
 
@@ -185,24 +197,25 @@ static void check_shot(const struct shot *s)
                      distance_at(s, 0.0) == 0.0,
                  "the gap is not the distance");
     for (int asked = 0; asked < MOST_ASKED; asked++) {
-        const double turn = s->turn + s->omega * t;
-        const struct mill_flight from =
-            mill_shape_flight(vec3_fly(s->flight.r, s->flight.v, s->flight.g, t),
-                              vec3_axpy(s->flight.v, t, s->flight.g), s->flight.g, turn);
-        const double dt =
-            s->blade->ops->next_contact(s->blade, &from, s->radius, turn, s->horizon - t, false);
-        fuzz_require(isinf(dt) ? dt > 0.0 : fabs(dt) <= s->horizon - t, "%g is no time", dt);
-        const double until = isinf(dt) ? s->horizon : t + fabs(dt);
+        const struct mill_flight from = {.r = vec3_fly(s->flight.r, s->flight.v, s->flight.g, t),
+                                         .v = vec3_axpy(s->flight.v, t, s->flight.g),
+                                         .g = s->flight.g,
+                                         .pull = vec3_norm(s->flight.g),
+                                         .travel = (double)INFINITY};
+        const struct mill_hit hit =
+            s->blade->type->next_contact(s->blade, &from, s->radius, t, s->horizon - t, false);
+        const bool none = hit.state == MILL_HIT_NONE;
+        fuzz_require(none ? isinf(hit.t) : hit.t >= 0.0 && hit.t <= s->horizon - t, "%g is no time",
+                     hit.t);
+        const double until = none ? s->horizon : t + hit.t;
         if (outside)
             check_outside(s, t, until);
-        if (isinf(dt))
+        if (hit.state == MILL_HIT_CONTACT)
+            check_contact(s, until);
+        if (hit.state != MILL_HIT_ASK_AGAIN)
             return;
-        fuzz_require(dt >= 0.0 || until > t, "asked again where it began");
+        fuzz_require(until > t, "asked again where it began");
         t = until;
-        if (dt >= 0.0) {
-            check_contact(s, t);
-            return;
-        }
     }
 }
 
@@ -213,12 +226,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         struct shot s = make_shot(&b);
         if (!stay_inside(&s))
             continue;
-        s.blade = mill_blade_create(&s.spec, 0, s.omega, s.mill_radius);
-        fuzz_require(s.blade != NULL, "out of memory");
+        open_blade(&s);
         if (fuzz_shown())
             show(&s);
         check_shot(&s);
-        s.blade->ops->free(s.blade);
+        s.blade->type->free(s.blade);
+        free(s.rotor);
     }
     return 0;
 }

@@ -2,6 +2,8 @@
  * with one line, or every ball stands where its row says, nothing overlaps, and the mill runs. */
 #include "mill.h"
 
+#include "deck/deck_setup.h"
+
 static const char text[] = "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n"
                            "[contact]\nrestitution = 0.8\nfriction = 0.3\n"
                            "[rotor]\nspeed = 1000 rpm\nshaft_radius = 15 mm\n"
@@ -35,7 +37,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!deck)
         deck = read_deck();
     fuzz_file_write(&start_file, data, size);
-    const enum mill_status status = mill_world_create(deck, &world, &error);
+    const enum mill_status status = mill_deck_setup_world(deck, NULL, &world, &error);
     if (status != MILL_OK) {
         fuzz_require(status == MILL_BAD_DECK && !world, "status %d: %s", (int)status, error.text);
         fuzz_require_message(error.text);

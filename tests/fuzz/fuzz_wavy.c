@@ -5,8 +5,7 @@
  * its next flight, which begins at the wall. */
 #include "fuzz.h"
 
-#include "base/profile.h"
-#include "geometry/wavy.h"
+#include "geometry/shapes.h"
 
 #define TOLERANCE 1e-9 /* [m] the promise about overlaps */
 #define TOUCHING 1e-12 /* [m] wider than what rounding leaves of a gap at a contact */
@@ -251,8 +250,8 @@ static void check_outside(const struct shot *s, double until)
 static void check_wall(const struct shot *s, vec3 r)
 {
     const double d = depth(s, r) - s->radius, small = 1e-13 * s->profile.radius;
-    const struct mill_contact k = s->drum->ops->contact(s->drum, r, s->radius, 0.0);
-    require(s, fabs(s->drum->ops->gap(s->drum, r, s->radius, 0.0) - d) <= small,
+    const struct mill_contact k = s->drum->type->contact(s->drum, r, s->radius, &mill_pose_still);
+    require(s, fabs(s->drum->type->gap(s->drum, r, s->radius, &mill_pose_still) - d) <= small,
             "the gap is not the distance %.17g (%g)", d, 0.0);
     require(s, fabs(k.gap - d) <= small, "a contact's gap is not the distance %.17g (%g)", d, 0.0);
     require(s, fabs(vec3_norm(k.normal) - 1.0) <= 1e-14, "a normal of %.17g (%g)",
@@ -271,21 +270,27 @@ static struct mill_span in_reach(const struct shot *s)
     const vec3 r = s->flight.r, v = s->flight.v, g = s->flight.g;
     const vec3 way = {fabs(v.x) * h + fabs(g.x) * h * h + x, fabs(v.y) * h + fabs(g.y) * h * h + x,
                       fabs(v.z) * h + fabs(g.z) * h * h + x};
-    return s->drum->ops->parts(s->drum, vec3_sub(r, way), vec3_add(r, way), s->radius);
+    return s->drum->type->parts(s->drum, vec3_sub(r, way), vec3_add(r, way), s->radius);
 }
 
 /* Seconds until the next contact, INFINITY without one; checked */
 static double contact_time(const struct shot *s, bool touching)
 {
     struct mill_flight f = s->flight;
-    double t = INFINITY;
+    struct mill_hit hit = mill_hit_at(INFINITY);
+    f.pull = vec3_norm(f.g);
+    f.travel = INFINITY;
     if (s->boxed)
         f.parts = in_reach(s);
     if (!s->boxed || f.parts.count > 0) /* else nothing is in reach */
-        t = s->drum->ops->next_contact(s->drum, &f, s->radius, 0.0, s->horizon, touching);
-    require(s, t >= 0.0 && (isinf(t) || t <= s->horizon), "%g is no time (%g)", t, 0.0);
-    check_outside(s, fmin(t, s->horizon));
-    return t;
+        hit = s->drum->type->next_contact(s->drum, &f, s->radius, 0.0, s->horizon, touching);
+    require(s,
+            hit.state == MILL_HIT_NONE
+                ? isinf(hit.t)
+                : hit.state == MILL_HIT_CONTACT && hit.t >= 0.0 && hit.t <= s->horizon,
+            "%g is no time (%g)", hit.t, 0.0);
+    check_outside(s, fmin(hit.t, s->horizon));
+    return hit.t;
 }
 
 /* Brings the ball to its contact after t and lets it rebound. */
@@ -297,9 +302,9 @@ static void rebound(struct shot *s, double t)
     const double noise = 1e-9 + fastest(s) * (1e-12 + 1e-15 / fmax(room, 1e-15));
     const vec3 r = place(s, t), v = vec3_axpy(s->flight.v, t, s->flight.g);
     const double gap = depth(s, r) - s->radius;
-    const struct mill_contact k = mill_shape_meet(s->drum, r, v, s->radius, 0.0);
+    const struct mill_contact k = mill_shape_meet(s->drum, r, v, s->radius, &mill_pose_still);
     struct mill_contact other = k;
-    s->drum->ops->beside(s->drum, r, s->radius, &other); /* of two, whichever closes */
+    s->drum->type->beside(s->drum, r, s->radius, &other); /* of two, whichever closes */
     const double closing = -vec3_dot(k.normal, v), beside = -vec3_dot(other.normal, v);
     require(s, gap <= TOUCHING, "a gap of %g m when due at %.17g s", gap, t);
     require(s, fmax(closing, beside) >= -noise, "closing by %g m/s when due at %.17g s", closing,
@@ -334,12 +339,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         /* within the wall there is nothing to know */
         if (!(depth(&s, s.flight.r) >= s.radius - 1e-15 * s.profile.radius))
             continue;
-        s.drum = mill_wavy_create(&s.profile);
+        const struct mill_chamber chamber = {s.profile, s.profile.radius};
+        const struct mill_shape base = {.type = &mill_wavy_type, .number = -1};
+        s.drum = mill_wavy_type.create(&base, NULL, &chamber);
         fuzz_require(s.drum != NULL, "out of memory");
         if (fuzz_shown())
             show(&s);
         check_shot(&s);
-        s.drum->ops->free(s.drum);
+        s.drum->type->free(s.drum);
     }
     return 0;
 }

@@ -6,10 +6,11 @@
  * bits; or it is a paranoid one.
  */
 #include "../unit/state_fixture.h"
-#include "base/profile.h"
 #include "mill.h"
 
-#include "geometry/walls.h"
+#include "base/profile.h"
+#include "deck/deck_setup.h"
+#include "geometry/shapes.h"
 
 enum {
     MOST_BALLS = 100,
@@ -192,6 +193,7 @@ struct place {
 
 struct placing {
     const struct mill_deck *deck;
+    struct mill_motion *rotor;
     struct mill_shape **shape;
     int shapes;
     struct place ball[MOST_BALLS];
@@ -217,7 +219,9 @@ static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double
 static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radius)
 {
     const struct mill_deck *d = p->deck;
-    const double rho = mill_deck_drum_reach(d) - radius, half = 0.5 * d->drum_length - radius;
+    const struct mill_setup_drum drum = mill_deck_drum(d);
+    const double rho = drum.radius + drum.buckle_height - radius;
+    const double half = 0.5 * drum.length - radius;
     const int how = fuzz_choice(b, 6);
     if (how == 5 && p->balls > 0) {
         const struct place *o = &p->ball[fuzz_choice(b, p->balls)];
@@ -238,10 +242,11 @@ static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radi
 
 static bool is_free(const struct placing *p, vec3 r, double radius)
 {
-    const double turn = p->deck->rotor ? fmod(p->deck->rotor_angle, 2.0 * MILL_PI) : 0.0;
-    for (int k = 0; k < p->shapes; k++)
-        if (!(p->shape[k]->ops->gap(p->shape[k], r, radius, turn) >= -1e-12))
+    for (int k = 0; k < p->shapes; k++) {
+        const struct mill_pose pose = mill_shape_pose(p->shape[k], 0.0);
+        if (!(p->shape[k]->type->gap(p->shape[k], r, radius, &pose) >= -1e-12))
             return false;
+    }
     for (int i = 0; i < p->balls; i++)
         if (!(vec3_norm(vec3_sub(p->ball[i].r, r)) - p->ball[i].radius - radius >= -1e-12))
             return false;
@@ -273,23 +278,41 @@ static void place_kind(struct placing *p, struct fuzz_bytes *b, struct mill_deck
     }
 }
 
+/* The deck's surfaces, before it has balls */
+static void make_surfaces(struct placing *p)
+{
+    static struct mill_setup_surface surface[MOST_BLADES + 1];
+    const struct mill_deck *d = p->deck;
+    const struct mill_turn turn = {
+        .axis = {1.0, 0.0, 0.0}, .speed = d->rotor_speed, .angle = d->rotor_angle};
+    const struct mill_shaft shaft = {d->shaft_radius};
+    struct mill_setup setup = {.drum = mill_deck_drum(d), .motions = d->rotor, .surface = surface};
+    if (d->shaft_radius > 0.0)
+        surface[setup.surfaces++] =
+            (struct mill_setup_surface){&mill_cylinder_shaft_type, &shaft, -1, 0};
+    for (int k = 0; k < d->shapes; k++)
+        surface[setup.surfaces++] =
+            (struct mill_setup_surface){d->shape[k].type, d->shape[k].form, k, 0};
+    p->rotor = mill_turn_type.create(&turn);
+    fuzz_require(p->rotor && mill_shapes_create(&setup, &p->rotor, NULL, &p->shape, &p->shapes),
+                 "no surfaces");
+}
+
 /* Puts balls into the deck's start file; false when some kind has none. */
 static bool place_balls(struct mill_deck *deck, struct fuzz_bytes *b)
 {
     static struct placing p;
-    struct mill_error error;
-    struct mill_poly_counts counts;
     p.deck = deck;
     p.balls = 0;
     p.rows.length = 0;
-    fuzz_require(mill_walls_create(deck, &counts, &p.shape, &p.shapes, &error) == MILL_OK,
-                 "no surfaces");
+    make_surfaces(&p);
     bool all = true;
     for (int k = 0; k < deck->kinds && all; k++) {
         place_kind(&p, b, &deck->balls[k]);
         all = deck->balls[k].count > 0;
     }
-    mill_walls_free(p.shape, p.shapes);
+    mill_shapes_free(p.shape, p.shapes);
+    free(p.rotor);
     fuzz_file_write(&start_file, p.rows.text, p.rows.length);
     deck->start = malloc(sizeof start_file.path);
     fuzz_require(deck->start != NULL, "out of memory");
@@ -315,7 +338,7 @@ struct mill {
 static bool open_mill(const struct mill_deck *deck, struct mill *m)
 {
     struct mill_error error = {""};
-    const enum mill_status status = mill_world_create(deck, &m->world, &error);
+    const enum mill_status status = mill_deck_setup_world(deck, NULL, &m->world, &error);
     if (status != MILL_OK) {
         fuzz_require(status == MILL_BAD_DECK && !m->world, "status %d: %s", (int)status,
                      error.text);
@@ -394,7 +417,7 @@ static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, si
 {
     if (size > 0 && (*data == '[' || *data == '#')) {
         struct mill_deck *deck = read_deck((const char *)data, size);
-        if (deck && !deck->start && mill_balls(deck) <= MOST_BALLS && deck->blades <= MOST_BLADES)
+        if (deck && !deck->start && mill_balls(deck) <= MOST_BALLS && deck->shapes <= MOST_BLADES)
             return deck;
         mill_deck_free(deck);
         return NULL;

@@ -16,7 +16,7 @@
 /* A ball that a blade pinched is let go: it may be inside blades until it is clear of them. */
 static inline bool mill_let_go(const struct mill_sim *sim, int32_t i)
 {
-    return sim && sim->predict->plan[i].let_go;
+    return sim && sim->schedule->plan[i].let_go;
 }
 
 /* How deep two bodies may overlap: at the start, or later */
@@ -26,17 +26,18 @@ static inline double mill_deepest(const struct mill_world *w, const struct mill_
 }
 
 static inline void mill_check_surfaces(const struct mill_world *w, const struct mill_sim *sim,
-                                       int32_t i, vec3 r, double turn)
+                                       int32_t i, vec3 r, double t)
 {
     const double radius = w->species[w->ball[i].species].radius;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        const double gap = s->ops->gap(s, r, radius, turn);
-        if (mill_let_go(sim, i) && s->ops->kind == MILL_BALL_BLADE)
+        const struct mill_pose pose = mill_shape_pose(s, t);
+        const double gap = s->type->gap(s, r, radius, &pose);
+        if (mill_let_go(sim, i) && s->type->pinches)
             continue;
         fuzz_require(gap >= -mill_deepest(w, sim),
                      "ball %ld (%.17g %.17g %.17g) is %g m inside %s %d", (long)i, r.x, r.y, r.z,
-                     -gap, mill_kind_name[s->ops->kind], s->number);
+                     -gap, s->type->name, s->number);
     }
 }
 
@@ -44,13 +45,12 @@ static inline void mill_check_surfaces(const struct mill_world *w, const struct 
 static inline void mill_check_overlaps(const struct mill_world *w, const struct mill_sim *sim)
 {
     const double t = sim ? mill_sim_local_time(sim) : 0.0;
-    const double turn = w->turn + w->rotor_speed * t;
     for (int32_t i = 0; i < w->balls; i++) {
         const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
         fuzz_require(isfinite(vec3_norm(r)) && isfinite(vec3_norm(v)) &&
                          isfinite(vec3_norm(w->spin[i])),
                      "ball %ld is nowhere", (long)i);
-        mill_check_surfaces(w, sim, i, r, turn);
+        mill_check_surfaces(w, sim, i, r, t);
         for (int32_t j = 0; j < i; j++) {
             const vec3 d = vec3_sub(mill_world_position(w, j, t), r);
             const double reach =

@@ -5,7 +5,7 @@
 
 #include "engine/calendar.h"
 
-#include "engine_fixture.h"
+#include "draws.h"
 
 struct twin {
     struct mill_calendar *calendar;

@@ -4,7 +4,7 @@
 
 #include "engine/cells.h"
 
-#include "engine_fixture.h"
+#include "draws.h"
 
 static const vec3 corner_lo = {-0.06, -0.075, -0.075}, corner_hi = {0.06, 0.075, 0.075};
 

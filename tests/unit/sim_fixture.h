@@ -1,73 +1,31 @@
-/* What the tests of the loop share: a mill from a deck written into a folder of its own, an
- * observer that checks every impact, and the state of all balls at one time. */
+/* What the tests of the loop share: a mill and its loop, an observer that checks every impact, and
+ * when two runs are the same. */
 #ifndef SIM_FIXTURE_H
 #define SIM_FIXTURE_H
 
-#include "geometry/shape.h"
-#include "deck/deck.h"
-#include "millsim/sim.h"
-
-#include <check.h>
-#include <dirent.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "engine/sim_private.h"
+#include "mills.h"
+#include "state_fixture.h"
 
 #define NO_LIMIT UINT64_MAX
 
 struct bench {
-    char folder[32];
-    struct mill_deck *deck;
     struct mill_world *world;
     struct mill_sim *sim;
     struct mill_error error;
 };
 
-/* The warnings of the last deck read */
-static int bench_warnings;
-
-static inline void bench_warn(const char *line)
+static inline void bench_open(struct bench *b, const struct model *model)
 {
-    (void)line;
-    bench_warnings++;
-}
-
-static inline void bench_write(const char *path, const char *text)
-{
-    FILE *out = fopen(path, "w");
-    ck_assert_ptr_nonnull(out);
-    fputs(text, out);
-    ck_assert_int_eq(fclose(out), 0);
-}
-
-/* Writes the deck, and the start file `start.txt` if there is one; builds world and loop. */
-static inline void bench_open(struct bench *b, const char *deck, const char *start)
-{
-    char path[64];
     memset(b, 0, sizeof *b);
-    bench_warnings = 0;
-    strcpy(b->folder, "/tmp/millsim_sim_XXXXXX");
-    ck_assert_ptr_nonnull(mkdtemp(b->folder));
-    snprintf(path, sizeof path, "%s/start.txt", b->folder);
-    bench_write(path, start ? start : "");
-    snprintf(path, sizeof path, "%s/mill.ini", b->folder);
-    bench_write(path, deck);
-    ck_assert_msg(mill_deck_read(path, 0, NULL, bench_warn, &b->deck, &b->error) == MILL_OK, "%s",
-                  b->error.text);
-    ck_assert_msg(mill_world_create(b->deck, &b->world, &b->error) == MILL_OK, "%s", b->error.text);
+    b->world = model_world(model);
     ck_assert_msg(mill_sim_create(b->world, &b->sim, &b->error) == MILL_OK, "%s", b->error.text);
-    unlink(path);
-    snprintf(path, sizeof path, "%s/start.txt", b->folder);
-    unlink(path);
-    rmdir(b->folder);
 }
 
 static inline void bench_close(struct bench *b)
 {
     mill_sim_free(b->sim);
     mill_world_free(b->world);
-    mill_deck_free(b->deck);
 }
 
 static inline void bench_run(struct bench *b, double until)
@@ -106,13 +64,13 @@ static inline double bench_overlap(const struct bench *b)
 {
     const struct mill_world *w = b->world;
     double deepest = -INFINITY;
-    const double turn = w->turn + w->rotor_speed * mill_sim_local_time(b->sim);
+    const double now = mill_sim_local_time(b->sim);
     for (int32_t i = 0; i < w->balls; i++) {
-        const double radius = w->species[w->ball[i].species].radius;
-        deepest = fmax(deepest, -mill_world_gap(w, bench_position(b, i), radius, turn));
+        const double radius = radius_of(w, i);
+        deepest = fmax(deepest, -world_gap(w, bench_position(b, i), radius, now));
         for (int32_t j = 0; j < i; j++) {
             const vec3 d = vec3_sub(bench_position(b, i), bench_position(b, j));
-            deepest = fmax(deepest, radius + w->species[w->ball[j].species].radius - vec3_norm(d));
+            deepest = fmax(deepest, radius + radius_of(w, j) - vec3_norm(d));
         }
     }
     return deepest;
@@ -187,6 +145,28 @@ static inline void witness_is_content(const struct witness *w)
     ck_assert_int_eq(w->not_unit, 0);
     ck_assert_int_eq(w->backward, 0);
     ck_assert_int_eq(w->lost, 0);
+}
+
+static inline void runs_are_alike(const struct bench *a, const struct bench *b)
+{
+    const struct mill_world *v = a->world, *w = b->world;
+    ck_assert_double_eq(mill_sim_time(a->sim), mill_sim_time(b->sim));
+    ck_assert_mem_eq(v->ball, w->ball, sizeof *v->ball * (size_t)v->balls);
+    ck_assert_mem_eq(v->spin, w->spin, sizeof *v->spin * (size_t)v->balls);
+    ck_assert_mem_eq(&v->account, &w->account, sizeof v->account);
+    ck_assert_mem_eq(&v->counts, &w->counts, sizeof v->counts);
+}
+
+/* Takes out of a state where the calendar has filed the plans' events: it files them anew. */
+static inline void forget_places(struct kept *state, const char *plans)
+{
+    struct kept_field *field = kept_find(state, plans);
+    struct mill_plan *plan = (struct mill_plan *)(void *)field->value;
+    for (size_t i = 0; i < field->bytes / sizeof *plan; i++) {
+        plan[i].event.next = 0;
+        plan[i].event.prev = 0;
+        plan[i].event.place = 0;
+    }
 }
 
 #endif

@@ -207,21 +207,15 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("calendar");
-    TCase *tests = tcase_create("calendar");
-    tcase_set_timeout(tests, 120);
-    tcase_add_loop_test(tests, events_come_out_as_from_a_sorted_list, 0, GAPS);
-    tcase_add_test(tests, equal_times_come_out_in_the_order_of_the_items);
-    tcase_add_test(tests, the_width_of_a_day_has_no_influence_on_the_order);
-    tcase_add_test(tests, an_empty_calendar_has_no_event);
-    tcase_add_test(tests, it_tells_when_an_item_is_due_wherever_that_is_filed);
-    tcase_add_test(tests, extreme_gaps_neither_stall_nor_disorder_it);
-    tcase_add_loop_test(tests, a_million_items_cost_hardly_more_per_event_than_a_thousand, 0, GAPS);
-    tcase_add_test(tests, the_width_follows_the_rate_of_events);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {events_come_out_as_from_a_sorted_list, GAPS},
+        {equal_times_come_out_in_the_order_of_the_items, 1},
+        {the_width_of_a_day_has_no_influence_on_the_order, 1},
+        {an_empty_calendar_has_no_event, 1},
+        {it_tells_when_an_item_is_due_wherever_that_is_filed, 1},
+        {extreme_gaps_neither_stall_nor_disorder_it, 1},
+        {a_million_items_cost_hardly_more_per_event_than_a_thousand, GAPS},
+        {the_width_follows_the_rate_of_events, 1},
+    };
+    return unit_run("calendar", tests, sizeof tests / sizeof *tests);
 }

@@ -231,22 +231,15 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("calendar_today");
-    TCase *tests = tcase_create("calendar_today");
-    tcase_set_timeout(tests, 60);
-    tcase_add_test(tests, many_at_one_time_come_out_by_their_numbers);
-    tcase_add_test(tests, many_in_one_day_come_out_by_their_times);
-    tcase_add_test(tests, a_crowd_that_changes_stays_in_order);
-    tcase_add_test(tests, negative_times_and_both_zeros_are_in_order);
-    tcase_add_test(tests,
-                   events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_beside_them);
-    tcase_add_test(tests, the_walk_ahead_names_items_only_and_changes_nothing);
-    tcase_add_test(tests, a_steady_run_s_events_are_named_before_their_turn_year_after_year);
-    tcase_add_test(tests, after_a_new_beginning_events_are_named_again);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {many_at_one_time_come_out_by_their_numbers, 1},
+        {many_in_one_day_come_out_by_their_times, 1},
+        {a_crowd_that_changes_stays_in_order, 1},
+        {negative_times_and_both_zeros_are_in_order, 1},
+        {events_in_the_owner_s_records_give_the_same_order_and_touch_nothing_beside_them, 1},
+        {the_walk_ahead_names_items_only_and_changes_nothing, 1},
+        {a_steady_run_s_events_are_named_before_their_turn_year_after_year, 1},
+        {after_a_new_beginning_events_are_named_again, 1},
+    };
+    return unit_run("calendar_today", tests, sizeof tests / sizeof *tests);
 }

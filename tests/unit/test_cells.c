@@ -241,23 +241,17 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("cells");
-    TCase *tests = tcase_create("cells");
-    tcase_set_timeout(tests, 60);
-    tcase_add_test(tests, every_ball_within_a_diameter_is_in_the_neighbourhood);
-    tcase_add_test(tests, balls_beyond_the_box_are_neighbours_too);
-    tcase_add_test(tests, touching_balls_on_the_faces_of_cells_are_found);
-    tcase_add_test(tests, crowded_cells_of_a_mixture_grow);
-    tcase_add_test(tests, inserting_removing_and_crossing_keep_the_ledger);
-    tcase_add_test(tests, crossing_a_face_leads_into_the_cell_behind_it_and_back);
-    tcase_add_test(tests, the_neighbourhood_is_a_cell_and_the_26_around_it);
-    tcase_add_test(tests, the_cells_ahead_are_those_that_came_near);
-    tcase_add_test(tests, the_outermost_cells_reach_to_infinity);
-    tcase_add_test(tests, a_huge_empty_box_is_not_cut_into_endless_cells);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {every_ball_within_a_diameter_is_in_the_neighbourhood, 1},
+        {balls_beyond_the_box_are_neighbours_too, 1},
+        {touching_balls_on_the_faces_of_cells_are_found, 1},
+        {crowded_cells_of_a_mixture_grow, 1},
+        {inserting_removing_and_crossing_keep_the_ledger, 1},
+        {crossing_a_face_leads_into_the_cell_behind_it_and_back, 1},
+        {the_neighbourhood_is_a_cell_and_the_26_around_it, 1},
+        {the_cells_ahead_are_those_that_came_near, 1},
+        {the_outermost_cells_reach_to_infinity, 1},
+        {a_huge_empty_box_is_not_cut_into_endless_cells, 1},
+    };
+    return unit_run("cells", tests, sizeof tests / sizeof *tests);
 }

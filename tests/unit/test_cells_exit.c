@@ -291,20 +291,14 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("cells_exit");
-    TCase *tests = tcase_create("cells_exit");
-    tcase_set_timeout(tests, 60);
-    tcase_add_test(tests, the_exit_is_the_first_passage_through_a_face);
-    tcase_add_test(tests, a_ball_on_a_face_leaves_when_it_moves_outwards);
-    tcase_add_test(tests, a_ball_on_a_face_stays_when_it_rests_or_moves_inwards);
-    tcase_add_test(tests, a_ball_that_never_gets_in_leaves_at_its_turning_point);
-    tcase_add_test(tests, a_long_flight_is_never_outside_its_cell);
-    tcase_add_test(tests, an_exit_within_the_window_is_told_to_the_bit_and_none_else_is_invented);
-    tcase_add_test(tests, an_exit_at_once_is_told_in_any_window);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {the_exit_is_the_first_passage_through_a_face, 1},
+        {a_ball_on_a_face_leaves_when_it_moves_outwards, 1},
+        {a_ball_on_a_face_stays_when_it_rests_or_moves_inwards, 1},
+        {a_ball_that_never_gets_in_leaves_at_its_turning_point, 1},
+        {a_long_flight_is_never_outside_its_cell, 1},
+        {an_exit_within_the_window_is_told_to_the_bit_and_none_else_is_invented, 1},
+        {an_exit_at_once_is_told_in_any_window, 1},
+    };
+    return unit_run("cells_exit", tests, sizeof tests / sizeof *tests);
 }

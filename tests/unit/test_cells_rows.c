@@ -222,19 +222,12 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("cells_rows");
-    TCase *tests = tcase_create("cells_rows");
-    tcase_set_timeout(tests, 60);
-    tcase_add_loop_test(tests, the_form_follows_the_number_of_balls_and_the_room_they_need, 0,
-                        FORMS);
-    tcase_add_loop_test(tests, balls_are_held_handed_out_and_lost, 0, FORMS);
-    tcase_add_loop_test(tests, a_row_that_overflows_grows_and_keeps_everything, 0, FORMS);
-    tcase_add_test(tests, a_fifth_ball_makes_packed_rows_wide);
-    tcase_add_test(tests, packed_rows_hold_the_largest_numbers);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {the_form_follows_the_number_of_balls_and_the_room_they_need, FORMS},
+        {balls_are_held_handed_out_and_lost, FORMS},
+        {a_row_that_overflows_grows_and_keeps_everything, FORMS},
+        {a_fifth_ball_makes_packed_rows_wide, 1},
+        {packed_rows_hold_the_largest_numbers, 1},
+    };
+    return unit_run("cells_rows", tests, sizeof tests / sizeof *tests);
 }

@@ -1,9 +1,10 @@
 /* Claims about /checkpoint: the state of a run comes back from the file as it was put there, and
  * whatever is not the whole state of this build is refused with a line that says what it is. */
 #include "app/checkpoint.h"
-#include "sim_mills.h"
+#include "sim_fixture.h"
 
 #include <hdf5.h>
+#include <unistd.h>
 
 /* A mill with all its observers, writing into a file */
 struct run {
@@ -75,7 +76,7 @@ static const char *open_run(struct run *r, bool update)
                                        .sample_found = false,
                                        .log_impacts = true};
     memset(r, 0, sizeof *r);
-    bench_open(&r->bench, mills[0], NULL);
+    bench_open(&r->bench, &mills[0]);
     r->parts = (struct mill_checkpoint){r->bench.sim, &r->observers, &r->cost};
     enum mill_status status =
         mill_h5_create(path, update ? MILL_H5_UPDATE : MILL_H5_NEW, &r->file, &error);
@@ -308,26 +309,15 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        loop_and_observers_go_on_from_it_to_the_same_bits,
-        results_written_meanwhile_change_nothing_in_it,
-        a_file_without_a_state_has_none,
-        the_state_of_another_build_is_refused,
-        what_is_no_state_is_refused,
-        a_single_bit_flipped_is_noticed,
-        a_field_that_is_missing_or_of_another_length_or_type_is_refused,
-        an_index_out_of_range_is_refused,
+    const struct unit_test tests[] = {
+        {loop_and_observers_go_on_from_it_to_the_same_bits, 1},
+        {results_written_meanwhile_change_nothing_in_it, 1},
+        {a_file_without_a_state_has_none, 1},
+        {the_state_of_another_build_is_refused, 1},
+        {what_is_no_state_is_refused, 1},
+        {a_single_bit_flipped_is_noticed, 1},
+        {a_field_that_is_missing_or_of_another_length_or_type_is_refused, 1},
+        {an_index_out_of_range_is_refused, 1},
     };
-    Suite *suite = suite_create("checkpoint");
-    TCase *test_case = tcase_create("checkpoint");
-    tcase_add_checked_fixture(test_case, setup, teardown);
-    tcase_set_timeout(test_case, 60);
-    for (size_t i = 0; i < sizeof tests / sizeof *tests; i++)
-        tcase_add_test(test_case, tests[i]);
-    suite_add_tcase(suite, test_case);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    return unit_run_in("checkpoint", setup, teardown, tests, sizeof tests / sizeof *tests);
 }

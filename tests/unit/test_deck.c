@@ -1,10 +1,8 @@
 /* The deck as a struct: what is read, what follows from it, what prints back to the same bits. The
  * messages are tested through the program, in tests/cli/test_deck.py. */
 #include "deck/deck.h"
+#include "unit.h"
 
-#include <check.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #define BASE                                                                                       \
@@ -16,11 +14,12 @@
     "[blade." name "]\nposition = " x " mm\nangle = 90 deg\ntip_radius = 60 mm\n"                  \
     "width = 10 mm\nthickness = 5 mm\n"
 
-static char path[] = "/tmp/millsim_deck_XXXXXX";
+static char path[32];
 static struct mill_error error;
 
 static void make_file(void)
 {
+    strcpy(path, "/tmp/millsim_deck_XXXXXX");
     const int fd = mkstemp(path);
     ck_assert_int_ge(fd, 0);
     close(fd);
@@ -375,32 +374,25 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("deck");
-    TCase *test = tcase_create("deck");
-    tcase_add_unchecked_fixture(test, make_file, remove_file);
-    tcase_set_timeout(test, 30);
-    tcase_add_test(test, values_are_converted_to_si);
-    tcase_add_test(test, a_value_is_told_without_a_deck);
-    tcase_add_test(test, a_fill_counts_the_balls);
-    tcase_add_test(test, defaults_are_those_of_the_contract);
-    tcase_add_test(test, without_its_section_there_is_no_rotor);
-    tcase_add_test(test, equal_blades_are_spread_along_the_drum_and_around_the_rotor);
-    tcase_add_test(test, an_angle_step_of_ones_own_counts);
-    tcase_add_test(test, equal_blades_come_before_single_ones_in_the_decks_order);
-    tcase_add_test(test, a_plain_section_is_one_kind_of_ball_named_balls);
-    tcase_add_test(test, a_mixture_keeps_the_order_of_its_kinds);
-    tcase_add_test(test, a_kind_of_contact_takes_the_rest_from_the_general_law);
-    tcase_add_test(test, a_start_file_is_named_relative_to_the_deck);
-    tcase_add_test(test, the_largest_seed_is_kept);
-    tcase_add_loop_test(test, a_printed_deck_reads_back_to_the_same_bits, 0, 4);
-    tcase_add_test(test, random_numbers_read_back_to_the_same_bits);
-    tcase_add_test(test, each_hands_out_every_entry_with_its_meaning);
-    tcase_add_test(test, a_later_fault_names_the_line_the_override_or_the_default);
-    tcase_add_test(test, a_damaged_deck_is_read_or_refused_in_one_line);
-    suite_add_tcase(suite, test);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {values_are_converted_to_si, 1},
+        {a_value_is_told_without_a_deck, 1},
+        {a_fill_counts_the_balls, 1},
+        {defaults_are_those_of_the_contract, 1},
+        {without_its_section_there_is_no_rotor, 1},
+        {equal_blades_are_spread_along_the_drum_and_around_the_rotor, 1},
+        {an_angle_step_of_ones_own_counts, 1},
+        {equal_blades_come_before_single_ones_in_the_decks_order, 1},
+        {a_plain_section_is_one_kind_of_ball_named_balls, 1},
+        {a_mixture_keeps_the_order_of_its_kinds, 1},
+        {a_kind_of_contact_takes_the_rest_from_the_general_law, 1},
+        {a_start_file_is_named_relative_to_the_deck, 1},
+        {the_largest_seed_is_kept, 1},
+        {a_printed_deck_reads_back_to_the_same_bits, 4},
+        {random_numbers_read_back_to_the_same_bits, 1},
+        {each_hands_out_every_entry_with_its_meaning, 1},
+        {a_later_fault_names_the_line_the_override_or_the_default, 1},
+        {a_damaged_deck_is_read_or_refused_in_one_line, 1},
+    };
+    return unit_run_in("deck", make_file, remove_file, tests, sizeof tests / sizeof *tests);
 }

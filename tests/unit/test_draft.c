@@ -2,15 +2,13 @@
  * the name leads to what was last published, and nothing is left behind. */
 #define _DEFAULT_SOURCE /* syscall */
 #include "store/draft.h"
+#include "unit.h"
 
-#include <check.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -608,43 +606,32 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const tests[] = {
-        nothing_is_there_before_the_first_publication,
-        each_publication_shows_what_was_written_up_to_then,
-        a_draft_taken_up_again_begins_with_the_published_bytes,
-        a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published,
-        taking_up_what_is_not_there_fails,
-        a_reader_that_has_the_file_open_keeps_its_version,
-        a_link_to_nothing_in_the_way_of_the_lock_makes_no_file,
-        a_lock_that_nobody_holds_is_cleared,
-        calls_that_a_signal_interrupts_are_made_again,
-        a_draft_whose_name_was_removed_is_published_all_the_same,
-        a_published_file_that_was_removed_comes_back,
-        a_removed_folder_is_an_error,
-        a_link_stays_a_link,
-        a_link_to_nothing_yet_stays_a_link,
-        the_mode_of_a_file_taken_up_again_is_kept,
-        a_file_has_one_writer_at_a_time,
-        a_file_has_one_writer_at_a_time_whatever_it_is_called,
-        a_writer_that_is_refused_leaves_the_lock_of_the_first,
-        a_lock_of_another_writer_is_not_removed,
-        what_does_not_fit_is_told_and_the_file_stays_as_published,
+    const struct unit_test tests[] = {
+        {nothing_is_there_before_the_first_publication, 1},
+        {each_publication_shows_what_was_written_up_to_then, 1},
+        {a_draft_taken_up_again_begins_with_the_published_bytes, 1},
+        {a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_published, 1},
+        {taking_up_what_is_not_there_fails, 1},
+        {a_reader_that_has_the_file_open_keeps_its_version, 1},
+        {a_link_to_nothing_in_the_way_of_the_lock_makes_no_file, 1},
+        {a_lock_that_nobody_holds_is_cleared, 1},
+        {calls_that_a_signal_interrupts_are_made_again, 1},
+        {a_draft_whose_name_was_removed_is_published_all_the_same, 1},
+        {a_published_file_that_was_removed_comes_back, 1},
+        {a_removed_folder_is_an_error, 1},
+        {a_link_stays_a_link, 1},
+        {a_link_to_nothing_yet_stays_a_link, 1},
+        {the_mode_of_a_file_taken_up_again_is_kept, 1},
+        {a_file_has_one_writer_at_a_time, 1},
+        {a_file_has_one_writer_at_a_time_whatever_it_is_called, 1},
+        {a_writer_that_is_refused_leaves_the_lock_of_the_first, 1},
+        {a_lock_of_another_writer_is_not_removed, 1},
+        {what_does_not_fit_is_told_and_the_file_stays_as_published, 1},
+        {a_writer_killed_at_any_moment_leaves_its_last_version_whole, 40},
+        {leftovers_of_a_killed_run_are_cleared_up, 2},
+        {files_of_others_in_the_way_are_left_alone_unless_forced, 3},
+        {another_file_put_in_place_of_the_draft_is_neither_published_nor_removed, 2},
+        {links_in_the_way_are_not_followed, 3},
     };
-    Suite *suite = suite_create("draft");
-    TCase *test = tcase_create("draft");
-    tcase_add_checked_fixture(test, setup, teardown);
-    for (size_t i = 0; i < sizeof tests / sizeof *tests; i++)
-        tcase_add_test(test, tests[i]);
-    tcase_add_loop_test(test, a_writer_killed_at_any_moment_leaves_its_last_version_whole, 0, 40);
-    tcase_add_loop_test(test, leftovers_of_a_killed_run_are_cleared_up, 0, 2);
-    tcase_add_loop_test(test, files_of_others_in_the_way_are_left_alone_unless_forced, 0, 3);
-    tcase_add_loop_test(
-        test, another_file_put_in_place_of_the_draft_is_neither_published_nor_removed, 0, 2);
-    tcase_add_loop_test(test, links_in_the_way_are_not_followed, 0, 3);
-    suite_add_tcase(suite, test);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    return unit_run_in("draft", setup, teardown, tests, sizeof tests / sizeof *tests);
 }

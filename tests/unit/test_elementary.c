@@ -1,7 +1,7 @@
 /* Claims about the elementary functions, held against the C library's in extended precision. */
 #include "base/elementary.h"
 
-#include "engine_fixture.h"
+#include "draws.h"
 
 #include <float.h>
 
@@ -96,18 +96,13 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("elementary");
-    TCase *claims = tcase_create("claims");
-    tcase_add_test(claims, cosine_and_sine_are_right_to_the_last_place);
-    tcase_add_test(claims, quarter_turns_are_exact_but_for_the_rounding_of_pi);
-    tcase_add_test(claims, huge_angles_still_give_a_direction);
-    tcase_add_test(claims, directions_have_their_angles);
-    tcase_add_test(claims, cube_roots_and_exponentials_are_right_to_the_last_place_or_two);
-    tcase_add_test(claims, every_library_gives_the_same_bits);
-    suite_add_tcase(suite, claims);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {cosine_and_sine_are_right_to_the_last_place, 1},
+        {quarter_turns_are_exact_but_for_the_rounding_of_pi, 1},
+        {huge_angles_still_give_a_direction, 1},
+        {directions_have_their_angles, 1},
+        {cube_roots_and_exponentials_are_right_to_the_last_place_or_two, 1},
+        {every_library_gives_the_same_bits, 1},
+    };
+    return unit_run("elementary", tests, sizeof tests / sizeof *tests);
 }

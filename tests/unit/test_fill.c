@@ -1,9 +1,6 @@
 /* Claims about random first positions: nothing overlaps, the seed decides, what does not fit is
  * answered with a number that does. */
-#include "geometry/shape.h"
-#include "millsim/world.h"
-
-#include "engine_fixture.h"
+#include "mills.h"
 #include "start/fill_private.h"
 
 #include <time.h>
@@ -26,69 +23,53 @@ struct charge {
 
 static const struct charge reference = {75, 120, true, {{5, 1}}, 0.3, 0, 1};
 
-/* Writes the deck of a charge with these counts. */
-static void write_deck(char *text, size_t size, const struct charge *c, const long *count)
+/* The mill of a charge, with one ball of each kind */
+static struct model model_of(const struct charge *c)
 {
-    int n = snprintf(text, size,
-                     "[run]\ntime = 1 s\nseed = %lu\n[drum]\nradius = %g mm\nlength = %g mm\n"
-                     "[contact]\nrestitution = 0.8\n",
-                     c->seed, c->radius, c->length);
-    if (c->rotor)
-        n += snprintf(text + n, size - (size_t)n,
-                      "[rotor]\nspeed = 500 rpm\nshaft_radius = %g mm\nangle = 25 deg\n"
-                      "[blades]\ncount = 5\ntip_radius = %g mm\nwidth = %g mm\nthickness = %g mm\n"
-                      "pitch = 30 deg\n",
-                      0.2 * c->radius, 0.88 * c->radius, 0.15 * c->length, 0.08 * c->radius);
-    if (c->speed > 0.0)
-        n += snprintf(text + n, size - (size_t)n, "[balls]\nspeed = %g m/s\n", c->speed);
-    for (int k = 0; k < 3 && c->kind[k].diameter > 0.0; k++)
-        n += snprintf(text + n, size - (size_t)n,
-                      "[balls.k%d]\ncount = %ld\ndiameter = %.17g mm\ndensity = 7800 kg/m^3\n", k,
-                      count[k], c->kind[k].diameter);
+    const double radius = 1e-3 * c->radius, length = 1e-3 * c->length;
+    struct model m = {
+        .setup = {.drum = {.radius = radius, .length = length}, .speed = c->speed, .seed = c->seed},
+        .rotor = {.speed = 50.0, .angle = 25 * DEG},
+        .shaft.radius = c->rotor ? 0.2 * radius : 0.0,
+        .blades = c->rotor ? 5 : 0,
+        .blade = {{.tip_radius = 0.88 * radius,
+                   .width = 0.15 * length,
+                   .thickness = 0.08 * radius,
+                   .pitch = 30 * DEG}}};
+    for (int k = 0; k < 3; k++)
+        m.balls[k] = (struct mill_setup_balls){
+            .diameter = 1e-3 * c->kind[k].diameter, .density = STEEL, .count = 1};
+    return m;
 }
 
 /* Volume outside the rotor [m^3], by throwing points. */
-static double free_volume(const struct charge *c)
+static double free_volume(const struct model *m)
 {
-    char text[2048];
-    const long one[3] = {1, 1, 1};
     uint64_t seed = 99;
-    write_deck(text, sizeof text, c, one);
-    struct mill_deck *deck = read_deck(text);
-    struct mill_world *w = make_world(deck);
+    struct mill_world *w = model_world(m);
     const vec3 hi = {0.5 * w->drum_length, w->drum_radius, w->drum_radius};
     const long points = 30000;
     long inside = 0;
     for (long n = 0; n < points; n++)
-        inside += mill_world_gap(w, point_in(&seed, vec3_scale(hi, -1.0), hi), 0.0, w->turn) > 0.0;
+        inside += world_gap(w, point_in(&seed, vec3_scale(hi, -1.0), hi), 0.0, 0.0) > 0.0;
     mill_world_free(w);
-    mill_deck_free(deck);
     return 8.0 * hi.x * hi.y * hi.z * (double)inside / (double)points;
 }
 
-static void count_balls(const struct charge *c, long *count)
+static struct model charged(const struct charge *c)
 {
-    const double volume = c->fraction * free_volume(c);
+    struct model m = model_of(c);
+    const double volume = c->fraction * free_volume(&m);
     for (int k = 0; k < 3 && c->kind[k].diameter > 0.0; k++)
-        count[k] =
-            lrint(volume * c->kind[k].share / (PI / 6.0 * pow(1e-3 * c->kind[k].diameter, 3.0)));
+        m.balls[k].count =
+            (int32_t)lrint(volume * c->kind[k].share / (PI / 6.0 * pow(m.balls[k].diameter, 3.0)));
+    return m;
 }
 
 static struct mill_world *fill(const struct charge *c)
 {
-    char text[2048];
-    long count[3] = {0, 0, 0};
-    count_balls(c, count);
-    write_deck(text, sizeof text, c, count);
-    struct mill_deck *deck = read_deck(text);
-    struct mill_world *w = make_world(deck);
-    mill_deck_free(deck);
-    return w;
-}
-
-static double radius_of(const struct mill_world *w, int32_t i)
-{
-    return w->species[w->ball[i].species].radius;
+    const struct model m = charged(c);
+    return model_world(&m);
 }
 
 /* ---- no overlap ---- */
@@ -114,7 +95,7 @@ static long overlaps(const struct mill_world *w)
         p[i].r = w->ball[i].r;
         p[i].radius = radius_of(w, i);
         widest = fmax(widest, p[i].radius);
-        bad += !(mill_world_gap(w, p[i].r, p[i].radius, w->turn) >= 0.0);
+        bad += !(world_gap(w, p[i].r, p[i].radius, 0.0) >= 0.0);
     }
     qsort(p, (size_t)w->balls, sizeof *p, by_x);
     for (int32_t i = 0; i < w->balls; i++) {
@@ -182,21 +163,15 @@ END_TEST
 
 static int32_t lattice(double radius, double length)
 {
-    static const char form[] =
-        "[run]\ntime = 1 s\n[drum]\nradius = %g m\nlength = %g m\n[contact]\n"
-        "restitution = 0.8\n[balls]\ncount = 1\ndiameter = 1 nm\n"
-        "density = 7800 kg/m^3\n";
-    char text[512];
-    snprintf(text, sizeof text, form, radius, length);
-    struct mill_deck *deck = read_deck(text);
-    struct mill_world *w = make_world(deck);
+    const struct model m = {.setup.drum = {.radius = radius, .length = length},
+                            .balls = {{.diameter = 1e-9, .density = STEEL, .count = 1}}};
+    struct mill_world *w = model_world(&m);
     struct mill_fill_room room;
     ck_assert(mill_fill_room_init(&room, w, 5e-10));
     const double points = (double)room.n[0] * room.n[1] * room.n[2];
     ck_assert_double_eq_tol(room.volume / (PI * radius * radius * length), 1.0, 0.1);
     mill_fill_room_free(&room);
     mill_world_free(w);
-    mill_deck_free(deck);
     return (int32_t)fmin(points, INT32_MAX);
 }
 
@@ -211,19 +186,17 @@ END_TEST
 
 /* In a mill with this profile, however the lattice sorts the surfaces: a ball is clear of those
  * that it is told of just when it is clear of all. */
-static void check_room(const char *profile)
+static void check_room(int buckles, double buckle_height)
 {
     const double reach = 4e-3;
-    char text[1024];
-    snprintf(text, sizeof text,
-             "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 50 mm\n%s"
-             "[contact]\nrestitution = 0.8\n[balls]\ncount = 1\ndiameter = 8 mm\n"
-             "density = 7800 kg/m^3\n[rotor]\nspeed = 500 rpm\nshaft_radius = 15 mm\n"
-             "angle = 25 deg\n[blades]\ncount = 3\ntip_radius = 55 mm\nwidth = 9 mm\n"
-             "thickness = 6 mm\npitch = 30 deg\n",
-             profile);
-    struct mill_deck *deck = read_deck(text);
-    struct mill_world *w = make_world(deck);
+    const struct model m = {
+        .setup.drum = {0.075, 0.05, .buckles = buckles, .buckle_height = buckle_height},
+        .balls = {{.diameter = 2.0 * reach, .density = STEEL, .count = 1}},
+        .rotor = {.speed = 50.0, .angle = 25 * DEG},
+        .shaft = {0.015},
+        .blades = 3,
+        .blade = {{.tip_radius = 0.055, .width = 0.009, .thickness = 0.006, .pitch = 30 * DEG}}};
+    struct mill_world *w = model_world(&m);
     struct mill_fill_room room;
     uint64_t seed = 7;
     ck_assert(mill_fill_room_init(&room, w, reach));
@@ -231,12 +204,8 @@ static void check_room(const char *profile)
     const int points = 100000;
     int clear = 0, outside = 0;
     for (int i = 0; i < points; i++) {
-        const vec3 r = {uniform(&seed, -hi.x, hi.x), uniform(&seed, -hi.y, hi.y),
-                        uniform(&seed, -hi.z, hi.z)};
-        const double radius = uniform(&seed, 0.0, reach);
-        double gap = INFINITY;
-        for (int k = 0; k < w->shapes; k++)
-            gap = fmin(gap, w->shape[k]->ops->gap(w->shape[k], r, radius, w->turn));
+        const vec3 r = point_in(&seed, vec3_scale(hi, -1.0), hi);
+        const double radius = uniform(&seed, 0.0, reach), gap = world_gap(w, r, radius, 0.0);
         ck_assert_int_eq(mill_fill_room_clear(&room, r, radius), gap > 0.0);
         clear += gap > 0.0;
         outside += gap <= -radius; /* the centre is in the steel */
@@ -246,14 +215,13 @@ static void check_room(const char *profile)
     ck_assert_double_eq_tol(room.volume / box, (points - outside) / (double)points, 0.01);
     mill_fill_room_free(&room);
     mill_world_free(w);
-    mill_deck_free(deck);
 }
 
 START_TEST(the_lattice_forgets_no_surface)
 {
-    check_room("");
-    check_room("profile = wavy\nbuckles = 2\nbuckle_height = 8 mm\n");
-    check_room("profile = wavy\nbuckles = 7\nbuckle_height = 16 mm\n");
+    check_room(0, 0.0);
+    check_room(2, 0.008);
+    check_room(7, 0.016);
 }
 END_TEST
 
@@ -314,7 +282,7 @@ START_TEST(every_ball_has_the_speed_asked_for_in_a_random_direction)
 {
     struct charge c = reference;
     long count[8] = {0};
-    vec3 sum = {0.0, 0.0, 0.0};
+    vec3 sum = nought;
     c.speed = 2.5;
     struct mill_world *w = fill(&c);
     for (int32_t i = 0; i < w->balls; i++) {
@@ -381,35 +349,23 @@ END_TEST
 
 /* ---- too many ---- */
 
-/* Asks for these counts; the answer's text when they do not fit, "" when they do. */
-static enum mill_status ask(const struct charge *c, const long *count, char answer[1024])
+/* The model is refused; the numbers that are told to fit, of which none is larger than asked for,
+ * do so. */
+static struct mill_fault refused(const struct model *m)
 {
-    char text[2048];
-    struct mill_error error = {""};
-    struct mill_world *w = NULL;
-    write_deck(text, sizeof text, c, count);
-    struct mill_deck *deck = read_deck(text);
-    const enum mill_status status = mill_world_create(deck, &w, &error);
-    strcpy(answer, error.text);
-    mill_world_free(w);
-    mill_deck_free(deck);
-    return status;
-}
-
-/* The numbers between "; " and " do" in an answer */
-static int numbers_offered(const char *answer, long *count)
-{
-    const char *p = strrchr(answer, ';');
-    int n = 0;
-    ck_assert_ptr_nonnull(p);
-    p = strpbrk(p, "0123456789");
-    while (p && n < 3) {
-        char *end;
-        count[n++] = strtol(p, &end, 10);
-        p = strchr(end, ',');
-        p = p ? strpbrk(p, "0123456789") : NULL;
+    struct model less = *m;
+    struct mill_world *w;
+    struct mill_fault fault;
+    ck_assert_int_eq(model_start(m, NULL, &w, &fault), MILL_FAULT_NO_ROOM);
+    ck_assert_ptr_null(w);
+    ck_assert_int_eq(fault.code, MILL_FAULT_NO_ROOM);
+    for (int k = 0; k < MODEL_SPECIES; k++) {
+        ck_assert(m->balls[k].diameter == 0.0 || fault.fits[k] < m->balls[k].count);
+        less.balls[k].count = fault.fits[k];
     }
-    return n;
+    if (fault.fits[0] > 0)
+        mill_world_free(model_world(&less));
+    return fault;
 }
 
 START_TEST(too_many_balls_are_refused_with_a_number_that_fits)
@@ -417,16 +373,11 @@ START_TEST(too_many_balls_are_refused_with_a_number_that_fits)
     static const double fraction[] = {0.585, 0.62, 0.70};
     for (int k = 0; k < 3; k++) {
         const struct charge c = {50, 80, true, {{5, 1}}, fraction[k], 0, 3};
-        char answer[1024];
-        long count[3] = {0}, offered[3] = {0};
-        count_balls(&c, count);
-        ck_assert_int_eq(ask(&c, count, answer), MILL_BAD_DECK);
-        ck_assert_ptr_nonnull(strstr(answer, "do not fit"));
-        ck_assert_ptr_nonnull(strstr(answer, "count"));
-        ck_assert_int_eq(numbers_offered(answer, offered), 1);
-        ck_assert_int_lt(offered[0], count[0]);
-        ck_assert_int_gt(offered[0], count[0] * 7 / 10);
-        ck_assert_msg(ask(&c, offered, answer) == MILL_OK, "%s", answer);
+        const struct model m = charged(&c);
+        const struct mill_fault fault = refused(&m);
+        ck_assert_double_eq_tol(fault.amount, fraction[k], 0.01);
+        ck_assert_int_gt(fault.fits[0], m.balls[0].count * 7 / 10);
+        ck_assert_int_eq(fault.fits[1], 0);
     }
 }
 END_TEST
@@ -434,40 +385,24 @@ END_TEST
 START_TEST(too_many_of_a_mixture_are_refused_with_counts_that_fit)
 {
     const struct charge c = {50, 80, true, {{8, 0.5}, {4, 0.3}, {2, 0.2}}, 0.70, 0, 3};
-    char answer[1024];
-    long count[3] = {0}, offered[3] = {0};
-    count_balls(&c, count);
-    ck_assert_int_eq(ask(&c, count, answer), MILL_BAD_DECK);
-    ck_assert_msg(numbers_offered(answer, offered) == 3, "%s", answer);
-    for (int k = 0; k < 3; k++) {
-        ck_assert_int_lt(offered[k], count[k]);
-        ck_assert_int_gt(offered[k], count[k] / 2);
-    }
-    ck_assert_msg(ask(&c, offered, answer) == MILL_OK, "%s", answer);
+    const struct model m = charged(&c);
+    const struct mill_fault fault = refused(&m);
+    for (int k = 0; k < 3; k++)
+        ck_assert_int_gt(fault.fits[k], m.balls[k].count / 2);
 }
 END_TEST
 
 START_TEST(a_mill_without_room_for_one_ball_says_so)
 {
     /* six blades from end to end, the sectors between them too narrow for a ball */
-    char text[2048];
-    int n = snprintf(text, sizeof text,
-                     "[run]\ntime = 1 s\n[balls]\ncount = 1\ndiameter = 20 mm\n"
-                     "density = 7800 kg/m^3\n[drum]\nradius = 30 mm\nlength = 60 mm\n"
-                     "[contact]\nrestitution = 0.8\n[rotor]\nspeed = 1 rpm\n"
-                     "shaft_radius = 5 mm\n");
+    struct model m = {.setup.drum = {.radius = 0.03, .length = 0.06},
+                      .balls = {{.diameter = 0.02, .density = STEEL, .count = 1}},
+                      .shaft = {0.005},
+                      .blades = 6};
     for (int k = 0; k < 6; k++)
-        n += snprintf(text + n, sizeof text - (size_t)n,
-                      "[blade.b%d]\nposition = 0 mm\nangle = %d deg\ntip_radius = 29 mm\n"
-                      "width = 60 mm\nthickness = 12 mm\n",
-                      k, 60 * k);
-    struct mill_error error = {""};
-    struct mill_world *w = NULL;
-    struct mill_deck *deck = read_deck(text);
-    ck_assert_int_eq(mill_world_create(deck, &w, &error), MILL_BAD_DECK);
-    ck_assert_ptr_null(w);
-    ck_assert_msg(strstr(error.text, "not a single ball fits") != NULL, "%s", error.text);
-    mill_deck_free(deck);
+        m.blade[k] = (struct mill_blade){
+            .angle = k * 60 * DEG, .tip_radius = 0.029, .width = 0.06, .thickness = 0.012};
+    ck_assert_int_eq(refused(&m).fits[0], 0);
 }
 END_TEST
 
@@ -480,13 +415,11 @@ START_TEST(one_ball_that_just_fits_is_placed)
         {20, 40, false, {{39.9, 1}}, 0, 0, 0},
         {20, 40, false, {{39.999, 1}}, 0, 0, 0},
     };
-    const long one[3] = {1, 0, 0};
     for (size_t k = 0; k < sizeof tight / sizeof *tight; k++) {
         for (unsigned long seed = 1; seed <= 20; seed++) {
-            struct charge c = tight[k];
-            char answer[1024];
-            c.seed = seed;
-            ck_assert_msg(ask(&c, one, answer) == MILL_OK, "%s", answer);
+            struct model m = model_of(&tight[k]);
+            m.setup.seed = seed;
+            mill_world_free(model_world(&m));
         }
     }
 }
@@ -516,17 +449,11 @@ static void take_note(void *self, const char *what, int32_t done, int32_t all)
 START_TEST(a_long_start_tells_how_far_it_is_and_is_the_same_unwatched)
 {
     const struct charge c = {150, 240, true, {{5, 1}}, 0.42, 0, 1};
+    const struct model m = charged(&c);
     struct told told = {0};
     const struct mill_start_watch watch = {take_note, &told};
-    struct mill_error error = {""};
-    struct mill_world *watched = NULL, *plain = fill(&c);
-    char text[2048];
-    long count[3] = {0};
-    count_balls(&c, count);
-    write_deck(text, sizeof text, &c, count);
-    struct mill_deck *deck = read_deck(text);
-    ck_assert_msg(mill_world_create_watched(deck, &watch, &watched, &error) == MILL_OK, "%s",
-                  error.text);
+    struct mill_world *watched, *plain = model_world(&m);
+    ck_assert_int_eq(model_start(&m, &watch, &watched, NULL), MILL_FAULT_NONE);
     ck_assert_int_gt(told.times, 20);
     ck_assert_int_eq(told.stages, 2); /* dropped, then pushed apart */
     ck_assert_int_eq(told.backwards, 0);
@@ -536,7 +463,6 @@ START_TEST(a_long_start_tells_how_far_it_is_and_is_the_same_unwatched)
         ck_assert(vec3_norm(vec3_sub(plain->ball[i].r, watched->ball[i].r)) == 0.0);
     mill_world_free(watched);
     mill_world_free(plain);
-    mill_deck_free(deck);
 }
 END_TEST
 
@@ -567,30 +493,24 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("fill");
-    TCase *tests = tcase_create("fill");
-    tcase_set_timeout(tests, 120);
-    tcase_add_test(tests, equal_balls_do_not_overlap_up_to_half_of_the_free_volume);
-    tcase_add_test(tests, mixtures_do_not_overlap_up_to_half_of_the_free_volume);
-    tcase_add_test(tests, balls_in_narrow_drums_do_not_overlap);
-    tcase_add_test(tests, the_lattice_forgets_no_surface);
-    tcase_add_test(tests, the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any);
-    tcase_add_test(tests, many_seeds_fill_without_overlap);
-    tcase_add_test(tests, the_same_seed_gives_the_same_bits_and_another_one_other_places);
-    tcase_add_test(tests, every_ball_has_the_speed_asked_for_in_a_random_direction);
-    tcase_add_test(tests, without_a_speed_the_balls_rest);
-    tcase_add_test(tests, balls_are_spread_evenly);
-    tcase_add_test(tests, neighbours_in_memory_are_neighbours_in_space);
-    tcase_add_test(tests, too_many_balls_are_refused_with_a_number_that_fits);
-    tcase_add_test(tests, too_many_of_a_mixture_are_refused_with_counts_that_fit);
-    tcase_add_test(tests, a_mill_without_room_for_one_ball_says_so);
-    tcase_add_test(tests, one_ball_that_just_fits_is_placed);
-    tcase_add_test(tests, a_long_start_tells_how_far_it_is_and_is_the_same_unwatched);
-    tcase_add_test(tests, a_hundred_thousand_balls_take_less_than_three_seconds);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {equal_balls_do_not_overlap_up_to_half_of_the_free_volume, 1},
+        {mixtures_do_not_overlap_up_to_half_of_the_free_volume, 1},
+        {balls_in_narrow_drums_do_not_overlap, 1},
+        {the_lattice_forgets_no_surface, 1},
+        {the_lattice_takes_as_little_memory_in_a_flat_or_thin_drum_as_in_any, 1},
+        {many_seeds_fill_without_overlap, 1},
+        {the_same_seed_gives_the_same_bits_and_another_one_other_places, 1},
+        {every_ball_has_the_speed_asked_for_in_a_random_direction, 1},
+        {without_a_speed_the_balls_rest, 1},
+        {balls_are_spread_evenly, 1},
+        {neighbours_in_memory_are_neighbours_in_space, 1},
+        {too_many_balls_are_refused_with_a_number_that_fits, 1},
+        {too_many_of_a_mixture_are_refused_with_counts_that_fit, 1},
+        {a_mill_without_room_for_one_ball_says_so, 1},
+        {one_ball_that_just_fits_is_placed, 1},
+        {a_long_start_tells_how_far_it_is_and_is_the_same_unwatched, 1},
+        {a_hundred_thousand_balls_take_less_than_three_seconds, 1},
+    };
+    return unit_run("fill", tests, sizeof tests / sizeof *tests);
 }

@@ -1,7 +1,7 @@
 /* Claims about the contact law, against the bookkeeping of two free bodies. */
 #include "millsim/impact.h"
 
-#include "engine_fixture.h"
+#include "draws.h"
 
 /* A uniform sphere, or a surface that nothing can move (mass INFINITY). */
 struct body {
@@ -359,24 +359,19 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("impact");
-    TCase *tests = tcase_create("impact");
-    tcase_add_test(tests, momentum_and_angular_momentum_are_conserved);
-    tcase_add_test(tests, what_two_balls_lose_is_what_is_booked);
-    tcase_add_test(tests, at_a_moving_wall_the_loss_is_the_work_less_the_gain);
-    tcase_add_test(tests, the_normal_speed_is_reversed_times_restitution);
-    tcase_add_test(tests, without_friction_the_spins_and_the_tangential_velocity_are_untouched);
-    tcase_add_test(tests, elastic_balls_that_rebound_with_all_their_slip_lose_nothing);
-    tcase_add_test(tests, a_sticking_contact_reverses_the_slip_by_exactly_its_restitution);
-    tcase_add_test(tests, friction_never_exceeds_coulombs_bound_and_opposes_the_slip);
-    tcase_add_test(tests, equal_balls_lose_what_the_formula_says);
-    tcase_add_test(tests, no_contact_ends_slower_than_the_floor);
-    tcase_add_test(tests, a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked);
-    tcase_add_test(tests, a_contact_that_opens_already_is_lifted_and_booked_exactly);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {momentum_and_angular_momentum_are_conserved, 1},
+        {what_two_balls_lose_is_what_is_booked, 1},
+        {at_a_moving_wall_the_loss_is_the_work_less_the_gain, 1},
+        {the_normal_speed_is_reversed_times_restitution, 1},
+        {without_friction_the_spins_and_the_tangential_velocity_are_untouched, 1},
+        {elastic_balls_that_rebound_with_all_their_slip_lose_nothing, 1},
+        {a_sticking_contact_reverses_the_slip_by_exactly_its_restitution, 1},
+        {friction_never_exceeds_coulombs_bound_and_opposes_the_slip, 1},
+        {equal_balls_lose_what_the_formula_says, 1},
+        {no_contact_ends_slower_than_the_floor, 1},
+        {a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked, 1},
+        {a_contact_that_opens_already_is_lifted_and_booked_exactly, 1},
+    };
+    return unit_run("impact", tests, sizeof tests / sizeof *tests);
 }

@@ -1,7 +1,7 @@
 /* Claims about the memory of the large arrays. */
 #include "base/memory.h"
 
-#include "engine_fixture.h"
+#include "draws.h"
 
 START_TEST(memory_begins_on_a_cache_line)
 {
@@ -49,15 +49,10 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("memory");
-    TCase *tests = tcase_create("memory");
-    tcase_add_test(tests, memory_begins_on_a_cache_line);
-    tcase_add_test(tests, memory_is_zero_to_its_last_byte);
-    tcase_add_test(tests, a_size_beyond_all_memory_is_refused);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {memory_begins_on_a_cache_line, 1},
+        {memory_is_zero_to_its_last_byte, 1},
+        {a_size_beyond_all_memory_is_refused, 1},
+    };
+    return unit_run("memory", tests, sizeof tests / sizeof *tests);
 }

@@ -5,16 +5,12 @@
 
 #define MANY 40
 
-static struct mill_chamber chamber_of(const struct mill_profile *profile)
-{
-    const struct mill_chamber chamber = {*profile, 0.5 * drum_length, 1e-3 * R};
-    return chamber;
-}
+#define TOLERANCE (1e-3 * R) /* [m] */
 
 static struct mill_mesh drawn(const struct mill_shape *shape, const struct mill_chamber *chamber)
 {
     struct mill_mesh mesh = {0};
-    shape->ops->draw(shape, chamber, &mesh);
+    shape->type->draw(shape, chamber, TOLERANCE, &mesh);
     ck_assert(!mesh.failed && mesh.triangles > 0);
     return mesh;
 }
@@ -107,21 +103,21 @@ static void assert_closed(const struct mill_mesh *mesh, size_t meshes)
 /* ---- the mills that are looked at ---- */
 
 /* A round drum, then wavy ones; the blade at any angle and pitch */
-static struct mill_profile build_mill(uint64_t *seed, int which, struct mill *mill)
+static void build_mill(uint64_t *seed, int which, struct mill *mill)
 {
+    const struct mill_blade blade = {.position = uniform(seed, -0.03, 0.03),
+                                     .angle = uniform(seed, -4.0, 4.0),
+                                     .tip_radius = 0.06,
+                                     .width = 0.012,
+                                     .thickness = 0.007,
+                                     .pitch = uniform(seed, -2.0, 2.0)};
     struct wavy_mill wavy;
-    struct mill_deck_blade spec = blade_spec(0.06, 0.012, 0.007, uniform(seed, -2.0, 2.0));
-    spec.angle = uniform(seed, -4.0, 4.0);
-    spec.position = uniform(seed, -0.03, 0.03);
     if (which == 0) {
-        mill_build(mill, &spec, 0.0);
-        return mill_profile_make(2, drum_radius, 0.0, 0.0);
+        mill_build(mill, &blade, 0.0, 0.0);
+        return;
     }
-    build_random(seed, &wavy);
+    build_random_with(seed, &wavy, &blade);
     *mill = wavy.mill;
-    mill->shape[BLADE]->ops->free(mill->shape[BLADE]);
-    mill->shape[BLADE] = mill_blade_create(&spec, 0, 0.0, drum_radius);
-    return wavy.profile;
 }
 
 START_TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
@@ -129,15 +125,14 @@ START_TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
     uint64_t seed = 1;
     for (int which = 0; which < MANY; which++) {
         struct mill mill;
-        const struct mill_profile profile = build_mill(&seed, which, &mill);
-        const struct mill_chamber chamber = chamber_of(&profile);
+        build_mill(&seed, which, &mill);
         for (int k = 0; k < SHAPES; k++) {
             const struct mill_shape *shape = mill.shape[k];
-            struct mill_mesh mesh = drawn(shape, &chamber);
+            struct mill_mesh mesh = drawn(shape, &mill.chamber);
             for (size_t i = 0; i < mesh.points; i++) {
                 if (k == SHAFT && mesh.point[i].y == 0.0 && mesh.point[i].z == 0.0)
                     continue; /* the middle of its ends, which no ball meets */
-                ck_assert_double_le(fabs(shape->ops->gap(shape, mesh.point[i], 0.0, 0.0)), 1e-15);
+                ck_assert_double_le(fabs(gap_of(shape, mesh.point[i], 0.0, 0.0)), 1e-15);
             }
             for (size_t t = 0; t < mesh.triangles; t++) {
                 const vec3 a = corner(&mesh, t, 0), b = corner(&mesh, t, 1);
@@ -151,8 +146,8 @@ START_TEST(corners_lie_on_the_surface_and_flats_within_the_tolerance)
                 if (k == BLADE)
                     continue; /* between its corners a box is flat: its volume tells */
                 for (int i = 0; i < 4; i++)
-                    ck_assert_double_le(fabs(shape->ops->gap(shape, spot[i], 0.0, 0.0)),
-                                        chamber.tolerance * (1.0 + 1e-9));
+                    ck_assert_double_le(fabs(gap_of(shape, spot[i], 0.0, 0.0)),
+                                        TOLERANCE * (1.0 + 1e-9));
             }
             mill_mesh_free(&mesh);
         }
@@ -166,10 +161,9 @@ START_TEST(every_triangle_faces_the_balls)
     uint64_t seed = 2;
     for (int which = 0; which < MANY; which++) {
         struct mill mill;
-        const struct mill_profile profile = build_mill(&seed, which, &mill);
-        const struct mill_chamber chamber = chamber_of(&profile);
+        build_mill(&seed, which, &mill);
         for (int k = 0; k < SHAPES; k++) {
-            struct mill_mesh mesh = drawn(mill.shape[k], &chamber);
+            struct mill_mesh mesh = drawn(mill.shape[k], &mill.chamber);
             for (size_t t = 0; t < mesh.triangles; t++) {
                 const vec3 n = facing(&mesh, t);
                 const double area = vec3_norm(n);
@@ -179,9 +173,8 @@ START_TEST(every_triangle_faces_the_balls)
                     continue;
                 at = vec3_axpy(vec3_scale(at, 1.0 / 3.0), 1e-9 / area, n);
                 const bool end = k == SHAFT && fabs(at.x) > 0.5 * drum_length;
-                const vec3 expected =
-                    end ? vec3_make(at.x > 0.0 ? 1.0 : -1.0, 0.0, 0.0)
-                        : mill.shape[k]->ops->contact(mill.shape[k], at, 0.0, 0.0).normal;
+                const vec3 expected = end ? vec3_make(at.x > 0.0 ? 1.0 : -1.0, 0.0, 0.0)
+                                          : contact_of(mill.shape[k], at, 0.0, 0.0).normal;
                 ck_assert_double_ge(vec3_dot(n, expected) / area, 0.985);
             }
             mill_mesh_free(&mesh);
@@ -196,17 +189,16 @@ START_TEST(drum_and_end_walls_enclose_the_chamber)
     uint64_t seed = 3;
     for (int which = 0; which < MANY; which++) {
         struct mill mill;
-        const struct mill_profile profile = build_mill(&seed, which, &mill);
-        const struct mill_chamber chamber = chamber_of(&profile);
+        build_mill(&seed, which, &mill);
         struct mill_mesh mesh[3];
         double enclosed = 0.0;
         for (int k = 0; k < 3; k++) {
-            mesh[k] = drawn(mill.shape[DRUM + k], &chamber);
+            mesh[k] = drawn(mill.shape[DRUM + k], &mill.chamber);
             enclosed -= volume(&mesh[k]); /* seen from within */
         }
         assert_closed(mesh, 3);
         /* chords between points of arcs that bulge outwards and inwards: off either way */
-        const double exact = mill_profile_area(&profile) * drum_length;
+        const double exact = mill_profile_area(&mill.chamber.drum) * drum_length;
         ck_assert_double_le(fabs(enclosed - exact), 4e-3 * exact);
         for (int k = 0; k < 3; k++)
             mill_mesh_free(&mesh[k]);
@@ -220,10 +212,9 @@ START_TEST(an_end_wall_has_no_folds)
     uint64_t seed = 4;
     for (int which = 0; which < 3 * MANY; which++) {
         struct mill mill;
-        const struct mill_profile profile = build_mill(&seed, which, &mill);
-        const struct mill_chamber chamber = chamber_of(&profile);
+        build_mill(&seed, which, &mill);
         for (int k = WALL_0; k <= WALL_1; k++) {
-            struct mill_mesh mesh = drawn(mill.shape[k], &chamber);
+            struct mill_mesh mesh = drawn(mill.shape[k], &mill.chamber);
             const double side = k == WALL_0 ? 1.0 : -1.0;
             for (size_t t = 0; t < mesh.triangles; t++)
                 ck_assert_double_ge(side * facing(&mesh, t).x, -1e-17);
@@ -239,11 +230,10 @@ START_TEST(shaft_and_blade_are_closed_bodies_of_their_volume)
     uint64_t seed = 5;
     for (int which = 0; which < MANY; which++) {
         struct mill mill;
-        const struct mill_profile profile = build_mill(&seed, which, &mill);
-        const struct mill_chamber chamber = chamber_of(&profile);
+        build_mill(&seed, which, &mill);
         const double rod = PI * shaft_radius * shaft_radius * drum_length;
-        struct mill_mesh shaft = drawn(mill.shape[SHAFT], &chamber);
-        struct mill_mesh blade = drawn(mill.shape[BLADE], &chamber);
+        struct mill_mesh shaft = drawn(mill.shape[SHAFT], &mill.chamber);
+        struct mill_mesh blade = drawn(mill.shape[BLADE], &mill.chamber);
         assert_closed(&shaft, 1);
         assert_closed(&blade, 1);
         ck_assert_double_le(fabs(volume(&blade) - 0.06 * 0.012 * 0.007), 1e-18);
@@ -282,12 +272,11 @@ START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
 {
     uint64_t seed = 6;
     struct mill mill;
-    struct mill_deck deck = {.drum_radius = drum_radius, .drum_length = drum_length};
     build_mill(&seed, 0, &mill);
-    struct mill_world world = {.shapes = SHAPES, .shape = mill.shape};
+    struct mill_world world = {.drum_length = drum_length, .shapes = SHAPES, .shape = mill.shape};
     struct mill_outline still, turning;
-    ck_assert_int_eq(mill_outline_make(&deck, &world, false, &still, NULL), MILL_OK);
-    ck_assert_int_eq(mill_outline_make(&deck, &world, true, &turning, NULL), MILL_OK);
+    ck_assert_int_eq(mill_outline_make(&mill.chamber.drum, &world, false, &still, NULL), MILL_OK);
+    ck_assert_int_eq(mill_outline_make(&mill.chamber.drum, &world, true, &turning, NULL), MILL_OK);
     size_t of_kind[MILL_KINDS] = {0};
     for (size_t t = 0; t < still.mesh.triangles; t++) {
         const double x = corner(&still.mesh, t, 0).x;
@@ -313,11 +302,10 @@ START_TEST(without_a_rotor_nothing_turns)
 {
     uint64_t seed = 7;
     struct mill mill;
-    struct mill_deck deck = {.drum_radius = drum_radius, .drum_length = drum_length};
     struct mill_outline turning;
     build_mill(&seed, 0, &mill);
-    struct mill_world world = {.shapes = SHAFT, .shape = mill.shape};
-    ck_assert_int_eq(mill_outline_make(&deck, &world, true, &turning, NULL), MILL_OK);
+    struct mill_world world = {.drum_length = drum_length, .shapes = SHAFT, .shape = mill.shape};
+    ck_assert_int_eq(mill_outline_make(&mill.chamber.drum, &world, true, &turning, NULL), MILL_OK);
     ck_assert_uint_eq(turning.mesh.triangles, 0);
     mill_outline_free(&turning);
     mill_demolish(&mill);
@@ -326,24 +314,15 @@ END_TEST
 
 int main(void)
 {
-    const TTest *const claims[] = {
-        corners_lie_on_the_surface_and_flats_within_the_tolerance,
-        every_triangle_faces_the_balls,
-        drum_and_end_walls_enclose_the_chamber,
-        an_end_wall_has_no_folds,
-        shaft_and_blade_are_closed_bodies_of_their_volume,
-        a_finer_tolerance_means_more_and_smaller_flats,
-        the_outline_tells_what_turns_and_names_every_triangle,
-        without_a_rotor_nothing_turns,
+    const struct unit_test tests[] = {
+        {corners_lie_on_the_surface_and_flats_within_the_tolerance, 1},
+        {every_triangle_faces_the_balls, 1},
+        {drum_and_end_walls_enclose_the_chamber, 1},
+        {an_end_wall_has_no_folds, 1},
+        {shaft_and_blade_are_closed_bodies_of_their_volume, 1},
+        {a_finer_tolerance_means_more_and_smaller_flats, 1},
+        {the_outline_tells_what_turns_and_names_every_triangle, 1},
+        {without_a_rotor_nothing_turns, 1},
     };
-    Suite *suite = suite_create("outline");
-    TCase *tests = tcase_create("outline");
-    for (size_t k = 0; k < sizeof claims / sizeof *claims; k++)
-        tcase_add_test(tests, claims[k]);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    return unit_run("outline", tests, sizeof tests / sizeof *tests);
 }

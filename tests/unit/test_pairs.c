@@ -382,22 +382,14 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("pairs");
-    TCase *tests = tcase_create("pairs");
-    tcase_set_timeout(tests, 60);
-    tcase_add_loop_test(tests, every_variant_finds_the_bits_of_a_plain_search, 0, FORMS);
-    tcase_add_loop_test(tests, of_partners_equally_early_the_smaller_wins, 0, FORMS);
-    tcase_add_loop_test(
-        tests, overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, 0, FORMS);
-    tcase_add_loop_test(tests, a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, 0,
-                        FORMS);
-    tcase_add_loop_test(tests, a_contact_a_little_sooner_than_the_best_known_is_found, 0, FORMS);
-    tcase_add_loop_test(tests, a_ball_alone_meets_nobody_and_looks_at_itself, 0, FORMS);
-    tcase_add_test(tests, the_last_variant_is_chosen_and_each_has_a_name);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {every_variant_finds_the_bits_of_a_plain_search, FORMS},
+        {of_partners_equally_early_the_smaller_wins, FORMS},
+        {overlapping_balls_meet_at_once_when_they_close_and_not_when_they_part, FORMS},
+        {a_contact_not_sooner_than_the_best_known_leaves_it_as_it_is, FORMS},
+        {a_contact_a_little_sooner_than_the_best_known_is_found, FORMS},
+        {a_ball_alone_meets_nobody_and_looks_at_itself, FORMS},
+        {the_last_variant_is_chosen_and_each_has_a_name, 1},
+    };
+    return unit_run("pairs", tests, sizeof tests / sizeof *tests);
 }

@@ -1,47 +1,55 @@
 /* Claims about the checks of a paranoid run: a sound state passes and is counted in full, each kind
  * of fault is told by its own line, and to be watched changes nothing. */
-#include "engine/sim_paranoid.h"
 #include "sim_fixture.h"
 
 /* Four balls without gravity: 0 flies at 1 (1.5 mm apart), 2 at the drum (1 mm), 3 is at rest in
  * the way of the blade, which gets there after some 20 ms. */
-static const char still_life[] =
-    "[run]\ntime = 1 s\n[gravity]\nacceleration = 0 0 0 m/s^2\n"
-    "[balls]\ncount = 4\ndiameter = 10 mm\ndensity = 7800 kg/m^3\nstart = start.txt\n"
-    "[drum]\nradius = 50 mm\nlength = 100 mm\n"
-    "[rotor]\nspeed = 600 rpm\nshaft_radius = 8 mm\n"
-    "[blade.a]\nposition = -30 mm\nangle = 0 deg\ntip_radius = 30 mm\nwidth = 10 mm\n"
-    "thickness = 4 mm\n[contact]\nrestitution = 0.8\n";
-static const char still_life_start[] = "0.0285 0 0.03 1 0 0\n0.04 0 0.03 0 0 0\n"
-                                       "0 0 -0.044 0 0 -1\n-0.03 0 0.025 0 0 0\n";
+static const struct mill_setup_ball still_life_start[] = {
+    {.position = {0.0285, 0.0, 0.03}, .velocity.x = 1.0},
+    {.position = {0.04, 0.0, 0.03}},
+    {.position = {0.0, 0.0, -0.044}, .velocity.z = -1.0},
+    {.position = {-0.03, 0.0, 0.025}}};
 enum { BALLS = 4, DRUM = 0, BLADE = 4, SHAPES = 5 };
+static const struct model still_life = {
+    .setup = {.drum = {.radius = 0.05, .length = 0.1},
+              .start = still_life_start,
+              .rebound_floor = 5e-3},
+    .balls = {{.diameter = 0.01, .density = STEEL, .count = BALLS}},
+    .rotor = {.speed = 600 * RPM},
+    .shaft = {0.008},
+    .blades = 1,
+    .blade = {{.position = -0.03, .tip_radius = 0.03, .width = 0.01, .thickness = 0.004}},
+    .law = {.restitution = 0.8}};
 
-static const char busy[] =
-    "[run]\ntime = 1 s\n[balls]\ncount = 120\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
-    "[drum]\nradius = 30 mm\nlength = 40 mm\n[rotor]\nspeed = 1000 rpm\nshaft_radius = 6 mm\n"
-    "[blades]\ncount = 2\ntip_radius = 22 mm\nwidth = 8 mm\nthickness = 4 mm\npitch = 20 deg\n"
-    "[contact]\nrestitution = 0.8\nfriction = 0.3\ntangential_restitution = 0.4\n";
+static const struct model busy = {
+    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.03, .length = 0.04}, .rebound_floor = 5e-3},
+    .balls = {{.diameter = 0.005, .density = STEEL, .count = 120}},
+    .rotor = {.speed = 1000 * RPM},
+    .shaft = {0.006},
+    .blades = 2,
+    .blade = {{.tip_radius = 0.022, .width = 0.008, .thickness = 0.004, .pitch = 20 * DEG}},
+    .law = {0.8, 0.3, 0.4}};
 
 static struct bench b;
-static struct mill_predict *q;
+static struct mill_schedule *q;
 static struct mill_sim_paranoid p;
 static struct mill_error error;
 
 static void set_up(void)
 {
-    bench_open(&b, still_life, still_life_start);
+    bench_open(&b, &still_life);
     memset(&p, 0, sizeof p);
-    ck_assert_int_eq(mill_predict_create(b.world, &q, &error), MILL_OK);
+    ck_assert_int_eq(mill_schedule_create(b.world, &q, &error), MILL_OK);
     ck_assert_int_eq(b.world->shapes, SHAPES);
     q->horizon = 0.0625;
     for (int32_t i = 0; i < BALLS; i++)
-        mill_predict_ball(q, i, 0.0, MILL_NOBODY);
-    p.predict = q;
+        mill_schedule_ball(q, i, 0.0, MILL_NOBODY);
+    p.schedule = q;
 }
 
 static void tear_down(void)
 {
-    mill_predict_free(q);
+    mill_schedule_free(q);
     bench_close(&b);
 }
 
@@ -54,7 +62,7 @@ static void begin_again(void)
 /* The plan as somebody left it, with a calendar that agrees. */
 static void enter(int32_t i)
 {
-    mill_calendar_set(q->calendar, i, mill_sim_paranoid_next(&q->plan[i]));
+    mill_calendar_set(q->calendar, i, mill_plan_time(&q->plan[i]));
 }
 
 static void expect(enum mill_status status, const char *words)
@@ -104,7 +112,7 @@ START_TEST(a_plan_whose_partner_has_changed_course_since_is_no_fault)
     b.world->ball[1].v = vec3_make(0.0, 3.0, 0.0);
     b.world->ball[1].contacts++;
     b.world->start = mill_world_energy(b.world, 0.0);
-    mill_predict_ball(q, 1, 0.0, MILL_NOBODY);
+    mill_schedule_ball(q, 1, 0.0, MILL_NOBODY);
     ck_assert_msg(mill_sim_paranoid_all(&p, 0.0, false, &error) == MILL_OK, "%s", error.text);
 }
 END_TEST
@@ -123,7 +131,7 @@ START_TEST(less_than_a_nanometre_is_no_overlap)
 {
     b.world->ball[1].r.x = 0.0285 + 0.01 - 0.9e-9;
     b.world->ball[1].v.x = 2.0;
-    mill_predict_ball(q, 0, 0.0, MILL_NOBODY);
+    mill_schedule_ball(q, 0, 0.0, MILL_NOBODY);
     ck_assert_msg(mill_sim_paranoid_ball(&p, 0, 0.0, true, MILL_NOBODY, &error) == MILL_OK, "%s",
                   error.text);
 }
@@ -151,7 +159,7 @@ START_TEST(a_ball_that_the_blades_let_go_may_be_in_one_and_no_other)
     expect(mill_sim_paranoid_ball(&p, 3, 0.0, true, MILL_NOBODY, &error),
            "ball 3 overlaps a surface (ball_blade) by 0.003 m");
     q->plan[3].let_go = true;
-    mill_predict_ball(q, 3, 0.0, MILL_NOBODY);
+    mill_schedule_ball(q, 3, 0.0, MILL_NOBODY);
     ck_assert(q->plan[3].let_go);
     ck_assert_int_eq(mill_sim_paranoid_ball(&p, 3, 0.0, true, MILL_NOBODY, &error), MILL_OK);
 }
@@ -230,7 +238,8 @@ START_TEST(a_contact_with_a_surface_that_is_left_is_told)
                                    .shape_t = 0.0,
                                    .exit_t = INFINITY,
                                    .partner = MILL_NOBODY,
-                                   .shape = DRUM};
+                                   .shape = DRUM,
+                                   .next = MILL_NEXT_SURFACE};
     b.world->ball[2].r.z = -0.045;
     b.world->ball[2].v.z = 0.005;
     expect(mill_sim_paranoid_touch(&p, 2, &plan, &error),
@@ -245,10 +254,11 @@ START_TEST(a_search_that_goes_on_is_no_contact)
                              .shape_t = 1e-3,
                              .exit_t = INFINITY,
                              .partner = MILL_NOBODY,
-                             .shape = BLADE};
+                             .shape = BLADE,
+                             .next = MILL_NEXT_SURFACE};
     expect(mill_sim_paranoid_touch(&p, 3, &plan, &error),
            "ball 3 shall meet a surface (ball_blade) with a gap of ");
-    plan.again = true;
+    plan.next = MILL_NEXT_SEARCH;
     ck_assert_int_eq(mill_sim_paranoid_touch(&p, 3, &plan, &error), MILL_OK);
 }
 END_TEST
@@ -275,7 +285,7 @@ START_TEST(what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball)
         b.world->ball[2].v.z = -20000.0;
         b.world->ball[2].r.z = -0.0449 + 1.7e-8 * k;
         b.world->ball[2].t = now;
-        mill_predict_ball(q, 2, now, MILL_NOBODY);
+        mill_schedule_ball(q, 2, now, MILL_NOBODY);
         ck_assert_msg(mill_sim_paranoid_ball(&p, 2, now, true, MILL_NOBODY, &error) == MILL_OK &&
                           mill_sim_paranoid_touch(&p, 2, &q->plan[2], &error) == MILL_OK,
                       "%s", error.text);
@@ -326,8 +336,12 @@ START_TEST(a_contact_carried_out_with_bodies_apart_is_told)
     const struct mill_plan pair = {
         .shape_t = INFINITY, .exit_t = INFINITY, .partner = 1, .shape = MILL_NOBODY};
     expect(carry_out(&pair, 0.0), "ball 0 and ball 1 met with a gap of 0.0015 m");
-    const struct mill_plan surface = {
-        .pair_t = INFINITY, .shape_t = 0.0, .exit_t = INFINITY, .partner = MILL_NOBODY, .shape = 2};
+    const struct mill_plan surface = {.pair_t = INFINITY,
+                                      .shape_t = 0.0,
+                                      .exit_t = INFINITY,
+                                      .partner = MILL_NOBODY,
+                                      .shape = 2,
+                                      .next = MILL_NEXT_SURFACE};
     expect(carry_out(&surface, 0.0), "ball 0 met a surface (ball_wall) with a gap of 0.0165 m");
     ck_assert_int_eq(b.world->shape[2]->number, 1);
 }
@@ -378,16 +392,13 @@ END_TEST
 START_TEST(to_be_watched_changes_nothing)
 {
     struct bench plain, watched;
-    bench_open(&plain, busy, NULL);
-    bench_open(&watched, busy, NULL);
+    bench_open(&plain, &busy);
+    bench_open(&watched, &busy);
     ck_assert_int_eq(mill_sim_paranoid(watched.sim, true, &error), MILL_OK);
     bench_run(&plain, 0.1);
     bench_run(&watched, 0.1);
     const size_t n = (size_t)plain.world->balls;
-    ck_assert_mem_eq(plain.world->ball, watched.world->ball, n * sizeof *plain.world->ball);
-    ck_assert_mem_eq(plain.world->spin, watched.world->spin, n * sizeof *plain.world->spin);
-    ck_assert_mem_eq(&plain.world->account, &watched.world->account, sizeof plain.world->account);
-    ck_assert_mem_eq(&plain.world->counts, &watched.world->counts, sizeof plain.world->counts);
+    runs_are_alike(&plain, &watched);
     const struct mill_sim_checks c = mill_sim_checks(watched.sim),
                                  none = mill_sim_checks(plain.sim);
     const struct mill_counts *counts = &watched.world->counts;
@@ -404,7 +415,7 @@ END_TEST
 START_TEST(the_checks_can_be_switched_off_again)
 {
     struct bench run;
-    bench_open(&run, busy, NULL);
+    bench_open(&run, &busy);
     ck_assert_int_eq(mill_sim_paranoid(run.sim, true, &error), MILL_OK);
     ck_assert_uint_eq(mill_sim_checks(run.sim).predictions, 120);
     ck_assert_int_eq(mill_sim_paranoid(run.sim, false, &error), MILL_OK);
@@ -427,7 +438,7 @@ static void run_into(struct bench *run, const char *words)
 
 static void open_watched(struct bench *run)
 {
-    bench_open(run, busy, NULL);
+    bench_open(run, &busy);
     ck_assert_int_eq(mill_sim_paranoid(run->sim, true, &run->error), MILL_OK);
     bench_run(run, 0.01);
 }
@@ -465,7 +476,7 @@ END_TEST
 START_TEST(checks_that_begin_in_the_middle_of_a_run_accept_it)
 {
     struct bench run;
-    bench_open(&run, busy, NULL);
+    bench_open(&run, &busy);
     for (uint64_t budget = 1; budget < 5000; budget = 3 * budget + 1) {
         ck_assert_int_eq(mill_sim_run(run.sim, 1.0, budget, NULL, &run.error), MILL_OK);
         ck_assert_msg(mill_sim_paranoid(run.sim, true, &run.error) == MILL_OK, "%s",
@@ -477,47 +488,39 @@ END_TEST
 
 int main(void)
 {
-    Suite *s = suite_create("paranoid");
-    TCase *state = tcase_create("state"), *runs = tcase_create("runs");
-    tcase_add_checked_fixture(state, set_up, tear_down);
-    tcase_add_test(state, a_sound_state_passes_and_every_check_is_counted);
-    tcase_add_test(state, the_mill_of_these_tests_has_the_contacts_they_speak_of);
-    tcase_add_test(state, a_plan_whose_partner_has_changed_course_since_is_no_fault);
-    tcase_add_test(state, an_overlap_of_two_balls_is_told_with_its_depth);
-    tcase_add_test(state, less_than_a_nanometre_is_no_overlap);
-    tcase_add_test(state, an_overlap_with_a_surface_is_told);
-    tcase_add_test(state, an_overlap_far_from_the_cell_that_lists_the_ball_is_seen);
-    tcase_add_test(state, a_ball_that_the_blades_let_go_may_be_in_one_and_no_other);
-    tcase_add_test(state, a_contact_of_two_balls_that_is_planned_too_late_is_told);
-    tcase_add_test(state,
-                   a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh);
-    tcase_add_test(state, a_forgotten_contact_with_a_surface_is_told);
-    tcase_add_test(state, a_contact_planned_a_picosecond_late_is_told);
-    tcase_add_test(state, a_contact_planned_too_early_is_told);
-    tcase_add_test(state, a_contact_of_balls_that_part_is_told);
-    tcase_add_test(state, a_contact_with_a_surface_that_is_left_is_told);
-    tcase_add_test(state, a_search_that_goes_on_is_no_contact);
-    tcase_add_test(state, a_plan_with_nobody_is_told);
-    tcase_add_test(state, what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball);
-    tcase_add_test(state, a_calendar_that_disagrees_with_a_plan_is_told);
-    tcase_add_test(state, an_event_that_is_not_the_earliest_is_told);
-    tcase_add_test(state, an_event_in_the_past_is_told);
-    tcase_add_test(state, a_contact_carried_out_with_bodies_apart_is_told);
-    tcase_add_test(state, a_ball_outside_its_cell_is_told);
-    tcase_add_test(state, a_ball_that_its_cell_does_not_list_is_told);
-    tcase_add_test(state, an_account_that_is_out_by_more_than_a_billionth_is_told);
-    tcase_add_test(state, what_is_not_a_number_never_passes);
-    tcase_add_test(runs, to_be_watched_changes_nothing);
-    tcase_add_test(runs, the_checks_can_be_switched_off_again);
-    tcase_add_test(runs, a_run_ends_when_a_ball_is_put_into_another);
-    tcase_add_test(runs, a_run_ends_when_a_ball_changes_course_unseen);
-    tcase_add_test(runs, a_run_ends_when_its_books_are_cooked);
-    tcase_add_test(runs, checks_that_begin_in_the_middle_of_a_run_accept_it);
-    suite_add_tcase(s, state);
-    suite_add_tcase(s, runs);
-    SRunner *r = srunner_create(s);
-    srunner_run_all(r, CK_ENV);
-    const int failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? 1 : 0;
+    const struct unit_test tests[] = {
+        {a_sound_state_passes_and_every_check_is_counted, 1},
+        {the_mill_of_these_tests_has_the_contacts_they_speak_of, 1},
+        {a_plan_whose_partner_has_changed_course_since_is_no_fault, 1},
+        {an_overlap_of_two_balls_is_told_with_its_depth, 1},
+        {less_than_a_nanometre_is_no_overlap, 1},
+        {an_overlap_with_a_surface_is_told, 1},
+        {an_overlap_far_from_the_cell_that_lists_the_ball_is_seen, 1},
+        {a_ball_that_the_blades_let_go_may_be_in_one_and_no_other, 1},
+        {a_contact_of_two_balls_that_is_planned_too_late_is_told, 1},
+        {a_contact_that_one_ball_alone_knows_of_is_enough_unless_its_plan_is_fresh, 1},
+        {a_forgotten_contact_with_a_surface_is_told, 1},
+        {a_contact_planned_a_picosecond_late_is_told, 1},
+        {a_contact_planned_too_early_is_told, 1},
+        {a_contact_of_balls_that_part_is_told, 1},
+        {a_contact_with_a_surface_that_is_left_is_told, 1},
+        {a_search_that_goes_on_is_no_contact, 1},
+        {a_plan_with_nobody_is_told, 1},
+        {what_the_clock_cannot_tell_is_no_fault_of_a_fast_ball, 1},
+        {a_calendar_that_disagrees_with_a_plan_is_told, 1},
+        {an_event_that_is_not_the_earliest_is_told, 1},
+        {an_event_in_the_past_is_told, 1},
+        {a_contact_carried_out_with_bodies_apart_is_told, 1},
+        {a_ball_outside_its_cell_is_told, 1},
+        {a_ball_that_its_cell_does_not_list_is_told, 1},
+        {an_account_that_is_out_by_more_than_a_billionth_is_told, 1},
+        {what_is_not_a_number_never_passes, 1},
+        {to_be_watched_changes_nothing, 1},
+        {the_checks_can_be_switched_off_again, 1},
+        {a_run_ends_when_a_ball_is_put_into_another, 1},
+        {a_run_ends_when_a_ball_changes_course_unseen, 1},
+        {a_run_ends_when_its_books_are_cooked, 1},
+        {checks_that_begin_in_the_middle_of_a_run_accept_it, 1},
+    };
+    return unit_run_in("paranoid", set_up, tear_down, tests, sizeof tests / sizeof *tests);
 }

@@ -1,10 +1,9 @@
 /* Quadratics, quartics and Sturm counts. */
-#include <check.h>
 #include <complex.h>
-#include <stdlib.h>
 
 #include "millsim/poly.h"
 #include "poly_cases.h"
+#include "unit.h"
 
 #define J ((double complex)_Complex_I)
 
@@ -435,49 +434,29 @@ START_TEST(sturm_ignores_leading_zeros_and_constants)
 }
 END_TEST
 
-static TCase *group(Suite *suite, const char *name)
-{
-    TCase *tc = tcase_create(name);
-    tcase_set_timeout(tc, 60.0);
-    suite_add_tcase(suite, tc);
-    return tc;
-}
-
-static Suite *poly_suite(void)
-{
-    Suite *s = suite_create("poly");
-    TCase *tc = group(s, "quadratic");
-    tcase_add_test(tc, small_root_of_a_quadratic_keeps_its_digits);
-    tcase_add_test(tc, nearly_double_roots_are_right_to_the_last_bits);
-    tcase_add_test(tc, double_root_counts_once);
-    tcase_add_test(tc, quadratic_without_square_term_is_linear);
-    tcase_add_test(tc, quadratic_survives_the_ends_of_the_exponent_range);
-    tc = group(s, "quartic");
-    tcase_add_loop_test(tc, hard_quartics_are_solved_to_the_floor, 0,
-                        (int)(sizeof hard / sizeof hard[0]));
-    tcase_add_test(tc, conjugate_pairs_are_adjacent);
-    tcase_add_test(tc, quartic_scales_to_the_ends_of_the_exponent_range);
-    tcase_add_test(tc, quartic_with_zero_roots_has_them_exactly);
-    tcase_add_test(tc, two_zero_roots_between_large_ones_leave_these_all_their_digits);
-    tcase_add_test(tc, a_root_at_zero_is_exact_beside_a_cluster);
-    tcase_add_test(tc, quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow);
-    tcase_add_test(tc, quartic_roots_of_any_finite_input_are_numbers);
-    tcase_add_test(tc, quartic_roots_of_any_magnitude_are_numbers);
-    tcase_add_test(tc, quartic_with_roots_three_hundred_decades_apart_keeps_them);
-    tc = group(s, "sturm");
-    tcase_add_test(tc, sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi);
-    tcase_add_test(tc, sturm_counts_agree_with_known_roots_over_all_magnitudes);
-    tcase_add_test(tc, sturm_counts_roots_over_a_hundred_decades);
-    tcase_add_test(tc, sturm_tells_a_double_root_from_two_near_ones_and_from_none);
-    tcase_add_test(tc, sturm_ignores_leading_zeros_and_constants);
-    return s;
-}
-
 int main(void)
 {
-    SRunner *runner = srunner_create(poly_suite());
-    srunner_run_all(runner, CK_NORMAL);
-    int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+    const struct unit_test tests[] = {
+        {small_root_of_a_quadratic_keeps_its_digits, 1},
+        {nearly_double_roots_are_right_to_the_last_bits, 1},
+        {double_root_counts_once, 1},
+        {quadratic_without_square_term_is_linear, 1},
+        {quadratic_survives_the_ends_of_the_exponent_range, 1},
+        {hard_quartics_are_solved_to_the_floor, sizeof hard / sizeof hard[0]},
+        {conjugate_pairs_are_adjacent, 1},
+        {quartic_scales_to_the_ends_of_the_exponent_range, 1},
+        {quartic_with_zero_roots_has_them_exactly, 1},
+        {two_zero_roots_between_large_ones_leave_these_all_their_digits, 1},
+        {a_root_at_zero_is_exact_beside_a_cluster, 1},
+        {quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow, 1},
+        {quartic_roots_of_any_finite_input_are_numbers, 1},
+        {quartic_roots_of_any_magnitude_are_numbers, 1},
+        {quartic_with_roots_three_hundred_decades_apart_keeps_them, 1},
+        {sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi, 1},
+        {sturm_counts_agree_with_known_roots_over_all_magnitudes, 1},
+        {sturm_counts_roots_over_a_hundred_decades, 1},
+        {sturm_tells_a_double_root_from_two_near_ones_and_from_none, 1},
+        {sturm_ignores_leading_zeros_and_constants, 1},
+    };
+    return unit_run("poly", tests, sizeof tests / sizeof *tests);
 }

@@ -1,10 +1,8 @@
 /* When a contact polynomial first closes: flights with known answers, oracles, extreme input. */
-#include <check.h>
-#include <stdlib.h>
-
 #include "base/poly_sturm.h"
 #include "millsim/poly.h"
 #include "poly_cases.h"
+#include "unit.h"
 
 #define DIFFER(a, b) (fabs((a) - (b)))
 
@@ -329,48 +327,29 @@ START_TEST(first_rise_does_not_depend_on_the_units)
 }
 END_TEST
 
-static TCase *group(Suite *suite, const char *name)
-{
-    TCase *tc = tcase_create(name);
-    tcase_set_timeout(tc, 60.0);
-    suite_add_tcase(suite, tc);
-    return tc;
-}
-
-static Suite *rise_suite(void)
-{
-    Suite *s = suite_create("poly first rise");
-    TCase *tc = group(s, "first rise of a flight");
-    tcase_add_test(tc, ball_thrown_up_from_the_bottom_returns_after_2u_over_g);
-    tcase_add_test(tc, detaching_ball_lands_after_4_v_sin_theta_over_g);
-    tcase_add_test(tc, ball_at_the_top_with_v2_equal_g_rho_stays_in_contact);
-    tcase_add_test(tc, overlapping_and_closing_is_now);
-    tcase_add_test(tc, resting_contact_pressed_on_by_gravity_is_now);
-    tcase_add_test(tc, overlapping_and_opening_waits_until_it_closes_again);
-    tcase_add_test(tc, overlap_that_never_opens_fully_closes_at_its_minimum);
-    tcase_add_test(tc, grazing_from_outside_is_no_contact);
-    tcase_add_test(tc, contact_at_the_very_end_of_the_window_counts);
-    tcase_add_test(tc, touching_ball_that_leaves_is_not_caught_again_by_rounding);
-    tcase_add_test(tc, most_calls_cost_no_solve);
-    tc = group(s, "first rise against oracles");
-    tcase_add_loop_test(tc, first_rise_is_the_one_that_a_bracketing_oracle_finds, 0, 4);
-    tcase_add_test(tc, fast_path_and_sturm_sequence_agree);
-    tcase_add_test(tc, a_rise_at_the_end_of_the_window_counts_to_the_last_bit);
-    tcase_add_test(tc, first_rise_finds_known_roots_of_any_multiplicity);
-    tc = group(s, "first rise of extreme input");
-    tcase_add_test(tc, first_rise_of_any_finite_input_is_a_time);
-    tcase_add_test(tc, nothing_never_rises);
-    tcase_add_test(tc, root_is_found_beside_terms_that_overflow_at_the_end_of_the_window);
-    tcase_add_test(tc, rise_from_the_smallest_of_doubles_is_found_to_the_last_bit);
-    tcase_add_test(tc, first_rise_does_not_depend_on_the_units);
-    return s;
-}
-
 int main(void)
 {
-    SRunner *runner = srunner_create(rise_suite());
-    srunner_run_all(runner, CK_NORMAL);
-    int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+    const struct unit_test tests[] = {
+        {ball_thrown_up_from_the_bottom_returns_after_2u_over_g, 1},
+        {detaching_ball_lands_after_4_v_sin_theta_over_g, 1},
+        {ball_at_the_top_with_v2_equal_g_rho_stays_in_contact, 1},
+        {overlapping_and_closing_is_now, 1},
+        {resting_contact_pressed_on_by_gravity_is_now, 1},
+        {overlapping_and_opening_waits_until_it_closes_again, 1},
+        {overlap_that_never_opens_fully_closes_at_its_minimum, 1},
+        {grazing_from_outside_is_no_contact, 1},
+        {contact_at_the_very_end_of_the_window_counts, 1},
+        {touching_ball_that_leaves_is_not_caught_again_by_rounding, 1},
+        {most_calls_cost_no_solve, 1},
+        {first_rise_is_the_one_that_a_bracketing_oracle_finds, 4},
+        {fast_path_and_sturm_sequence_agree, 1},
+        {a_rise_at_the_end_of_the_window_counts_to_the_last_bit, 1},
+        {first_rise_finds_known_roots_of_any_multiplicity, 1},
+        {first_rise_of_any_finite_input_is_a_time, 1},
+        {nothing_never_rises, 1},
+        {root_is_found_beside_terms_that_overflow_at_the_end_of_the_window, 1},
+        {rise_from_the_smallest_of_doubles_is_found_to_the_last_bit, 1},
+        {first_rise_does_not_depend_on_the_units, 1},
+    };
+    return unit_run("poly_rise", tests, sizeof tests / sizeof *tests);
 }

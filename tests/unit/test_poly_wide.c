@@ -1,9 +1,7 @@
 /* Numbers of 1280 bits: exact where they fit, and honest about a sign where they do not. */
-#include <check.h>
-#include <stdlib.h>
-
 #include "base/poly_wide.h"
 #include "poly_cases.h"
+#include "unit.h"
 
 static double any_double(gsl_rng *rng)
 {
@@ -90,18 +88,12 @@ END_TEST
 
 int main(void)
 {
-    Suite *s = suite_create("poly wide");
-    TCase *tc = tcase_create("wide");
-    suite_add_tcase(s, tc);
-    tcase_set_timeout(tc, 60.0);
-    tcase_add_test(tc, doubles_go_in_and_come_out_unchanged);
-    tcase_add_test(tc, products_and_sums_are_exact);
-    tcase_add_test(tc, sums_carry_and_borrow_like_integers);
-    tcase_add_test(tc, a_sign_that_the_width_cannot_hold_is_not_claimed);
-    tcase_add_test(tc, products_of_uncertain_numbers_stay_uncertain);
-    SRunner *runner = srunner_create(s);
-    srunner_run_all(runner, CK_NORMAL);
-    int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+    const struct unit_test tests[] = {
+        {doubles_go_in_and_come_out_unchanged, 1},
+        {products_and_sums_are_exact, 1},
+        {sums_carry_and_borrow_like_integers, 1},
+        {a_sign_that_the_width_cannot_hold_is_not_claimed, 1},
+        {products_of_uncertain_numbers_stay_uncertain, 1},
+    };
+    return unit_run("poly_wide", tests, sizeof tests / sizeof *tests);
 }

@@ -1,8 +1,7 @@
 /* Claims about what is known of a run, and about the window that is found for it. */
 #include "mill_fixture.h"
 #include "observe/precision.h"
-
-#include <string.h>
+#include "unit.h"
 
 enum { MOST = 4800 };
 
@@ -416,36 +415,27 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("precision");
-    TCase *series = tcase_create("series");
-    tcase_add_test(series, mser_cuts_a_start_up_that_stands_out);
-    tcase_add_test(series, mser_is_the_minimum_of_its_formula);
-    tcase_add_test(series, mser_keeps_all_of_a_series_too_short_to_judge);
-    tcase_add_test(series, the_error_told_is_the_scatter_of_the_means);
-    tcase_add_test(series, in_short_series_the_error_is_told_too_large_rather_than_too_small);
-    tcase_add_test(series, what_repeats_every_revolution_has_no_part_in_the_error);
-    tcase_add_test(series, too_few_batches_have_no_error);
-    suite_add_tcase(suite, series);
-    TCase *known = tcase_create("batches");
-    tcase_add_test(known, batches_are_parts_of_a_revolution_or_whole_ones);
-    tcase_add_test(known, without_a_rotor_there_are_no_revolutions);
-    tcase_add_test(known, median_and_power_are_told_with_their_errors);
-    tcase_add_test(known, a_power_near_zero_is_never_known);
-    tcase_add_test(known, a_rotor_that_never_did_any_work_is_not_waited_for);
-    tcase_add_test(known, without_fast_impacts_nothing_is_known);
-    tcase_add_test(known, less_than_three_revolutions_are_not_enough);
-    tcase_add_test(known, joined_batches_tell_the_same);
-    suite_add_tcase(suite, known);
-    TCase *window = tcase_create("window");
-    tcase_add_test(window, nothing_from_before_the_cut_is_in_the_statistics);
-    tcase_add_test(window, the_window_ends_when_it_is_known);
-    tcase_add_test(window, a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it);
-    tcase_add_test(window, what_strikes_lose_is_what_impacts_lose_across_all_stretches);
-    tcase_add_test(window, stretches_are_joined_and_a_long_run_still_finds_its_cut);
-    suite_add_tcase(suite, window);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+    const struct unit_test tests[] = {
+        {mser_cuts_a_start_up_that_stands_out, 1},
+        {mser_is_the_minimum_of_its_formula, 1},
+        {mser_keeps_all_of_a_series_too_short_to_judge, 1},
+        {the_error_told_is_the_scatter_of_the_means, 1},
+        {in_short_series_the_error_is_told_too_large_rather_than_too_small, 1},
+        {what_repeats_every_revolution_has_no_part_in_the_error, 1},
+        {too_few_batches_have_no_error, 1},
+        {batches_are_parts_of_a_revolution_or_whole_ones, 1},
+        {without_a_rotor_there_are_no_revolutions, 1},
+        {median_and_power_are_told_with_their_errors, 1},
+        {a_power_near_zero_is_never_known, 1},
+        {a_rotor_that_never_did_any_work_is_not_waited_for, 1},
+        {without_fast_impacts_nothing_is_known, 1},
+        {less_than_three_revolutions_are_not_enough, 1},
+        {joined_batches_tell_the_same, 1},
+        {nothing_from_before_the_cut_is_in_the_statistics, 1},
+        {the_window_ends_when_it_is_known, 1},
+        {a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it, 1},
+        {what_strikes_lose_is_what_impacts_lose_across_all_stretches, 1},
+        {stretches_are_joined_and_a_long_run_still_finds_its_cut, 1},
+    };
+    return unit_run("precision", tests, sizeof tests / sizeof *tests);
 }

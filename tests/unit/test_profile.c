@@ -158,7 +158,7 @@ START_TEST(the_gap_is_the_distance_to_the_nearest_point_of_the_wall)
         struct wavy_mill m;
         build_random(&seed, &m);
         const vec3 r = random_place(&seed, &m);
-        const double gap = gap_of(&m, r, 0.0);
+        const double gap = wall_gap(&m, r, 0.0);
         if (hypot(r.y, r.z) < R + m.profile.height && gap > -0.9 * m.profile.arc) {
             /* halfway between two points an arc is nearer by this */
             const double step = m.profile.arc * 2.0 * PI / 2000.0, d = fabs(gap);
@@ -192,7 +192,7 @@ START_TEST(the_gap_is_positive_inside_and_negative_outside)
             const vec3 turned = vec3_make(0.01, c * r.y - n * r.z, n * r.y + c * r.z);
             /* bulges of a billionth have more bend than this leaves room for */
             if (p->height > 1e-5)
-                ck_assert_double_eq_tol(gap_of(&m, turned, 0.0), -side * e, 0.01 * e);
+                ck_assert_double_eq_tol(wall_gap(&m, turned, 0.0), -side * e, 0.01 * e);
         }
         mill_demolish(&m.mill);
     }
@@ -208,7 +208,7 @@ START_TEST(buckles_of_next_to_no_height_are_met_like_the_circle)
         build(&m, (int)uniform(&seed, 2.0, 501.0), h / 10.0, uniform(&seed, -4.0, 4.0));
         const vec3 r = random_place(&seed, &m);
         const double circle = R - hypot(r.y, r.z);
-        ck_assert_double_eq_tol(gap_of(&m, r, 0.0), circle, h + 1e-16);
+        ck_assert_double_eq_tol(wall_gap(&m, r, 0.0), circle, h + 1e-16);
         mill_demolish(&m.mill);
     }
 }
@@ -221,7 +221,7 @@ START_TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink
         struct wavy_mill m;
         build_random(&seed, &m);
         const struct mill_profile *p = &m.profile;
-        const struct mill_shape *s = m.mill.shape[DRUM];
+        const struct mill_shape *s = m.drum;
         const double radius = uniform(&seed, 0.01, 0.9) * p->arc;
         const double pitch = PI / p->buckles;
         const int k = (int)uniform(&seed, 0.0, p->buckles);
@@ -233,8 +233,8 @@ START_TEST(across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink
         const vec3 at = vec3_axpy(a, p->arc - radius, e), across = vec3_make(0.0, -e.z, e.y);
         for (double off = 1e-16; off < 1e-7; off *= 10.0) {
             const vec3 r0 = vec3_axpy(at, -off, across), r1 = vec3_axpy(at, off, across);
-            const struct mill_contact c0 = s->ops->contact(s, r0, radius, 0.0);
-            const struct mill_contact c1 = s->ops->contact(s, r1, radius, 0.0);
+            const struct mill_contact c0 = contact_of(s, r0, radius, 0.0);
+            const struct mill_contact c1 = contact_of(s, r1, radius, 0.0);
             const double bend = off / (p->arc - radius);
             ck_assert_double_eq_tol(c0.gap, c1.gap, bend * off + 2e-16);
             ck_assert_double_eq_tol(c0.gap, 0.0, bend * off + 3e-16);
@@ -252,16 +252,16 @@ START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_
     for (int i = 0; i < 4000; i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
-        const struct mill_shape *s = m.mill.shape[DRUM];
+        const struct mill_shape *s = m.drum;
         const vec3 r = random_place(&seed, &m);
         const double radius = log_uniform(&seed, 2e-4, 5e-3), h = 1e-8;
-        const struct mill_contact c = s->ops->contact(s, r, radius, 0.0);
+        const struct mill_contact c = contact_of(s, r, radius, 0.0);
         if (fabs(c.gap) < 0.3 * m.profile.arc) {
             const vec3 y = vec3_make(0.0, h, 0.0), z = vec3_make(0.0, 0.0, h);
             const double gy =
-                gap_of(&m, vec3_add(r, y), radius) - gap_of(&m, vec3_sub(r, y), radius);
+                wall_gap(&m, vec3_add(r, y), radius) - wall_gap(&m, vec3_sub(r, y), radius);
             const double gz =
-                gap_of(&m, vec3_add(r, z), radius) - gap_of(&m, vec3_sub(r, z), radius);
+                wall_gap(&m, vec3_add(r, z), radius) - wall_gap(&m, vec3_sub(r, z), radius);
             /* on the ridge between two bulges there is none */
             const bool smooth = fabs(hypot(gy, gz) - 2.0 * h) < 1e-6 * h;
             if (smooth) {
@@ -270,10 +270,10 @@ START_TEST(the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_
                 checked++;
             }
             const vec3 arm = vec3_sub(r, c.point);
-            ck_assert_double_eq(c.gap, gap_of(&m, r, radius));
+            ck_assert_double_eq(c.gap, wall_gap(&m, r, radius));
             ck_assert_double_eq_tol(vec3_norm(c.normal), 1.0, 1e-14);
             ck_assert_double_eq_tol(vec3_dot(arm, c.normal), radius + c.gap, 1e-15);
-            ck_assert_double_eq_tol(gap_of(&m, c.point, 0.0), 0.0, 1e-15);
+            ck_assert_double_eq_tol(wall_gap(&m, c.point, 0.0), 0.0, 1e-15);
             ck_assert_double_eq(vec3_norm(c.velocity), 0.0);
         }
         mill_demolish(&m.mill);
@@ -284,26 +284,19 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("profile");
-    TCase *tests = tcase_create("profile");
-    tcase_set_timeout(tests, 60.0);
-    tcase_add_test(tests, neighbouring_arcs_touch_in_the_middle_between_their_centres);
-    tcase_add_test(tests, the_extreme_radii_are_those_of_the_drum_more_and_less_the_height);
-    tcase_add_test(tests, the_contract_s_equation_holds_and_its_larger_root_is_taken);
-    tcase_add_test(tests, a_profile_of_no_height_is_the_circle);
-    tcase_add_test(tests, the_area_is_what_the_points_of_the_profile_enclose);
-    tcase_add_test(tests, every_profile_of_the_study_is_sound_and_overhangs_are);
-    tcase_add_test(tests, a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet);
-    tcase_add_test(tests, the_gap_is_the_distance_to_the_nearest_point_of_the_wall);
-    tcase_add_test(tests, the_gap_is_positive_inside_and_negative_outside);
-    tcase_add_test(tests, buckles_of_next_to_no_height_are_met_like_the_circle);
-    tcase_add_test(tests, across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink);
-    tcase_add_test(tests,
-                   the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {neighbouring_arcs_touch_in_the_middle_between_their_centres, 1},
+        {the_extreme_radii_are_those_of_the_drum_more_and_less_the_height, 1},
+        {the_contract_s_equation_holds_and_its_larger_root_is_taken, 1},
+        {a_profile_of_no_height_is_the_circle, 1},
+        {the_area_is_what_the_points_of_the_profile_enclose, 1},
+        {every_profile_of_the_study_is_sound_and_overhangs_are, 1},
+        {a_profile_is_sound_up_to_the_height_at_which_neighbouring_bulges_meet, 1},
+        {the_gap_is_the_distance_to_the_nearest_point_of_the_wall, 1},
+        {the_gap_is_positive_inside_and_negative_outside, 1},
+        {buckles_of_next_to_no_height_are_met_like_the_circle, 1},
+        {across_the_line_at_a_joint_the_gap_has_no_step_and_the_normal_no_kink, 1},
+        {the_contact_s_normal_is_the_gap_s_gradient_and_its_point_lies_on_the_wall, 1},
+    };
+    return unit_run("profile", tests, sizeof tests / sizeof *tests);
 }

@@ -1,10 +1,7 @@
 /* The progress line: fits the terminal, tells the share done honestly, and is rare in a log file.
  */
 #include "app/progress.h"
-
-#include <check.h>
-#include <stdlib.h>
-#include <string.h>
+#include "unit.h"
 
 static const struct mill_progress start = {.end = 0.3};
 static const struct mill_progress half = {
@@ -165,22 +162,16 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("progress");
-    TCase *test = tcase_create("progress");
-    tcase_add_test(test, all_is_told_where_there_is_room);
-    tcase_add_test(test, the_line_is_never_wider_than_asked);
-    tcase_add_test(test, the_longest_fields_stay_within_the_line);
-    tcase_add_test(test, only_the_end_is_100_percent);
-    tcase_add_test(test, the_first_instant_claims_no_rates);
-    tcase_add_test(test, a_start_that_takes_long_is_shown_by_what_it_does);
-    tcase_add_loop_test(test, time_left_is_told_in_its_own_units, 0,
-                        (int)(sizeof lefts / sizeof *lefts));
-    tcase_add_test(test, a_log_gets_a_line_after_2_s_and_then_at_growing_gaps);
-    tcase_add_test(test, a_shorter_line_wipes_out_the_longer_one_before);
-    suite_add_tcase(suite, test);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {all_is_told_where_there_is_room, 1},
+        {the_line_is_never_wider_than_asked, 1},
+        {the_longest_fields_stay_within_the_line, 1},
+        {only_the_end_is_100_percent, 1},
+        {the_first_instant_claims_no_rates, 1},
+        {a_start_that_takes_long_is_shown_by_what_it_does, 1},
+        {time_left_is_told_in_its_own_units, sizeof lefts / sizeof *lefts},
+        {a_log_gets_a_line_after_2_s_and_then_at_growing_gaps, 1},
+        {a_shorter_line_wipes_out_the_longer_one_before, 1},
+    };
+    return unit_run("progress", tests, sizeof tests / sizeof *tests);
 }

@@ -1,7 +1,7 @@
 /* Claims about random numbers: those of the GNU Scientific Library, to the bit. */
 #include "base/random.h"
+#include "unit.h"
 
-#include <check.h>
 #include <gsl/gsl_randist.h>
 
 START_TEST(numbers_are_those_of_the_gnu_scientific_library)
@@ -27,13 +27,8 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("random");
-    TCase *claims = tcase_create("claims");
-    tcase_add_test(claims, numbers_are_those_of_the_gnu_scientific_library);
-    suite_add_tcase(suite, claims);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {numbers_are_those_of_the_gnu_scientific_library, 1},
+    };
+    return unit_run("random", tests, sizeof tests / sizeof *tests);
 }

@@ -1,12 +1,6 @@
 /* Claims about the saved state of the loop: a run that is taken up from it goes on to the same
  * bits, and no bytes of another mill, nor damaged ones, are taken for it. */
-#include "sim_mills.h"
-
-static uint64_t next_random(uint64_t *seed)
-{
-    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return *seed >> 33;
-}
+#include "sim_fixture.h"
 
 static void save(const struct bench *b, struct kept *kept)
 {
@@ -22,29 +16,29 @@ static enum mill_status load(struct bench *b, struct kept *kept)
     return state->status;
 }
 
-/* A mill of its own, made from the deck anew, that has taken up the state of `b`; that one ends. */
-static void hand_over(struct bench *b, const char *deck)
+/* A mill of its own, made anew, that has taken up the state of `b`; that one ends. */
+static void hand_over(struct bench *b, const struct model *model)
 {
     struct bench next;
     struct kept kept;
     save(b, &kept);
     bench_close(b);
-    bench_open(&next, deck, NULL);
+    bench_open(&next, model);
     ck_assert_msg(load(&next, &kept) == MILL_OK, "%s", next.error.text);
     kept_free(&kept);
     *b = next;
 }
 
 /* Runs to `until`, handed over after every 1 to `most` events; how often. */
-static int run_in_pieces(struct bench *b, const char *deck, double until, uint64_t most,
+static int run_in_pieces(struct bench *b, const struct model *model, double until, uint64_t most,
                          uint64_t seed)
 {
     int pieces = 0;
     for (double before = -1.0; before < until; pieces++) {
         before = mill_sim_time(b->sim);
         ck_assert_int_eq(
-            mill_sim_run(b->sim, until, 1 + next_random(&seed) % most, NULL, &b->error), MILL_OK);
-        hand_over(b, deck);
+            mill_sim_run(b->sim, until, 1 + random_bits(&seed) % most, NULL, &b->error), MILL_OK);
+        hand_over(b, model);
     }
     return pieces;
 }
@@ -52,10 +46,10 @@ static int run_in_pieces(struct bench *b, const char *deck, double until, uint64
 START_TEST(a_run_handed_over_again_and_again_ends_with_the_same_bits)
 {
     struct bench plain, pieces;
-    bench_open(&plain, mills[_i % MILLS], NULL);
+    bench_open(&plain, &mills[_i % MILLS]);
     bench_run(&plain, 0.2); /* local time restarts three times meanwhile */
-    bench_open(&pieces, mills[_i % MILLS], NULL);
-    ck_assert_int_gt(run_in_pieces(&pieces, mills[_i % MILLS], 0.2, 800, (uint64_t)_i), 10);
+    bench_open(&pieces, &mills[_i % MILLS]);
+    ck_assert_int_gt(run_in_pieces(&pieces, &mills[_i % MILLS], 0.2, 800, (uint64_t)_i), 10);
     runs_are_alike(&plain, &pieces);
     bench_close(&plain);
     bench_close(&pieces);
@@ -65,12 +59,12 @@ END_TEST
 START_TEST(every_single_event_may_be_the_last_before_the_hand_over)
 {
     struct bench plain, pieces;
-    bench_open(&plain, mills[_i % MILLS], NULL);
-    bench_open(&pieces, mills[_i % MILLS], NULL);
+    bench_open(&plain, &mills[_i % MILLS]);
+    bench_open(&pieces, &mills[_i % MILLS]);
     ck_assert_int_eq(mill_sim_run(plain.sim, 1.0, 25, NULL, &plain.error), MILL_OK);
     for (int k = 0; k < 25; k++) {
         ck_assert_int_eq(mill_sim_run(pieces.sim, 1.0, 1, NULL, &pieces.error), MILL_OK);
-        hand_over(&pieces, mills[_i % MILLS]);
+        hand_over(&pieces, &mills[_i % MILLS]);
     }
     runs_are_alike(&plain, &pieces);
     bench_close(&plain);
@@ -82,11 +76,11 @@ END_TEST
 START_TEST(pinches_are_counted_on_across_the_hand_over)
 {
     struct bench plain, pieces;
-    bench_open(&plain, pinching[_i], NULL);
+    bench_open(&plain, &pinching[_i]);
     bench_run(&plain, 0.2);
     ck_assert_uint_gt(plain.world->counts.reliefs, 0);
-    bench_open(&pieces, pinching[_i], NULL);
-    run_in_pieces(&pieces, pinching[_i], 0.2, 40000, 7);
+    bench_open(&pieces, &pinching[_i]);
+    run_in_pieces(&pieces, &pinching[_i], 0.2, 40000, 7);
     runs_are_alike(&plain, &pieces);
     bench_close(&plain);
     bench_close(&pieces);
@@ -97,9 +91,9 @@ START_TEST(saving_changes_nothing)
 {
     struct bench plain, saved;
     struct kept kept;
-    bench_open(&plain, mills[0], NULL);
+    bench_open(&plain, &mills[0]);
     bench_run(&plain, 0.1);
-    bench_open(&saved, mills[0], NULL);
+    bench_open(&saved, &mills[0]);
     while (mill_sim_time(saved.sim) < 0.1) {
         ck_assert_int_eq(mill_sim_run(saved.sim, 0.1, 500, NULL, &saved.error), MILL_OK);
         save(&saved, &kept);
@@ -115,10 +109,10 @@ START_TEST(what_was_loaded_is_what_was_saved)
 {
     struct bench b;
     struct kept saved, again;
-    bench_open(&b, mills[1], NULL);
+    bench_open(&b, &mills[1]);
     bench_run(&b, 0.07);
     save(&b, &saved);
-    hand_over(&b, mills[1]);
+    hand_over(&b, &mills[1]);
     save(&b, &again);
     forget_places(&saved, "plan");
     forget_places(&again, "plan");
@@ -132,10 +126,10 @@ END_TEST
 START_TEST(a_state_from_before_the_first_event_serves_too)
 {
     struct bench plain, later;
-    bench_open(&plain, mills[0], NULL);
+    bench_open(&plain, &mills[0]);
     bench_run(&plain, 0.05);
-    bench_open(&later, mills[0], NULL);
-    hand_over(&later, mills[0]);
+    bench_open(&later, &mills[0]);
+    hand_over(&later, &mills[0]);
     bench_run(&later, 0.05);
     runs_are_alike(&plain, &later);
     bench_close(&plain);
@@ -143,24 +137,35 @@ START_TEST(a_state_from_before_the_first_event_serves_too)
 }
 END_TEST
 
-/* Mill 0 has 200 balls, ten shapes and many cells: as it is, and with one of these changed */
-#define MILL(balls, radius, blades)                                                                \
-    "[run]\ntime = 1 s\n[balls]\ncount = " balls "\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"      \
-    "[drum]\nradius = " radius "\nlength = 40 mm\n[rotor]\nspeed = 1000 rpm\n"                     \
-    "shaft_radius = 8 mm\n[blades]\ncount = " blades "\ntip_radius = 33 mm\nwidth = 8 mm\n"        \
-    "thickness = 5 mm\n[contact]\nrestitution = 0.8\n"
-static const char own[] = MILL("100", "40 mm", "2");
-static const char *const others[] = {MILL("101", "40 mm", "2"), MILL("99", "40 mm", "2"),
-                                     MILL("100", "60 mm", "2"), MILL("100", "40 mm", "1")};
+/* One mill, and others that differ in the number of balls, shapes or cells */
+static const struct model own = {
+    .setup = {.gravity.z = -9.81, .drum = {.radius = 0.04, .length = 0.04}, .rebound_floor = 5e-3},
+    .balls = {{.diameter = 0.005, .density = STEEL, .count = 100}},
+    .rotor = {.speed = 1000 * RPM},
+    .shaft = {0.008},
+    .blades = 2,
+    .blade = {{.tip_radius = 0.033, .width = 0.008, .thickness = 0.005}},
+    .law = {.restitution = 0.8}};
+enum { OTHERS = 4 };
+
+static struct model other_than_own(int how)
+{
+    struct model m = own;
+    m.balls[0].count += how == 0 ? 1 : how == 1 ? -1 : 0;
+    m.setup.drum.radius += how == 2 ? 0.02 : 0.0;
+    m.blades -= how == 3;
+    return m;
+}
 
 START_TEST(a_state_of_another_mill_is_refused)
 {
+    const struct model another = other_than_own(_i);
     struct bench b, other;
     struct kept kept;
-    bench_open(&b, own, NULL);
+    bench_open(&b, &own);
     bench_run(&b, 0.02);
     save(&b, &kept);
-    bench_open(&other, others[_i], NULL);
+    bench_open(&other, &another);
     ck_assert_int_eq(load(&other, &kept), MILL_FAILED);
     ck_assert_str_eq(other.error.text, "the saved balls are of another deck");
     bench_run(&other, 0.02); /* and it is none the worse for it */
@@ -174,7 +179,7 @@ START_TEST(a_field_missing_or_of_another_length_is_refused)
 {
     struct bench b;
     struct kept kept;
-    bench_open(&b, own, NULL);
+    bench_open(&b, &own);
     bench_run(&b, 0.02);
     save(&b, &kept);
     for (size_t k = 0; k < kept.fields; k++) {
@@ -194,11 +199,11 @@ END_TEST
 static void damage(struct mill_sim *sim, int how)
 {
     struct mill_world *w = sim->world;
-    struct mill_plan *plan = &sim->predict->plan[42];
-    int32_t *cell = &sim->predict->cells.cell[42];
+    struct mill_plan *plan = &sim->schedule->plan[42];
+    int32_t *cell = &sim->schedule->cells.cell[42];
     switch (how) {
     case 0:
-        *cell = mill_cells_count(&sim->predict->cells);
+        *cell = mill_cells_count(&sim->schedule->cells);
         break;
     case 1:
         *cell = -1;
@@ -252,15 +257,15 @@ START_TEST(an_index_out_of_range_is_refused)
 {
     struct bench good, bad;
     struct kept kept;
-    bench_open(&bad, own, NULL);
+    bench_open(&bad, &own);
     bench_run(&bad, 0.02);
-    const int32_t cell = bad.sim->predict->cells.cell[42];
+    const int32_t cell = bad.sim->schedule->cells.cell[42];
     const int32_t species = bad.world->ball[42].species;
     damage(bad.sim, _i);
     save(&bad, &kept);
-    bad.sim->predict->cells.cell[42] = cell; /* so that it can be freed */
+    bad.sim->schedule->cells.cell[42] = cell; /* so that it can be freed */
     bad.world->ball[42].species = species;
-    bench_open(&good, own, NULL);
+    bench_open(&good, &own);
     ck_assert_int_eq(load(&good, &kept), MILL_FAILED);
     ck_assert_str_eq(good.error.text, "the saved balls are damaged");
     kept_free(&kept);
@@ -271,24 +276,16 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("sim_state");
-    TCase *tests = tcase_create("sim_state");
-    tcase_set_timeout(tests, 60.0);
-    tcase_add_loop_test(tests, a_run_handed_over_again_and_again_ends_with_the_same_bits, 0,
-                        2 * MILLS);
-    tcase_add_loop_test(tests, every_single_event_may_be_the_last_before_the_hand_over, 0, MILLS);
-    tcase_add_loop_test(tests, pinches_are_counted_on_across_the_hand_over, 0, PINCHING);
-    tcase_add_test(tests, saving_changes_nothing);
-    tcase_add_test(tests, what_was_loaded_is_what_was_saved);
-    tcase_add_test(tests, a_state_from_before_the_first_event_serves_too);
-    tcase_add_loop_test(tests, a_state_of_another_mill_is_refused, 0,
-                        (int)(sizeof others / sizeof *others));
-    tcase_add_test(tests, a_field_missing_or_of_another_length_is_refused);
-    tcase_add_loop_test(tests, an_index_out_of_range_is_refused, 0, DAMAGES);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {a_run_handed_over_again_and_again_ends_with_the_same_bits, 2 * MILLS},
+        {every_single_event_may_be_the_last_before_the_hand_over, MILLS},
+        {pinches_are_counted_on_across_the_hand_over, PINCHING},
+        {saving_changes_nothing, 1},
+        {what_was_loaded_is_what_was_saved, 1},
+        {a_state_from_before_the_first_event_serves_too, 1},
+        {a_state_of_another_mill_is_refused, OTHERS},
+        {a_field_missing_or_of_another_length_is_refused, 1},
+        {an_index_out_of_range_is_refused, DAMAGES},
+    };
+    return unit_run("sim_state", tests, sizeof tests / sizeof *tests);
 }

@@ -1,9 +1,6 @@
 /* Claims about the logarithmic bins of speeds. */
+#include "draws.h"
 #include "observe/spectrum.h"
-
-#include <check.h>
-#include <math.h>
-#include <stdlib.h>
 
 static struct mill_spectrum_grid grid;
 static struct mill_spectrum spectrum;
@@ -12,14 +9,6 @@ static void setup(void)
 {
     mill_spectrum_grid_init(&grid);
     memset(&spectrum, 0, sizeof spectrum);
-}
-
-static double uniform(uint64_t *state)
-{
-    uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
-    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
-    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
-    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
 }
 
 static int slot_by_bisection(double v)
@@ -79,7 +68,7 @@ START_TEST(the_slot_is_that_of_a_bisection_at_random_speeds)
     uint64_t seed = 1;
     int wrong = 0;
     for (int i = 0; i < 1000000; i++) {
-        const double v = pow(10, -8 + 13 * uniform(&seed));
+        const double v = pow(10, -8 + 13 * uniform(&seed, 0.0, 1.0));
         wrong += mill_spectrum_find(&grid, v) != slot_by_bisection(v);
     }
     ck_assert_int_eq(wrong, 0);
@@ -198,27 +187,20 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("spectrum");
-    TCase *tests = tcase_create("spectrum");
-    tcase_add_checked_fixture(tests, setup, NULL);
-    tcase_add_test(tests, edges_are_powers_of_twenty_and_finer_than_two_percent);
-    tcase_add_test(tests, the_speeds_people_ask_for_are_edges);
-    tcase_add_test(tests, the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours);
-    tcase_add_test(tests, the_slot_is_that_of_a_bisection_at_random_speeds);
-    tcase_add_test(tests, the_slot_is_that_of_a_bisection_at_the_corners_of_the_table);
-    tcase_add_test(tests, what_is_no_speed_is_underflow_and_what_is_too_fast_overflow);
-    tcase_add_test(tests,
-                   quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows);
-    tcase_add_test(tests, a_quantile_never_leaves_the_bin_it_belongs_to);
-    tcase_add_test(tests, quantiles_above_a_speed_leave_out_the_slower_ones);
-    tcase_add_test(tests, speeds_outside_the_bins_weigh_in_the_quantiles);
-    tcase_add_test(tests, the_mean_is_that_of_the_speeds_not_of_the_bins);
-    tcase_add_test(tests, without_speeds_there_is_no_mean_and_no_quantile);
-    tcase_add_test(tests, a_merged_spectrum_holds_both);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {edges_are_powers_of_twenty_and_finer_than_two_percent, 1},
+        {the_speeds_people_ask_for_are_edges, 1},
+        {the_slot_is_that_of_a_bisection_at_every_edge_and_its_neighbours, 1},
+        {the_slot_is_that_of_a_bisection_at_random_speeds, 1},
+        {the_slot_is_that_of_a_bisection_at_the_corners_of_the_table, 1},
+        {what_is_no_speed_is_underflow_and_what_is_too_fast_overflow, 1},
+        {quantiles_of_a_rayleigh_distribution_are_as_good_as_the_interpolation_allows, 1},
+        {a_quantile_never_leaves_the_bin_it_belongs_to, 1},
+        {quantiles_above_a_speed_leave_out_the_slower_ones, 1},
+        {speeds_outside_the_bins_weigh_in_the_quantiles, 1},
+        {the_mean_is_that_of_the_speeds_not_of_the_bins, 1},
+        {without_speeds_there_is_no_mean_and_no_quantile, 1},
+        {a_merged_spectrum_holds_both, 1},
+    };
+    return unit_run_in("spectrum", setup, NULL, tests, sizeof tests / sizeof *tests);
 }

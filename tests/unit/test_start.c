@@ -1,9 +1,31 @@
 /* Claims about start files: every number read to the bit, every fault named with its line. */
-#include "millsim/world.h"
+#include "deck/deck_setup.h"
+#include "draws.h"
 
-#include "engine_fixture.h"
+#include <stdio.h>
+#include <unistd.h>
 
-#include <sys/stat.h>
+/* Writes `text` to a new file, whose name goes to path. */
+static void write_file(char path[64], const char *text, size_t length)
+{
+    strcpy(path, "/tmp/millsim-test-XXXXXX");
+    const int file = mkstemp(path);
+    ck_assert_int_ge(file, 0);
+    ck_assert_int_eq(write(file, text, length), (ssize_t)length);
+    close(file);
+}
+
+static struct mill_deck *read_deck(const char *text)
+{
+    char path[64];
+    struct mill_error error = {""};
+    struct mill_deck *deck = NULL;
+    write_file(path, text, strlen(text));
+    const enum mill_status status = mill_deck_read(path, 0, NULL, NULL, &deck, &error);
+    unlink(path);
+    ck_assert_msg(status == MILL_OK, "%s", error.text);
+    return deck;
+}
 
 /* A mill with shaft and one blade along +y, and two kinds of balls, of 10 and 6 mm. */
 static const char mill[] = "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n"
@@ -29,7 +51,7 @@ static struct outcome start_from_file(const char *path)
     strcpy(out.path, path);
     snprintf(text, sizeof text, "%s[balls]\nstart = %s\n", mill, path);
     struct mill_deck *deck = read_deck(text);
-    out.status = mill_world_create(deck, &out.world, &out.error);
+    out.status = mill_deck_setup_world(deck, NULL, &out.world, &out.error);
     mill_deck_free(deck);
     return out;
 }
@@ -295,6 +317,55 @@ START_TEST(a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it)
 }
 END_TEST
 
+/* ---- random starts ---- */
+
+/* What is said of a drum of 50 mm and these balls */
+static const char *answer(const char *balls)
+{
+    static struct mill_error error;
+    char text[1024];
+    struct mill_world *w;
+    snprintf(text, sizeof text,
+             "[run]\ntime = 1 s\n[drum]\nradius = 50 mm\nlength = 100 mm\n[contact]\n"
+             "restitution = 0.8\n%s",
+             balls);
+    struct mill_deck *deck = read_deck(text);
+    ck_assert_int_eq(mill_deck_setup_world(deck, NULL, &w, &error), MILL_BAD_DECK);
+    ck_assert_ptr_null(w);
+    mill_deck_free(deck);
+    return error.text;
+}
+
+START_TEST(what_does_not_fit_is_told_with_numbers_that_do)
+{
+    long large = 0, small = 0;
+    const char *one = answer("[balls]\ncount = 1000\ndiameter = 10 mm\ndensity = 7800 kg/m^3\n");
+    ck_assert_msg(strstr(one, "[balls] count: 1000 balls do not fit (solid fraction 0.66") != NULL,
+                  "%s", one);
+    ck_assert_int_eq(sscanf(strchr(one, ';'), "; %ld do", &large), 1);
+    ck_assert(large > 700 && large < 1000);
+    const char *two = answer("[balls.large]\ncount = 500\ndiameter = 10 mm\n"
+                             "density = 7800 kg/m^3\n[balls.small]\ncount = 8000\n"
+                             "diameter = 4 mm\ndensity = 7800 kg/m^3\n");
+    ck_assert_msg(strstr(two, "[balls.large] count: 8500 balls do not fit (") != NULL, "%s", two);
+    ck_assert_int_eq(sscanf(strchr(two, ';'), "; %ld large, %ld small do", &large, &small), 2);
+    ck_assert(large > 250 && large < 500 && small > 4000 && small < 8000);
+}
+END_TEST
+
+START_TEST(where_not_one_ball_fits_this_is_said)
+{
+    const char *none =
+        answer("[balls]\ncount = 1\ndiameter = 40 mm\ndensity = 7800 kg/m^3\n"
+               "[rotor]\nspeed = 1 rpm\nshaft_radius = 0 m\n[blade.a]\nposition = 0 mm\n"
+               "angle = 0 deg\ntip_radius = 35 mm\nwidth = 100 mm\n"
+               "thickness = 70 mm\n[blade.b]\nposition = 0 mm\nangle = 180 deg\n"
+               "tip_radius = 35 mm\nwidth = 100 mm\nthickness = 70 mm\n");
+    ck_assert_msg(strstr(none, "not a single ball fits: make balls or rotor smaller") != NULL, "%s",
+                  none);
+}
+END_TEST
+
 /* A slow check of all pairs would take minutes here. */
 START_TEST(many_rows_are_checked_quickly)
 {
@@ -311,7 +382,9 @@ START_TEST(many_rows_are_checked_quickly)
              "density = 7800 kg/m^3\nstart = %s\n",
              BALLS, path);
     struct mill_deck *deck = read_deck(text);
-    struct mill_world *w = make_world(deck);
+    struct mill_world *w = NULL;
+    struct mill_error error = {""};
+    ck_assert_msg(mill_deck_setup_world(deck, NULL, &w, &error) == MILL_OK, "%s", error.text);
     ck_assert_double_eq(w->ball[BALLS - 1].r.x, 49.5e-3);
     mill_world_free(w);
     mill_deck_free(deck);
@@ -322,28 +395,24 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("start");
-    TCase *tests = tcase_create("start");
-    tcase_set_timeout(tests, 30);
-    tcase_add_test(tests, rows_of_three_six_and_nine_numbers_are_read);
-    tcase_add_test(tests, rows_belong_to_the_balls_in_the_order_of_the_deck);
-    tcase_add_test(tests, comments_blank_lines_commas_tabs_and_line_ends_do_not_matter);
-    tcase_add_test(tests, numbers_are_read_to_the_last_bit);
-    tcase_add_test(tests, a_wrong_number_of_rows_is_refused);
-    tcase_add_test(tests, what_is_not_three_six_or_nine_numbers_is_refused);
-    tcase_add_test(tests, a_zero_byte_does_not_hide_the_rest_of_a_line);
-    tcase_add_test(tests, a_file_without_rows_is_refused_at_once_however_long_it_is);
-    tcase_add_test(tests, a_row_may_have_many_digits_and_a_long_comment_but_not_no_end);
-    tcase_add_test(tests, two_balls_that_overlap_are_named_by_both_their_lines);
-    tcase_add_test(tests, balls_that_touch_are_accepted);
-    tcase_add_test(tests, balls_beyond_a_surface_are_refused_with_its_name);
-    tcase_add_test(tests, speeds_beyond_all_sense_are_refused);
-    tcase_add_test(tests, a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it);
-    tcase_add_test(tests, many_rows_are_checked_quickly);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {rows_of_three_six_and_nine_numbers_are_read, 1},
+        {rows_belong_to_the_balls_in_the_order_of_the_deck, 1},
+        {comments_blank_lines_commas_tabs_and_line_ends_do_not_matter, 1},
+        {numbers_are_read_to_the_last_bit, 1},
+        {a_wrong_number_of_rows_is_refused, 1},
+        {what_is_not_three_six_or_nine_numbers_is_refused, 1},
+        {a_zero_byte_does_not_hide_the_rest_of_a_line, 1},
+        {a_file_without_rows_is_refused_at_once_however_long_it_is, 1},
+        {a_row_may_have_many_digits_and_a_long_comment_but_not_no_end, 1},
+        {two_balls_that_overlap_are_named_by_both_their_lines, 1},
+        {balls_that_touch_are_accepted, 1},
+        {balls_beyond_a_surface_are_refused_with_its_name, 1},
+        {speeds_beyond_all_sense_are_refused, 1},
+        {a_file_that_cannot_be_read_is_named_with_the_key_that_asks_for_it, 1},
+        {what_does_not_fit_is_told_with_numbers_that_do, 1},
+        {where_not_one_ball_fits_this_is_said, 1},
+        {many_rows_are_checked_quickly, 1},
+    };
+    return unit_run("start", tests, sizeof tests / sizeof *tests);
 }

@@ -1,17 +1,6 @@
 /* Claims about the merging of re-contacts, against a plain list of all pairs ever seen. */
+#include "draws.h"
 #include "observe/strikes.h"
-
-#include <check.h>
-#include <math.h>
-#include <stdlib.h>
-
-static uint64_t random_number(uint64_t *state)
-{
-    uint64_t z = *state += UINT64_C(0x9E3779B97F4A7C15);
-    z = (z ^ z >> 30) * UINT64_C(0xBF58476D1CE4E5B9);
-    z = (z ^ z >> 27) * UINT64_C(0x94D049BB133111EB);
-    return z ^ z >> 31;
-}
 
 static bool fresh_at(struct mill_strikes *strikes, enum mill_kind kind, int ball, int partner,
                      double time)
@@ -37,13 +26,13 @@ static void compare_with_a_dictionary(uint64_t seed, int balls, int contacts, do
     for (size_t i = 0; i < pairs; i++)
         last[i] = -INFINITY;
     for (int i = 0; i < contacts; i++) {
-        const int kind = (int)(random_number(&seed) % MILL_KINDS);
-        const int ball = (int)(random_number(&seed) % (uint64_t)balls);
-        const int partner = (int)(random_number(&seed) % (uint64_t)(balls + 1)) - 1;
+        const int kind = (int)(random_bits(&seed) % MILL_KINDS);
+        const int ball = (int)(random_bits(&seed) % (uint64_t)balls);
+        const int partner = (int)(random_bits(&seed) % (uint64_t)(balls + 1)) - 1;
         const size_t pair = ((size_t)kind * (size_t)balls + (size_t)ball) * (size_t)(balls + 1) +
                             (size_t)(partner + 1);
         bool fresh;
-        time += window / alive * 2 * (double)(random_number(&seed) % 1000) / 1000;
+        time += window / alive * 2 * (double)(random_bits(&seed) % 1000) / 1000;
         struct mill_strike *strike =
             mill_strikes_meet(&strikes, (enum mill_kind)kind, ball, partner, time, &fresh);
         wrong += fresh == (time - last[pair] < window);
@@ -130,8 +119,8 @@ START_TEST(a_million_pairs_one_after_the_other_need_no_more_room_than_a_few)
     uint64_t seed = 3;
     ck_assert(mill_strikes_init(&strikes, 1e-5));
     for (int i = 0; i < 1000000; i++) /* about ten alive at a time */
-        fresh_at(&strikes, MILL_BALL_BALL, (int)(random_number(&seed) >> 35),
-                 (int)(random_number(&seed) >> 35), i * 1e-6);
+        fresh_at(&strikes, MILL_BALL_BALL, (int)(random_bits(&seed) >> 35),
+                 (int)(random_bits(&seed) >> 35), i * 1e-6);
     ck_assert_uint_le(mill_strikes_room(&strikes), 4096);
     mill_strikes_free(&strikes);
 }
@@ -151,20 +140,15 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("strikes");
-    TCase *tests = tcase_create("strikes");
-    tcase_add_test(tests, a_sparse_trace_agrees_with_a_dictionary);
-    tcase_add_test(tests, a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary);
-    tcase_add_test(tests, a_chain_of_contacts_is_one_strike_however_long_it_lasts);
-    tcase_add_test(tests, pairs_that_differ_in_kind_ball_or_partner_are_kept_apart);
-    tcase_add_test(tests, contacts_exactly_one_window_apart_are_two_strikes);
-    tcase_add_test(tests, without_a_window_every_contact_is_a_strike);
-    tcase_add_test(tests, a_million_pairs_one_after_the_other_need_no_more_room_than_a_few);
-    tcase_add_test(tests, neighbouring_numbers_do_not_crowd_into_the_same_buckets);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {a_sparse_trace_agrees_with_a_dictionary, 1},
+        {a_crowded_trace_that_makes_the_table_grow_agrees_with_a_dictionary, 1},
+        {a_chain_of_contacts_is_one_strike_however_long_it_lasts, 1},
+        {pairs_that_differ_in_kind_ball_or_partner_are_kept_apart, 1},
+        {contacts_exactly_one_window_apart_are_two_strikes, 1},
+        {without_a_window_every_contact_is_a_strike, 1},
+        {a_million_pairs_one_after_the_other_need_no_more_room_than_a_few, 1},
+        {neighbouring_numbers_do_not_crowd_into_the_same_buckets, 1},
+    };
+    return unit_run("strikes", tests, sizeof tests / sizeof *tests);
 }

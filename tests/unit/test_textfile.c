@@ -1,12 +1,10 @@
 /* Text files are opened without waiting for what may never come, and read through signals. */
 #define _XOPEN_SOURCE 700 /* setitimer */
 #include "deck/textfile.h"
+#include "unit.h"
 
-#include <check.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/wait.h>
@@ -122,19 +120,12 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("textfile");
-    TCase *test = tcase_create("textfile");
-    tcase_set_timeout(test, 20);
-    tcase_add_checked_fixture(test, enter_folder, leave_folder);
-    tcase_add_test(test, a_file_is_read_to_its_end);
-    tcase_add_loop_test(test, a_pipe_is_read_whenever_its_writer_comes_and_writes, 0, 4);
-    tcase_add_test(test, a_pipe_without_a_writer_is_not_waited_for);
-    tcase_add_test(test, what_is_no_file_is_told);
-    tcase_add_test(test, a_signal_ends_neither_opening_nor_reading);
-    suite_add_tcase(suite, test);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {a_file_is_read_to_its_end, 1},
+        {a_pipe_is_read_whenever_its_writer_comes_and_writes, 4},
+        {a_pipe_without_a_writer_is_not_waited_for, 1},
+        {what_is_no_file_is_told, 1},
+        {a_signal_ends_neither_opening_nor_reading, 1},
+    };
+    return unit_run_in("textfile", enter_folder, leave_folder, tests, sizeof tests / sizeof *tests);
 }

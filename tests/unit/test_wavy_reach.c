@@ -8,7 +8,7 @@ START_TEST(what_a_box_can_reach_is_all_that_a_flight_in_it_meets)
     for (int i = 0; i < 5000; i++) {
         struct wavy_mill m;
         build_random(&seed, &m);
-        const struct mill_shape *s = m.mill.shape[DRUM];
+        const struct mill_shape *s = m.drum;
         const struct flight f = random_flight(&seed, &m);
         const double side = log_uniform(&seed, 1e-5, 0.02);
         const vec3 corner = vec3_make(side, side, side);
@@ -26,11 +26,11 @@ START_TEST(what_a_box_can_reach_is_all_that_a_flight_in_it_meets)
                 break;
             leaves += step;
         }
-        struct mill_flight path = mill_shape_flight(f.path.r, f.path.v, f.path.g, 0.0);
-        const double whole = s->ops->next_contact(s, &path, f.radius, 0.0, leaves, false);
-        path.parts = s->ops->parts(s, lo, hi, f.radius * uniform(&seed, 1.0, 2.0));
+        struct mill_flight path = path_of(f.path.r, f.path.v, f.path.g);
+        const double whole = s->type->next_contact(s, &path, f.radius, 0.0, leaves, false).t;
+        path.parts = s->type->parts(s, lo, hi, f.radius * uniform(&seed, 1.0, 2.0));
         if (path.parts.count > 0) {
-            const double t = s->ops->next_contact(s, &path, f.radius, 0.0, leaves, false);
+            const double t = s->type->next_contact(s, &path, f.radius, 0.0, leaves, false).t;
             ck_assert(isinf(whole) ? isinf(t) : fabs(t - whole) <= 1e-12 * whole);
         } else {
             ck_assert(isinf(whole));
@@ -51,13 +51,13 @@ START_TEST(a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none)
     for (int k = 0; k < 5; k++) {
         struct wavy_mill m;
         build(&m, buckles[k], 0.004, 0.1);
-        const struct mill_shape *s = m.mill.shape[DRUM];
+        const struct mill_shape *s = m.drum;
         int most = 0, cells = 0, parts = 0;
         for (double y = -0.08; y < 0.08; y += side) {
             for (double z = -0.08; z < 0.08; z += side) {
                 const vec3 lo = vec3_make(0.0, y, z), hi = vec3_make(side, y + side, z + side);
-                const double gap = gap_of(&m, vec3_scale(vec3_add(lo, hi), 0.5), a);
-                const struct mill_span span = s->ops->parts(s, lo, hi, a);
+                const double gap = wall_gap(&m, vec3_scale(vec3_add(lo, hi), 0.5), a);
+                const struct mill_span span = s->type->parts(s, lo, hi, a);
                 if (gap > 0.71 * side + 1e-5)
                     ck_assert_int_le(span.count, 1); /* a corner between two centres' lines */
                 if (gap > side)
@@ -79,15 +79,9 @@ END_TEST
 
 int main(void)
 {
-    Suite *suite = suite_create("wavy_reach");
-    TCase *tests = tcase_create("wavy_reach");
-    tcase_set_timeout(tests, 60.0);
-    tcase_add_test(tests, what_a_box_can_reach_is_all_that_a_flight_in_it_meets);
-    tcase_add_test(tests, a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none);
-    suite_add_tcase(suite, tests);
-    SRunner *runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    const int failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+    const struct unit_test tests[] = {
+        {what_a_box_can_reach_is_all_that_a_flight_in_it_meets, 1},
+        {a_cell_at_the_wall_has_one_to_three_arcs_and_one_inside_none, 1},
+    };
+    return unit_run("wavy_reach", tests, sizeof tests / sizeof *tests);
 }

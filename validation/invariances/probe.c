@@ -5,9 +5,8 @@
  * equidistant times (with
  * --reverse as many again on the way back) one row of figures (time, contacts, rotor work,
  * dissipation, 0...) and then one row a ball: position, velocity, spin. */
-#include "engine/predict.h"
+#include "deck/deck_setup.h"
 #include "engine/sim_private.h"
-#include "deck/deck.h"
 #include "millsim/sim.h"
 
 #include <stdio.h>
@@ -70,9 +69,9 @@ static bool create_sim(struct probe *p)
     if (status != MILL_OK)
         return false;
     for (int k = 0; k < w->species_count; k++)
-        p->sim->predict->radius[k] = w->species[k].radius;
+        p->sim->schedule->radius[k] = w->species[k].radius;
     for (int32_t i = 0; p->cells > 1.0 && i < w->balls; i++)
-        mill_predict_ball(p->sim->predict, i, 0.0, MILL_NOBODY);
+        mill_schedule_ball(p->sim->schedule, i, 0.0, MILL_NOBODY);
     return true;
 }
 
@@ -104,7 +103,7 @@ static bool run(struct probe *p, double from, double sign)
         const double until = from + (double)k * step;
         enum mill_status status = MILL_OK;
         while (p->width > 0.0 && status == MILL_OK && mill_sim_time(p->sim) < until) {
-            mill_calendar_set_width(p->sim->predict->calendar, p->width);
+            mill_calendar_set_width(p->sim->schedule->calendar, p->width);
             status = mill_sim_run(p->sim, until, 100, NULL, &p->error);
         }
         if (status == MILL_OK)
@@ -148,7 +147,7 @@ int main(int argc, char **argv)
     }
     bool good = mill_deck_read(p.deck, argc - used, (const char *const *)(argv + used), NULL, &deck,
                                &p.error) == MILL_OK &&
-                mill_world_create(deck, &p.world, &p.error) == MILL_OK;
+                mill_deck_setup_world(deck, NULL, &p.world, &p.error) == MILL_OK;
     if (good) {
         p.world->base = p.clock;
         for (int k = 0; p.stick && k < MILL_KINDS; k++) {

@@ -1,0 +1,200 @@
+/* Claims about mills made from plain numbers: what is unsound is refused with a code, at once, and
+ * nothing is left behind. */
+#include "mills.h"
+
+#include <stddef.h>
+
+static const struct mill_setup_ball resting[] = {{.position = {0.01, 0.0, -0.03}},
+                                                 {.position = {-0.01, 0.0, -0.03}}};
+static const struct model sound = {
+    .setup = {.gravity.z = -9.81,
+              .drum = {.radius = 0.04,
+                       .length = 0.04,
+                       .buckles = 8,
+                       .buckle_height = 0.001,
+                       .buckle_angle = 0.1},
+              .speed = 1.0,
+              .rebound_floor = 5e-3},
+    .balls = {{.diameter = 0.005, .density = STEEL, .count = 2}},
+    .rotor = {.speed = 100.0, .angle = 1.0},
+    .shaft = {0.008},
+    .blades = 1,
+    .blade = {{.tip_radius = 0.03, .width = 0.008, .thickness = 0.005, .pitch = 0.1}},
+    .law = {0.8, 0.3, 0.4}};
+
+/* Refused with this code, with random places and with given ones */
+static void refuse(const struct model *m, enum mill_fault_code code)
+{
+    struct model given = *m;
+    struct mill_world *w = NULL;
+    struct mill_fault fault;
+    given.setup.start = resting;
+    ck_assert_int_eq(model_start(m, NULL, &w, &fault), code);
+    ck_assert_int_eq(fault.code, code);
+    ck_assert_ptr_null(w);
+    ck_assert_int_eq(model_start(&given, NULL, &w, NULL), code);
+    ck_assert_ptr_null(w);
+}
+
+/* Numbers of a model that must be finite, and what else they must be */
+static const struct {
+    size_t at;
+    bool positive, at_least_0; /* not 0, not negative */
+} number[] = {
+    {offsetof(struct model, setup.gravity.x), false, false},
+    {offsetof(struct model, setup.gravity.z), false, false},
+    {offsetof(struct model, setup.drum.radius), true, true},
+    {offsetof(struct model, setup.drum.length), true, true},
+    {offsetof(struct model, setup.drum.buckle_height), false, true},
+    {offsetof(struct model, setup.drum.buckle_angle), false, false},
+    {offsetof(struct model, setup.speed), false, true},
+    {offsetof(struct model, setup.rebound_floor), false, true},
+    {offsetof(struct model, balls[0].diameter), true, true},
+    {offsetof(struct model, balls[0].density), true, true},
+    {offsetof(struct model, law.restitution), false, true},
+    {offsetof(struct model, law.tangential), false, false},
+    {offsetof(struct model, rotor.centre.y), false, false},
+    {offsetof(struct model, rotor.speed), false, false},
+    {offsetof(struct model, rotor.angle), false, false},
+    {offsetof(struct model, shaft.radius), false,
+     false}, /* of a model none where it is 0 or less */
+    {offsetof(struct model, blade[0].position), false, false},
+    {offsetof(struct model, blade[0].angle), false, false},
+    {offsetof(struct model, blade[0].tip_radius), true, true},
+    {offsetof(struct model, blade[0].width), true, true},
+    {offsetof(struct model, blade[0].thickness), true, true},
+    {offsetof(struct model, blade[0].pitch), false, false},
+};
+enum { NUMBERS = sizeof number / sizeof *number };
+
+START_TEST(a_number_that_is_none_or_out_of_range_is_refused)
+{
+    const double bad[] = {(double)NAN, (double)INFINITY, (double)-INFINITY, 0.0, -1e-3};
+    mill_world_free(model_world(&sound));
+    for (int k = 0; k < 3 + (number[_i].positive + number[_i].at_least_0); k++) {
+        struct model m = sound;
+        const int which = k < 3 ? k : number[_i].positive ? k : 4;
+        if (number[_i].at == offsetof(struct model, balls[0].diameter) && !(bad[which] > 0.0))
+            continue; /* a model without balls */
+        if (number[_i].at == offsetof(struct model, shaft.radius) && !(bad[which] > 0.0))
+            continue; /* a model without shaft */
+        memcpy((char *)&m + number[_i].at, &bad[which], sizeof(double));
+        refuse(&m, MILL_FAULT_NUMBER);
+    }
+}
+END_TEST
+
+START_TEST(laws_outside_their_range_are_refused)
+{
+    static const struct mill_law law[] = {{1.1, 0.0, 0.0}, {0.5, -0.1, 0.0}, {0.5, 0.0, 1.5}};
+    for (int k = 0; k < 3; k++) {
+        for (int kind = 0; kind < MILL_KINDS; kind++) {
+            struct model m = sound;
+            m.setup.law[kind] = law[k];
+            refuse(&m, MILL_FAULT_NUMBER);
+        }
+    }
+}
+END_TEST
+
+START_TEST(counts_and_profiles_that_make_no_mill_are_refused)
+{
+    static const int32_t count[] = {0, -1, 50000001, INT32_MAX};
+    static const struct {
+        int buckles;
+        double height;
+    } profile[] = {{-1, 0.001}, {1, 0.001}, {2, 0.04}, {24, 0.02}};
+    for (int k = 0; k < 4; k++) {
+        struct model m = sound, p = sound;
+        m.balls[0].count = count[k];
+        refuse(&m, MILL_FAULT_NUMBER);
+        p.setup.drum.buckles = profile[k].buckles;
+        p.setup.drum.buckle_height = profile[k].height;
+        refuse(&p, MILL_FAULT_NUMBER);
+    }
+}
+END_TEST
+
+/* A setup of two motions and a surface, each of them on what */
+static enum mill_fault_code start_on(int first, int second, int surface, vec3 axis)
+{
+    const struct mill_turn turn = {.axis = axis, .speed = 1.0};
+    const struct mill_setup_motion motion[] = {{&mill_turn_type, &turn, first},
+                                               {&mill_turn_type, &turn, second}};
+    const struct mill_setup_surface blade = {&mill_blade_type, &sound.blade[0], 0, surface};
+    struct mill_setup setup = sound.setup;
+    struct mill_world *w;
+    setup.motions = 2;
+    setup.motion = motion;
+    setup.surfaces = 1;
+    setup.surface = &blade;
+    setup.species = 1;
+    setup.balls = sound.balls;
+    const enum mill_fault_code code = mill_start_world(&setup, NULL, &w, NULL);
+    ck_assert_int_eq(w == NULL, code != MILL_FAULT_NONE);
+    mill_world_free(w);
+    return code;
+}
+
+START_TEST(a_motion_rides_on_an_earlier_one_and_a_surface_on_any)
+{
+    const vec3 x = {1.0, 0.0, 0.0};
+    static const int wrong[][3] = {{0, MILL_STILL, 0},  {1, MILL_STILL, 0}, {-2, MILL_STILL, 0},
+                                   {MILL_STILL, 1, 0},  {MILL_STILL, 2, 0}, {MILL_STILL, 0, 2},
+                                   {MILL_STILL, 0, -2}, {7000, 0, 0}};
+    for (int surface = MILL_STILL; surface < 2; surface++) {
+        ck_assert_int_eq(start_on(MILL_STILL, MILL_STILL, surface, x), MILL_FAULT_NONE);
+        ck_assert_int_eq(start_on(MILL_STILL, 0, surface, x), MILL_FAULT_NONE);
+    }
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++)
+        ck_assert_int_eq(start_on(wrong[k][0], wrong[k][1], wrong[k][2], x), MILL_FAULT_NUMBER);
+    ck_assert_int_eq(start_on(MILL_STILL, 0, 0, nought), MILL_FAULT_NUMBER); /* no axis */
+}
+END_TEST
+
+START_TEST(given_balls_are_checked_for_number_speed_and_overlap)
+{
+    const struct mill_setup_ball far = {.position.y = 0.05}, fast = {.velocity.x = 3e8},
+                                 nan = {.position.x = (double)NAN},
+                                 slow_nan = {.velocity.z = (double)NAN};
+    const struct {
+        struct mill_setup_ball second;
+        enum mill_fault_code code;
+    } start[] = {{far, MILL_FAULT_BALL_IN_SHAPE},
+                 {nan, MILL_FAULT_BALL_IN_SHAPE},
+                 {fast, MILL_FAULT_SPEED},
+                 {slow_nan, MILL_FAULT_SPEED},
+                 {{.position = {0.012, 0.0, -0.03}}, MILL_FAULT_BALL_IN_BALL}};
+    for (size_t k = 0; k < sizeof start / sizeof *start; k++) {
+        const struct mill_setup_ball ball[] = {resting[0], start[k].second};
+        struct model m = sound;
+        struct mill_world *w;
+        struct mill_fault fault;
+        m.setup.start = ball;
+        ck_assert_int_eq(model_start(&m, NULL, &w, &fault), start[k].code);
+        ck_assert_ptr_null(w);
+        ck_assert_int_eq(fault.ball, 1);
+        ck_assert_int_eq(fault.other, 0);
+    }
+}
+END_TEST
+
+START_TEST(every_fault_has_its_words)
+{
+    for (int code = MILL_FAULT_NONE; code <= MILL_FAULT_NO_ROOM; code++)
+        ck_assert_int_gt((int)strlen(mill_setup_fault_text((enum mill_fault_code)code)), 5);
+}
+END_TEST
+
+int main(void)
+{
+    const struct unit_test tests[] = {
+        {a_number_that_is_none_or_out_of_range_is_refused, NUMBERS},
+        {laws_outside_their_range_are_refused, 1},
+        {counts_and_profiles_that_make_no_mill_are_refused, 1},
+        {a_motion_rides_on_an_earlier_one_and_a_surface_on_any, 1},
+        {given_balls_are_checked_for_number_speed_and_overlap, 1},
+        {every_fault_has_its_words, 1},
+    };
+    return unit_run("setup", tests, sizeof tests / sizeof *tests);
+}

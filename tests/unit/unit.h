@@ -1,0 +1,41 @@
+/* How the tests of a unit are run. */
+#ifndef UNIT_H
+#define UNIT_H
+
+#include <check.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A test, run so many times with _i = 0, 1, ... */
+struct unit_test {
+    const TTest *test;
+    int rounds;
+};
+
+/* Returns what main does. set_up and tear_down: around each test; may be NULL. */
+static inline int unit_run_in(const char *name, void (*set_up)(void), void (*tear_down)(void),
+                              const struct unit_test *test, size_t tests)
+{
+    Suite *suite = suite_create(name);
+    TCase *all = tcase_create(name);
+    tcase_set_timeout(all, 120.0);
+    tcase_add_checked_fixture(all, set_up, tear_down);
+    for (size_t k = 0; k < tests; k++)
+        tcase_add_loop_test(all, test[k].test, 0, test[k].rounds);
+    suite_add_tcase(suite, all);
+    SRunner *runner = srunner_create(suite);
+    srunner_run_all(runner, CK_ENV);
+    const int failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
+
+static inline int unit_run(const char *name, const struct unit_test *test, size_t tests)
+{
+    return unit_run_in(name, NULL, NULL, test, tests);
+}
+
+#endif
