@@ -84,6 +84,7 @@ static enum mill_status fill_section(const struct filling *f, const struct mill_
 {
     enum mill_status status = MILL_OK;
     if (block->named) {
+        assert(!section->form); /* one block for each named section */
         section->form = calloc(1, block->size);
         if (!section->form)
             return no_memory(f->error);
@@ -113,6 +114,19 @@ static bool spread_blades(struct mill_deck *deck)
     return deck->blade;
 }
 
+/* Shapes of one type come one after the other. */
+static void add_shape(struct mill_deck *deck, const struct mill_shape_type *type,
+                      const char *section, const void *form)
+{
+    const struct mill_deck_shape *last = deck->shapes > 0 ? &deck->shape[deck->shapes - 1] : NULL;
+    deck->shape[deck->shapes++] = (struct mill_deck_shape){
+        .type = type,
+        .section = section,
+        .form = form,
+        .number = last && last->type == type ? last->number + 1 : 0,
+    };
+}
+
 /* The blades of [blades], then those shapes that have sections of their own */
 static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *error)
 {
@@ -124,15 +138,12 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
     if (!deck->shape || !spread_blades(deck))
         return no_memory(error);
     for (int k = 0; k < deck->blades.count; k++)
-        deck->shape[deck->shapes++] = (struct mill_deck_shape){
-            .type = &mill_blade_type, .section = "blades", .form = &deck->blade[k], .number = k};
+        add_shape(deck, &mill_blade_type, "blades", &deck->blade[k]);
     struct mill_deck_block block;
     for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        int number = block.shape == &mill_blade_type ? (int)deck->blades.count : 0;
         struct mill_deck_section *s = NULL;
         while (block.shape && (s = mill_deck_text_next(text, &block, s)))
-            deck->shape[deck->shapes++] = (struct mill_deck_shape){
-                .type = block.shape, .section = s->title, .form = s->form, .number = number++};
+            add_shape(deck, block.shape, s->title, s->form);
     }
     return MILL_OK;
 }
@@ -232,8 +243,9 @@ enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units 
 /* Is it off, said by another key, or yet to be found? */
 static bool says_nothing(const struct mill_key *key, const void *home)
 {
+    const void *value = (const char *)home + key->offset;
     return (key->hidden && key->hidden(home)) ||
-           (key->zero_is_off && *(const double *)((const char *)home + key->offset) == 0.0);
+           (key->zero_is_off && *(const double *)value == 0.0);
 }
 
 void mill_deck_each(const struct mill_deck *deck,

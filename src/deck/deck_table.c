@@ -125,6 +125,9 @@ static const struct mill_key blades_key[] = {
     {"count", "number of equal blades, evenly spaced along the drum", .type = MILL_KEY_WHOLE,
      .lo = 1, .hi = MOST_BLADES, IN(mill_deck_blades, count)},
     {NULL},
+};
+
+static const struct mill_key spread_key[] = {
     {"angle_step", "angle from one blade to the next", .unit = "rad", ANY, .derived = true,
      IN(mill_deck_blades, angle_step)},
     {NULL},
@@ -171,7 +174,7 @@ static const struct mill_deck_block blocks[] = {
     {"rotor", .optional = true, .key = rotor_key},
     {"blades", .optional = true, .key = blades_key, HOME(blades)},
     {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, HOME(blades.form)},
-    {"blades", .optional = true, .key = blades_key + 2, HOME(blades)},
+    {"blades", .optional = true, .key = spread_key, HOME(blades)},
     /* here come those of the shapes */
     {"contact", .key = law_key, HOME(general)},
     {"contact", .key = floor_key},
