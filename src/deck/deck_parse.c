@@ -42,8 +42,8 @@ static enum mill_status no_memory(const struct reading *reading)
 }
 
 /* Title and key may be NULL. */
-static enum mill_status refuse(const struct reading *reading, const char *title, const char *key,
-                               const char *format, ...)
+__attribute__((format(printf, 4, 5))) static enum mill_status
+refuse(const struct reading *reading, const char *title, const char *key, const char *format, ...)
 {
     char what[400];
     va_list list;
