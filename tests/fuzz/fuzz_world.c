@@ -219,7 +219,9 @@ static vec3 at_wavy_wall(const struct mill_deck *d, struct fuzz_bytes *b, double
 static vec3 somewhere(const struct placing *p, struct fuzz_bytes *b, double radius)
 {
     const struct mill_deck *d = p->deck;
-    const double rho = mill_deck_drum_reach(d) - radius, half = 0.5 * d->drum_length - radius;
+    const struct mill_setup_drum drum = mill_deck_drum(d);
+    const double rho = drum.radius + drum.buckle_height - radius;
+    const double half = 0.5 * drum.length - radius;
     const int how = fuzz_choice(b, 6);
     if (how == 5 && p->balls > 0) {
         const struct place *o = &p->ball[fuzz_choice(b, p->balls)];
@@ -279,26 +281,18 @@ static void place_kind(struct placing *p, struct fuzz_bytes *b, struct mill_deck
 /* The deck's surfaces, before it has balls */
 static void make_surfaces(struct placing *p)
 {
-    static struct mill_blade blade[MOST_BLADES];
     static struct mill_setup_surface surface[MOST_BLADES + 1];
     const struct mill_deck *d = p->deck;
     const struct mill_turn turn = {
         .axis = {1.0, 0.0, 0.0}, .speed = d->rotor_speed, .angle = d->rotor_angle};
     const struct mill_shaft shaft = {d->shaft_radius};
-    struct mill_setup setup = {.drum = {d->drum_radius, d->drum_length,
-                                        d->wavy ? (int)d->buckles : 0, d->buckle_height,
-                                        d->buckle_angle},
-                               .motions = d->rotor,
-                               .surface = surface};
+    struct mill_setup setup = {.drum = mill_deck_drum(d), .motions = d->rotor, .surface = surface};
     if (d->shaft_radius > 0.0)
         surface[setup.surfaces++] =
             (struct mill_setup_surface){&mill_cylinder_shaft_type, &shaft, -1, 0};
-    for (int k = 0; k < d->blades; k++) {
-        const struct mill_deck_blade *b = &d->blade[k];
-        blade[k] = (struct mill_blade){b->position, b->angle,     b->tip_radius,
-                                       b->width,    b->thickness, b->pitch};
-        surface[setup.surfaces++] = (struct mill_setup_surface){&mill_blade_type, &blade[k], k, 0};
-    }
+    for (int k = 0; k < d->shapes; k++)
+        surface[setup.surfaces++] =
+            (struct mill_setup_surface){d->shape[k].type, d->shape[k].form, d->shape[k].number, 0};
     p->rotor = mill_turn_type.create(&turn);
     fuzz_require(p->rotor && mill_shapes_create(&setup, &p->rotor, NULL, &p->shape, &p->shapes),
                  "no surfaces");
@@ -317,6 +311,7 @@ static bool place_balls(struct mill_deck *deck, struct fuzz_bytes *b)
         place_kind(&p, b, &deck->balls[k]);
         all = deck->balls[k].count > 0;
     }
+    deck->all = p.balls;
     mill_shapes_free(p.shape, p.shapes);
     free(p.rotor);
     fuzz_file_write(&start_file, p.rows.text, p.rows.length);
@@ -411,19 +406,11 @@ static uint64_t run(const struct mill_deck *deck, const struct way *way, struct 
     return predictions;
 }
 
-static long mill_balls(const struct mill_deck *deck)
-{
-    long balls = 0;
-    for (int k = 0; k < deck->kinds; k++)
-        balls += deck->balls[k].count;
-    return balls;
-}
-
 static struct mill_deck *deck_from(struct fuzz_bytes *b, const uint8_t *data, size_t size)
 {
     if (size > 0 && (*data == '[' || *data == '#')) {
         struct mill_deck *deck = read_deck((const char *)data, size);
-        if (deck && !deck->start && mill_balls(deck) <= MOST_BALLS && deck->blades <= MOST_BLADES)
+        if (deck && !deck->start && deck->all <= MOST_BALLS && deck->shapes <= MOST_BLADES)
             return deck;
         mill_deck_free(deck);
         return NULL;
@@ -453,7 +440,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     memset(once, 0, sizeof once);
     memset(again, 0, sizeof again);
-    const long balls = mill_balls(deck);
+    const int64_t balls = deck->all;
     /* few balls may go on until one is pinched and let go */
     const uint64_t events = balls <= 3 && size % 8 == 3 ? LONG : EVENTS;
     const struct way plain = {events, events / PIECES, false, false};
