@@ -292,7 +292,7 @@ static void make_surfaces(struct placing *p)
             (struct mill_setup_surface){&mill_cylinder_shaft_type, &shaft, -1, 0};
     for (int k = 0; k < d->shapes; k++)
         surface[setup.surfaces++] =
-            (struct mill_setup_surface){d->shape[k].type, d->shape[k].form, k, 0};
+            (struct mill_setup_surface){d->shape[k].type, d->shape[k].form, d->shape[k].number, 0};
     p->rotor = mill_turn_type.create(&turn);
     fuzz_require(p->rotor && mill_shapes_create(&setup, &p->rotor, NULL, &p->shape, &p->shapes),
                  "no surfaces");
