@@ -286,3 +286,37 @@ void mill_poly_quartic_roots(const double c[5], double re[4], double im[4])
     quadratic_pair(f.a1, f.b1, s, re, im);
     quadratic_pair(f.a2, f.b2, s, re + 2, im + 2);
 }
+
+/* p(t), and the size of its terms */
+static double value_at(const double p[5], double t, double *terms)
+{
+    double value = p[4], size = fabs(p[4]);
+    for (int k = 3; k >= 0; k--) {
+        value = value * t + p[k];
+        size = size * fabs(t) + fabs(p[k]);
+    }
+    *terms = size;
+    return value;
+}
+
+bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, double t)
+{
+    const double allowed = 1e-9;
+    const double p[5] = {at_root ? 0.0 : c[0], c[1], c[2], c[3], c[4]};
+    const double end = t < t_end ? t : t_end;
+    double terms, cut[6] = {0.0}, im[4];
+    /* what begins above zero may do so until it rises; the closed form is for quartics */
+    if (p[4] == 0.0 || p[0] > 0.0 || (p[0] == 0.0 && p[1] >= 0.0) || !(end < HUGE_VAL))
+        return true;
+    mill_poly_quartic_roots(p, cut + 1, im);
+    cut[5] = end;
+    for (int i = 1; i < 5; i++) /* roots outside of (0, end) are no cuts */
+        cut[i] = fmin(fmax(cut[i], 0.0), end);
+    for (int i = 1; i < 6; i++)
+        for (int k = i; k > 0 && cut[k] < cut[k - 1]; k--)
+            swap_doubles(&cut[k], &cut[k - 1]);
+    for (int i = 0; i < 5; i++)
+        if (value_at(p, 0.5 * (cut[i] + cut[i + 1]), &terms) > allowed * terms)
+            return false;
+    return !(t <= t_end) || fabs(value_at(p, t, &terms)) <= allowed * terms;
+}

@@ -283,10 +283,9 @@ static double search(const double c[5], double t_end, bool at_root, struct mill_
     return mill_poly_sturm_rise(f, t_end);
 }
 
-double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
-                            struct mill_poly_counts *counts)
+static double first_rise(const double c[5], double t_end, bool at_root,
+                         struct mill_poly_counts *counts)
 {
-    assert(t_end >= 0.0);
     const double *from = at_root ? c + 1 : c;
     const double f[5] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4]};
     if (stays_below(f, t_end) || !(t_end >= 0.0))
@@ -300,4 +299,14 @@ double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
     if (counts)
         counts->solves++;
     return v == FOUND ? t : (double)INFINITY;
+}
+
+double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
+                            struct mill_poly_counts *counts)
+{
+    assert(t_end >= 0.0);
+    const double t = first_rise(c, t_end, at_root, counts);
+    if (counts && counts->checked)
+        counts->refuted += !mill_poly_quartic_agrees(c, t_end, at_root, t);
+    return t;
 }

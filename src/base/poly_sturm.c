@@ -14,8 +14,6 @@
 #include "base/poly_wide.h"
 #include "millsim/poly.h"
 
-#define CANDIDATE_TRIES 8
-
 struct poly {
     int degree;
     struct wide c[5];
@@ -174,55 +172,12 @@ static double middle(double lo, double hi)
     return hi > 16.0 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
 }
 
-/* Ascending real parts of the closed-form roots: where to cut, never what to believe. */
-static void closed_form(const struct poly *p, double at[4])
-{
-    double c[5] = {0.0}, im[4];
-    int top = WIDE_EXACT;
-    for (int k = 0; k <= p->degree; k++)
-        top = wide_max(top, p->c[k].exponent + p->c[k].size);
-    for (int k = 0; k <= p->degree; k++) {
-        struct wide scaled = p->c[k];
-        scaled.exponent -= top;
-        c[4 - p->degree + k] = wide_to_double(&scaled);
-    }
-    for (int k = 0; k < 4; k++)
-        at[k] = 0.0;
-    if (c[4] == 0.0) /* beyond the range of doubles: no help */
-        return;
-    mill_poly_quartic_roots(c, at, im);
-    for (int i = 1; i < 4; i++)
-        for (int j = i; j > 0 && at[j] < at[j - 1]; j--) {
-            double swap = at[j];
-            at[j] = at[j - 1];
-            at[j - 1] = swap;
-        }
-}
-
-/* Between the first two candidates in (lo, hi), or by middle() where they are of no help. */
-static double cut(const double at[4], double lo, double hi, int tries)
-{
-    double first = 0.0;
-    int seen = 0;
-    for (int i = 0; i < 4 && tries < CANDIDATE_TRIES; i++) {
-        if (!(at[i] > lo && at[i] < hi))
-            continue;
-        if (seen++ == 1) {
-            double m = first + 0.5 * (at[i] - first);
-            return m > lo && m < hi ? m : middle(lo, hi);
-        }
-        first = at[i];
-    }
-    return middle(lo, hi);
-}
-
 /* The end of an interval that begins at lo and holds the first of the roots in (lo, hi] only; lo
  * moves up to there. from and to are the sign changes at lo and hi. */
-static double isolate(const struct chain *s, const double at[4], double *lo, double hi, int from,
-                      int to)
+static double isolate(const struct chain *s, double *lo, double hi, int from, int to)
 {
-    for (int tries = 0; from - to > 1; tries++) {
-        double mid = cut(at, *lo, hi, tries);
+    while (from - to > 1) {
+        double mid = middle(*lo, hi);
         if (!(mid > *lo && mid < hi))
             break;
         int changes = sign_changes(s, mid);
@@ -247,14 +202,11 @@ static double ratio(struct wide a, struct wide b)
 
 /* The only root of p in (lo, hi], where p turns positive: Newton on exact values, bisection where
  * it strays. hi may be INFINITY. */
-static double refine(const struct poly *p, const double at[4], double lo, double hi)
+static double refine(const struct poly *p, double lo, double hi)
 {
     struct poly slope;
     derivative(p, &slope);
     double x = middle(lo, hi), last = INFINITY;
-    for (int i = 0; i < 4; i++)
-        if (at[i] > lo && at[i] < hi)
-            x = at[i];
     while (x > lo && x < hi) {
         struct wide v = value(p, x), d = value(&slope, x);
         if (wide_sign(&v) == 0)
@@ -284,12 +236,10 @@ static double first_up(const struct poly *p, double lo, double hi)
     int from = sign_changes(&s, lo), to = sign_changes(&s, hi);
     if (p->degree < 1 || from <= to)
         return INFINITY;
-    double at[4];
-    closed_form(p, at);
     while (from > to) {
-        double end = isolate(&s, at, &lo, hi, from, to);
+        double end = isolate(&s, &lo, hi, from, to);
         if (sign_after(p, end) > 0)
-            return refine(p, at, lo, end);
+            return refine(p, lo, end);
         lo = end;
         from = sign_changes(&s, lo);
     }

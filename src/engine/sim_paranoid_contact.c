@@ -330,6 +330,7 @@ enum mill_status mill_sim_paranoid_ball(struct mill_sim_paranoid *p, int32_t i, 
     const struct mill_schedule *q = p->schedule;
     struct mill_world *w = q->world;
     const struct mill_poly_counts counts = w->counts.quartics;
+    w->counts.quartics.checked = true;
     const double end = fmin(mill_plan_time(&q->plan[i]), q->horizon);
     enum mill_status status = check_balls(p, i, now, fresh, error);
     for (int32_t s = 0; s < w->shapes && status == MILL_OK; s++) {
@@ -337,6 +338,11 @@ enum mill_status mill_sim_paranoid_ball(struct mill_sim_paranoid *p, int32_t i, 
         if (!q->plan[i].let_go || !w->shape[s]->type->pinches)
             status = check_surface(p, &k, end, s == touched, error);
     }
+    if (status == MILL_OK && w->counts.quartics.refuted > 0)
+        status = mill_error_set(error, MILL_FAILED,
+                                "paranoid: the closed form of a quartic refutes a contact of ball "
+                                "%ld, or that there is none, at t = %.17g s",
+                                (long)i, w->base + now);
     w->counts.quartics = counts; /* the searches of the run alone are counted */
     return status;
 }

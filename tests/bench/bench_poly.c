@@ -55,7 +55,7 @@ static double seconds_now(void)
 
 static bool is_solved(const struct rise_case *q)
 {
-    struct mill_poly_counts counts = {0, 0};
+    struct mill_poly_counts counts = {0};
     mill_poly_first_rise(q->c, q->t_end, q->at_root, &counts);
     return counts.solves > 0;
 }

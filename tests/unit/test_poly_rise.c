@@ -83,7 +83,7 @@ END_TEST
 START_TEST(grazing_from_outside_is_no_contact)
 {
     const double c[5] = {-1.0, 2.0, -1.0}; /* touches zero at t = 1 from below */
-    struct mill_poly_counts counts = {0, 0};
+    struct mill_poly_counts counts = {0};
     ck_assert_double_eq(mill_poly_first_rise(c, 5.0, false, &counts), (double)INFINITY);
     const double just[5] = {-1.0 + 0x1p-53, 2.0, -1.0}; /* closest double above: contact */
     double t = mill_poly_first_rise(just, 5.0, false, &counts);
@@ -113,7 +113,7 @@ END_TEST
 START_TEST(most_calls_cost_no_solve)
 {
     const double c[5] = {-1e-3, 1e-2, 1.0, 1.0, 24.0};
-    struct mill_poly_counts counts = {0, 0};
+    struct mill_poly_counts counts = {0};
     ck_assert_double_eq(mill_poly_first_rise(c, 1e-3, false, &counts), (double)INFINITY);
     ck_assert_uint_eq(counts.solves, 0);
 }
@@ -151,7 +151,7 @@ static const char *disagreement(const struct rise_case *q, double t, const struc
 START_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds)
 {
     gsl_rng *rng = seeded((unsigned long)(104 + _i));
-    struct mill_poly_counts counts = {0, 0};
+    struct mill_poly_counts counts = {0};
     int close_calls = 0, found = 0;
     for (int i = 0; i < 250000; i++) {
         struct rise_case q = mill_case(rng);
@@ -169,6 +169,29 @@ START_TEST(first_rise_is_the_one_that_a_bracketing_oracle_finds)
     ck_assert_int_gt(found, 50000);
     ck_assert_uint_gt(counts.fallbacks, 100);
     ck_assert_uint_lt(counts.fallbacks, counts.solves / 20);
+    gsl_rng_free(rng);
+}
+END_TEST
+
+START_TEST(the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones)
+{
+    gsl_rng *rng = seeded(115);
+    struct mill_poly_counts counts = {.checked = true};
+    int missed = 0, invented = 0, contacts = 0;
+    for (int i = 0; i < 50000; i++) {
+        const struct rise_case q = mill_case(rng);
+        const double t = mill_poly_first_rise(q.c, q.t_end, q.at_root, &counts);
+        if (!(isfinite(t) && t > 0.0 && q.c[4] != 0.0 && !q.at_root && q.c[0] < 0.0))
+            continue;
+        contacts++;
+        /* a window that ends well behind the contact, in which it is said not to be */
+        missed += !mill_poly_quartic_agrees(q.c, 1.1 * t, false, INFINITY);
+        invented += !mill_poly_quartic_agrees(q.c, q.t_end, false, 0.5 * t);
+    }
+    ck_assert_uint_eq(counts.refuted, 0);
+    ck_assert_int_gt(contacts, 5000);
+    ck_assert_int_gt(missed, contacts * 9 / 10);
+    ck_assert_int_gt(invented, contacts * 9 / 10);
     gsl_rng_free(rng);
 }
 END_TEST
@@ -342,6 +365,7 @@ int main(void)
         {touching_ball_that_leaves_is_not_caught_again_by_rounding, 1},
         {most_calls_cost_no_solve, 1},
         {first_rise_is_the_one_that_a_bracketing_oracle_finds, 4},
+        {the_closed_form_agrees_with_first_rises_and_refutes_wrong_ones, 1},
         {fast_path_and_sturm_sequence_agree, 1},
         {a_rise_at_the_end_of_the_window_counts_to_the_last_bit, 1},
         {first_rise_finds_known_roots_of_any_multiplicity, 1},
