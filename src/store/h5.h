@@ -96,11 +96,6 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
 void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                            const size_t *dims, const void *values, const char *description);
 
-/* Scalars, for short call sites. */
-void mill_h5_write_double(struct mill_h5 *file, const char *path, double value, const char *unit,
-                          const char *description);
-void mill_h5_write_count(struct mill_h5 *file, const char *path, uint64_t value,
-                         const char *description);
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
                         const char *description);
 

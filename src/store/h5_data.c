@@ -79,18 +79,6 @@ void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_
           checked(type, rank, dims), values, "", description);
 }
 
-void mill_h5_write_double(struct mill_h5 *file, const char *path, double value, const char *unit,
-                          const char *description)
-{
-    mill_h5_write(file, path, MILL_H5_F64, 0, NULL, &value, unit, description);
-}
-
-void mill_h5_write_count(struct mill_h5 *file, const char *path, uint64_t value,
-                         const char *description)
-{
-    mill_h5_write(file, path, MILL_H5_U64, 0, NULL, &value, "1", description);
-}
-
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
                         const char *description)
 {

@@ -45,4 +45,17 @@ static inline void assert_counts_up(const char *path, const char *name, size_t r
     free(read);
 }
 
+/* Scalars, for short call sites */
+static inline void write_double(struct mill_h5 *file, const char *path, double value,
+                                const char *unit, const char *description)
+{
+    mill_h5_write(file, path, MILL_H5_F64, 0, NULL, &value, unit, description);
+}
+
+static inline void write_count(struct mill_h5 *file, const char *path, uint64_t value,
+                               const char *description)
+{
+    mill_h5_write(file, path, MILL_H5_U64, 0, NULL, &value, "1", description);
+}
+
 #endif

@@ -192,7 +192,8 @@ START_TEST(what_is_no_state_is_refused)
     struct mill_h5 *file;
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
     mill_h5_remove(file, "/checkpoint");
-    mill_h5_write_double(file, "/checkpoint", 1.5, "s", "-");
+    const double number = 1.5;
+    mill_h5_write(file, "/checkpoint", MILL_H5_F64, 0, NULL, &number, "s", "-");
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
     ck_assert_str_eq(look(),
                      "mill.h5: its checkpoint is none of this program; start again with --force");

@@ -26,8 +26,8 @@ START_TEST(scalars_and_texts_come_back)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 0.1, "J", "an energy");
-    mill_h5_write_count(file, "/n", 1u << 31, "a count");
+    write_double(file, "/x", 0.1, "J", "an energy");
+    write_count(file, "/n", 1u << 31, "a count");
     mill_h5_write_text(file, "/t", "[a]\nb = 1\n", "a text");
     mill_h5_write_text(file, "/empty", "", "no text");
     close_file(file);
@@ -70,7 +70,7 @@ START_TEST(a_file_that_exists_is_refused_and_left_alone)
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
     struct mill_error error;
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     close_file(file);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_NEW, &file, &error), MILL_FAILED);
     ck_assert_ptr_null(file);
@@ -85,7 +85,7 @@ START_TEST(overwriting_starts_from_an_empty_file)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     close_file(file);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
     ck_assert(!mill_h5_exists(file, "/x"));
@@ -128,7 +128,7 @@ START_TEST(links_are_second_names_of_one_dataset)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/a/time", 3, "s", "-");
+    write_double(file, "/a/time", 3, "s", "-");
     mill_h5_link(file, "/a/time", "/b/c/time");
     mill_h5_soft_link(file, "/a", "/soft");
     close_file(file);
@@ -308,7 +308,7 @@ START_TEST(two_files_of_the_same_content_have_the_same_bytes)
     for (i = 0; i < 2; i++) {
         struct mill_h5 *file = new_file(&f);
         FILE *in;
-        mill_h5_write_double(file, "/g/x", 3, "m", "-");
+        write_double(file, "/g/x", 3, "m", "-");
         mill_h5_write_text(file, "/g/t", "abc", "-");
         close_file(file);
         in = fopen(f.path, "rb");
@@ -384,7 +384,7 @@ START_TEST(what_is_no_text_does_not_pass_for_one)
     char *text = NULL;
     const size_t count = 5;
     mill_h5_write(file, "/b", MILL_H5_U8, 1, &count, bytes, "byte", "-");
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     close_file(file);
     const char *const no_text[] = {"/b", "/x", "/none"};
     for (int k = 0; k < 3; k++) {
@@ -516,11 +516,11 @@ START_TEST(after_a_failure_every_call_does_nothing)
     struct mill_h5 *file = new_file(&f);
     struct mill_error error = {""};
     const double value = 1;
-    mill_h5_write_double(file, "/x", 1, "1", "-");
+    write_double(file, "/x", 1, "1", "-");
     ck_assert_int_eq(mill_h5_flush(file, &error), MILL_OK);
     mill_h5_spend(file, "out of memory for the maps");
     mill_h5_spend(file, "another failure");
-    mill_h5_write_double(file, "/x", 2, "1", "-");
+    write_double(file, "/x", 2, "1", "-");
     mill_h5_group(file, "/g", false);
     mill_h5_attribute_text(file, "/x", "more", "-");
     mill_h5_remove(file, "/x");

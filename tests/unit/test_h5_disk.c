@@ -38,7 +38,7 @@ START_TEST(a_full_disk_is_told_once_and_the_file_still_closes)
     }
     ck_assert_msg(strstr(error.text, "cannot write /particles/noise: File too large"), "%s",
                   error.text);
-    mill_h5_write_double(file, "/x", 1, "1", "-");
+    write_double(file, "/x", 1, "1", "-");
     if (_i % 2 == 0)
         mill_h5_column_close(column);
     ck_assert_int_eq(mill_h5_close(file, &again), MILL_FAILED);
@@ -67,7 +67,7 @@ START_TEST(what_cannot_be_read_is_not_taken_for_missing)
     struct fixture f;
     struct mill_error error = {""};
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/a/b", 1, "1", "-");
+    write_double(file, "/a/b", 1, "1", "-");
     close_file(file);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_READ, &file, NULL), MILL_OK);
     read_fails = 1 + _i;
@@ -98,7 +98,7 @@ START_TEST(nothing_is_there_before_the_first_flush)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     ck_assert(!has(&f, ""));
     ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
     ck_assert(look_at(f.path, "/x", 0, 0) == 7);
@@ -112,10 +112,10 @@ START_TEST(the_old_file_stands_until_the_first_flush_of_the_new_one)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     close_file(file);
     ck_assert_int_eq(mill_h5_create(f.path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
-    mill_h5_write_double(file, "/y", 8, "1", "-");
+    write_double(file, "/y", 8, "1", "-");
     ck_assert(look_at(f.path, "/x", 0, 0) == 7);
     ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
     ck_assert(look_at(f.path, "/y", 0, 0) == 8);
@@ -128,7 +128,7 @@ START_TEST(a_file_closed_unflushed_is_published)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     close_file(file);
     ck_assert(look_at(f.path, "/x", 0, 0) == 7);
     unlink(f.path);
@@ -139,9 +139,9 @@ START_TEST(an_abandoned_file_is_as_last_flushed)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     mill_h5_flush(file, NULL);
-    mill_h5_write_double(file, "/x", 8, "1", "-");
+    write_double(file, "/x", 8, "1", "-");
     mill_h5_abandon(file);
     ck_assert(look_at(f.path, "/x", 0, 0) == 7);
     assert_nothing_left(&f);
@@ -153,7 +153,7 @@ START_TEST(a_file_abandoned_unflushed_never_was)
 {
     struct fixture f;
     struct mill_h5 *file = new_file(&f);
-    mill_h5_write_double(file, "/x", 7, "1", "-");
+    write_double(file, "/x", 7, "1", "-");
     mill_h5_abandon(file);
     ck_assert(!has(&f, ""));
     assert_nothing_left(&f);
@@ -170,7 +170,7 @@ START_TEST(between_flushes_the_file_is_readable_and_as_last_flushed)
     for (int k = 0; k < 20; k++) {
         ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_OK);
         append_range(column, 777 * k, 777 * (k + 1), k % 2);
-        mill_h5_write_count(file, "/k", (uint64_t)k, "-");
+        write_count(file, "/k", (uint64_t)k, "-");
         assert_counts_up(f.path, "/c", 777 * (size_t)k);
         if (k > 0)
             ck_assert(look_at(f.path, "/k", 0, 0) == k - 1);
@@ -272,7 +272,7 @@ static void write_until_killed(const char *path, int tell)
         mill_h5_column_append(column, 1, &row);
         if (k % 1000 != 0)
             continue;
-        mill_h5_write_double(file, "/run/time", (double)k, "s", "-");
+        write_double(file, "/run/time", (double)k, "s", "-");
         if (mill_h5_flush(file, NULL) != MILL_OK || write(tell, &k, sizeof k) != sizeof k)
             return;
     }
@@ -308,7 +308,7 @@ START_TEST(a_killed_file_is_as_last_flushed_and_can_be_gone_on_with)
     ck_assert(look_at(f.path, "/run/time", 0, 0) == (double)rows);
     ck_assert_msg(mill_h5_create(f.path, MILL_H5_UPDATE, &file, &error) == MILL_OK, "%s",
                   error.text);
-    mill_h5_write_double(file, "/x", 1, "1", "-");
+    write_double(file, "/x", 1, "1", "-");
     close_file(file);
     ck_assert(look_at(f.path, "/x", 0, 0) == 1);
     assert_counts_up(f.path, "/c", (size_t)rows);
@@ -357,7 +357,7 @@ START_TEST(a_file_in_use_is_not_opened_twice)
         waitpid(child, &end, 0);
         ck_assert_msg(WIFEXITED(end) && WEXITSTATUS(end) == 0, "way %zu", k);
     }
-    mill_h5_write_double(file, "/x", 1, "1", "-");
+    write_double(file, "/x", 1, "1", "-");
     close_file(file);
     ck_assert(look_at(f.path, "/x", 0, 0) == 1);
     assert_nothing_left(&f);
