@@ -185,8 +185,20 @@ void mill_shape_draw_drum(const struct mill_shape *, const struct mill_chamber *
  * (y0, z0) along x, from within (s = 1) or from outside (s = -1). In the plane across x a flight is
  * a parabola p(t), and |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where
  * gravity has no component there); the sign makes it rise where the gap closes. */
-double mill_shape_circle(const struct mill_flight *f, double y0, double z0, double rho, double s,
-                         double horizon, bool touching, struct mill_poly_counts *counts);
+static inline double mill_shape_circle(const struct mill_flight *f, double y0, double z0,
+                                       double rho, double s, double horizon, bool touching,
+                                       struct mill_poly_counts *counts)
+{
+    const double y = f->r.y - y0, z = f->r.z - z0;
+    const double p[5] = {
+        s * (y * y + z * z - rho * rho),
+        s * 2.0 * (y * f->v.y + z * f->v.z),
+        s * (f->v.y * f->v.y + f->v.z * f->v.z + y * f->g.y + z * f->g.z),
+        s * (f->v.y * f->g.y + f->v.z * f->g.z),
+        s * 0.25 * (f->g.y * f->g.y + f->g.z * f->g.z),
+    };
+    return mill_poly_first_rise(p, horizon, touching, counts);
+}
 
 /* A copy of `base` at the beginning of `size` zero bytes. NULL: out of memory. */
 void *mill_shape_allocate(const struct mill_shape *base, size_t size);
