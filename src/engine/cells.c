@@ -68,7 +68,7 @@ static bool make_edges(struct mill_cells *c)
 bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, double least_diameter,
                      int32_t balls)
 {
-    assert(diameter > 0.0 && least_diameter > 0.0 && least_diameter <= diameter && balls >= 0);
+    assert(diameter > 0.0 && least_diameter > 0.0 && balls >= 0);
     memset(c, 0, sizeof *c);
     c->lo = lo;
     c->balls = balls;

@@ -38,6 +38,8 @@ static void begin_epoch(struct mill_sim *sim)
     struct mill_schedule *p = sim->schedule;
     mill_calendar_clear(p->calendar, 0.0);
     p->horizon = MILL_SIM_EPOCH;
+    for (int k = 0; k < sim->world->motions; k++)
+        p->lately[k].t = NAN; /* it was of the local time that has ended */
     for (int32_t i = 0; i < sim->world->balls; i++)
         mill_schedule_ball(p, i, 0.0, MILL_NOBODY);
 }

@@ -78,8 +78,10 @@ static void say_gravity(struct script *s, struct fuzz_bytes *b)
         g = vec3_make(0.0, 0.0, 0.0);
     else if (k == 2)
         g = vec3_scale(fuzz_direction(b), 9.81);
-    else if (k == 3)
-        g = vec3_scale(fuzz_direction(b), fuzz_log(b, 1e-6, 1e9));
+    else if (k == 3) {
+        const vec3 way = fuzz_direction(b); /* arguments are drawn in any order */
+        g = vec3_scale(way, fuzz_log(b, 1e-6, 1e9));
+    }
     say(s, "[gravity]\nacceleration = %.17g %.17g %.17g m/s^2\n", g.x, g.y, g.z);
 }
 
@@ -131,9 +133,11 @@ static void say_rotor(struct script *s, struct fuzz_bytes *b, double radius, dou
         const double width = (pitch != 0.0 ? 0.5 * fmin(around, along) : along) * part(b);
         if (k < 0)
             say(s, "[blades]\ncount = %d\nangle_step = %.17g rad\n", equal, angle(b));
-        else
-            say(s, "[blade.b%d]\nposition = %.17g m\nangle = %.17g rad\n", k,
-                fuzz_choice(b, 2) ? 0.0 : fuzz_uniform(b, -0.5, 0.5) * (length - width), angle(b));
+        else {
+            const double x = fuzz_choice(b, 2) ? 0.0 : fuzz_uniform(b, -0.5, 0.5);
+            say(s, "[blade.b%d]\nposition = %.17g m\nangle = %.17g rad\n", k, x * (length - width),
+                angle(b));
+        }
         say(s, "tip_radius = %.17g m\nwidth = %.17g m\nthickness = %.17g m\npitch = %.17g rad\n",
             tip, width, thickness, pitch);
     }
@@ -258,7 +262,8 @@ static vec3 velocity(struct fuzz_bytes *b)
     const int k = fuzz_choice(b, 4);
     if (k == 0)
         return vec3_make(0.0, 0.0, 0.0);
-    return vec3_scale(fuzz_direction(b), k == 1 ? 1.0 : fuzz_log(b, 1e-12, k == 2 ? 1e2 : 2e8));
+    const vec3 way = fuzz_direction(b);
+    return vec3_scale(way, k == 1 ? 1.0 : fuzz_log(b, 1e-12, k == 2 ? 1e2 : 2e8));
 }
 
 static void place_kind(struct placing *p, struct fuzz_bytes *b, struct mill_deck_balls *kind)

@@ -376,6 +376,34 @@ START_TEST(restarts_of_the_local_clock_do_not_show_in_the_result)
 }
 END_TEST
 
+/* So slow that where the blades stood a whole tenth of a second ago tells where they are not. */
+START_TEST(no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts)
+{
+    static const struct mill_setup_ball start[] = {
+        {{0.072741096679379058, -0.29569903183683355, -0.29569903183683344},
+         {-1.48512752e-05, -3.2599977e-05, 9.53031536e-06},
+         {-0.100578666, 0.698029669, 0.708970037}}};
+    static const struct model slow = {
+        .setup = {.gravity.z = -9.81, .drum = {.radius = 0.5, .length = 0.8}, .start = start},
+        .balls = {{.diameter = 0.1636368375915129, .density = 1.0, .count = 1}},
+        .rotor = {.speed = -0.0057095467278403846},
+        .shaft = {0.017039567232131958},
+        .blades = 3,
+        .blade = {{-0.8 / 3.0, 0.0, 0.46043701942118886, 0.133739439646403, 0.12040891254266869},
+                  {0.0, -0.98207104206085205, 0.46043701942118886, 0.133739439646403,
+                   0.12040891254266869},
+                  {0.8 / 3.0, -1.96414208412170410, 0.46043701942118886, 0.133739439646403,
+                   0.12040891254266869}},
+        .law = {0.8, 0.05, 0.0}};
+    struct bench b;
+    bench_open(&b, &slow);
+    ck_assert_int_eq(mill_sim_paranoid(b.sim, true, &b.error), MILL_OK);
+    bench_run(&b, 2.0);
+    ck_assert_uint_gt(b.world->account.collisions[MILL_BALL_BLADE], 0);
+    bench_close(&b);
+}
+END_TEST
+
 START_TEST(an_audit_finds_what_overlaps_at_any_moment_of_the_run)
 {
     struct bench b;
@@ -413,6 +441,7 @@ int main(void)
         {a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked, 1},
         {a_planet_strikes_balls_beside_blades_that_stand_still, 1},
         {restarts_of_the_local_clock_do_not_show_in_the_result, 1},
+        {no_contact_with_a_slow_rotor_is_missed_when_the_local_clock_restarts, 1},
         {an_audit_finds_what_overlaps_at_any_moment_of_the_run, 1},
     };
     return unit_run("sim", tests, sizeof tests / sizeof *tests);
