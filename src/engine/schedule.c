@@ -126,9 +126,8 @@ static bool allocate(struct mill_schedule *p, double *widest)
         const double reach = mill_motion_reach(w->motion[k], w->drum_radius, 0.5 * w->drum_length);
         const double coriolis = 2.0 * b.turning;
         struct mill_lately *l = &p->lately[k];
-        l->t = NAN;
         l->drift = b.speed + b.turning * reach;
-        l->most = LATELY * thinnest / l->drift;
+        l->most = fmin(LATELY * thinnest / l->drift, 1.0); /* what never moves serves for long */
         l->coriolis = coriolis * (1.0 + 1e-9);
         l->acceleration = p->pull + b.acceleration + coriolis * b.speed +
                           (b.turning * b.turning + b.spin_up) * reach;
@@ -226,17 +225,23 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
     return true;
 }
 
-/* The motion's pose not long ago, and how long ago [s]. */
+/* The motion's pose not long ago, and how long ago [s]. Poses are those of fixed moments, so that a
+ * run that was resumed in between knows the same. */
 static struct mill_lately *look_lately(struct mill_schedule *p, int32_t motion, double now,
                                        double *age)
 {
     struct mill_lately *l = &p->lately[motion];
-    *age = fabs(now - l->t);
-    if (!(*age <= l->most)) {
-        l->pose = mill_motion_pose(p->world->motion[motion], now);
-        l->t = now;
-        *age = 0.0;
+    if (!(now >= l->t && now < l->until)) {
+        double k = floor(now / l->most);
+        k -= now < k * l->most;
+        k += now >= (k + 1.0) * l->most;
+        l->t = k * l->most;
+        l->until = (k + 1.0) * l->most;
+        if (!(now >= l->t && now < l->until))
+            l->t = l->until = now; /* a motion so swift that the clock is too coarse */
+        l->pose = mill_motion_pose(p->world->motion[motion], l->t);
     }
+    *age = now - l->t;
     return l;
 }
 
@@ -327,6 +332,14 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
     plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +
                            pair * MILL_NEXT_PAIR);
     mill_calendar_set(p->calendar, i, mill_plan_time(plan));
+}
+
+void mill_schedule_begin(struct mill_schedule *p, double horizon)
+{
+    mill_calendar_clear(p->calendar, 0.0);
+    p->horizon = horizon;
+    for (int k = 0; k < p->world->motions; k++)
+        p->lately[k].t = NAN;
 }
 
 void mill_schedule_ball(struct mill_schedule *p, int32_t i, double now, int32_t touched)

@@ -49,8 +49,9 @@ struct mill_surface {
 
 /* A motion's pose not long ago: enough to tell which bodies are far away */
 struct mill_lately {
-    double t;    /* [s] local; NAN: none yet */
-    double most; /* [s] it serves so long */
+    double t;     /* [s] local; NAN: none yet */
+    double until; /* [s] local: it serves up to here */
+    double most;  /* [s] between poses */
     struct mill_pose pose;
     /* what bodies on it see of a ball: */
     double drift;        /* [m/s] of themselves, at most */
@@ -82,6 +83,10 @@ struct mill_schedule {
 enum mill_status mill_schedule_create(struct mill_world *world, struct mill_schedule **schedule,
                                       struct mill_error *error);
 void mill_schedule_free(struct mill_schedule *schedule);
+
+/* Local time begins anew, to be planned as far as `horizon` [s]: nothing is in the calendar, and no
+ * pose is known. Every ball must then be planned. */
+void mill_schedule_begin(struct mill_schedule *schedule, double horizon);
 
 /* Files the plans, set from outside, and puts each ball i into cell[i]: the order within a cell
  * decides nothing. False when out of memory. */

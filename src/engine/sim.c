@@ -35,13 +35,9 @@ static void move_to(struct mill_world *w, int32_t i, double t)
 
 static void begin_epoch(struct mill_sim *sim)
 {
-    struct mill_schedule *p = sim->schedule;
-    mill_calendar_clear(p->calendar, 0.0);
-    p->horizon = MILL_SIM_EPOCH;
-    for (int k = 0; k < sim->world->motions; k++)
-        p->lately[k].t = NAN; /* it was of the local time that has ended */
+    mill_schedule_begin(sim->schedule, MILL_SIM_EPOCH);
     for (int32_t i = 0; i < sim->world->balls; i++)
-        mill_schedule_ball(p, i, 0.0, MILL_NOBODY);
+        mill_schedule_ball(sim->schedule, i, 0.0, MILL_NOBODY);
 }
 
 void mill_sim_audit(struct mill_sim *sim)

@@ -39,7 +39,7 @@ static void set_up(void)
     memset(&p, 0, sizeof p);
     ck_assert_int_eq(mill_schedule_create(b.world, &q, &error), MILL_OK);
     ck_assert_int_eq(b.world->shapes, SHAPES);
-    q->horizon = 0.0625;
+    mill_schedule_begin(q, 0.0625);
     for (int32_t i = 0; i < BALLS; i++)
         mill_schedule_ball(q, i, 0.0, MILL_NOBODY);
     p.schedule = q;

@@ -138,7 +138,7 @@ static struct mill_schedule *start(struct mill_world *w)
     struct mill_schedule *p = NULL;
     struct mill_error error = {""};
     ck_assert_int_eq(mill_schedule_create(w, &p, &error), MILL_OK);
-    p->horizon = HORIZON;
+    mill_schedule_begin(p, HORIZON);
     for (int32_t i = 0; i < w->balls; i++)
         mill_schedule_ball(p, i, 0.0, MILL_NOBODY);
     return p;
