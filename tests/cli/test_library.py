@@ -16,7 +16,15 @@ FOREIGN = re.compile(r"\b(H5\w+|gsl_\w+|ut_\w+|ini_\w+|cv_\w+)")
 def installed(tmp_path_factory):
     """What `make install` puts into an empty prefix."""
     prefix = tmp_path_factory.mktemp("prefix")
-    command = ["make", "-C", ROOT, "--no-print-directory", "install", f"PREFIX={prefix}"]
+    command = [
+        "make",
+        "-C",
+        ROOT,
+        "--no-print-directory",
+        "install",
+        "MODE=release",
+        f"PREFIX={prefix}",
+    ]
     subprocess.run(command, check=True, capture_output=True)
     return prefix
 
