@@ -95,11 +95,10 @@ static enum mill_status check_inputs(const struct mill_command *a, const struct 
     struct mill_draft draft;
     mill_draft_init(&draft, a->output, NULL);
     for (int i = 0; i < 2 && input[i]; i++) {
-        const enum mill_draft_file met = mill_draft_meets(&draft, input[i]);
-        if (met != MILL_DRAFT_NONE)
+        const char *met = mill_draft_meets(&draft, input[i]);
+        if (met)
             return mill_error_set(error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
-                                  a->output,
-                                  met == MILL_DRAFT_PATH ? "is" : "its draft or lock file is",
+                                  a->output, met == draft.path ? "is" : "its draft or lock file is",
                                   i == 0 ? " itself" : "'s start file", mend);
     }
     return MILL_OK;

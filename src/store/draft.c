@@ -21,42 +21,35 @@
 #include <sys/ioctl.h>
 #endif
 
-enum { LONG = 4104 /* [byte] cut to this a name is still too long for the system */ };
-
-/* A link stays a link: what it points to is replaced, or made. */
-static void follow(const char *path, char target[LONG])
+void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins)
 {
-    char link[LONG] = "", *whole = realpath(path, NULL);
-    /* nothing there yet, or a link to nothing: one step, the rest is for open to refuse */
+    /* A link stays a link: what it points to is replaced, or made. Where nothing is there yet, or a
+     * link to nothing: one step, the rest is for open to refuse. */
+    char link[sizeof draft->path] = "", *whole = realpath(path, NULL);
     const bool leads = !whole && readlink(path, link, sizeof link - 1) > 0;
     const char *slash = leads && link[0] != '/' ? strrchr(path, '/') : NULL;
     const char *end = leads ? link : path;
-    const int length = snprintf(target, LONG, "%.*s%s", slash ? (int)(slash - path) + 1 : 0, path,
-                                whole ? whole : end);
-    (void)length; /* what is cut is still too long for the system */
+    const int length = snprintf(draft->path, sizeof draft->path, "%.*s%s",
+                                slash ? (int)(slash - path) + 1 : 0, path, whole ? whole : end);
+    (void)length; /* what is cut is still too long */
     free(whole);
-}
-
-void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins)
-{
-    static const char *const end[MILL_DRAFT_NONE] = {"", ".part", ".new", ".lock"};
-    char target[LONG];
-    follow(path, target);
-    for (int k = 0; k < MILL_DRAFT_NONE; k++)
-        snprintf(draft->name[k], sizeof draft->name[k], "%s%s", target, end[k]);
+    snprintf(draft->part, sizeof draft->part, "%s.part", draft->path);
+    snprintf(draft->new, sizeof draft->new, "%s.new", draft->path);
+    snprintf(draft->lock, sizeof draft->lock, "%s.lock", draft->path);
     draft->begins = begins;
     draft->obstacle = NULL;
-    draft->fd = draft->lock = -1;
+    draft->fd = draft->lock_fd = -1;
 }
 
-enum mill_draft_file mill_draft_meets(const struct mill_draft *draft, const char *path)
+const char *mill_draft_meets(const struct mill_draft *draft, const char *path)
 {
+    const char *const own[] = {draft->path, draft->part, draft->new, draft->lock};
     struct stat file, here;
-    int k = stat(path, &file) == 0 ? MILL_DRAFT_PATH : MILL_DRAFT_NONE;
-    while (k < MILL_DRAFT_NONE && (stat(draft->name[k], &here) != 0 || file.st_dev != here.st_dev ||
-                                   file.st_ino != here.st_ino))
-        k++;
-    return k;
+    for (int k = 0; k < 4; k++)
+        if (stat(own[k], &here) == 0 && stat(path, &file) == 0 && file.st_dev == here.st_dev &&
+            file.st_ino == here.st_ino)
+            return own[k];
+    return NULL;
 }
 
 /* ---- calls that a signal may interrupt ---- */
@@ -160,19 +153,18 @@ static int clear_way(struct mill_draft *draft, const char *name, bool may_go)
 
 static int take_lock(struct mill_draft *draft, bool force)
 {
-    const char *name = draft->name[MILL_DRAFT_LOCK];
     for (int failed = 0;;) {
-        const int fd = open_file(name, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK);
+        const int fd = open_file(draft->lock, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK);
         if (fd < 0 && errno != ELOOP && errno != ENXIO) /* a link, a socket */
             return errno;
         if (fd < 0 || !is_empty_file(fd))
-            failed = clear_way(draft, name, force);
+            failed = clear_way(draft, draft->lock, force);
         else if (locked_by_another(fd))
             failed = EWOULDBLOCK;
         /* the writer before may have removed the name between our opening and locking it */
-        else if (names(name, fd))
-            draft->lock = fd;
-        if (draft->lock >= 0)
+        else if (names(draft->lock, fd))
+            draft->lock_fd = fd;
+        if (draft->lock_fd >= 0)
             return 0;
         if (fd >= 0)
             close(fd);
@@ -210,12 +202,14 @@ static void drop(const char *name, int *fd)
 int mill_draft_open(struct mill_draft *draft, enum mill_draft_way way)
 {
     const bool force = way == MILL_DRAFT_FORCE, again = way == MILL_DRAFT_COPY;
-    const int published = again ? open_file(draft->name[MILL_DRAFT_PATH], O_RDONLY) : -1;
+    const int published = again ? open_file(draft->path, O_RDONLY) : -1;
     int failed = again && published < 0 ? errno : take_lock(draft, force);
-    for (int k = MILL_DRAFT_PART; k <= MILL_DRAFT_NEW && !failed; k++)
-        failed = clear_way(draft, draft->name[k], force || left_by_draft(draft, draft->name[k]));
     if (!failed)
-        failed = make(draft->name[MILL_DRAFT_PART], published, &draft->fd);
+        failed = clear_way(draft, draft->part, force || left_by_draft(draft, draft->part));
+    if (!failed)
+        failed = clear_way(draft, draft->new, force || left_by_draft(draft, draft->new));
+    if (!failed)
+        failed = make(draft->part, published, &draft->fd);
     if (published >= 0)
         close(published);
     return failed;
@@ -233,50 +227,44 @@ enum mill_status mill_draft_tell(const struct mill_draft *draft, const char *pat
                           failed == EWOULDBLOCK ? "another run is writing it" : strerror(failed));
 }
 
-/* So that the new name outlives a loss of power; a folder that cannot be synced is none of ours. */
-static void sync_folder(const char *path)
-{
-    char name[LONG];
-    strcpy(name, path);
-    const int fd = open_file(dirname(name), O_RDONLY);
-    if (fd >= 0) {
-        sync_file(fd);
-        close(fd);
-    }
-}
-
 int mill_draft_publish(struct mill_draft *draft, bool last)
 {
-    const char *part = draft->name[MILL_DRAFT_PART], *new = draft->name[MILL_DRAFT_NEW];
+    char name[sizeof draft->path];
     if (draft->fd < 0)
         return EBADF;
     /* a copy also where somebody removed PATH.part, or put another file there */
-    const bool itself = last && names(part, draft->fd);
-    int fd = -1, failed = itself ? 0 : make(new, draft->fd, &fd);
+    const bool itself = last && names(draft->part, draft->fd);
+    int fd = -1, failed = itself ? 0 : make(draft->new, draft->fd, &fd);
     if (!failed)
         failed = sync_file(itself ? draft->fd : fd);
     if (!failed)
-        failed = rename_file(itself ? part : new, draft->name[MILL_DRAFT_PATH]);
-    drop(new, &fd); /* the name is gone where that went well */
+        failed = rename_file(itself ? draft->part : draft->new, draft->path);
+    drop(draft->new, &fd); /* the name is gone where that went well */
     if (failed)
         return failed;
-    sync_folder(draft->name[MILL_DRAFT_PATH]);
+    /* so that the new name outlives a loss of power; a folder that cannot be synced is none of ours
+     */
+    const int folder = open_file(dirname(strcpy(name, draft->path)), O_RDONLY);
+    if (folder >= 0) {
+        sync_file(folder);
+        close(folder);
+    }
     if (last)
-        drop(part, &draft->fd);
+        drop(draft->part, &draft->fd);
     return 0;
 }
 
 void mill_draft_end(struct mill_draft *draft)
 {
-    drop(draft->name[MILL_DRAFT_PART], &draft->fd);
-    drop(draft->name[MILL_DRAFT_LOCK], &draft->lock);
+    drop(draft->part, &draft->fd);
+    drop(draft->lock, &draft->lock_fd);
 }
 
 void mill_draft_clear(const char *path)
 {
     struct mill_draft draft;
     mill_draft_init(&draft, path, NULL);
-    if (access(draft.name[MILL_DRAFT_LOCK], F_OK) == 0)
+    if (access(draft.lock, F_OK) == 0)
         take_lock(&draft, false);
     mill_draft_end(&draft);
 }

@@ -17,22 +17,14 @@ enum mill_draft_way {
     MILL_DRAFT_FORCE  /* a new file, whatever stands in the way of PATH.part and PATH.lock */
 };
 
-/* PATH, PATH.part, its copy on the way to PATH, PATH.lock; none of them */
-enum mill_draft_file {
-    MILL_DRAFT_PATH,
-    MILL_DRAFT_PART,
-    MILL_DRAFT_NEW,
-    MILL_DRAFT_LOCK,
-    MILL_DRAFT_NONE
-};
-
 /* Others only read it. */
 struct mill_draft {
-    char name[MILL_DRAFT_NONE][4112]; /* longer than any that the system takes */
+    /* longer than any that the system takes: what is cut is refused */
+    char path[4104], part[4112], new[4112], lock[4112];
     const char *begins;
     const char *obstacle; /* one of these names; NULL: none */
     int fd;               /* of PATH.part, for reading and writing; -1: none is open */
-    int lock;             /* -1: not locked */
+    int lock_fd;          /* -1: not locked */
 };
 
 /* For the file `path`, or what it links to. Touches no disk. begins: what it will begin with: by
@@ -40,8 +32,8 @@ struct mill_draft {
  * It must outlive the draft. */
 void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins);
 
-/* Which of the draft's files is that at `path`, by whatever name? */
-enum mill_draft_file mill_draft_meets(const struct mill_draft *draft, const char *path);
+/* Which of the four names leads to the file at `path`? NULL: none. */
+const char *mill_draft_meets(const struct mill_draft *draft, const char *path);
 
 /* Begins the draft. EWOULDBLOCK: another process writes this file. EEXIST: a file that no draft
  * has left is in the way; it is not touched. After a failure too the caller ends the draft. */

@@ -11,9 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    PATH = 1024 /* [byte] no path in a file is as long: names from decks are short */
-};
+enum { PATH = 1024 }; /* [byte] no path in a file is as long: names from decks are short */
 
 /* ---- failures ---- */
 
@@ -47,19 +45,11 @@ void mill_h5_listen(void)
     reason.words[0] = '\0';
 }
 
-void mill_h5_suppose(const char *why)
-{
-    if (reason.number == 0)
-        snprintf(reason.words, sizeof reason.words, "%s", why);
-}
-
 void mill_h5_detach(struct mill_h5 *file)
 {
     void *descriptor;
     const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (nowhere < 0)
-        return;
-    if (file->draft.fd >= 0 && file->id >= 0 &&
+    if (nowhere >= 0 && file->draft.fd >= 0 && file->id >= 0 &&
         H5Fget_vfd_handle(file->id, H5P_DEFAULT, &descriptor) >= 0)
         dup2(nowhere, *(const int *)descriptor);
     close(nowhere);
@@ -68,36 +58,33 @@ void mill_h5_detach(struct mill_h5 *file)
 void mill_h5_spend(struct mill_h5 *file, const char *why)
 {
     reason.words[0] = '\0';
-    if (!mill_h5_good(file))
+    if (file->status != MILL_OK)
         return; /* the first failure stands */
-    file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
+    file->status = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
     mill_h5_detach(file);
 }
 
-void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path)
+void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path, const char *why)
 {
     struct mill_error text;
+    if (reason.words[0] && (reason.number || !why))
+        why = reason.words;
     mill_error_set(&text, MILL_FAILED, "cannot %s%s%s: %s", verb, path ? " " : "", path ? path : "",
-                   reason.words[0] ? reason.words : "the HDF5 library refused");
+                   why ? why : "the HDF5 library refused");
     mill_h5_spend(file, text.text);
 }
 
 void mill_h5_check(struct mill_h5 *file, const char *verb, const char *path)
 {
     if (reason.words[0])
-        mill_h5_fail(file, verb, path);
-}
-
-bool mill_h5_good(const struct mill_h5 *file)
-{
-    return file->spent == MILL_OK;
+        mill_h5_fail(file, verb, path, NULL);
 }
 
 enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *error)
 {
-    if (file->spent != MILL_OK && error)
+    if (file->status != MILL_OK && error)
         *error = file->cause;
-    return file->spent;
+    return file->status;
 }
 
 /* ---- groups and links ---- */
@@ -129,7 +116,7 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
     char parent[PATH];
     if (!path[0])
-        return mill_h5_good(file);
+        return file->status == MILL_OK;
     /* H5Lexists fails where a group on the way is missing */
     const bool held = mill_h5_exists(file, parent_of(path, parent));
     const bool there = held && H5Lexists(file->id, path, H5P_DEFAULT) > 0;
@@ -150,7 +137,7 @@ bool mill_h5_make_way(struct mill_h5 *file, const char *path)
     if (parent_of(path, parent)[0])
         mill_h5_group(file, parent, false);
     mill_h5_remove(file, path);
-    return mill_h5_good(file);
+    return file->status == MILL_OK;
 }
 
 void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered)

@@ -70,8 +70,8 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path);
 /* Takes the name away (a whole group with all that only it holds); no error where there is none. */
 void mill_h5_remove(struct mill_h5 *file, const char *path);
 
-/* Makes the group and those above it; fine where it exists. ordered: its members keep the order of
- * their creation (matters only where this call makes it). */
+/* Makes the group and those above it; fine where it exists. ordered: a new one's members keep the
+ * order of their creation. */
 void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered);
 
 /* `path` becomes a second name of what `existing` names. */
@@ -137,15 +137,14 @@ struct mill_h5_layout {
 };
 
 /* The column takes up after the first `keep` rows of what `path` names (a failure where there are
- * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked
- * and, unless plain, shuffled and deflated at level 1. NULL on failure, which all that follows here
- * accepts. Owner: the file, which flushes it when it is published and frees it when it is closed.
- */
+ * fewer) and drops the rest; where nothing has that name it is made empty, chunked and, unless
+ * plain, shuffled and deflated at level 1. NULL on failure, which all that follows here accepts.
+ * Owner: the file, which flushes it when it is published and frees it when it is closed. */
 struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *path,
                                              const struct mill_h5_layout *layout, uint64_t keep);
 
 /* Appends `count` rows, contiguous in C order. Rows are gathered in the column's buffer, so that
- * single rows are cheap; whole chunks of rows go to the file directly. */
+ * single rows are cheap; a whole chunk goes to the file directly. */
 void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows);
 
 /* Rows so far, gathered ones included. */

@@ -49,24 +49,26 @@ static hid_t make_space(int rank, const size_t *dims)
 
 /* ---- attributes ---- */
 
-static void put(hid_t object, const char *name, struct types types, hid_t space, const void *values)
+/* count 0: a scalar */
+static void put(hid_t object, const char *name, struct types types, size_t count,
+                const void *values)
 {
+    const hid_t space = make_space(count > 0, &count);
     if (H5Aexists(object, name) > 0)
         H5Adelete(object, name);
     const hid_t attribute = H5Acreate2(object, name, types.kept, space, H5P_DEFAULT, H5P_DEFAULT);
     H5Awrite(attribute, types.held, values);
     mill_h5_release(attribute);
+    mill_h5_release(space);
 }
 
 static void attach(struct mill_h5 *file, const char *object, const char *name, struct types types,
                    size_t count, const void *values)
 {
-    if (!mill_h5_good(file))
+    if (file->status != MILL_OK)
         return;
-    const hid_t space = make_space(count > 0, &count);
     const hid_t owner = H5Oopen(file->id, object, H5P_DEFAULT);
-    put(owner, name, types, space, values);
-    mill_h5_release(space);
+    put(owner, name, types, count, values);
     mill_h5_release(owner);
     mill_h5_check(file, "write the attributes of", object);
 }
@@ -96,11 +98,9 @@ static hid_t make(struct mill_h5 *file, const char *path, struct types types, hi
     const struct types text = types_of(file, MILL_H5_TEXT);
     hid_t set = -1;
     if (mill_h5_make_way(file, path)) {
-        const hid_t scalar = H5Screate(H5S_SCALAR);
         set = H5Dcreate2(file->id, path, types.kept, space, H5P_DEFAULT, list, H5P_DEFAULT);
-        put(set, "unit", text, scalar, &unit);
-        put(set, "description", text, scalar, &description);
-        mill_h5_release(scalar);
+        put(set, "unit", text, 0, &unit);
+        put(set, "description", text, 0, &description);
     }
     mill_h5_release(list);
     mill_h5_release(space);
@@ -197,7 +197,7 @@ enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char 
     H5free_memory(held);
     mill_h5_release(set);
     if (!*text)
-        mill_h5_fail(file, "read", path);
+        mill_h5_fail(file, "read", path, NULL);
     return mill_h5_status(file, error);
 }
 
@@ -243,7 +243,7 @@ struct mill_h5_column {
 
 static bool good(const struct mill_h5_column *column)
 {
-    return column && mill_h5_good(column->file);
+    return column && column->file->status == MILL_OK;
 }
 
 /* The dataset of a new column, with no rows. These are there only once they are written, so none is
@@ -272,14 +272,14 @@ static void open_rows(struct mill_h5_column *column, const struct mill_h5_layout
                       uint64_t keep)
 {
     struct mill_h5 *file = column->file;
-    hsize_t there[MAX_RANK] = {0};
+    hsize_t there[3] = {0};
     column->set = mill_h5_exists(file, column->path) ? H5Dopen2(file->id, column->path, H5P_DEFAULT)
                                                      : make_rows(column, layout);
     const hid_t space = H5Dget_space(column->set);
     if (H5Sget_simple_extent_ndims(space) == column->rank)
         H5Sget_simple_extent_dims(space, there, NULL);
     else
-        mill_h5_fail(file, "write", column->path);
+        mill_h5_fail(file, "write", column->path, NULL);
     mill_h5_release(space);
     if (there[0] < keep) {
         struct mill_error text;
@@ -290,7 +290,7 @@ static void open_rows(struct mill_h5_column *column, const struct mill_h5_layout
         mill_h5_spend(file, text.text);
     }
     column->extent[0] = keep;
-    if (mill_h5_good(file))
+    if (file->status == MILL_OK)
         H5Dset_extent(column->set, column->extent);
     mill_h5_check(file, "write", column->path);
 }
@@ -299,7 +299,7 @@ struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *p
                                              const struct mill_h5_layout *layout, uint64_t keep)
 {
     struct mill_h5_column *column =
-        mill_h5_good(file) ? calloc(1, sizeof *column + strlen(path) + 1) : NULL;
+        file->status == MILL_OK ? calloc(1, sizeof *column + strlen(path) + 1) : NULL;
     if (column) {
         const struct types types = types_of(file, layout->type);
         *column = (struct mill_h5_column){.file = file,
@@ -358,9 +358,8 @@ void mill_h5_column_append(struct mill_h5_column *column, size_t count, const vo
         /* the buffer ends where a chunk does, so that none is packed twice */
         const size_t begun = (size_t)(column->extent[0] % column->capacity);
         const size_t left = column->capacity - begun - column->gathered;
-        size_t some = count < left ? count : left;
-        if (column->gathered == 0 && count >= left) {
-            some += (count - left) / column->capacity * column->capacity;
+        const size_t some = count < left ? count : left;
+        if (some == column->capacity) {
             write_rows(column, some, from);
         } else {
             memcpy(column->buffer + column->gathered * column->row_bytes, from,

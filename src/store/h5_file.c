@@ -9,9 +9,12 @@
  * each piece once. */
 enum { METADATA = 262144 };
 
-static void fail_draft(struct mill_h5 *file, const char *verb, int failed)
+/* failed: an errno of the draft, 0 = none */
+static void tell(struct mill_h5 *file, const char *verb, int failed)
 {
-    file->spent = mill_draft_tell(&file->draft, file->path, verb, failed, &file->cause);
+    if (failed == 0)
+        return;
+    file->status = mill_draft_tell(&file->draft, file->path, verb, failed, &file->cause);
     mill_h5_detach(file);
 }
 
@@ -45,55 +48,30 @@ static hid_t access_list(void)
 static void open_file(struct mill_h5 *file, enum mill_h5_open how, const char *verb)
 {
     const hid_t list = access_list(), create = mill_h5_timeless(H5P_FILE_CREATE);
-    const char *part = file->draft.name[MILL_DRAFT_PART];
+    const bool old = how == MILL_H5_READ || how == MILL_H5_UPDATE;
     if (how == MILL_H5_READ)
         file->id = H5Fopen(file->path, H5F_ACC_RDONLY, list);
     else if (how == MILL_H5_UPDATE)
-        file->id = H5Fopen(part, H5F_ACC_RDWR, list);
+        file->id = H5Fopen(file->draft.part, H5F_ACC_RDWR, list);
     else
-        file->id = H5Fcreate(part, H5F_ACC_TRUNC, create, list);
+        file->id = H5Fcreate(file->draft.part, H5F_ACC_TRUNC, create, list);
     mill_h5_release(create);
     mill_h5_release(list);
-    if (file->id < 0 && (how == MILL_H5_READ || how == MILL_H5_UPDATE))
-        mill_h5_suppose("it is no HDF5 file, or damaged or cut off");
-    if (file->draft.fd >= 0)
-        H5Fflush(file->id, H5F_SCOPE_GLOBAL);
-    mill_h5_check(file, verb, NULL);
+    if (file->id < 0)
+        mill_h5_fail(file, verb, NULL, old ? "it is no HDF5 file, or damaged or cut off" : NULL);
     /* what is empty then is not what HDF5 has opened: somebody put another file in its place */
-    if (file->draft.fd >= 0 && lseek(file->draft.fd, 0, SEEK_END) <= 0)
-        mill_h5_fail(file, verb, NULL);
-}
-
-/* The draft, if the file is to be written, and the file in it. */
-static void open_draft(struct mill_h5 *file, enum mill_h5_open how)
-{
-    static const enum mill_draft_way way[] = {[MILL_H5_NEW] = MILL_DRAFT_EMPTY,
-                                              [MILL_H5_RESTART] = MILL_DRAFT_EMPTY,
-                                              [MILL_H5_OVERWRITE] = MILL_DRAFT_FORCE,
-                                              [MILL_H5_UPDATE] = MILL_DRAFT_COPY};
-    const char *verb = how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create";
-    const int failed = how == MILL_H5_READ ? 0 : mill_draft_open(&file->draft, way[how]);
-    if (failed)
-        fail_draft(file, verb, failed);
-    /* asked for only now, under the lock: a run that ends makes the file */
-    else if (how == MILL_H5_NEW && access(file->path, F_OK) == 0)
-        mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
-    else
-        open_file(file, how, verb);
-}
-
-static void release(struct mill_h5 *file)
-{
-    if (file->id >= 0)
-        H5Fclose(file->id);
-    mill_h5_release(file->text);
-    mill_draft_end(&file->draft);
-    free(file);
+    else if (how != MILL_H5_READ &&
+             (H5Fflush(file->id, H5F_SCOPE_GLOBAL) < 0 || lseek(file->draft.fd, 0, SEEK_END) <= 0))
+        mill_h5_fail(file, verb, NULL, NULL);
 }
 
 enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct mill_h5 **out,
                                 struct mill_error *error)
 {
+    const char *verb = how == MILL_H5_UPDATE || how == MILL_H5_READ ? "open" : "create";
+    const enum mill_draft_way way = how == MILL_H5_OVERWRITE ? MILL_DRAFT_FORCE
+                                    : how == MILL_H5_UPDATE  ? MILL_DRAFT_COPY
+                                                             : MILL_DRAFT_EMPTY;
     struct mill_h5 *file = *out = calloc(1, sizeof *file + strlen(path) + 1);
     if (!file)
         return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
@@ -104,33 +82,40 @@ enum mill_status mill_h5_create(const char *path, enum mill_h5_open how, struct 
     H5Tset_cset(file->text, H5T_CSET_UTF8);
     strcpy(file->path, path);
     mill_draft_init(&file->draft, path, "\211HDF\r\n\032\n");
-    open_draft(file, how);
-    const enum mill_status status = mill_h5_status(file, error);
-    if (status != MILL_OK) {
-        release(file);
-        *out = NULL;
-    }
-    return status;
-}
-
-static void flush(struct mill_h5 *file)
-{
-    mill_h5_flush_columns(file);
-    if (mill_h5_good(file))
-        H5Fflush(file->id, H5F_SCOPE_GLOBAL);
-    mill_h5_check(file, "write", NULL);
+    if (how != MILL_H5_READ)
+        tell(file, verb, mill_draft_open(&file->draft, way));
+    /* asked for only now, under the lock: a run that ends makes the file */
+    if (file->status == MILL_OK && how == MILL_H5_NEW && access(path, F_OK) == 0)
+        mill_h5_spend(file, "exists already; --force overwrites it, -o gives another name");
+    if (file->status == MILL_OK)
+        open_file(file, how, verb);
+    if (file->status == MILL_OK)
+        return MILL_OK;
+    *out = NULL;
+    return mill_h5_close(file, error);
 }
 
 static void publish(struct mill_h5 *file, bool last)
 {
-    const int failed = mill_h5_good(file) ? mill_draft_publish(&file->draft, last) : 0;
-    if (failed)
-        fail_draft(file, "write", failed);
+    const bool written = file->draft.fd >= 0;
+    mill_h5_flush_columns(file);
+    if (written && file->status == MILL_OK)
+        H5Fflush(file->id, H5F_SCOPE_GLOBAL);
+    mill_h5_check(file, "write", NULL);
+    if (last) {
+        const hid_t id = file->id;
+        while (file->columns)
+            mill_h5_column_close(file->columns);
+        file->id = -1; /* what is wrong now finds no file to detach */
+        H5Fclose(id);
+        mill_h5_check(file, "close", NULL);
+    }
+    if (written && file->status == MILL_OK)
+        tell(file, "write", mill_draft_publish(&file->draft, last));
 }
 
 enum mill_status mill_h5_flush(struct mill_h5 *file, struct mill_error *error)
 {
-    flush(file);
     publish(file, false);
     return mill_h5_status(file, error);
 }
@@ -139,26 +124,17 @@ enum mill_status mill_h5_close(struct mill_h5 *file, struct mill_error *error)
 {
     if (!file)
         return MILL_OK;
-    const bool written = file->draft.fd >= 0;
-    if (written)
-        flush(file);
-    while (file->columns)
-        mill_h5_column_close(file->columns);
-    const hid_t id = file->id;
-    file->id = -1;
-    H5Fclose(id);
-    mill_h5_check(file, "close", NULL);
-    if (written)
-        publish(file, true);
+    publish(file, true);
     const enum mill_status status = mill_h5_status(file, error);
-    release(file);
+    mill_h5_release(file->text);
+    mill_draft_end(&file->draft);
+    free(file);
     return status;
 }
 
 void mill_h5_abandon(struct mill_h5 *file)
 {
-    if (!file)
-        return;
-    mill_h5_spend(file, "abandoned");
+    if (file)
+        mill_h5_spend(file, "abandoned");
     mill_h5_close(file, NULL);
 }

@@ -12,7 +12,7 @@ struct mill_h5 {
     struct mill_draft draft; /* not open where the file is only read */
     hid_t id;
     hid_t text;                     /* type of a text of variable length in UTF-8 */
-    enum mill_status spent;         /* MILL_OK until the first failure */
+    enum mill_status status;        /* MILL_OK until the first failure: then the file is spent */
     struct mill_error cause;        /* of the first failure */
     struct mill_h5_column *columns; /* all that are open */
     char path[];                    /* as the user gave it: for messages */
@@ -26,18 +26,13 @@ void mill_h5_listen(void);
  * several calls need be looked at: those that build on one that failed fail too. */
 void mill_h5_check(struct mill_h5 *file, const char *verb, const char *path);
 
-/* The same, although HDF5 may have found nothing wrong. */
-void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path);
-
-/* Why the last call failed, where the system gave no errno. */
-void mill_h5_suppose(const char *why);
+/* The same, although HDF5 may have found nothing wrong; why: the reason where the system gave no
+ * errno, NULL: what HDF5 says. */
+void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path, const char *why);
 
 /* What HDF5 still holds must not reach the disk, and giving it back must not fail: from now on HDF5
  * writes to nowhere. */
 void mill_h5_detach(struct mill_h5 *file);
-
-/* Is the file not spent? */
-bool mill_h5_good(const struct mill_h5 *file);
 
 /* Gives an object of HDF5 back, whatever it is; negative ones are none. */
 void mill_h5_release(hid_t object);
