@@ -32,7 +32,7 @@ static void carry(struct mill_state *state, const char *name, enum mill_field ty
     if (state->loads)
         state->status = mill_h5_read(carrier->file, path, type_of[type], count, at, state->error);
     else
-        mill_h5_write_checked(carrier->file, path, type_of[type], 1, &count, at,
+        mill_h5_write_checked(carrier->file, path, type_of[type], count, at,
                               "part of the state of an unfinished run");
 }
 

@@ -86,30 +86,22 @@ static void warn(const char *line)
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
-static bool same_file(const char *one, const char *other)
-{
-    struct stat a, b;
-    return stat(one, &a) == 0 && stat(other, &b) == 0 && a.st_dev == b.st_dev &&
-           a.st_ino == b.st_ino;
-}
-
 /* By whatever name: neither the output nor what stands beside it while it is written is an input.
  */
 static enum mill_status check_inputs(const struct mill_command *a, const struct mill_deck *deck,
                                      const char *mend, struct mill_error *error)
 {
     const char *const input[] = {a->deck, deck->start};
-    struct mill_draft *draft = mill_draft_create(a->output, NULL);
-    enum mill_status status = draft ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
-    for (int i = 0; i < 2 && input[i] && status == MILL_OK; i++) {
-        const bool beside = mill_draft_replaces(draft, input[i]);
-        if (beside || same_file(a->output, input[i]))
-            status = mill_error_set(error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
-                                    a->output, beside ? "its draft or lock file is" : "is",
-                                    i == 0 ? " itself" : "'s start file", mend);
+    struct mill_draft draft;
+    mill_draft_init(&draft, a->output, NULL);
+    for (int i = 0; i < 2 && input[i]; i++) {
+        const char *met = mill_draft_meets(&draft, input[i]);
+        if (met)
+            return mill_error_set(error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
+                                  a->output, met == draft.path ? "is" : "its draft or lock file is",
+                                  i == 0 ? " itself" : "'s start file", mend);
     }
-    mill_draft_free(draft);
-    return status;
+    return MILL_OK;
 }
 
 /* Results are written beside the output file and take its place. */

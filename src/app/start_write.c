@@ -48,9 +48,10 @@ static int write_rows(const struct mill_world *world, const char *deck, FILE *ou
 }
 
 /* 0 or an errno: into the open draft, which is not closed. */
-static int write_draft(const struct mill_world *world, const char *deck, struct mill_draft *draft)
+static int write_draft(const struct mill_world *world, const char *deck,
+                       const struct mill_draft *draft)
 {
-    const int fd = dup(mill_draft_descriptor(draft));
+    const int fd = dup(draft->fd);
     FILE *out = fd < 0 ? NULL : fdopen(fd, "w");
     if (!out) {
         const int why = errno;
@@ -65,20 +66,19 @@ static int write_draft(const struct mill_world *world, const char *deck, struct 
 enum mill_status mill_start_write(const struct mill_world *world, const char *deck,
                                   const char *path, bool over, struct mill_error *error)
 {
-    struct mill_draft *draft = mill_draft_create(path, NULL);
-    if (!draft)
-        return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
     enum mill_status status = MILL_OK;
-    int failed = mill_draft_open(draft, over ? MILL_DRAFT_FORCE : MILL_DRAFT_EMPTY);
+    struct mill_draft draft;
+    mill_draft_init(&draft, path, NULL);
+    int failed = mill_draft_open(&draft, over ? MILL_DRAFT_FORCE : MILL_DRAFT_EMPTY);
     if (!failed && !over && access(path, F_OK) == 0)
         status =
             mill_error_set(error, MILL_BAD_DECK, "%s: exists already; --force overwrites it", path);
     if (!failed && status == MILL_OK)
-        failed = write_draft(world, deck, draft);
+        failed = write_draft(world, deck, &draft);
     if (!failed && status == MILL_OK)
-        failed = mill_draft_publish(draft, true);
+        failed = mill_draft_publish(&draft, true);
     if (failed)
-        status = mill_draft_tell(draft, path, "write", failed, error);
-    mill_draft_free(draft);
+        status = mill_draft_tell(&draft, path, "write", failed, error);
+    mill_draft_end(&draft);
     return status;
 }

@@ -48,7 +48,7 @@ static void write_h5md(struct mill_h5 *file)
     mill_h5_attribute(file, "/h5md", "version", MILL_H5_I32, 2, version);
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         mill_h5_group(file, texts[i].group, false);
-        mill_h5_attribute_text(file, texts[i].group, texts[i].name, texts[i].text);
+        mill_h5_attribute(file, texts[i].group, texts[i].name, MILL_H5_TEXT, 0, &texts[i].text);
     }
     mill_h5_attribute(file, "/h5md/modules/units", "version", MILL_H5_I32, 2, units_version);
 }
@@ -59,7 +59,7 @@ static void write_box(struct mill_h5 *file)
     static const char *const boundary[3] = {"none", "none", "none"};
     mill_h5_group(file, GROUP "/box", false);
     mill_h5_attribute(file, GROUP "/box", "dimension", MILL_H5_I32, 0, &dimension);
-    mill_h5_attribute_texts(file, GROUP "/box", "boundary", 3, boundary);
+    mill_h5_attribute(file, GROUP "/box", "boundary", MILL_H5_TEXT, 3, boundary);
 }
 
 /* id, species, mass and diameter of every ball, and the names of the species */
@@ -82,7 +82,7 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
                       "number of the ball: its line in the start file, from 0");
         mill_h5_write(file, GROUP "/species", MILL_H5_I32, 1, &n, species, "1",
                       "kind of the ball: index into the attribute names");
-        mill_h5_attribute_texts(file, GROUP "/species", "names", kinds, names);
+        mill_h5_attribute(file, GROUP "/species", "names", MILL_H5_TEXT, kinds, names);
         mill_h5_write(file, GROUP "/mass", MILL_H5_F64, 1, &n, mass, "kg", "mass of the ball");
         mill_h5_write(file, GROUP "/diameter", MILL_H5_F64, 1, &n, diameter, "m",
                       "diameter of the ball");

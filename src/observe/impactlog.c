@@ -87,8 +87,8 @@ static void open_file(struct mill_observer *self, struct mill_h5 *file,
                                               .description = table[i].meaning};
         log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
     }
-    mill_h5_attribute_texts(file, "/impacts", "kinds", MILL_KINDS, mill_kind_name);
-    mill_h5_attribute_texts(file, "/impacts/kind", "kinds", MILL_KINDS, mill_kind_name);
+    mill_h5_attribute(file, "/impacts", "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
+    mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
 }
 
 const struct mill_observer_type mill_impactlog_type = {

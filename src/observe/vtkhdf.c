@@ -280,7 +280,7 @@ static void put_body(struct scene *s, const char *name, int64_t index,
         "what the triangle is part of, as the kind of contact with it: index into the attribute "
         "kinds");
     join(s, path, "CellData/kind");
-    mill_h5_attribute_texts(s->file, path, "kinds", MILL_KINDS, mill_kind_name);
+    mill_h5_attribute(s->file, path, "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
     put(s, "CellData/number", MILL_H5_I32, 1, &mesh->triangles, outline->number, "1",
         "number of the blade or end wall, -1 for drum and shaft");
     link_to(s, ALIKE, "Steps/CellDataOffsets/kind");

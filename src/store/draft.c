@@ -8,6 +8,7 @@
 #include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <libgen.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,75 +21,35 @@
 #include <sys/ioctl.h>
 #endif
 
-struct mill_draft {
-    char *path, *part, *new, *lock;
-    const char *begins;
-    const char *obstacle; /* one of these names; NULL: none */
-    int fd;               /* of PATH.part; -1: none */
-    int lock_fd;          /* -1: not locked */
-};
-
-static char *join(const char *path, const char *end)
+void mill_draft_init(struct mill_draft *draft, const char *path, const char *begins)
 {
-    const size_t size = strlen(path) + strlen(end) + 1;
-    char *name = malloc(size);
-    if (name)
-        snprintf(name, size, "%s%s", path, end);
-    return name;
-}
-
-/* A link stays a link: what it points to is replaced, or made. NULL: out of memory. */
-static char *follow(const char *path)
-{
-    char *target = realpath(path, NULL);
-    if (target)
-        return target;
-    /* nothing there yet, or a link to nothing: one step, the rest is for open to refuse */
-    char link[4096];
-    const ssize_t length = readlink(path, link, sizeof link - 1);
-    if (length <= 0)
-        return strdup(path);
-    link[length] = '\0';
-    const char *slash = strrchr(path, '/');
-    if (link[0] == '/' || !slash)
-        return strdup(link);
-    const size_t folder = (size_t)(slash - path) + 1;
-    target = malloc(folder + (size_t)length + 1);
-    if (target) {
-        memcpy(target, path, folder);
-        strcpy(target + folder, link);
-    }
-    return target;
-}
-
-struct mill_draft *mill_draft_create(const char *path, const char *begins)
-{
-    struct mill_draft *draft = calloc(1, sizeof *draft);
-    if (!draft)
-        return NULL;
+    /* A link stays a link: what it points to is replaced, or made. Where nothing is there yet, or a
+     * link to nothing: one step, the rest is for open to refuse. */
+    char link[sizeof draft->path] = "", *whole = realpath(path, NULL);
+    const bool leads = !whole && readlink(path, link, sizeof link - 1) > 0;
+    const char *slash = leads && link[0] != '/' ? strrchr(path, '/') : NULL;
+    const char *end = leads ? link : path;
+    const int length = snprintf(draft->path, sizeof draft->path, "%.*s%s",
+                                slash ? (int)(slash - path) + 1 : 0, path, whole ? whole : end);
+    (void)length; /* what is cut is still too long */
+    free(whole);
+    snprintf(draft->part, sizeof draft->part, "%s.part", draft->path);
+    snprintf(draft->new, sizeof draft->new, "%s.new", draft->path);
+    snprintf(draft->lock, sizeof draft->lock, "%s.lock", draft->path);
     draft->begins = begins;
+    draft->obstacle = NULL;
     draft->fd = draft->lock_fd = -1;
-    draft->path = follow(path);
-    if (draft->path) {
-        draft->part = join(draft->path, ".part");
-        draft->new = join(draft->path, ".new");
-        draft->lock = join(draft->path, ".lock");
-    }
-    if (draft->part && draft->new && draft->lock)
-        return draft;
-    mill_draft_free(draft);
-    return NULL;
 }
 
-bool mill_draft_replaces(const struct mill_draft *draft, const char *path)
+const char *mill_draft_meets(const struct mill_draft *draft, const char *path)
 {
-    const char *const own[] = {draft->part, draft->new, draft->lock};
+    const char *const own[] = {draft->path, draft->part, draft->new, draft->lock};
     struct stat file, here;
-    for (int i = 0; i < 3; i++)
-        if (stat(own[i], &here) == 0 && stat(path, &file) == 0 && file.st_dev == here.st_dev &&
+    for (int k = 0; k < 4; k++)
+        if (stat(own[k], &here) == 0 && stat(path, &file) == 0 && file.st_dev == here.st_dev &&
             file.st_ino == here.st_ino)
-            return true;
-    return false;
+            return own[k];
+    return NULL;
 }
 
 /* ---- calls that a signal may interrupt ---- */
@@ -127,41 +88,23 @@ static bool locked_by_another(int fd)
     return false;
 }
 
-static int write_all(int fd, const unsigned char *from, size_t length)
-{
-    while (length > 0) {
-        const ssize_t put = write(fd, from, length);
-        if (put < 0 && errno == EINTR)
-            continue;
-        if (put <= 0)
-            return put < 0 ? errno : ENOSPC;
-        from += put;
-        length -= (size_t)put;
-    }
-    return 0;
-}
-
 static int copy(int from, int to)
 {
-    enum { PIECE = 1 << 20 };
+    unsigned char piece[1 << 16];
 #ifdef FICLONE
     if (ioctl(to, FICLONE, from) == 0)
         return 0;
 #endif
-    unsigned char *piece = malloc(PIECE);
-    int failed = piece ? 0 : ENOMEM;
-    for (off_t at = 0; !failed;) {
-        const ssize_t got = pread(from, piece, PIECE, at);
+    for (off_t at = 0;;) {
+        const ssize_t got = pread(from, piece, sizeof piece, at);
         if (got == 0)
-            break;
-        if (got > 0)
-            failed = write_all(to, piece, (size_t)got);
-        else if (errno != EINTR)
-            failed = errno;
-        at += got > 0 ? got : 0;
+            return 0;
+        const ssize_t put = got > 0 ? write(to, piece, (size_t)got) : -1;
+        if (put == 0 || (put < 0 && errno != EINTR))
+            return put == 0 ? ENOSPC : errno;
+        if (put > 0)
+            at += put;
     }
-    free(piece);
-    return failed;
 }
 
 /* ---- files beside PATH ---- */
@@ -210,8 +153,7 @@ static int clear_way(struct mill_draft *draft, const char *name, bool may_go)
 
 static int take_lock(struct mill_draft *draft, bool force)
 {
-    for (;;) {
-        int failed = 0;
+    for (int failed = 0;;) {
         const int fd = open_file(draft->lock, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK);
         if (fd < 0 && errno != ELOOP && errno != ENXIO) /* a link, a socket */
             return errno;
@@ -259,19 +201,15 @@ static void drop(const char *name, int *fd)
 
 int mill_draft_open(struct mill_draft *draft, enum mill_draft_way way)
 {
-    const bool force = way == MILL_DRAFT_FORCE;
-    const int published = way == MILL_DRAFT_COPY ? open_file(draft->path, O_RDONLY) : -1;
-    if (way == MILL_DRAFT_COPY && published < 0)
-        return errno;
-    int failed = take_lock(draft, force);
+    const bool force = way == MILL_DRAFT_FORCE, again = way == MILL_DRAFT_COPY;
+    const int published = again ? open_file(draft->path, O_RDONLY) : -1;
+    int failed = again && published < 0 ? errno : take_lock(draft, force);
     if (!failed)
         failed = clear_way(draft, draft->part, force || left_by_draft(draft, draft->part));
     if (!failed)
         failed = clear_way(draft, draft->new, force || left_by_draft(draft, draft->new));
     if (!failed)
         failed = make(draft->part, published, &draft->fd);
-    if (failed)
-        drop(draft->part, &draft->fd);
     if (published >= 0)
         close(published);
     return failed;
@@ -289,81 +227,44 @@ enum mill_status mill_draft_tell(const struct mill_draft *draft, const char *pat
                           failed == EWOULDBLOCK ? "another run is writing it" : strerror(failed));
 }
 
-const char *mill_draft_part(const struct mill_draft *draft)
-{
-    return draft->part;
-}
-
-int mill_draft_descriptor(const struct mill_draft *draft)
-{
-    return draft->fd;
-}
-
-/* So that the new name outlives a loss of power; a folder that cannot be synced is none of ours. */
-static void sync_folder(const char *path)
-{
-    char *folder = strdup(path);
-    if (!folder)
-        return;
-    char *slash = strrchr(folder, '/');
-    if (slash)
-        slash[slash == folder] = '\0';
-    const int fd = open_file(slash ? folder : ".", O_RDONLY);
-    if (fd >= 0) {
-        sync_file(fd);
-        close(fd);
-    }
-    free(folder);
-}
-
-static int publish_copy(struct mill_draft *draft)
-{
-    int fd = -1, failed = make(draft->new, draft->fd, &fd);
-    if (!failed)
-        failed = sync_file(fd);
-    if (!failed)
-        failed = rename_file(draft->new, draft->path);
-    drop(draft->new, &fd); /* the name is gone where that went well */
-    return failed;
-}
-
 int mill_draft_publish(struct mill_draft *draft, bool last)
 {
+    char name[sizeof draft->path];
     if (draft->fd < 0)
         return EBADF;
-    int failed;
-    if (last && names(draft->part, draft->fd)) {
-        failed = sync_file(draft->fd);
-        if (!failed)
-            failed = rename_file(draft->part, draft->path);
-    } else { /* also where somebody removed PATH.part, or put another file there */
-        failed = publish_copy(draft);
-    }
+    /* a copy also where somebody removed PATH.part, or put another file there */
+    const bool itself = last && names(draft->part, draft->fd);
+    int fd = -1, failed = itself ? 0 : make(draft->new, draft->fd, &fd);
+    if (!failed)
+        failed = sync_file(itself ? draft->fd : fd);
+    if (!failed)
+        failed = rename_file(itself ? draft->part : draft->new, draft->path);
+    drop(draft->new, &fd); /* the name is gone where that went well */
     if (failed)
         return failed;
-    sync_folder(draft->path);
+    /* so that the new name outlives a loss of power; a folder that cannot be synced is none of ours
+     */
+    const int folder = open_file(dirname(strcpy(name, draft->path)), O_RDONLY);
+    if (folder >= 0) {
+        sync_file(folder);
+        close(folder);
+    }
     if (last)
         drop(draft->part, &draft->fd);
     return 0;
 }
 
-void mill_draft_free(struct mill_draft *draft)
+void mill_draft_end(struct mill_draft *draft)
 {
-    if (!draft)
-        return;
     drop(draft->part, &draft->fd);
     drop(draft->lock, &draft->lock_fd);
-    free(draft->path);
-    free(draft->part);
-    free(draft->new);
-    free(draft->lock);
-    free(draft);
 }
 
 void mill_draft_clear(const char *path)
 {
-    struct mill_draft *draft = mill_draft_create(path, NULL);
-    if (draft && access(draft->lock, F_OK) == 0)
-        take_lock(draft, false);
-    mill_draft_free(draft);
+    struct mill_draft draft;
+    mill_draft_init(&draft, path, NULL);
+    if (access(draft.lock, F_OK) == 0)
+        take_lock(&draft, false);
+    mill_draft_end(&draft);
 }

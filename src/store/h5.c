@@ -1,5 +1,5 @@
-/* What all files of this module stand on: how failures are told, groups, links, types. HDF5's own
- * error stack is never printed; why it failed is noted at the first failure. After that (disk full,
+/* What all files of this module stand on: how failures are told, groups, links. HDF5's own error
+ * stack is never printed; why it failed is noted at the first failure. After that (disk full,
  * mostly) the library's cache no longer matches the disk, and every further write would fail in a
  * new way: so the file is spent, and closing only lets go. */
 #include "store/h5_internal.h"
@@ -11,21 +11,15 @@
 #include <string.h>
 #include <unistd.h>
 
-enum {
-    PATH = 1024 /* [byte] no path in a file is as long: names from decks are short */
-};
+enum { PATH = 1024 }; /* [byte] no path in a file is as long: names from decks are short */
+
+/* ---- failures ---- */
 
 /* Why HDF5 has failed first since the last failure was told; it forgets that at the next call. */
 static struct {
     int number;      /* errno, 0 = none */
     char words[256]; /* "": nothing has failed */
 } reason;
-
-static void forget_reason(void)
-{
-    reason.number = 0;
-    reason.words[0] = '\0';
-}
 
 static herr_t note(unsigned depth, const H5E_error2_t *entry, void *self)
 {
@@ -34,7 +28,8 @@ static herr_t note(unsigned depth, const H5E_error2_t *entry, void *self)
     if (depth > 0)
         return 0;
     reason.number = number ? atoi(number + strlen("errno = ")) : 0;
-    snprintf(reason.words, sizeof reason.words, "%s", entry->desc);
+    snprintf(reason.words, sizeof reason.words, "%s",
+             reason.number ? strerror(reason.number) : entry->desc);
     return 0;
 }
 
@@ -47,78 +42,66 @@ void mill_h5_listen(void)
 {
     H5dont_atexit(); /* what is wrong then would be told on stderr, if it did not hang */
     H5Eset_auto2(H5E_DEFAULT, note_first, NULL);
-    forget_reason();
+    reason.words[0] = '\0';
 }
 
 void mill_h5_detach(struct mill_h5 *file)
 {
     void *descriptor;
     const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (nowhere < 0)
-        return;
-    if (file->draft && file->id >= 0 && H5Fget_vfd_handle(file->id, H5P_DEFAULT, &descriptor) >= 0)
+    if (nowhere >= 0 && file->draft.fd >= 0 && file->id >= 0 &&
+        H5Fget_vfd_handle(file->id, H5P_DEFAULT, &descriptor) >= 0)
         dup2(nowhere, *(const int *)descriptor);
     close(nowhere);
 }
 
 void mill_h5_spend(struct mill_h5 *file, const char *why)
 {
-    if (!mill_h5_good(file))
+    reason.words[0] = '\0';
+    if (file->status != MILL_OK)
         return; /* the first failure stands */
-    file->spent = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
+    file->status = mill_error_set(&file->cause, MILL_FAILED, "%s: %s", file->path, why);
     mill_h5_detach(file);
 }
 
-void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path)
+void mill_h5_fail(struct mill_h5 *file, const char *verb, const char *path, const char *why)
 {
     struct mill_error text;
-    const char *why = reason.words[0] ? reason.words : "the HDF5 library refused";
-    if (reason.number)
-        why = strerror(reason.number);
+    if (reason.words[0] && (reason.number || !why))
+        why = reason.words;
     mill_error_set(&text, MILL_FAILED, "cannot %s%s%s: %s", verb, path ? " " : "", path ? path : "",
-                   why);
+                   why ? why : "the HDF5 library refused");
     mill_h5_spend(file, text.text);
-    forget_reason();
 }
 
-bool mill_h5_failed(void)
+void mill_h5_check(struct mill_h5 *file, const char *verb, const char *path)
 {
-    return reason.words[0] != '\0';
-}
-
-void mill_h5_suppose(const char *why)
-{
-    if (reason.number == 0)
-        snprintf(reason.words, sizeof reason.words, "%s", why);
-}
-
-bool mill_h5_good(const struct mill_h5 *file)
-{
-    return file->spent == MILL_OK;
+    if (reason.words[0])
+        mill_h5_fail(file, verb, path, NULL);
 }
 
 enum mill_status mill_h5_status(const struct mill_h5 *file, struct mill_error *error)
 {
-    if (file->spent != MILL_OK && error)
+    if (file->status != MILL_OK && error)
         *error = file->cause;
-    return file->spent;
+    return file->status;
 }
 
-bool mill_h5_release(hid_t object)
+/* ---- groups and links ---- */
+
+void mill_h5_release(hid_t object)
 {
-    return object < 0 || H5Idec_ref(object) >= 0;
+    if (object >= 0)
+        H5Idec_ref(object);
 }
 
 hid_t mill_h5_timeless(hid_t property_class)
 {
     const hid_t list = H5Pcreate(property_class);
-    if (list >= 0)
-        H5Pset_obj_track_times(list, 0);
+    H5Pset_obj_track_times(list, 0);
     return list;
 }
 
-/* HDF5 keeps 2 MiB of object headers and the like at first, some 5 MiB of memory; a run writes each
- * of them once. */
 /* The group that holds `path`, "" for the root. */
 static const char *parent_of(const char *path, char parent[PATH])
 {
@@ -133,62 +116,54 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path)
 {
     char parent[PATH];
     if (!path[0])
-        return true;
+        return file->status == MILL_OK;
     /* H5Lexists fails where a group on the way is missing */
     const bool held = mill_h5_exists(file, parent_of(path, parent));
-    const htri_t there = held ? H5Lexists(file->id, path, H5P_DEFAULT) : 0;
-    if (there < 0)
-        mill_h5_fail(file, "read", path);
-    return there > 0;
+    const bool there = held && H5Lexists(file->id, path, H5P_DEFAULT) > 0;
+    mill_h5_check(file, "read", path);
+    return there;
 }
 
 void mill_h5_remove(struct mill_h5 *file, const char *path)
 {
-    if (mill_h5_good(file) && mill_h5_exists(file, path) &&
-        H5Ldelete(file->id, path, H5P_DEFAULT) < 0)
-        mill_h5_fail(file, "replace", path);
-}
-
-void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered)
-{
-    if (!mill_h5_good(file) || mill_h5_exists(file, path))
-        return;
-    mill_h5_parents(file, path);
-    const hid_t list = mill_h5_timeless(H5P_GROUP_CREATE);
-    hid_t group = -1;
-    if (list >= 0 && (!ordered || H5Pset_link_creation_order(list, H5P_CRT_ORDER_TRACKED |
-                                                                       H5P_CRT_ORDER_INDEXED) >= 0))
-        group = H5Gcreate2(file->id, path, H5P_DEFAULT, list, H5P_DEFAULT);
-    if (group < 0 || !mill_h5_release(group))
-        mill_h5_fail(file, "create", path);
-    mill_h5_release(list);
-}
-
-void mill_h5_parents(struct mill_h5 *file, const char *path)
-{
-    char parent[PATH];
-    mill_h5_group(file, parent_of(path, parent), false);
+    if (mill_h5_exists(file, path))
+        H5Ldelete(file->id, path, H5P_DEFAULT);
+    mill_h5_check(file, "replace", path);
 }
 
 bool mill_h5_make_way(struct mill_h5 *file, const char *path)
 {
-    mill_h5_parents(file, path);
+    char parent[PATH];
+    if (parent_of(path, parent)[0])
+        mill_h5_group(file, parent, false);
     mill_h5_remove(file, path);
-    return mill_h5_good(file);
+    return file->status == MILL_OK;
+}
+
+void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered)
+{
+    if (mill_h5_exists(file, path) || !mill_h5_make_way(file, path))
+        return;
+    const hid_t list = mill_h5_timeless(H5P_GROUP_CREATE);
+    if (ordered)
+        H5Pset_link_creation_order(list, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+    mill_h5_release(H5Gcreate2(file->id, path, H5P_DEFAULT, list, H5P_DEFAULT));
+    mill_h5_release(list);
+    mill_h5_check(file, "create", path);
 }
 
 void mill_h5_link(struct mill_h5 *file, const char *existing, const char *path)
 {
-    if (mill_h5_make_way(file, path) &&
-        H5Lcreate_hard(file->id, existing, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
-        mill_h5_fail(file, "link", path);
+    if (mill_h5_make_way(file, path))
+        H5Lcreate_hard(file->id, existing, file->id, path, H5P_DEFAULT, H5P_DEFAULT);
+    mill_h5_check(file, "link", path);
 }
 
 void mill_h5_soft_link(struct mill_h5 *file, const char *target, const char *path)
 {
-    if (mill_h5_make_way(file, path) &&
-        H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT) < 0)
-        mill_h5_fail(file, "link", path);
+    if (mill_h5_make_way(file, path))
+        H5Lcreate_soft(target, file->id, path, H5P_DEFAULT, H5P_DEFAULT);
+    mill_h5_check(file, "link", path);
 }
 
 void mill_h5_version(char *out, size_t size)
@@ -196,23 +171,4 @@ void mill_h5_version(char *out, size_t size)
     unsigned major = 0, minor = 0, release = 0;
     H5get_libversion(&major, &minor, &release);
     snprintf(out, size, "%u.%u.%u", major, minor, release);
-}
-
-hid_t mill_h5_memory_type(enum mill_h5_type type)
-{
-    const hid_t types[MILL_H5_TYPES] = {H5T_NATIVE_DOUBLE, H5T_NATIVE_FLOAT,  H5T_NATIVE_INT64,
-                                        H5T_NATIVE_INT32,  H5T_NATIVE_UINT64, H5T_NATIVE_UINT8};
-    return types[type];
-}
-
-hid_t mill_h5_file_type(enum mill_h5_type type)
-{
-    const hid_t types[MILL_H5_TYPES] = {H5T_IEEE_F64LE, H5T_IEEE_F32LE, H5T_STD_I64LE,
-                                        H5T_STD_I32LE,  H5T_STD_U64LE,  H5T_STD_U8LE};
-    return types[type];
-}
-
-size_t mill_h5_type_size(enum mill_h5_type type)
-{
-    return H5Tget_size(mill_h5_memory_type(type));
 }

@@ -25,7 +25,7 @@ enum mill_h5_type {
     MILL_H5_I32,
     MILL_H5_U64,
     MILL_H5_U8,
-    MILL_H5_TYPES
+    MILL_H5_TEXT /* const char *; in columns there are none */
 };
 
 enum mill_h5_open {
@@ -70,8 +70,8 @@ bool mill_h5_exists(struct mill_h5 *file, const char *path);
 /* Takes the name away (a whole group with all that only it holds); no error where there is none. */
 void mill_h5_remove(struct mill_h5 *file, const char *path);
 
-/* Makes the group and those above it; fine where it exists. ordered: its members keep the order of
- * their creation (matters only where this call makes it). */
+/* Makes the group and those above it; fine where it exists. ordered: a new one's members keep the
+ * order of their creation. */
 void mill_h5_group(struct mill_h5 *file, const char *path, bool ordered);
 
 /* `path` becomes a second name of what `existing` names. */
@@ -90,11 +90,11 @@ void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type typ
                    const size_t *dims, const void *values, const char *unit,
                    const char *description);
 
-/* The same with a checksum of HDF5's own, which reading tests; rank > 0. For a state that is
- * removed after the publication: rows gathered in columns are written first, so that its room is at
- * the end of the file, which gets shorter again. */
-void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
-                           const size_t *dims, const void *values, const char *description);
+/* `count` numbers with a checksum of HDF5's own, which reading tests. For a state that is removed
+ * after the publication: rows gathered in columns are written first, so that its room is at the end
+ * of the file, which gets shorter again. */
+void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type,
+                           size_t count, const void *values, const char *description);
 
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
                         const char *description);
@@ -105,8 +105,7 @@ void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type
                   const size_t *dims, const char *source, int source_rank,
                   const size_t *source_dims, const char *unit, const char *description);
 
-/* ---- reading: MILL_FAILED, and the file is spent, where it does not hold what is asked for ----
- */
+/* ---- reading: MILL_FAILED and a spent file, where it does not hold what is asked for ---- */
 
 /* What a scalar text holds. Owner: the caller, of memory from malloc. */
 enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
@@ -122,11 +121,6 @@ enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_
 /* count values, or one as a scalar where count is 0 */
 void mill_h5_attribute(struct mill_h5 *file, const char *object, const char *name,
                        enum mill_h5_type type, size_t count, const void *values);
-void mill_h5_attribute_text(struct mill_h5 *file, const char *object, const char *name,
-                            const char *text);
-/* An array of `count` > 0 texts. */
-void mill_h5_attribute_texts(struct mill_h5 *file, const char *object, const char *name,
-                             size_t count, const char *const *texts);
 /* Fixed length, ASCII, no terminator: what VTK asks of its Type attribute. */
 void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,
                              const char *text);
@@ -143,15 +137,14 @@ struct mill_h5_layout {
 };
 
 /* The column takes up after the first `keep` rows of what `path` names (a failure where there are
- * fewer) and drops the rest; where nothing has that name and `keep` is 0 it is made empty, chunked
- * and, unless plain, shuffled and deflated at level 1. NULL on failure, which all that follows here
- * accepts. Owner: the file, which flushes it when it is published and frees it when it is closed.
- */
+ * fewer) and drops the rest; where nothing has that name it is made empty, chunked and, unless
+ * plain, shuffled and deflated at level 1. NULL on failure, which all that follows here accepts.
+ * Owner: the file, which flushes it when it is published and frees it when it is closed. */
 struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *path,
                                              const struct mill_h5_layout *layout, uint64_t keep);
 
 /* Appends `count` rows, contiguous in C order. Rows are gathered in the column's buffer, so that
- * single rows are cheap; whole chunks of rows go to the file directly. */
+ * single rows are cheap; a whole chunk goes to the file directly. */
 void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows);
 
 /* Rows so far, gathered ones included. */

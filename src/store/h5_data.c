@@ -1,6 +1,10 @@
-/* Datasets written in one piece, each with its unit and description; and views, which show the
- * elements of another dataset of the file under another shape (HDF5 virtual datasets, since 1.10).
- */
+/* Attributes, and datasets, each with its unit and description: those written in one piece, views,
+ * which show the elements of another dataset of the file under another shape (HDF5 virtual
+ * datasets, since 1.10), and columns, which grow by rows. Single rows are gathered in memory and
+ * written a chunk at a time, because one call to HDF5 costs microseconds; a chunk holds about
+ * 64 KiB, the compromise between the cost per chunk and the cost of reading one frame; longer rows
+ * than LARGEST_CHUNK are cut. Texts are of variable length in UTF-8, because h5py turns only those
+ * into str and MDAnalysis compares the unit with a str. */
 #include "store/h5_internal.h"
 
 #include <assert.h>
@@ -9,8 +13,30 @@
 
 enum {
     MAX_RANK = 8,
-    CHECKED = 1 << 20 /* [byte] with one checksum, at most: HDF5 copies so many at a time */
+    CONVERTED = 4096,  /* [byte] at a time, of texts: HDF5's own 1 MiB is zeroed for each of them */
+    CHECKED = 1 << 20, /* [byte] with one checksum, at most: HDF5 copies so many at a time */
+    CHUNK = 65536,
+    LARGEST_CHUNK = 262144 /* [byte] HDF5 needs three times as much to pack one */
 };
+
+/* In the file and in memory; neither is to be closed. */
+struct types {
+    hid_t kept, held;
+};
+
+static struct types types_of(const struct mill_h5 *file, enum mill_h5_type type)
+{
+    const struct types all[] = {
+        [MILL_H5_F64] = {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE},
+        [MILL_H5_F32] = {H5T_IEEE_F32LE, H5T_NATIVE_FLOAT},
+        [MILL_H5_I64] = {H5T_STD_I64LE, H5T_NATIVE_INT64},
+        [MILL_H5_I32] = {H5T_STD_I32LE, H5T_NATIVE_INT32},
+        [MILL_H5_U64] = {H5T_STD_U64LE, H5T_NATIVE_UINT64},
+        [MILL_H5_U8] = {H5T_STD_U8LE, H5T_NATIVE_UINT8},
+        [MILL_H5_TEXT] = {file->text, file->text},
+    };
+    return all[type];
+}
 
 static hid_t make_space(int rank, const size_t *dims)
 {
@@ -21,69 +47,116 @@ static hid_t make_space(int rank, const size_t *dims)
     return rank == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(rank, extent, NULL);
 }
 
-/* Makes the dataset with its labels and, where values is not NULL, its content. Closes space and
- * list, which may be invalid. */
-static void store(struct mill_h5 *file, const char *path, hid_t file_type, hid_t memory_type,
-                  hid_t space, hid_t list, const void *values, const char *unit,
-                  const char *description)
+/* ---- attributes ---- */
+
+/* count 0: a scalar */
+static void put(hid_t object, const char *name, struct types types, size_t count,
+                const void *values)
 {
+    const hid_t space = make_space(count > 0, &count);
+    if (H5Aexists(object, name) > 0)
+        H5Adelete(object, name);
+    const hid_t attribute = H5Acreate2(object, name, types.kept, space, H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(attribute, types.held, values);
+    mill_h5_release(attribute);
+    mill_h5_release(space);
+}
+
+static void attach(struct mill_h5 *file, const char *object, const char *name, struct types types,
+                   size_t count, const void *values)
+{
+    if (file->status != MILL_OK)
+        return;
+    const hid_t owner = H5Oopen(file->id, object, H5P_DEFAULT);
+    put(owner, name, types, count, values);
+    mill_h5_release(owner);
+    mill_h5_check(file, "write the attributes of", object);
+}
+
+void mill_h5_attribute(struct mill_h5 *file, const char *object, const char *name,
+                       enum mill_h5_type type, size_t count, const void *values)
+{
+    attach(file, object, name, types_of(file, type), count, values);
+}
+
+void mill_h5_attribute_ascii(struct mill_h5 *file, const char *object, const char *name,
+                             const char *text)
+{
+    const hid_t type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, strlen(text));
+    H5Tset_strpad(type, H5T_STR_NULLPAD);
+    attach(file, object, name, (struct types){type, type}, 0, text);
+    mill_h5_release(type);
+}
+
+/* ---- datasets in one piece ---- */
+
+/* An empty dataset with its labels; negative: the file is spent. Closes space and list. */
+static hid_t make(struct mill_h5 *file, const char *path, struct types types, hid_t space,
+                  hid_t list, const char *unit, const char *description)
+{
+    const struct types text = types_of(file, MILL_H5_TEXT);
     hid_t set = -1;
-    if (mill_h5_make_way(file, path) && space >= 0 && list >= 0)
-        set = H5Dcreate2(file->id, path, file_type, space, H5P_DEFAULT, list, file->access);
-    const bool done = set >= 0 && mill_h5_label(file, set, unit, description) &&
-                      (!values || H5Sget_simple_extent_npoints(space) == 0 ||
-                       H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, file->transfer, values) >= 0);
-    if (!mill_h5_release(set) || !done)
-        mill_h5_fail(file, "write", path);
+    if (mill_h5_make_way(file, path)) {
+        set = H5Dcreate2(file->id, path, types.kept, space, H5P_DEFAULT, list, H5P_DEFAULT);
+        put(set, "unit", text, 0, &unit);
+        put(set, "description", text, 0, &description);
+    }
     mill_h5_release(list);
     mill_h5_release(space);
+    mill_h5_check(file, "write", path);
+    return set;
+}
+
+/* The same with its content, closed. values: NULL where it has none of its own. */
+static void store(struct mill_h5 *file, const char *path, struct types types, hid_t space,
+                  hid_t list, const void *values, const char *unit, const char *description)
+{
+    const hid_t set = make(file, path, types, space, list, unit, description);
+    const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
+    H5Pset_buffer(transfer, CONVERTED, NULL, NULL);
+    if (values)
+        H5Dwrite(set, types.held, H5S_ALL, H5S_ALL, transfer, values);
+    mill_h5_release(transfer);
+    mill_h5_release(set);
+    mill_h5_check(file, "write", path);
 }
 
 void mill_h5_write(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit,
                    const char *description)
 {
-    store(file, path, mill_h5_file_type(type), mill_h5_memory_type(type), make_space(rank, dims),
+    store(file, path, types_of(file, type), make_space(rank, dims),
           mill_h5_timeless(H5P_DATASET_CREATE), values, unit, description);
-}
-
-/* Chunks as long as may be, cut along the first axes: equal pieces, the last a little shorter. */
-static hid_t checked(enum mill_h5_type type, int rank, const size_t *dims)
-{
-    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
-    hsize_t chunk[MAX_RANK];
-    size_t bytes = mill_h5_type_size(type);
-    for (int i = 0; i < rank; i++)
-        bytes *= dims[i];
-    if (bytes == 0)
-        return list; /* HDF5 makes no chunks of nothing */
-    for (int i = 0; i < rank; i++) {
-        const size_t row = bytes / dims[i], most = row < CHECKED ? CHECKED / row : 1;
-        const size_t pieces = (dims[i] + most - 1) / most;
-        chunk[i] = (dims[i] + pieces - 1) / pieces;
-        bytes = row * (size_t)chunk[i];
-    }
-    if (H5Pset_chunk(list, rank, chunk) >= 0 && H5Pset_fletcher32(list) >= 0 &&
-        H5Pset_fill_time(list, H5D_FILL_TIME_NEVER) >= 0)
-        return list;
-    mill_h5_release(list);
-    return -1;
-}
-
-void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
-                           const size_t *dims, const void *values, const char *description)
-{
-    assert(rank > 0);
-    mill_h5_flush_columns(file);
-    store(file, path, mill_h5_file_type(type), mill_h5_memory_type(type), make_space(rank, dims),
-          checked(type, rank, dims), values, "", description);
 }
 
 void mill_h5_write_text(struct mill_h5 *file, const char *path, const char *text,
                         const char *description)
 {
-    store(file, path, file->text, file->text, make_space(0, NULL),
-          mill_h5_timeless(H5P_DATASET_CREATE), &text, "", description);
+    mill_h5_write(file, path, MILL_H5_TEXT, 0, NULL, &text, "", description);
+}
+
+/* `length` things of so many bytes in all are cut into equal pieces of `most` bytes at most, the
+ * last a little shorter: the length of one. */
+static hsize_t piece(size_t length, size_t bytes, size_t most)
+{
+    const size_t pieces = (bytes + most - 1) / most;
+    return pieces > 1 ? (length + pieces - 1) / pieces : length;
+}
+
+void mill_h5_write_checked(struct mill_h5 *file, const char *path, enum mill_h5_type type,
+                           size_t count, const void *values, const char *description)
+{
+    const struct types types = types_of(file, type);
+    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
+    const hsize_t chunk = piece(count, count * H5Tget_size(types.held), CHECKED);
+    if (count > 0) { /* HDF5 makes no chunks of nothing */
+        H5Pset_chunk(list, 1, &chunk);
+        H5Pset_fletcher32(list);
+        H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
+    }
+    mill_h5_flush_columns(file);
+    store(file, path, types, make_space(1, &count), list, values, "", description);
 }
 
 void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type, int rank,
@@ -93,75 +166,235 @@ void mill_h5_view(struct mill_h5 *file, const char *path, enum mill_h5_type type
     const hid_t space = make_space(rank, dims), origin = make_space(source_rank, source_dims);
     const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
     /* "." is this file, whatever its name will be */
-    if (H5Pset_virtual(list, space, ".", source, origin) < 0)
-        mill_h5_fail(file, "write", path);
+    H5Pset_virtual(list, space, ".", source, origin);
+    mill_h5_check(file, "write", path);
     mill_h5_release(origin);
-    store(file, path, mill_h5_file_type(type), -1, space, list, NULL, unit, description);
+    store(file, path, types_of(file, type), space, list, NULL, unit, description);
 }
 
-/* A dataset opened for reading, and how many elements it has; -1 on failure. */
-static hid_t open_set(struct mill_h5 *file, const char *path, size_t *count)
+/* ---- reading ---- */
+
+/* A dataset opened for reading, and how many elements it has; negative: there is none. */
+static hid_t look(struct mill_h5 *file, const char *path, size_t *count)
 {
-    const bool there = mill_h5_good(file) && mill_h5_exists(file, path);
-    const hid_t set = there ? H5Dopen2(file->id, path, H5P_DEFAULT) : -1;
-    const hid_t space = set >= 0 ? H5Dget_space(set) : -1;
-    const hssize_t n = space >= 0 ? H5Sget_simple_extent_npoints(space) : -1;
+    if (!mill_h5_exists(file, path))
+        return -1;
+    const hid_t set = H5Dopen2(file->id, path, H5P_DEFAULT), space = H5Dget_space(set);
+    *count = (size_t)H5Sget_simple_extent_npoints(space);
     mill_h5_release(space);
-    *count = n < 0 ? 0 : (size_t)n;
-    if (n >= 0)
-        return set;
-    mill_h5_release(set);
-    return -1;
+    return set;
 }
 
 enum mill_status mill_h5_read_text(struct mill_h5 *file, const char *path, char **text,
                                    struct mill_error *error)
 {
-    size_t count;
-    const hid_t set = open_set(file, path, &count);
+    size_t count = 0;
+    const hid_t set = look(file, path, &count);
     char *held = NULL; /* HDF5's own memory */
-    *text = NULL;
-    if (set >= 0 && count == 1 &&
-        H5Dread(set, file->text, H5S_ALL, H5S_ALL, H5P_DEFAULT, &held) >= 0 && held)
-        *text = strdup(held);
-    if (held)
-        H5free_memory(held);
+    if (set >= 0 && count == 1)
+        H5Dread(set, file->text, H5S_ALL, H5S_ALL, H5P_DEFAULT, &held);
+    *text = held ? strdup(held) : NULL;
+    H5free_memory(held);
     mill_h5_release(set);
     if (!*text)
-        mill_h5_fail(file, "read", path);
+        mill_h5_fail(file, "read", path, NULL);
     return mill_h5_status(file, error);
-}
-
-/* Are its elements of that type? */
-static bool holds(hid_t set, enum mill_h5_type type)
-{
-    const hid_t there = H5Dget_type(set);
-    const bool so = there >= 0 && H5Tequal(there, mill_h5_file_type(type)) > 0;
-    mill_h5_release(there);
-    return so;
-}
-
-/* The file is spent, for the dataset is not as it must be. */
-static void find_damaged(struct mill_h5 *file, const char *path, const char *how)
-{
-    struct mill_error text;
-    mill_error_set(&text, MILL_FAILED, "damaged: %s %s", path, how);
-    mill_h5_spend(file, text.text);
 }
 
 enum mill_status mill_h5_read(struct mill_h5 *file, const char *path, enum mill_h5_type type,
                               size_t count, void *values, struct mill_error *error)
 {
-    size_t there;
-    const hid_t set = open_set(file, path, &there), memory = mill_h5_memory_type(type);
+    const struct types types = types_of(file, type);
+    size_t there = 0;
+    const hid_t set = look(file, path, &there), kept = set >= 0 ? H5Dget_type(set) : -1;
+    const char *wrong = NULL;
     if (set < 0)
-        find_damaged(file, path, "is missing");
-    else if (!holds(set, type))
-        find_damaged(file, path, "is of another type");
+        wrong = "is missing";
+    else if (H5Tequal(kept, types.kept) <= 0)
+        wrong = "is of another type";
     else if (there != count)
-        find_damaged(file, path, "is of another length");
-    else if (count > 0 && H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
-        find_damaged(file, path, "cannot be read, or its checksum is wrong");
+        wrong = "is of another length";
+    else if (count > 0 && H5Dread(set, types.held, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
+        wrong = "cannot be read, or its checksum is wrong";
+    mill_h5_release(kept);
     mill_h5_release(set);
+    if (wrong) {
+        struct mill_error text;
+        mill_error_set(&text, MILL_FAILED, "damaged: %s %s", path, wrong);
+        mill_h5_spend(file, text.text);
+    }
     return mill_h5_status(file, error);
+}
+
+/* ---- columns ---- */
+
+struct mill_h5_column {
+    struct mill_h5 *file;
+    struct mill_h5_column *next; /* open in the same file */
+    hid_t set;
+    struct types types;
+    int rank;          /* of the dataset */
+    hsize_t extent[3]; /* rows in the file, then those of a row */
+    size_t row_bytes;
+    size_t capacity, gathered; /* [rows] */
+    unsigned char *buffer;
+    char path[];
+};
+
+static bool good(const struct mill_h5_column *column)
+{
+    return column && column->file->status == MILL_OK;
+}
+
+/* The dataset of a new column, with no rows. These are there only once they are written, so none is
+ * filled first; and without filters HDF5 then writes from where the rows lie, where it else would
+ * copy them (and lose the copy when a disk is full). */
+static hid_t make_rows(struct mill_h5_column *column, const struct mill_h5_layout *layout)
+{
+    const hid_t list = mill_h5_timeless(H5P_DATASET_CREATE);
+    const size_t bytes = column->capacity * column->row_bytes;
+    const hsize_t *row = column->extent, most[] = {H5S_UNLIMITED, row[1], row[2]};
+    const hsize_t chunk[] = {column->capacity, piece(row[1], bytes, LARGEST_CHUNK), row[2]};
+    H5Pset_chunk(list, column->rank, chunk);
+    if (layout->plain) {
+        H5Pset_fill_time(list, H5D_FILL_TIME_NEVER);
+    } else {
+        H5Pset_shuffle(list);
+        H5Pset_deflate(list, 1);
+    }
+    return make(column->file, column->path, column->types,
+                H5Screate_simple(column->rank, column->extent, most), list, layout->unit,
+                layout->description);
+}
+
+/* Makes the dataset, or takes up the one that is there. */
+static void open_rows(struct mill_h5_column *column, const struct mill_h5_layout *layout,
+                      uint64_t keep)
+{
+    struct mill_h5 *file = column->file;
+    hsize_t there[3] = {0};
+    column->set = mill_h5_exists(file, column->path) ? H5Dopen2(file->id, column->path, H5P_DEFAULT)
+                                                     : make_rows(column, layout);
+    const hid_t space = H5Dget_space(column->set);
+    if (H5Sget_simple_extent_ndims(space) == column->rank)
+        H5Sget_simple_extent_dims(space, there, NULL);
+    else
+        mill_h5_fail(file, "write", column->path, NULL);
+    mill_h5_release(space);
+    if (there[0] < keep) {
+        struct mill_error text;
+        mill_error_set(&text, MILL_FAILED,
+                       "%s has %llu rows, its checkpoint says %llu: damaged; start again with "
+                       "--force",
+                       column->path, (unsigned long long)there[0], (unsigned long long)keep);
+        mill_h5_spend(file, text.text);
+    }
+    column->extent[0] = keep;
+    if (file->status == MILL_OK)
+        H5Dset_extent(column->set, column->extent);
+    mill_h5_check(file, "write", column->path);
+}
+
+struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *path,
+                                             const struct mill_h5_layout *layout, uint64_t keep)
+{
+    struct mill_h5_column *column =
+        file->status == MILL_OK ? calloc(1, sizeof *column + strlen(path) + 1) : NULL;
+    if (column) {
+        const struct types types = types_of(file, layout->type);
+        *column = (struct mill_h5_column){.file = file,
+                                          .next = file->columns,
+                                          .set = -1,
+                                          .types = types,
+                                          .rank = layout->rank + 1,
+                                          .row_bytes = H5Tget_size(types.held),
+                                          .capacity = 1};
+        strcpy(column->path, path);
+        file->columns = column;
+        for (int i = 0; i < layout->rank; i++) {
+            column->extent[i + 1] = layout->dims[i];
+            column->row_bytes *= layout->dims[i];
+        }
+        while (2 * column->capacity * column->row_bytes <= CHUNK && column->capacity < CHUNK)
+            column->capacity *= 2;
+        if (layout->chunk)
+            column->capacity = layout->chunk;
+        column->buffer = malloc(column->capacity * column->row_bytes);
+    }
+    if (!column || !column->buffer) {
+        mill_h5_spend(file, "out of memory for a column of rows");
+        return NULL;
+    }
+    open_rows(column, layout, keep);
+    return good(column) ? column : NULL;
+}
+
+static void write_rows(struct mill_h5_column *column, size_t count, const void *rows)
+{
+    const hsize_t first[] = {column->extent[0], 0, 0};
+    const hsize_t size[] = {count, column->extent[1], column->extent[2]};
+    column->extent[0] += count;
+    H5Dset_extent(column->set, column->extent);
+    const hid_t memory = H5Screate_simple(column->rank, size, NULL);
+    const hid_t place = H5Dget_space(column->set);
+    H5Sselect_hyperslab(place, H5S_SELECT_SET, first, NULL, size, NULL);
+    H5Dwrite(column->set, column->types.held, memory, place, H5P_DEFAULT, rows);
+    mill_h5_release(place);
+    mill_h5_release(memory);
+    mill_h5_check(column->file, "write", column->path);
+}
+
+static void flush(struct mill_h5_column *column)
+{
+    if (good(column) && column->gathered > 0)
+        write_rows(column, column->gathered, column->buffer);
+    column->gathered = 0;
+}
+
+void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows)
+{
+    const unsigned char *from = rows;
+    while (good(column) && count > 0) {
+        /* the buffer ends where a chunk does, so that none is packed twice */
+        const size_t begun = (size_t)(column->extent[0] % column->capacity);
+        const size_t left = column->capacity - begun - column->gathered;
+        const size_t some = count < left ? count : left;
+        if (some == column->capacity) {
+            write_rows(column, some, from);
+        } else {
+            memcpy(column->buffer + column->gathered * column->row_bytes, from,
+                   some * column->row_bytes);
+            column->gathered += some;
+            if (some == left)
+                flush(column);
+        }
+        from += some * column->row_bytes;
+        count -= some;
+    }
+}
+
+uint64_t mill_h5_column_rows(const struct mill_h5_column *column)
+{
+    return column ? column->extent[0] + column->gathered : 0;
+}
+
+void mill_h5_flush_columns(struct mill_h5 *file)
+{
+    for (struct mill_h5_column *column = file->columns; column; column = column->next)
+        flush(column);
+}
+
+void mill_h5_column_close(struct mill_h5_column *column)
+{
+    if (!column)
+        return;
+    struct mill_h5_column **at = &column->file->columns;
+    while (*at != column)
+        at = &(*at)->next;
+    *at = column->next;
+    flush(column);
+    mill_h5_release(column->set);
+    mill_h5_check(column->file, "write", column->path);
+    free(column->buffer);
+    free(column);
 }

@@ -277,9 +277,9 @@ START_TEST(a_field_that_is_missing_or_of_another_length_or_type_is_refused)
         ck_assert_int_eq(mill_h5_create(path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
         mill_h5_remove(file, name);
         if (k % 3 == 1)
-            mill_h5_write_checked(file, name, MILL_H5_U64, 1, &count, few, "-");
+            mill_h5_write_checked(file, name, MILL_H5_U64, count, few, "-");
         if (k % 3 == 2)
-            mill_h5_write_checked(file, name, MILL_H5_U8, 1, &one, few, "-");
+            mill_h5_write_checked(file, name, MILL_H5_U8, one, few, "-");
         ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
         ck_assert_ptr_nonnull(strstr(open_run(&later, true), "damaged: /checkpoint/"));
         close_run(&later);
@@ -297,7 +297,7 @@ START_TEST(an_index_out_of_range_is_refused)
     const size_t count = (size_t)run.bench.world->balls;
     int32_t *cell = calloc(count, sizeof *cell);
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_UPDATE, &file, NULL), MILL_OK);
-    mill_h5_write_checked(file, "/checkpoint/loop/cell", MILL_H5_I32, 1, &count, cell, "-");
+    mill_h5_write_checked(file, "/checkpoint/loop/cell", MILL_H5_I32, count, cell, "-");
     ck_assert_int_eq(mill_h5_close(file, NULL), MILL_OK);
     ck_assert_str_eq(
         open_run(&later, true),

@@ -114,17 +114,30 @@ static void assert_holds(const char *name, const char *text)
     ck_assert_str_eq(read, text);
 }
 
+static struct mill_draft *named(const char *name, const char *begins)
+{
+    struct mill_draft *draft = malloc(sizeof *draft);
+    ck_assert_ptr_nonnull(draft);
+    mill_draft_init(draft, name, begins);
+    return draft;
+}
+
+static void finish(struct mill_draft *draft)
+{
+    mill_draft_end(draft);
+    free(draft);
+}
+
 static struct mill_draft *begin(const char *name, enum mill_draft_way way)
 {
-    struct mill_draft *draft = mill_draft_create(name, "half");
-    ck_assert_ptr_nonnull(draft);
+    struct mill_draft *draft = named(name, "half");
     ck_assert_int_eq(mill_draft_open(draft, way), 0);
     return draft;
 }
 
 static void write_text(const struct mill_draft *draft, off_t offset, const char *text)
 {
-    const int fd = mill_draft_descriptor(draft);
+    const int fd = draft->fd;
     ck_assert_int_eq(pwrite(fd, text, strlen(text), offset), strlen(text));
 }
 
@@ -140,7 +153,7 @@ START_TEST(nothing_is_there_before_the_first_publication)
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "half");
     ck_assert(!there(path));
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(!there(path));
     assert_nothing_left();
 }
@@ -159,7 +172,7 @@ START_TEST(each_publication_shows_what_was_written_up_to_then)
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "TWO two");
     ck_assert_int_eq(mill_draft_publish(draft, true), EBADF);
-    mill_draft_free(draft);
+    finish(draft);
     assert_holds(path, "TWO two");
     assert_nothing_left();
 }
@@ -170,13 +183,13 @@ START_TEST(a_draft_taken_up_again_begins_with_the_published_bytes)
     put(path, "published");
     struct mill_draft *draft = begin(path, MILL_DRAFT_COPY);
     char read[16] = "";
-    ck_assert_int_eq(pread(mill_draft_descriptor(draft), read, 9, 0), 9);
+    ck_assert_int_eq(pread(draft->fd, read, 9, 0), 9);
     ck_assert_str_eq(read, "published");
     write_text(draft, 0, "P");
     assert_holds(path, "published");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "Published");
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
@@ -188,15 +201,15 @@ START_TEST(a_new_draft_begins_empty_and_leaves_the_old_file_until_it_is_publishe
     assert_holds(path, "old and long");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "new");
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
 START_TEST(taking_up_what_is_not_there_fails)
 {
-    struct mill_draft *draft = mill_draft_create(path, "half");
+    struct mill_draft *draft = named(path, "half");
     ck_assert_int_eq(mill_draft_open(draft, MILL_DRAFT_COPY), ENOENT);
-    mill_draft_free(draft);
+    finish(draft);
     assert_nothing_left();
 }
 END_TEST
@@ -214,7 +227,7 @@ START_TEST(a_reader_that_has_the_file_open_keeps_its_version)
     ck_assert_str_eq(read, "one");
     assert_holds(path, "two");
     close(reader);
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
@@ -232,15 +245,15 @@ static size_t words_of(uint32_t version)
 static void publish_for_ever(int tell)
 {
     static uint32_t words[WORDS + 6 * STEP];
-    struct mill_draft *draft = mill_draft_create(path, "half");
-    if (!draft || mill_draft_open(draft, MILL_DRAFT_EMPTY) != 0)
+    struct mill_draft *draft = named(path, "half");
+    if (mill_draft_open(draft, MILL_DRAFT_EMPTY) != 0)
         return;
     for (uint32_t version = 1;; version++) {
         const size_t n = words_of(version);
         memcpy(words, "half", 4);
         for (size_t i = 1; i < n; i++)
             words[i] = version;
-        const int fd = mill_draft_descriptor(draft);
+        const int fd = draft->fd;
         for (size_t i = 0; i < n; i += STEP / 2) {
             const size_t bytes = 4 * (n - i < STEP / 2 ? n - i : STEP / 2);
             if (pwrite(fd, words + i, bytes, (off_t)(4 * i)) != (ssize_t)bytes)
@@ -294,7 +307,7 @@ START_TEST(a_writer_killed_at_any_moment_leaves_its_last_version_whole)
     ck_assert_msg(version == told || version == told + 1, "version %u, told %u", version, told);
     struct mill_draft *next = begin(path, MILL_DRAFT_COPY); /* what it left is no hindrance */
     ck_assert_int_eq(mill_draft_publish(next, true), 0);
-    mill_draft_free(next);
+    finish(next);
     ck_assert_uint_eq(version_there(), version);
     assert_nothing_left();
 }
@@ -308,7 +321,7 @@ START_TEST(leftovers_of_a_killed_run_are_cleared_up)
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "x");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    mill_draft_free(draft);
+    finish(draft);
     assert_holds(path, "x");
     assert_nothing_left();
 }
@@ -319,7 +332,7 @@ START_TEST(files_of_others_in_the_way_are_left_alone_unless_forced)
     const char *const names[] = {part, new, lock}, *const name = names[_i % 3];
     struct mill_error error = {""};
     put(name, _i % 3 == 2 ? "half" : "precious"); /* a lock is empty */
-    struct mill_draft *draft = mill_draft_create(path, "half");
+    struct mill_draft *draft = named(path, "half");
     const int failed = mill_draft_open(draft, MILL_DRAFT_EMPTY);
     ck_assert_int_eq(failed, EEXIST);
     ck_assert_int_eq(mill_draft_tell(draft, path, "write", failed, &error), MILL_BAD_DECK);
@@ -327,14 +340,14 @@ START_TEST(files_of_others_in_the_way_are_left_alone_unless_forced)
                       strstr(error.text, ": exists and is not an unfinished file of millsim; move "
                                          "it away, or use --force"),
                   "%s", error.text);
-    mill_draft_free(draft);
+    finish(draft);
     assert_holds(name, _i % 3 == 2 ? "half" : "precious");
     for (int k = 0; k < 3; k++)
         ck_assert(there(names[k]) == (k == _i % 3));
     draft = begin(path, MILL_DRAFT_FORCE);
     write_text(draft, 0, "x");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    mill_draft_free(draft);
+    finish(draft);
     assert_holds(path, "x");
     assert_nothing_left();
 }
@@ -348,14 +361,14 @@ START_TEST(links_in_the_way_are_not_followed)
     snprintf(victim, sizeof victim, "%s/victim", folder);
     put(victim, _i % 3 == 2 ? "" : "half of something");
     ck_assert_int_eq(symlink(victim, name), 0);
-    struct mill_draft *draft = mill_draft_create(path, "half");
+    struct mill_draft *draft = named(path, "half");
     ck_assert_int_eq(mill_draft_open(draft, MILL_DRAFT_EMPTY), EEXIST);
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(is_link(name));
     draft = begin(path, MILL_DRAFT_FORCE);
     write_text(draft, 0, "x");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    mill_draft_free(draft);
+    finish(draft);
     assert_holds(victim, _i % 3 == 2 ? "" : "half of something");
     assert_holds(path, "x");
     assert_nothing_left();
@@ -367,9 +380,9 @@ START_TEST(a_link_to_nothing_in_the_way_of_the_lock_makes_no_file)
     char victim[96];
     snprintf(victim, sizeof victim, "%s/victim", folder);
     ck_assert_int_eq(symlink(victim, lock), 0);
-    struct mill_draft *draft = mill_draft_create(path, NULL);
+    struct mill_draft *draft = named(path, NULL);
     ck_assert_int_eq(mill_draft_open(draft, MILL_DRAFT_EMPTY), EEXIST);
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(!there(victim));
 }
 END_TEST
@@ -388,7 +401,7 @@ START_TEST(a_lock_that_nobody_holds_is_cleared)
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     mill_draft_clear(path);
     ck_assert(there(lock));
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
@@ -404,7 +417,7 @@ START_TEST(calls_that_a_signal_interrupts_are_made_again)
         assert_holds(path, "onetwo");
         interrupted[call] = 2;
         ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-        mill_draft_free(draft);
+        finish(draft);
         /* blocks may be shared instead of read and written */
         ck_assert(made[call] > 0 || call == WRITE || call == PREAD);
         interrupted[call] = 0;
@@ -423,7 +436,7 @@ START_TEST(a_draft_whose_name_was_removed_is_published_all_the_same)
     write_text(draft, 3, "two");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "onetwo");
-    mill_draft_free(draft);
+    finish(draft);
     assert_nothing_left();
 }
 END_TEST
@@ -436,7 +449,7 @@ START_TEST(another_file_put_in_place_of_the_draft_is_neither_published_nor_remov
     put(part, "not mine");
     if (_i % 2)
         ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    mill_draft_free(draft);
+    finish(draft);
     if (_i % 2)
         assert_holds(path, "mine");
     assert_holds(part, "not mine");
@@ -452,7 +465,7 @@ START_TEST(a_published_file_that_was_removed_comes_back)
     write_text(draft, 3, "two");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "onetwo");
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
@@ -463,7 +476,7 @@ START_TEST(a_removed_folder_is_an_error)
     unlink(lock);
     ck_assert_int_eq(rmdir(folder), 0);
     ck_assert_int_eq(mill_draft_publish(draft, false), ENOENT);
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(!there(folder));
 }
 END_TEST
@@ -477,7 +490,7 @@ START_TEST(a_link_stays_a_link)
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "new");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(is_link(path));
     assert_holds(target, "new");
     assert_nothing_left();
@@ -492,7 +505,7 @@ START_TEST(a_link_to_nothing_yet_stays_a_link)
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     write_text(draft, 0, "new");
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(is_link(path));
     assert_holds(target, "new");
     assert_nothing_left();
@@ -507,7 +520,7 @@ START_TEST(the_mode_of_a_file_taken_up_again_is_kept)
     struct mill_draft *draft = begin(path, MILL_DRAFT_COPY);
     for (int k = 0; k < 3; k++)
         ck_assert_int_eq(mill_draft_publish(draft, k == 2), 0);
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert_int_eq(stat(path, &about), 0);
     ck_assert_int_eq(about.st_mode & 0777, 0640);
 }
@@ -519,9 +532,9 @@ static int another_writer(const char *name)
     int end;
     const pid_t child = fork();
     if (child == 0) {
-        struct mill_draft *draft = mill_draft_create(name, "half");
+        struct mill_draft *draft = named(name, "half");
         const int answer = mill_draft_open(draft, MILL_DRAFT_EMPTY);
-        mill_draft_free(draft);
+        finish(draft);
         _exit(answer);
     }
     waitpid(child, &end, 0);
@@ -538,7 +551,7 @@ START_TEST(a_file_has_one_writer_at_a_time)
     ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
     ck_assert_int_eq(mill_draft_publish(draft, true), 0);
     assert_holds(path, "mine");
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert_int_eq(another_writer(path), 0);
     assert_holds(path, "mine");
     assert_nothing_left();
@@ -553,7 +566,7 @@ START_TEST(a_file_has_one_writer_at_a_time_whatever_it_is_called)
     ck_assert_int_eq(symlink("file", alias), 0);
     struct mill_draft *draft = begin(path, MILL_DRAFT_COPY);
     ck_assert_int_eq(another_writer(alias), EWOULDBLOCK);
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
@@ -564,7 +577,7 @@ START_TEST(a_writer_that_is_refused_leaves_the_lock_of_the_first)
         ck_assert_int_eq(another_writer(path), EWOULDBLOCK);
     ck_assert(there(lock));
     ck_assert(there(part));
-    mill_draft_free(draft);
+    finish(draft);
 }
 END_TEST
 
@@ -574,7 +587,7 @@ START_TEST(a_lock_of_another_writer_is_not_removed)
     struct mill_draft *draft = begin(path, MILL_DRAFT_EMPTY);
     ck_assert_int_eq(unlink(lock), 0);
     put(lock, "");
-    mill_draft_free(draft);
+    finish(draft);
     ck_assert(there(lock));
 }
 END_TEST
@@ -594,11 +607,11 @@ START_TEST(what_does_not_fit_is_told_and_the_file_stays_as_published)
     setrlimit(RLIMIT_FSIZE, &limit);
     memset(much, 'x', sizeof much);
     for (off_t at = 3; put >= 0 && at < 100000; at += put)
-        put = pwrite(mill_draft_descriptor(draft), much, sizeof much, at);
+        put = pwrite(draft->fd, much, sizeof much, at);
     ck_assert_int_eq(errno, EFBIG);
     limit.rlim_cur = before;
     setrlimit(RLIMIT_FSIZE, &limit);
-    mill_draft_free(draft);
+    finish(draft);
     assert_holds(path, "one");
     assert_nothing_left();
 }

@@ -1,6 +1,6 @@
 """Writing HDF5 files as millsim writes them: labels, texts, columns, and whole files in one step.
 
-Every dataset has `unit` and `description`; columns are chunked, shuffled and deflated (or plain) as src/store/h5_column.c does it.
+Every dataset has `unit` and `description`; columns are chunked, shuffled and deflated (or plain) as src/store/h5_data.c does it.
 """
 
 import contextlib
