@@ -2,7 +2,7 @@
  * largest ball, a list of balls in each. A ball looks into its own grid and all others, into the
  * cells that its and their radii can reach: few cells of large balls, more of small ones, never
  * more balls than are about. */
-#include "start/fill_private.h"
+#include "start/fill.h"
 
 #include "base/elementary.h"
 
@@ -20,17 +20,17 @@ static int16_t class_of(double radius, double widest)
 
 static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
 {
-    const double r = w->drum_radius, l = w->drum_length;
-    const double extent[3] = {l, 2.0 * r, 2.0 * r};
+    const double r = w->drum_radius, extent[3] = {w->drum_length, 2.0 * r, 2.0 * r};
     const double most = 16.0 * (double)g->balls + 4096.0;
     const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
     const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
+    struct mill_fill_lattice *l = &g->lattice;
     size_t cells = 1;
-    g->lo = vec3_make(-0.5 * l, -r, -r);
+    l->lo = vec3_make(-0.5 * w->drum_length, -r, -r);
     for (int axis = 0; axis < 3; axis++) {
-        g->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
-        g->per_side[axis] = g->n[axis] / extent[axis];
-        cells *= (size_t)g->n[axis];
+        l->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
+        l->per_side[axis] = l->n[axis] / extent[axis];
+        cells *= (size_t)l->n[axis];
     }
     g->head = malloc(sizeof *g->head * cells);
     return g->head != NULL;
@@ -76,24 +76,23 @@ void mill_fill_grids_clear(struct mill_fill_grids *s)
 {
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
         struct mill_fill_grid *g = &s->grid[k];
-        const int32_t cells = g->n[0] * g->n[1] * g->n[2];
+        const int32_t *n = g->lattice.n, cells = n[0] * n[1] * n[2];
         g->placed = 0;
         for (int32_t cell = 0; cell < cells; cell++)
             g->head[cell] = -1;
     }
 }
 
-/* Cells beyond the box count as the outermost ones. */
-static int32_t along(const struct mill_fill_grid *g, int axis, double x)
+static int32_t along(const struct mill_fill_lattice *l, int axis, double x)
 {
-    const double cell = x * g->per_side[axis], last = (double)(g->n[axis] - 1);
+    const double cell = x * l->per_side[axis], last = (double)(l->n[axis] - 1);
     return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
 }
 
-static int32_t cell_at(const struct mill_fill_grid *g, vec3 r)
+int32_t mill_fill_grids_cell(const struct mill_fill_lattice *l, vec3 r)
 {
-    const int32_t ix = along(g, 0, r.x - g->lo.x), iy = along(g, 1, r.y - g->lo.y);
-    return (ix * g->n[1] + iy) * g->n[2] + along(g, 2, r.z - g->lo.z);
+    const int32_t ix = along(l, 0, r.x - l->lo.x), iy = along(l, 1, r.y - l->lo.y);
+    return (ix * l->n[1] + iy) * l->n[2] + along(l, 2, r.z - l->lo.z);
 }
 
 void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
@@ -101,7 +100,7 @@ void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
     assert(i >= 0 && i < s->balls);
     struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
-    p->cell = cell_at(g, p->r);
+    p->cell = mill_fill_grids_cell(&g->lattice, p->r);
     p->next = g->head[p->cell];
     g->head[p->cell] = i;
     g->placed++;
@@ -111,7 +110,7 @@ void mill_fill_grids_replace(struct mill_fill_grids *s, int32_t i)
 {
     struct mill_fill_place *p = &s->place[i];
     struct mill_fill_grid *g = &s->grid[p->class];
-    if (cell_at(g, p->r) == p->cell)
+    if (mill_fill_grids_cell(&g->lattice, p->r) == p->cell)
         return;
     int32_t *link = &g->head[p->cell];
     while (*link != i)
@@ -126,16 +125,17 @@ int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double rad
     int32_t n = 0;
     for (int k = 0; k < MILL_FILL_CLASSES; k++) {
         const struct mill_fill_grid *g = &s->grid[k];
+        const struct mill_fill_lattice *l = &g->lattice;
         if (g->placed == 0)
             continue;
         const double reach = (radius + g->widest) * (1.0 + MILL_FILL_SPACING);
-        const vec3 d = vec3_sub(r, g->lo);
-        const int32_t x0 = along(g, 0, d.x - reach), x1 = along(g, 0, d.x + reach);
-        const int32_t y0 = along(g, 1, d.y - reach), y1 = along(g, 1, d.y + reach);
-        const int32_t z0 = along(g, 2, d.z - reach), z1 = along(g, 2, d.z + reach);
+        const vec3 d = vec3_sub(r, l->lo);
+        const int32_t x0 = along(l, 0, d.x - reach), x1 = along(l, 0, d.x + reach);
+        const int32_t y0 = along(l, 1, d.y - reach), y1 = along(l, 1, d.y + reach);
+        const int32_t z0 = along(l, 2, d.z - reach), z1 = along(l, 2, d.z + reach);
         for (int32_t x = x0; x <= x1; x++) {
             for (int32_t y = y0; y <= y1; y++) {
-                const int32_t *row = g->head + (x * g->n[1] + y) * g->n[2];
+                const int32_t *row = g->head + (x * l->n[1] + y) * l->n[2];
                 for (int32_t z = z0; z <= z1; z++) {
                     for (int32_t i = row[z]; i >= 0; i = s->place[i].next)
                         out[n++] = i;
