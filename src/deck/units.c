@@ -21,17 +21,13 @@ struct mill_units {
     ut_unit *radian;
 };
 
+/* Unless the database knows the name by now */
 static bool add_name(ut_system *system, const char *name, const char *meaning)
 {
-    ut_unit *known = ut_get_unit_by_symbol(system, name);
-    if (known) {
-        ut_free(known);
-        return true;
-    }
     ut_unit *unit = ut_parse(system, meaning, UT_UTF8);
-    const bool ok = unit && ut_map_symbol_to_unit(name, UT_ASCII, unit) == UT_SUCCESS;
+    const ut_status status = unit ? ut_map_symbol_to_unit(name, UT_ASCII, unit) : UT_PARSE;
     ut_free(unit);
-    return ok;
+    return status == UT_SUCCESS || status == UT_EXISTS;
 }
 
 enum mill_status mill_units_create(struct mill_units **units, struct mill_error *error)
@@ -80,22 +76,14 @@ void mill_units_free(struct mill_units *units)
  * most. */
 static bool digits_are_exponents(const char *unit)
 {
-    int run = 0;
-    for (const char *p = unit; *p; p++) {
-        const unsigned char before = p == unit ? ' ' : (unsigned char)p[-1];
-        if (!isdigit((unsigned char)*p)) {
-            const bool sign = *p == '-' || *p == '+';
-            if (sign && !isdigit((unsigned char)p[1]))
-                return false;
-            run = 0;
-            continue;
-        }
-        const bool sign = before == '-' || before == '+';
-        const unsigned char base = sign && p - unit >= 2 ? (unsigned char)p[-2] : before;
-        const char *raise = p - sign - 2;
-        const bool power = base == '^' || (base == '*' && raise >= unit && *raise == '*');
-        if (++run > 2 || (run == 1 && !isalpha(base) && !power))
+    for (const char *p = unit; (p = strpbrk(p, "+-0123456789"));) {
+        const bool sign = *p == '-' || *p == '+';
+        const size_t digits = strspn(p + sign, "0123456789");
+        const char before = p > unit ? p[-1] : ' ';
+        const bool power = before == '^' || (before == '*' && p - unit > 1 && p[-2] == '*');
+        if (digits < 1 || digits > 2 || !(isalpha((unsigned char)before) || power))
             return false;
+        p += sign + digits;
     }
     return true;
 }
@@ -139,8 +127,8 @@ enum mill_units_verdict mill_units_scale(const struct mill_units *units, const c
 double mill_units_convert(double value, double scale)
 {
     const bool small = scale < 1.0;
-    const double whole = round(small ? 1.0 / scale : scale);
-    if (!(whole < LARGEST) || fabs((small ? 1.0 / scale : scale) / whole - 1.0) > CLOSE)
+    const double factor = small ? 1.0 / scale : scale, whole = round(factor);
+    if (!(whole < LARGEST) || fabs(factor / whole - 1.0) > CLOSE)
         return value * scale;
     return small ? value / whole : value * whole;
 }
