@@ -93,8 +93,9 @@ static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
             return mill_error_set(error, MILL_BAD_DECK,
                                   "%s:%ld: more rows than the %ld balls of the deck", deck->start,
                                   number, (long)balls);
-        lists->ball[rows] = (struct mill_setup_ball){
-            vec3_make(x[0], x[1], x[2]), vec3_make(x[3], x[4], x[5]), vec3_make(x[6], x[7], x[8])};
+        lists->ball[rows].position = vec3_make(x[0], x[1], x[2]);
+        lists->ball[rows].velocity = vec3_make(x[3], x[4], x[5]);
+        lists->ball[rows].spin = vec3_make(x[6], x[7], x[8]);
         lists->line[rows++] = number;
         if (watch && rows % TOLD == 0)
             watch->tell(watch->self, "reading the start file", rows, balls);
@@ -146,7 +147,8 @@ static enum mill_status make_setup(const struct mill_deck *deck,
     memcpy(setup->law, deck->law, sizeof setup->law);
     lists->rotor = (struct mill_turn){
         .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
-    lists->motion = (struct mill_setup_motion){&mill_turn_type, &lists->rotor, MILL_STILL};
+    lists->motion = (struct mill_setup_motion){
+        .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
     lists->shaft.radius = deck->shaft_radius;
     setup->surface = lists->surface = calloc((size_t)deck->shapes + 1, sizeof *lists->surface);
     setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
@@ -154,18 +156,20 @@ static enum mill_status make_setup(const struct mill_deck *deck,
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
     for (int k = 0; k < deck->kinds; k++) {
         const struct mill_deck_balls *b = &deck->balls[k];
-        lists->balls[k] =
-            (struct mill_setup_balls){b->name, b->diameter, b->density, (int32_t)b->count};
+        lists->balls[k] = (struct mill_setup_balls){.name = b->name,
+                                                    .diameter = b->diameter,
+                                                    .density = b->density,
+                                                    .count = (int32_t)b->count};
     }
     if (deck->rotor && deck->shaft_radius > 0.0)
-        lists->surface[setup->surfaces++] =
-            (struct mill_setup_surface){&mill_cylinder_shaft_type, &lists->shaft, -1, 0};
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
     for (int k = 0; k < deck->shapes; k++) {
         const struct mill_deck_shape *s = &deck->shape[k];
         const int motion = s->type->on_rotor ? 0 : MILL_STILL;
         assert(deck->rotor || !s->type->on_rotor);
-        lists->surface[setup->surfaces++] =
-            (struct mill_setup_surface){s->type, s->form, s->number, motion};
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = s->type, .form = s->form, .number = s->number, .motion = motion};
     }
     const enum mill_status status = deck->start ? read_start(deck, watch, lists, error) : MILL_OK;
     setup->start = lists->ball;

@@ -28,7 +28,7 @@ struct mill_fill_lattice {
     int32_t n[3];
 };
 
-/* ---- the room (fill_room.c) ---- */
+/* ---- the room (fill_lattice.c) ---- */
 
 /* Knows, for every cell of a lattice, which surfaces are near. */
 struct mill_fill_room {
@@ -49,7 +49,7 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
 /* Moves a ball off the surfaces that it is too close to; true when it had to. */
 bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius);
 
-/* ---- balls by place (fill_grids.c) ---- */
+/* ---- balls by place (fill_lattice.c) ---- */
 
 enum { MILL_FILL_CLASSES = 16 };
 
@@ -80,9 +80,6 @@ struct mill_fill_grids {
 bool mill_fill_grids_init(struct mill_fill_grids *grids, const struct mill_world *world);
 void mill_fill_grids_free(struct mill_fill_grids *grids);
 void mill_fill_grids_clear(struct mill_fill_grids *grids);
-
-/* The cell of a point; points beyond the box belong to the outermost cells. */
-int32_t mill_fill_grids_cell(const struct mill_fill_lattice *lattice, vec3 r);
 
 /* Puts ball i, at its place's r, into the lists; again after it was moved. */
 void mill_fill_grids_place(struct mill_fill_grids *grids, int32_t i);
