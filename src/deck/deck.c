@@ -302,8 +302,8 @@ struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
     return (struct mill_setup_drum){
         .radius = deck->drum_radius,
         .length = deck->drum_length,
-        .buckles = deck->wavy ? (int)deck->buckles : 0,
-        .buckle_height = deck->wavy ? deck->buckle_height : 0.0,
-        .buckle_angle = deck->wavy ? deck->buckle_angle : 0.0,
+        .buckles = (int)deck->buckles,
+        .buckle_height = deck->buckle_height,
+        .buckle_angle = deck->buckle_angle,
     };
 }

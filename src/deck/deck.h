@@ -56,7 +56,7 @@ struct mill_deck {
     char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
     double speed; /* [m/s] of every ball, random start only */
     double drum_radius, drum_length; /* [m] */
-    bool wavy;                       /* the drum; else it is a circle, without buckles */
+    bool wavy;                       /* the drum; else it is a circle, all of these 0: */
     long buckles;
     double buckle_height; /* [m] the wall lies between drum_radius - that and drum_radius + that */
     double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
@@ -96,7 +96,7 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
                                 struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
-/* The drum in numbers; a circle has no buckles, and these no height. */
+/* The drum in numbers */
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
 
 /* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls

@@ -17,12 +17,6 @@
 #define SNUG 1e-11                 /* of the drum's reach: wider than what wavy.c takes for equal */
 #define DENSEST 0.7404804896930611 /* pi / sqrt(18): no packing of equal balls is denser */
 
-/* [m] How near the drum's wall comes to the axis */
-static double bore_of(const struct mill_deck *deck)
-{
-    return deck->drum_radius - mill_deck_drum(deck).buckle_height;
-}
-
 static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
 {
     if (deck->sample_from >= deck->time)
@@ -60,7 +54,7 @@ static enum mill_status check_profile(const struct mill_deck *deck, struct mill_
 
 static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
 {
-    const double bore = bore_of(deck);
+    const double bore = deck->drum_radius - deck->buckle_height;
     const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
@@ -71,7 +65,7 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
                                    "a ball of %g m does not fit into a drum of radius %g m%s", d,
                                    bore, between);
         /* it would touch all of an arc at once */
-        if (deck->wavy && deck->buckle_height > 0.0 &&
+        if (deck->buckle_height > 0.0 &&
             fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m is exactly as wide as a buckle of the drum and "
@@ -120,7 +114,7 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
 static struct mill_shape_fit fit_of(const struct mill_deck *deck,
                                     const struct mill_deck_shape *shape)
 {
-    return (struct mill_shape_fit){.bore = bore_of(deck),
+    return (struct mill_shape_fit){.bore = deck->drum_radius - deck->buckle_height,
                                    .wavy = deck->wavy,
                                    .length = deck->drum_length,
                                    .shaft_radius = deck->shaft_radius,
@@ -130,10 +124,11 @@ static struct mill_shape_fit fit_of(const struct mill_deck *deck,
 static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_error *error)
 {
     char text[MILL_SHAPE_FAULT];
-    if (deck->rotor && deck->shaft_radius >= bore_of(deck))
+    const double bore = deck->drum_radius - deck->buckle_height;
+    if (deck->rotor && deck->shaft_radius >= bore)
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
                                "must be less than the drum's radius%s, %g m",
-                               deck->wavy ? " less the height of its buckles" : "", bore_of(deck));
+                               deck->wavy ? " less the height of its buckles" : "", bore);
     for (int k = 0; k < deck->shapes; k++) {
         const struct mill_deck_shape *shape = &deck->shape[k];
         const struct mill_shape_fit fit = fit_of(deck, shape);

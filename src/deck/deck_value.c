@@ -40,11 +40,6 @@ static const char *second_of(const struct mill_key *key)
     return strchr(key->words, '|') + 1;
 }
 
-static int first_length(const struct mill_key *key)
-{
-    return (int)strcspn(key->words, "|");
-}
-
 void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size)
 {
     const struct quantity *q = quantities;
@@ -54,7 +49,8 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
     if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "a whole number such as '4000'");
     else if (key->type == MILL_KEY_CHOICE)
-        snprintf(out, size, "'%.*s' or '%s'", first_length(key), key->words, second_of(key));
+        snprintf(out, size, "'%.*s' or '%s'", (int)strcspn(key->words, "|"), key->words,
+                 second_of(key));
     else if (key->type == MILL_KEY_FILE)
         snprintf(out, size, "'%s' or the name of a file", key->words);
     else
@@ -214,45 +210,31 @@ bool mill_deck_value_read(const struct mill_units *units, const struct mill_key 
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size)
 {
     const void *where = (const char *)form + key->offset;
-    const char *unit = unit_of(key);
+    const int numbers = key->type == MILL_KEY_VECTOR ? 3 : key->type == MILL_KEY_NUMBER;
     char number[32];
-    switch (key->type) {
-    case MILL_KEY_NUMBER:
-    case MILL_KEY_VECTOR:
-        for (int i = 0; i < (key->type == MILL_KEY_VECTOR ? 3 : 1); i++) {
-            print_shortest(((const double *)where)[i], number);
-            const int used = snprintf(out, size, "%s%s", i > 0 ? " " : "", number);
-            out += used;
-            size -= (size_t)used;
-        }
-        snprintf(out, size, "%s%s", *unit ? " " : "", unit);
-        break;
-    case MILL_KEY_WHOLE:
-        snprintf(out, size, "%ld", *(const long *)where);
-        break;
-    case MILL_KEY_CHOICE:
-        if (*(const bool *)where)
-            snprintf(out, size, "%s", second_of(key));
-        else
-            snprintf(out, size, "%.*s", first_length(key), key->words);
-        break;
-    case MILL_KEY_FILE:
-        if (*(char *const *)where)
-            mill_deck_parse_quote(*(char *const *)where, out, size);
-        else
-            snprintf(out, size, "%s", key->words);
-        break;
+    for (int i = 0; i < numbers; i++) {
+        print_shortest(((const double *)where)[i], number);
+        const int used = snprintf(out, size, "%s%s", i > 0 ? " " : "", number);
+        out += used;
+        size -= (size_t)used;
     }
+    if (numbers > 0)
+        snprintf(out, size, "%s%s", *unit_of(key) ? " " : "", unit_of(key));
+    else if (key->type == MILL_KEY_WHOLE)
+        snprintf(out, size, "%ld", *(const long *)where);
+    else if (key->type == MILL_KEY_CHOICE && *(const bool *)where)
+        snprintf(out, size, "%s", second_of(key));
+    else if (key->type == MILL_KEY_FILE && *(char *const *)where)
+        mill_deck_parse_quote(*(char *const *)where, out, size);
+    else
+        snprintf(out, size, "%.*s", (int)strcspn(key->words, "|"), key->words);
 }
 
 /* One line, for an override as parsed */
 static enum mill_status tell(const struct mill_deck *deck, FILE *out, struct mill_error *error)
 {
-    static const char *const type[] = {[MILL_KEY_NUMBER] = "number",
-                                       [MILL_KEY_VECTOR] = "vector",
-                                       [MILL_KEY_WHOLE] = "whole",
-                                       [MILL_KEY_CHOICE] = "choice",
-                                       [MILL_KEY_FILE] = "file"};
+    static const char *const type[] = {"number", "vector", "whole", "choice",
+                                       "file"}; /* mill_key_type */
     const struct mill_deck_section *section = &deck->section[0];
     const struct mill_deck_entry *entry = &section->entry[0];
     struct mill_key key = *mill_deck_table_key(section->title, entry->key);

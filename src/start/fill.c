@@ -31,13 +31,15 @@ struct pack {
 
 /* qsort has no context, so the keys travel with the items */
 struct keyed {
-    int32_t cell, ball;
+    int32_t species, cell, ball;
     vec3 r;
 };
 
-static int by_cell(const void *a, const void *b)
+static int by_place(const void *a, const void *b)
 {
     const struct keyed *x = a, *y = b;
+    if (x->species != y->species)
+        return x->species < y->species ? -1 : 1;
     if (x->cell != y->cell)
         return x->cell < y->cell ? -1 : 1;
     return (x->ball > y->ball) - (x->ball < y->ball);
@@ -115,26 +117,19 @@ static bool drop_all(struct pack *p, double scale)
 static bool sort_by_place(struct pack *p)
 {
     struct mill_fill_place *place = p->grids.place;
-    const struct mill_ball *ball = p->world->ball;
     const int32_t balls = p->world->balls;
     struct keyed *item = malloc(sizeof *item * (size_t)balls);
     if (!item)
         return false;
-    int32_t n = 0;
-    for (int32_t i = 0; i < balls; i++) {
-        const struct keyed k = {place[i].cell, i, place[i].r};
-        item[n++] = k;
-        if (i + 1 < balls && ball[i + 1].species == ball[i].species)
-            continue;
-        qsort(item, (size_t)n, sizeof *item, by_cell);
-        for (int32_t m = 0; m < n; m++)
-            place[i + 1 - n + m].r = item[m].r;
-        n = 0;
+    for (int32_t i = 0; i < balls; i++)
+        item[i] = (struct keyed){p->world->ball[i].species, place[i].cell, i, place[i].r};
+    qsort(item, (size_t)balls, sizeof *item, by_place);
+    mill_fill_grids_clear(&p->grids);
+    for (int32_t i = balls - 1; i >= 0; i--) {
+        place[i].r = item[i].r;
+        mill_fill_grids_place(&p->grids, i);
     }
     free(item);
-    mill_fill_grids_clear(&p->grids);
-    for (int32_t i = balls - 1; i >= 0; i--)
-        mill_fill_grids_place(&p->grids, i);
     return true;
 }
 
@@ -313,22 +308,21 @@ static enum mill_fault_code find_what_fits(struct pack *p, struct mill_fault *fa
     return code == MILL_FAULT_MEMORY ? code : MILL_FAULT_NO_ROOM;
 }
 
-enum mill_fault_code mill_fill_random(const struct mill_setup *setup,
-                                      const struct mill_start_watch *watch,
-                                      struct mill_world *world, struct mill_fault *fault)
+void mill_fill_random(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                      struct mill_world *world, struct mill_fault *fault)
 {
     struct pack p = {.setup = setup, .watch = watch, .world = world};
     double widest = 0.0;
     for (int k = 0; k < world->species_count; k++)
         widest = fmax(widest, world->species[k].radius);
-    if (!mill_fill_room_init(&p.room, world, widest))
-        return fault->code = MILL_FAULT_MEMORY;
-    fault->code = pack(&p);
-    if (fault->code == MILL_FAULT_NO_ROOM)
-        fault->code = find_what_fits(&p, fault);
-    mill_fill_room_free(&p.room);
+    fault->code = MILL_FAULT_MEMORY;
+    if (mill_fill_room_init(&p.room, world, widest)) {
+        fault->code = pack(&p);
+        if (fault->code == MILL_FAULT_NO_ROOM)
+            fault->code = find_what_fits(&p, fault);
+        mill_fill_room_free(&p.room);
+    }
     for (int32_t i = 0; fault->code == MILL_FAULT_NONE && i < world->balls && setup->speed > 0.0;
          i++)
         world->ball[i].v = vec3_scale(mill_random_direction(&p.random), setup->speed);
-    return fault->code;
 }

@@ -12,9 +12,8 @@
  * without overlap with each other, or with any shape as it stands at the start, by the setup's
  * seed, and gives each the setup's speed in a random direction. watch may be NULL.
  * MILL_FAULT_NO_ROOM with the numbers that would fit when they do not. */
-enum mill_fault_code mill_fill_random(const struct mill_setup *setup,
-                                      const struct mill_start_watch *watch,
-                                      struct mill_world *world, struct mill_fault *fault);
+void mill_fill_random(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                      struct mill_world *world, struct mill_fault *fault);
 
 /* Relative to the radii: two bodies nearer than the first are pushed apart to the second. The
  * difference makes a push suffice for a while, so the pushing comes to an end. */

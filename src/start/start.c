@@ -23,8 +23,10 @@ static bool positive(double x)
 
 static bool is_drum_sound(const struct mill_setup_drum *d)
 {
-    if (!positive(d->radius) || !positive(d->length) || d->buckles == 0)
-        return positive(d->radius) && positive(d->length);
+    if (!positive(d->radius) || !positive(d->length))
+        return false;
+    if (d->buckles == 0)
+        return true;
     if (!(d->buckles > 1 && d->buckle_height >= 0.0 && d->buckle_height < d->radius) ||
         !isfinite(d->buckle_angle))
         return false;
@@ -159,12 +161,13 @@ static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
     free(near);
 }
 
-static enum mill_fault_code place_balls(const struct mill_setup *setup,
-                                        const struct mill_start_watch *watch, struct mill_world *w,
-                                        struct mill_fault *fault)
+static void place_balls(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                        struct mill_world *w, struct mill_fault *fault)
 {
-    if (!setup->start)
-        return mill_fill_random(setup, watch, w, fault);
+    if (!setup->start) {
+        mill_fill_random(setup, watch, w, fault);
+        return;
+    }
     for (int32_t i = 0; i < w->balls; i++) {
         w->ball[i].r = setup->start[i].position;
         w->ball[i].v = setup->start[i].velocity;
@@ -173,22 +176,19 @@ static enum mill_fault_code place_balls(const struct mill_setup *setup,
     check_balls(w, fault);
     if (fault->code == MILL_FAULT_NONE)
         check_pairs(w, fault);
-    return fault->code;
 }
 
 enum mill_fault_code mill_start_world(const struct mill_setup *setup,
                                       const struct mill_start_watch *watch,
                                       struct mill_world **world, struct mill_fault *fault)
 {
-    struct mill_fault unread = {.code = MILL_FAULT_NONE};
-    struct mill_world *w = calloc(1, sizeof *w);
+    struct mill_fault unread;
     fault = fault ? fault : &unread;
     *fault = (struct mill_fault){.code = MILL_FAULT_NONE};
     *world = NULL;
-    if (w && !is_sound(setup)) {
-        free(w);
+    if (!is_sound(setup))
         return fault->code = MILL_FAULT_NUMBER;
-    }
+    struct mill_world *w = calloc(1, sizeof *w);
     if (!w || !make_motions(setup, w) || !make_balls(setup, w) ||
         !mill_shapes_create(setup, w->motion, &w->counts.quartics, &w->shape, &w->shapes)) {
         mill_world_free(w);
@@ -200,11 +200,12 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     w->drum_length = setup->drum.length;
     memcpy(w->law, setup->law, sizeof w->law);
     w->rebound_floor = setup->rebound_floor;
-    if (place_balls(setup, watch, w, fault) != MILL_FAULT_NONE) {
+    place_balls(setup, watch, w, fault);
+    if (fault->code == MILL_FAULT_NONE) {
+        w->start = mill_world_energy(w, 0.0);
+        *world = w;
+    } else {
         mill_world_free(w);
-        return fault->code;
     }
-    w->start = mill_world_energy(w, 0.0);
-    *world = w;
-    return MILL_FAULT_NONE;
+    return fault->code;
 }
