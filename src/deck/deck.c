@@ -119,41 +119,32 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
     return MILL_OK;
 }
 
-/* Lists balls of one kind, and turns their share of the drum's volume, pi R^2 L whatever stands in
+/* Lists the kinds of balls, and turns their share of the drum's volume, pi R^2 L whatever stands in
  * it, into their number. */
-static enum mill_status add_balls(struct mill_deck *deck, const char *section,
-                                  struct mill_deck_balls *balls, struct mill_error *error)
-{
-    const double volume = MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
-    const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
-    const double given = balls->fill * volume / one, count = round(given);
-    const char *dot = strchr(section, '.');
-    if (balls->fill > 0.0 && !(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
-        return mill_deck_fault(deck, error, section, "fill",
-                               "gives %.3g balls of %g m; expected 1 to %d", given, d,
-                               MILL_DECK_MOST_BALLS);
-    if (balls->fill > 0.0)
-        balls->count = (long)count;
-    balls->section = section;
-    balls->name = dot ? dot + 1 : section;
-    deck->balls[deck->kinds++] = *balls;
-    deck->all += balls->count;
-    return MILL_OK;
-}
-
 static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *error)
 {
+    const double volume = MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
     const struct mill_deck_block named = {.title = "balls", .named = true};
-    struct mill_deck_section *s = NULL;
-    enum mill_status status = MILL_OK;
+    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
     deck->balls = calloc((size_t)deck->sections, sizeof *deck->balls);
     if (!deck->balls)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s)))
-        status = add_balls(deck, s->title, s->form, error);
-    if (status == MILL_OK && deck->kinds == 0)
-        status = add_balls(deck, "balls", &deck->alike, error);
-    return status;
+    do {
+        struct mill_deck_balls *balls = s ? s->form : &deck->alike;
+        const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
+        const double given = balls->fill * volume / one, count = round(given);
+        balls->section = s ? s->title : "balls";
+        balls->name = s ? strchr(s->title, '.') + 1 : "balls";
+        if (balls->fill > 0.0 && !(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
+            return mill_deck_fault(deck, error, balls->section, "fill",
+                                   "gives %.3g balls of %g m; expected 1 to %d", given, d,
+                                   MILL_DECK_MOST_BALLS);
+        if (balls->fill > 0.0)
+            balls->count = (long)count;
+        deck->balls[deck->kinds++] = *balls;
+        deck->all += balls->count;
+    } while (s && (s = mill_deck_next(deck, &named, s)));
+    return MILL_OK;
 }
 
 static void list_laws(struct mill_deck *deck)
@@ -174,13 +165,13 @@ static enum mill_status resolve_start(struct mill_deck *deck, struct mill_error 
     if (!deck->start)
         return MILL_OK;
     const bool whole = deck->start[0] == '/';
-    if (!whole && file[0] != '/' && !getcwd(here, sizeof here - 1))
+    if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
         return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",
                               strerror(errno));
-    if (here[0] && here[strlen(here) - 1] != '/')
-        strcat(here, "/");
+    const char *apart = here[0] && here[1] ? "/" : ""; /* "/" has one */
     const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
-    if (snprintf(path, sizeof path, "%s%.*s%s", here, folder, file, deck->start) >= PATH_MAX)
+    if (snprintf(path, sizeof path, "%s%s%.*s%s", here, apart, folder, file, deck->start) >=
+        PATH_MAX)
         return mill_deck_fault(deck, error, "balls", "start", "the name of the file is too long");
     free(deck->start);
     deck->start = strdup(path);
@@ -243,14 +234,6 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck);
 }
 
-/* Is it off, said by another key, or yet to be found? */
-static bool says_nothing(const struct mill_key *key, const void *home)
-{
-    const void *value = (const char *)home + key->offset;
-    return (key->hidden && key->hidden(home)) ||
-           (key->zero_is_off && *(const double *)value == 0.0);
-}
-
 void mill_deck_each(const struct mill_deck *deck,
                     void (*entry)(void *self, const char *section, const char *key,
                                   const char *value, const char *meaning),
@@ -263,7 +246,10 @@ void mill_deck_each(const struct mill_deck *deck,
         while (!is_elsewhere(deck, &block) && (s = mill_deck_next(deck, &block, s))) {
             const void *home = home_of(deck, &block, s);
             for (const struct mill_key *key = block.key; key->name; key++) {
-                if (says_nothing(key, home))
+                const void *value_at = (const char *)home + key->offset;
+                /* Is it off, said by another key, or yet to be found? */
+                if ((key->hidden && key->hidden(home)) ||
+                    (key->zero_is_off && *(const double *)value_at == 0.0))
                     continue;
                 mill_deck_value_print(key, home, value, sizeof value);
                 entry(self, s->title, key->name, value, key->meaning);

@@ -86,15 +86,6 @@ void mill_deck_forget(struct mill_deck *deck)
     free(deck->bytes);
 }
 
-/* Room for one more item behind `count`: grows at powers of two. NULL: no memory, items still
- * valid. */
-static void *extend(void *items, int count, size_t size)
-{
-    if ((count & (count - 1)) != 0)
-        return items;
-    return realloc(items, (count ? 2 * (size_t)count : 1) * size);
-}
-
 /* [title] may be a section. */
 static enum mill_status check_title(const struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
@@ -131,7 +122,8 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
 static enum mill_status add_section(struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
 {
-    struct mill_deck_section *more = extend(deck->section, deck->sections, sizeof *more);
+    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
+    struct mill_deck_section *more = realloc(deck->section, size);
     if (!more)
         return mill_error_set(error, MILL_FAILED, "out of memory");
     deck->section = more;
@@ -164,7 +156,8 @@ static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_secti
         return mill_deck_fault(deck, error, section->title, key,
                                "the key is given twice (first in line %d)", entry->origin.line);
     if (!entry) {
-        struct mill_deck_entry *more = extend(section->entry, section->entries, sizeof *more);
+        const size_t size = ((size_t)section->entries + 1) * sizeof *entry;
+        struct mill_deck_entry *more = realloc(section->entry, size);
         if (!more)
             return mill_error_set(error, MILL_FAILED, "out of memory");
         section->entry = more;
