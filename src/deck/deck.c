@@ -226,7 +226,15 @@ void mill_deck_free(struct mill_deck *deck)
 {
     if (!deck)
         return;
-    mill_deck_forget(deck);
+    for (int i = 0; i < deck->sections; i++) {
+        free(deck->section[i].entry);
+        free(deck->section[i].form);
+    }
+    for (int i = 0; i < deck->overrides; i++)
+        free(deck->override[i]);
+    free(deck->override);
+    free(deck->section);
+    free(deck->bytes);
     free(deck->balls);
     free(deck->blade);
     free(deck->shape);

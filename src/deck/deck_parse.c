@@ -29,7 +29,7 @@ struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
 {
     assert(!last || (last >= deck->section && last < deck->section + deck->sections));
     for (int i = last ? (int)(last - deck->section) + 1 : 0; i < deck->sections; i++)
-        if (mill_deck_table_belongs(block, deck->section[i].title, NULL))
+        if (mill_deck_table_belongs(block, deck->section[i].title))
             return &deck->section[i];
     return NULL;
 }
@@ -73,19 +73,6 @@ enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error
                           section || key ? ": " : "", what);
 }
 
-void mill_deck_forget(struct mill_deck *deck)
-{
-    for (int i = 0; i < deck->sections; i++) {
-        free(deck->section[i].entry);
-        free(deck->section[i].form);
-    }
-    for (int i = 0; i < deck->overrides; i++)
-        free(deck->override[i]);
-    free(deck->override);
-    free(deck->section);
-    free(deck->bytes);
-}
-
 /* [title] may be a section. */
 static enum mill_status check_title(const struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
@@ -93,15 +80,18 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
     char hint[160], kinds[40 * MILL_KINDS] = "";
-    const char *name = NULL;
     struct mill_deck_block block;
-    for (int i = 0; !name && mill_deck_table_block(i, &block); i++)
-        mill_deck_table_belongs(&block, title, &name);
-    if (!name) {
+    bool known = false;
+    for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
+        known = mill_deck_table_belongs(&block, title);
+    if (!known) {
         mill_deck_table_suggest(title, NULL, hint, sizeof hint);
         return mill_deck_fault(deck, error, title, NULL, "unknown section%s", hint);
     }
-    if (block.named && strcmp(block.title, "contact") == 0) {
+    if (!block.named)
+        return MILL_OK;
+    const char *name = strchr(title, '.') + 1;
+    if (strcmp(block.title, "contact") == 0) {
         for (int kind = 0; kind < MILL_KINDS; kind++) {
             if (strcmp(name, mill_kind_name[kind]) == 0)
                 return MILL_OK;
@@ -112,7 +102,7 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
     }
     if (strlen(name) >= MILL_NAME_LENGTH)
         return mill_deck_fault(deck, error, title, NULL, "the name is longer than 63 characters");
-    if (block.named && (!*name || strchr("-+.", *name) || name[strspn(name, allowed)]))
+    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)])
         return mill_deck_fault(deck, error, title, NULL,
                                "a name consists of letters, digits, '_', '-', '+' and '.', and "
                                "begins with one of the first three");

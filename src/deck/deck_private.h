@@ -27,9 +27,8 @@ struct mill_deck_block {
 /* Block i [0..] of the table, in the order in which decks are read and printed; false: the end. */
 bool mill_deck_table_block(int i, struct mill_deck_block *block);
 
-/* Is [title] a section of this block? *name (may be NULL) points at the NAME in the title. */
-bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title,
-                             const char **name);
+/* Is [title] a section of this block? */
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title);
 
 /* The key of this name in section [title]; NULL: there is none. */
 const struct mill_key *mill_deck_table_key(const char *title, const char *name);
@@ -59,9 +58,6 @@ struct mill_deck_section {
 enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
                                  const char *const *overrides, struct mill_error *error);
 
-/* Frees what parsing took, also after a failure. */
-void mill_deck_forget(struct mill_deck *deck);
-
 /* The section [title], or NULL. */
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
 
@@ -77,6 +73,9 @@ struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section,
 void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* ---- values (deck_value.c) ---- */
+
+/* Reads a finite decimal number at *at and moves on. false: there is none. */
+bool mill_deck_value_number(const char **at, double *value);
 
 /* Reads `text` into form + key->offset. false: `why` says what was expected and what is there. */
 bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,

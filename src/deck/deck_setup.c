@@ -1,7 +1,6 @@
 /* From a deck to a world: the deck as plain numbers, the start file's among them, and what is wrong
  * with these told in the deck's terms. */
-#include "deck/deck.h"
-
+#include "deck/deck_private.h"
 #include "deck/textfile.h"
 #include "geometry/shapes.h"
 
@@ -56,15 +55,9 @@ static int read_numbers(const char *row, double value[10])
             commas += *p == ',';
         if (!*p)
             return separated == 0 || separated == n - 1 ? n : -1;
-        const char *digits = p + (*p == '+' || *p == '-');
-        char *end;
-        const double x = strtod(p, &end);
-        if (end == p || !isfinite(x) || !strchr(BLANKS, *end) || n == 9 || commas > 1 ||
-            (digits[0] == '0' && (digits[1] == 'x' || digits[1] == 'X')))
+        if (n == 9 || commas > 1 || !mill_deck_value_number(&p, &value[n++]) || !strchr(BLANKS, *p))
             return -1;
-        separated += n > 0 && commas > 0;
-        value[n++] = x;
-        p = end;
+        separated += n > 1 && commas > 0;
     }
 }
 

@@ -201,15 +201,11 @@ bool mill_deck_table_block(int i, struct mill_deck_block *block)
     return i < BLOCKS + shapes;
 }
 
-bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title,
-                             const char **name)
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title)
 {
     const size_t length = strlen(block->title);
-    if (strncmp(title, block->title, length) != 0 || title[length] != (block->named ? '.' : '\0'))
-        return false;
-    if (name)
-        *name = title + length + block->named;
-    return true;
+    return strncmp(title, block->title, length) == 0 &&
+           title[length] == (block->named ? '.' : '\0');
 }
 
 const struct mill_key *mill_deck_table_key(const char *title, const char *name)
@@ -217,7 +213,7 @@ const struct mill_key *mill_deck_table_key(const char *title, const char *name)
     struct mill_deck_block block;
     for (int i = 0; mill_deck_table_block(i, &block); i++)
         for (const struct mill_key *key = block.key; key->name; key++)
-            if (mill_deck_table_belongs(&block, title, NULL) && strcmp(key->name, name) == 0)
+            if (mill_deck_table_belongs(&block, title) && strcmp(key->name, name) == 0)
                 return key;
     return NULL;
 }
@@ -277,7 +273,7 @@ void mill_deck_table_suggest(const char *title, const char *name, char *hint, si
         }
         name_block(&block, "NAME", word);
         for (const struct mill_key *key = block.key; name && key->name; key++) {
-            if (!mill_deck_table_belongs(&block, title, NULL)) {
+            if (!mill_deck_table_belongs(&block, title)) {
                 if (!hint[0] && strcmp(key->name, name) == 0)
                     snprintf(hint, size, "; '%s' belongs to [%s]", name, word);
             } else if ((edits = edits_to(key->name, name)) < best) {

@@ -72,9 +72,8 @@ static bool refuse(const struct mill_key *key, bool with_unit, const char *text,
     return false;
 }
 
-/* Reads a decimal number at *at and moves on. strtod alone would take "0x1p3", "inf" and "nan" too.
- */
-static bool read_number(const char **at, double *value)
+/* strtod alone would take "0x1p3", "inf" and "nan" too. */
+bool mill_deck_value_number(const char **at, double *value)
 {
     const char *p = *at + (**at == '+' || **at == '-');
     if (!isdigit((unsigned char)p[*p == '.']) || (p[0] == '0' && (p[1] == 'x' || p[1] == 'X')))
@@ -150,7 +149,7 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
         const char *start = p + strspn(p, " \t");
         const bool apart = i == 0 || start > p;
         p = start;
-        if (!apart || !read_number(&p, &value[i]))
+        if (!apart || !mill_deck_value_number(&p, &value[i]))
             return refuse(key, true, text, "", why);
     }
     if (!read_unit(units, key, text, p + strspn(p, " \t"), &scale, why))
@@ -231,7 +230,8 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
 }
 
 /* One line, for an override as parsed */
-static enum mill_status tell(const struct mill_deck *deck, FILE *out, struct mill_error *error)
+static enum mill_status tell(const struct mill_deck *deck, const struct mill_units *units,
+                             FILE *out, struct mill_error *error)
 {
     static const char *const type[] = {"number", "vector", "whole", "choice",
                                        "file"}; /* mill_key_type */
@@ -248,7 +248,7 @@ static enum mill_status tell(const struct mill_deck *deck, FILE *out, struct mil
     struct mill_error why;
     char text[128] = "";
     key.offset = 0;
-    if (!mill_deck_value_read(deck->units, &key, entry->value, &value, &why))
+    if (!mill_deck_value_read(units, &key, entry->value, &value, &why))
         return mill_deck_fault(deck, error, section->title, key.name, "%s", why.text);
     const char *unit = key.unit ? key.unit : "1", *file = NULL;
     key.unit = NULL; /* it has a column of its own */
@@ -269,11 +269,12 @@ enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
     struct mill_units *units = NULL;
     enum mill_status status = mill_units_create(&units, error);
     for (int i = 0; i < count && status == MILL_OK; i++) {
-        struct mill_deck deck = {.units = units};
-        status = mill_deck_parse(&deck, NULL, 1, &values[i], error);
+        struct mill_deck *deck = calloc(1, sizeof *deck);
+        status = deck ? mill_deck_parse(deck, NULL, 1, &values[i], error)
+                      : mill_error_set(error, MILL_FAILED, "out of memory");
         if (status == MILL_OK)
-            status = tell(&deck, out, error);
-        mill_deck_forget(&deck);
+            status = tell(deck, units, out, error);
+        mill_deck_free(deck);
     }
     mill_units_free(units);
     return status;
