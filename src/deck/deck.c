@@ -35,31 +35,29 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     const struct mill_deck_entry *other =
         key->instead ? mill_deck_entry(section, key->instead) : NULL;
     void *home = home_of(deck, block, section);
+    const bool elsewhere = is_elsewhere(deck, block), hidden = key->needs && key->hidden(home);
     const char *wrong = NULL;
     struct mill_error why;
     char wanted[120];
-    if (is_elsewhere(deck, block))
-        wrong = "belongs in the sections [balls.NAME] of this mixture";
-    else if (key->needs && key->hidden(home))
-        wrong = key->needs;
-    if (wrong && !entry)
-        return MILL_OK;
-    if (!wrong && entry && other && !entry->origin.override == !other->origin.override)
+    if (elsewhere || hidden) {
+        if (entry)
+            wrong = hidden ? key->needs : "belongs in the sections [balls.NAME] of this mixture";
+    } else if (entry && other && !entry->origin.override == !other->origin.override) {
         wrong = "'count' and 'fill' both set the number of balls; give only one of them";
-    if (!wrong && other && !(entry && entry->origin.override)) /* an override replaces the other */
+    } else if (other && !(entry && entry->origin.override)) {
+        return MILL_OK; /* an override of one replaces the other */
+    } else if (!entry && (key->derived || block->inherits)) {
         return MILL_OK;
-    if (!entry && (key->derived || block->inherits))
-        return MILL_OK;
-    if (!entry && !key->preset) {
+    } else if (!entry && !key->preset) {
         mill_deck_value_wanted(key, false, wanted, sizeof wanted);
         return mill_deck_fault(deck, error, section->title, key->name, "missing (%s); expected %s",
                                key->meaning, wanted);
-    }
-    if (!wrong && entry && entry->quoted && key->type != MILL_KEY_FILE)
+    } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
         wrong = "only file names are put in double quotes";
-    if (!wrong &&
-        !mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, home, &why))
+    } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, home,
+                                     &why)) {
         wrong = why.text;
+    }
     return wrong ? mill_deck_fault(deck, error, section->title, key->name, "%s", wrong) : MILL_OK;
 }
 
