@@ -220,26 +220,6 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
     return status;
 }
 
-void mill_deck_free(struct mill_deck *deck)
-{
-    if (!deck)
-        return;
-    for (int i = 0; i < deck->sections; i++) {
-        free(deck->section[i].entry);
-        free(deck->section[i].form);
-    }
-    for (int i = 0; i < deck->overrides; i++)
-        free(deck->override[i]);
-    free(deck->override);
-    free(deck->section);
-    free(deck->bytes);
-    free(deck->balls);
-    free(deck->blade);
-    free(deck->shape);
-    free(deck->start);
-    free(deck);
-}
-
 void mill_deck_each(const struct mill_deck *deck,
                     void (*entry)(void *self, const char *section, const char *key,
                                   const char *value, const char *meaning),
@@ -287,15 +267,4 @@ void mill_deck_print(const struct mill_deck *deck, FILE *out)
     struct page page = {.out = out, .section = ""};
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
-}
-
-struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
-{
-    return (struct mill_setup_drum){
-        .radius = deck->drum_radius,
-        .length = deck->drum_length,
-        .buckles = (int)deck->buckles,
-        .buckle_height = deck->buckle_height,
-        .buckle_angle = deck->buckle_angle,
-    };
 }

@@ -17,6 +17,17 @@
 #define SNUG 1e-11                 /* of the drum's reach: wider than what wavy.c takes for equal */
 #define DENSEST 0.7404804896930611 /* pi / sqrt(18): no packing of equal balls is denser */
 
+struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
+{
+    return (struct mill_setup_drum){
+        .radius = deck->drum_radius,
+        .length = deck->drum_length,
+        .buckles = (int)deck->buckles,
+        .buckle_height = deck->buckle_height,
+        .buckle_angle = deck->buckle_angle,
+    };
+}
+
 static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
 {
     if (deck->sample_from >= deck->time)

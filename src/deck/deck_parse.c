@@ -73,6 +73,26 @@ enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error
                           section || key ? ": " : "", what);
 }
 
+void mill_deck_free(struct mill_deck *deck)
+{
+    if (!deck)
+        return;
+    for (int i = 0; i < deck->sections; i++) {
+        free(deck->section[i].entry);
+        free(deck->section[i].form);
+    }
+    for (int i = 0; i < deck->overrides; i++)
+        free(deck->override[i]);
+    free(deck->override);
+    free(deck->section);
+    free(deck->bytes);
+    free(deck->balls);
+    free(deck->blade);
+    free(deck->shape);
+    free(deck->start);
+    free(deck);
+}
+
 /* [title] may be a section. */
 static enum mill_status check_title(const struct mill_deck *deck, const char *title,
                                     struct mill_error *error)
