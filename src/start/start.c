@@ -140,6 +140,7 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
     }
 }
 
+/* Of balls that the first one overlaps, the first is told. */
 static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
 {
     struct mill_fill_grids grids = {.balls = 0};
@@ -149,10 +150,10 @@ static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
     for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
         const vec3 r = grids.place[i].r = w->ball[i].r;
         const int32_t n = mill_fill_grids_near(&grids, r, radius_of(w, i), near);
-        for (int32_t k = 0; k < n && fault->code == MILL_FAULT_NONE; k++) {
+        for (int32_t k = 0; k < n; k++) {
             const double distance = vec3_norm(vec3_sub(r, w->ball[near[k]].r));
             const double gap = distance - (radius_of(w, i) + radius_of(w, near[k]));
-            if (!(gap >= -SLACK))
+            if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
                 *fault = (struct mill_fault){MILL_FAULT_BALL_IN_BALL, i, near[k], .amount = -gap};
         }
         mill_fill_grids_place(&grids, i);
