@@ -4,7 +4,7 @@
 #include "app/command.h"
 #include "app/progress.h"
 #include "app/run.h"
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "millsim/world.h"
 #include "store/draft.h"
 

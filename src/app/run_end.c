@@ -30,7 +30,7 @@ static struct mill_facts facts_of(const struct mill_run *r, const char *status)
         .end = r->deck->time,
         .cost = cost_of(r),
         .peak_memory = mill_record_peak_memory(),
-        .deck = mill_deck_file(r->deck),
+        .deck = r->deck->file,
         .output = r->options->output,
         .version = mill_version,
     };

@@ -2,7 +2,7 @@
  * wants nothing but that, as a file. */
 #include "app/run_private.h"
 #include "app/start_write.h"
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 
 #include <time.h>
 
@@ -49,7 +49,7 @@ enum mill_status mill_run_export(const struct mill_deck *deck,
         return status;
     if (options->begun) /* a signal waits: writing takes a moment, and would leave its draft */
         *options->begun = 1;
-    status = mill_start_write(world, mill_deck_file(deck), options->output, options->force, error);
+    status = mill_start_write(world, deck->file, options->output, options->force, error);
     mill_world_free(world);
     return status;
 }

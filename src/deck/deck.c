@@ -1,45 +1,247 @@
-/* The deck's public face: read, print, free. Work is split by question: deck_parse.c and
- * deck_text.c what stands in the file, deck_table.c what may, deck_value.c text and numbers,
- * deck_fill.c the struct, deck_check.c what does not fit together. */
+/* The deck's public face, and the struct behind it: for every key of the table, in every section
+ * that has it, the entry's value or the default. Whatever one key alone can tell (missing, unit,
+ * range) is checked here; values that follow from other keys are worked out here. The rest is split
+ * by question: deck_parse.c what stands in the file, deck_table.c what may, deck_value.c text and
+ * numbers, deck_check.c what does not fit together. */
 #include "deck/deck_private.h"
 
+#include <assert.h>
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
+
+/* The struct that the block's keys count from, in this section of its own */
+static void *home_of(const struct mill_deck *deck, const struct mill_deck_block *block,
+                     const struct mill_deck_section *section)
+{
+    return block->named ? section->form : (char *)deck + block->home;
+}
+
+/* Do the keys of the block stand in other sections of this deck, those with a NAME? */
+static bool is_elsewhere(const struct mill_deck *deck, const struct mill_deck_block *block)
+{
+    const struct mill_deck_block named = {.title = block->title, .named = true};
+    return block->unless_named && mill_deck_next(deck, &named, NULL);
+}
+
+static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_block *block,
+                                 const struct mill_key *key,
+                                 const struct mill_deck_section *section, struct mill_error *error)
+{
+    const struct mill_deck_entry *entry = mill_deck_entry(section, key->name);
+    const struct mill_deck_entry *other =
+        key->instead ? mill_deck_entry(section, key->instead) : NULL;
+    void *home = home_of(deck, block, section);
+    const bool elsewhere = is_elsewhere(deck, block), hidden = key->needs && key->hidden(home);
+    const char *wrong = NULL;
+    struct mill_error why;
+    char wanted[120];
+    if (elsewhere || hidden) {
+        if (entry)
+            wrong = hidden ? key->needs : "belongs in the sections [balls.NAME] of this mixture";
+    } else if (entry && other && !entry->origin.override == !other->origin.override) {
+        wrong = "'count' and 'fill' both set the number of balls; give only one of them";
+    } else if (other && !(entry && entry->origin.override)) {
+        return MILL_OK; /* an override of one replaces the other */
+    } else if (!entry && (key->derived || block->inherits)) {
+        return MILL_OK;
+    } else if (!entry && !key->preset) {
+        mill_deck_value_wanted(key, false, wanted, sizeof wanted);
+        return mill_deck_fault(deck, error, section->title, key->name, "missing (%s); expected %s",
+                               key->meaning, wanted);
+    } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
+        wrong = "only file names are put in double quotes";
+    } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, home,
+                                     &why)) {
+        wrong = why.text;
+    }
+    return wrong ? mill_deck_fault(deck, error, section->title, key->name, "%s", wrong) : MILL_OK;
+}
+
+static enum mill_status fill_section(struct mill_deck *deck, const struct mill_deck_block *block,
+                                     struct mill_deck_section *section, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    if (block->named) {
+        assert(!section->form); /* one block for each named section */
+        section->form = calloc(1, block->size);
+        if (!section->form)
+            return mill_error_set(error, MILL_FAILED, "out of memory");
+        if (block->inherits)
+            memcpy(section->form, (char *)deck + block->home, block->size);
+    }
+    for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
+        status = fill_key(deck, block, key, section, error);
+    return status;
+}
+
+/* Shapes of one type come one after the other. */
+static void add_shape(struct mill_deck *deck, const struct mill_shape_type *type,
+                      const char *section, const void *form)
+{
+    const struct mill_deck_shape *last = deck->shapes > 0 ? &deck->shape[deck->shapes - 1] : NULL;
+    const int number = last && last->type == type ? last->number + 1 : 0;
+    deck->shape[deck->shapes++] = (struct mill_deck_shape){type, section, form, number};
+}
+
+/* The blades of [blades], then those shapes that have sections of their own. Of equal blades,
+ * number k = 0.. is centred at x = -L/2 + (k + 1/2) L/count and points at k angle_step. */
+static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *error)
+{
+    struct mill_deck_blades *all = &deck->blades;
+    const double length = deck->drum_length, count = (double)all->count;
+    const size_t most = (size_t)all->count + (size_t)deck->sections;
+    /* the engine numbers surfaces so far: drum, end walls, shaft and these */
+    assert(most <= INT16_MAX - 4);
+    deck->shape = calloc(most + 1, sizeof *deck->shape);
+    deck->blade = calloc((size_t)all->count + 1, sizeof *deck->blade);
+    if (!deck->shape || !deck->blade)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    if (all->count > 0 && !mill_deck_entry(mill_deck_section(deck, "blades"), "angle_step"))
+        all->angle_step = 2.0 * MILL_PI / count;
+    for (int k = 0; k < all->count; k++) {
+        deck->blade[k] = all->form;
+        deck->blade[k].position = (k + 0.5 - 0.5 * count) * (length / count);
+        deck->blade[k].angle = k * all->angle_step;
+        add_shape(deck, &mill_blade_type, "blades", &deck->blade[k]);
+    }
+    struct mill_deck_block block;
+    for (int i = 0; mill_deck_table_block(i, &block); i++) {
+        struct mill_deck_section *s = NULL;
+        while (block.shape && (s = mill_deck_next(deck, &block, s)))
+            add_shape(deck, block.shape, s->title, s->form);
+    }
+    return MILL_OK;
+}
+
+/* Lists the kinds of balls, and turns their share of the drum's volume, pi R^2 L whatever stands in
+ * it, into their number. */
+static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *error)
+{
+    const double volume = MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
+    const struct mill_deck_block named = {.title = "balls", .named = true};
+    const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
+    deck->balls = calloc((size_t)deck->sections, sizeof *deck->balls);
+    if (!deck->balls)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    do {
+        struct mill_deck_balls *balls = s ? s->form : &deck->alike;
+        const double d = balls->diameter, one = MILL_PI / 6.0 * d * d * d;
+        const double given = balls->fill * volume / one, count = round(given);
+        balls->section = s ? s->title : "balls";
+        balls->name = s ? strchr(s->title, '.') + 1 : "balls";
+        if (balls->fill > 0.0 && !(count >= 1.0 && count <= MILL_DECK_MOST_BALLS))
+            return mill_deck_fault(deck, error, balls->section, "fill",
+                                   "gives %.3g balls of %g m; expected 1 to %d", given, d,
+                                   MILL_DECK_MOST_BALLS);
+        if (balls->fill > 0.0)
+            balls->count = (long)count;
+        deck->balls[deck->kinds++] = *balls;
+        deck->all += balls->count;
+    } while (s && (s = mill_deck_next(deck, &named, s)));
+    return MILL_OK;
+}
+
+static void list_laws(struct mill_deck *deck)
+{
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        char title[40];
+        snprintf(title, sizeof title, "contact.%s", mill_kind_name[kind]);
+        const struct mill_deck_section *own = mill_deck_section(deck, title);
+        deck->law[kind] = own ? *(const struct mill_law *)own->form : deck->general;
+    }
+}
+
+/* Makes the start file's name absolute, relative names counted from the deck's folder. */
+static enum mill_status resolve_start(struct mill_deck *deck, struct mill_error *error)
+{
+    const char *file = deck->file, *slash = strrchr(file, '/');
+    char here[PATH_MAX] = "", path[PATH_MAX];
+    if (!deck->start)
+        return MILL_OK;
+    const bool whole = deck->start[0] == '/';
+    if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
+        return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",
+                              strerror(errno));
+    const char *apart = here[0] && here[1] ? "/" : ""; /* "/" has one */
+    const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
+    if (snprintf(path, sizeof path, "%s%s%.*s%s", here, apart, folder, file, deck->start) >=
+        PATH_MAX)
+        return mill_deck_fault(deck, error, "balls", "start", "the name of the file is too long");
+    free(deck->start);
+    deck->start = strdup(path);
+    return deck->start ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
+}
+
+static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
+{
+    struct mill_deck_block block;
+    enum mill_status status = MILL_OK;
+    for (int i = 0; status == MILL_OK && mill_deck_table_block(i, &block); i++) {
+        struct mill_deck_section *s = NULL;
+        while (status == MILL_OK && (s = mill_deck_next(deck, &block, s)))
+            status = fill_section(deck, &block, s, error);
+    }
+    if (status != MILL_OK)
+        return status;
+    deck->sample_found =
+        deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
+    deck->rotor = mill_deck_section(deck, "rotor") != NULL;
+    list_laws(deck);
+    status = list_balls(deck, error);
+    if (status == MILL_OK)
+        status = list_shapes(deck, error);
+    return status == MILL_OK ? resolve_start(deck, error) : status;
+}
 
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
                                 void (*warn)(const char *line), struct mill_deck **deck,
                                 struct mill_error *error)
 {
-    *deck = NULL;
-    struct mill_units *units = NULL;
-    struct mill_deck *made = calloc(1, sizeof *made);
+    struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    enum mill_status status = mill_deck_parse(path, count, overrides, &made->text, error);
+    enum mill_status status = mill_deck_parse(made, path, count, overrides, error);
     if (status == MILL_OK)
-        status = mill_units_create(&units, error);
+        status = mill_units_create(&made->units, error);
     if (status == MILL_OK)
-        status = mill_deck_fill(made, units, error);
+        status = fill(made, error);
     if (status == MILL_OK)
         status = mill_deck_check(made, warn, error);
-    mill_units_free(units);
+    mill_units_free(made->units);
+    made->units = NULL;
     if (status == MILL_OK)
-        *deck = made;
-    else
-        mill_deck_free(made);
+        return MILL_OK;
+    mill_deck_free(made);
+    *deck = NULL;
     return status;
 }
 
-void mill_deck_free(struct mill_deck *deck)
+void mill_deck_each(const struct mill_deck *deck,
+                    void (*entry)(void *self, const char *section, const char *key,
+                                  const char *value, const char *meaning),
+                    void *self)
 {
-    if (!deck)
-        return;
-    mill_deck_text_free(deck->text);
-    free(deck->balls);
-    free(deck->blade);
-    free(deck->shape);
-    free(deck->start);
-    free(deck);
+    char value[2 * PATH_MAX + 8];
+    struct mill_deck_block block;
+    for (int i = 0; mill_deck_table_block(i, &block); i++) {
+        const struct mill_deck_section *s = NULL;
+        while (!is_elsewhere(deck, &block) && (s = mill_deck_next(deck, &block, s))) {
+            const void *home = home_of(deck, &block, s);
+            for (const struct mill_key *key = block.key; key->name; key++) {
+                const void *value_at = (const char *)home + key->offset;
+                /* Is it off, said by another key, or yet to be found? */
+                if ((key->hidden && key->hidden(home)) ||
+                    (key->zero_is_off && *(const double *)value_at == 0.0))
+                    continue;
+                mill_deck_value_print(key, home, value, sizeof value);
+                entry(self, s->title, key->name, value, key->meaning);
+            }
+        }
+    }
 }
 
 struct page {
@@ -65,9 +267,4 @@ void mill_deck_print(const struct mill_deck *deck, FILE *out)
     struct page page = {.out = out, .section = ""};
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
-}
-
-const char *mill_deck_file(const struct mill_deck *deck)
-{
-    return deck->text->file;
 }

@@ -4,8 +4,7 @@
 #ifndef MILLSIM_DECK_H
 #define MILLSIM_DECK_H
 
-#include "millsim/setup.h"
-#include "millsim/status.h"
+#include "millsim/start.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -36,7 +35,11 @@ struct mill_deck_shape {
     int number;          /* which of its type, from 0 */
 };
 
-struct mill_deck_text; /* the entries as read: section, key, value, line */
+/* Where something of a deck came from; nowhere: of the defaults */
+struct mill_deck_origin {
+    int line;             /* in the file, from 1; else 0 */
+    const char *override; /* "SECTION.KEY=VALUE", or NULL */
+};
 
 struct mill_deck {
     double time;           /* [s] */
@@ -53,7 +56,7 @@ struct mill_deck {
     char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
     double speed; /* [m/s] of every ball, random start only */
     double drum_radius, drum_length; /* [m] */
-    bool wavy;                       /* the drum; else it is a circle, without buckles */
+    bool wavy;                       /* the drum; else it is a circle, all of these 0: */
     long buckles;
     double buckle_height; /* [m] the wall lies between drum_radius - that and drum_radius + that */
     double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
@@ -73,7 +76,15 @@ struct mill_deck {
     bool log_impacts;
     double strike_window; /* [s] */
     double checkpoint;    /* [s] of wall time */
-    struct mill_deck_text *text;
+    /* The text behind it */
+    const char *file; /* as named by the user, who keeps the name */
+    char *bytes;      /* of the file, cut into keys and values */
+    int overrides;    /* cut in the same way */
+    char **override;
+    int sections;
+    struct mill_deck_section *section;
+    struct mill_deck_origin at; /* what is being read */
+    struct mill_units *units;   /* while it is */
 };
 
 /* Reads `path`, applies `count` overrides "SECTION.KEY=VALUE", checks every key and value. The
@@ -85,11 +96,8 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
                                 struct mill_error *error);
 void mill_deck_free(struct mill_deck *deck);
 
-/* The drum in numbers; a circle has no buckles, and these no height. */
+/* The drum in numbers */
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
-
-/* The deck's file as its user named it. */
-const char *mill_deck_file(const struct mill_deck *deck);
 
 /* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls
  * overlap): a key that came by --set or by default is named accordingly. Returns MILL_BAD_DECK. */
@@ -111,6 +119,13 @@ void mill_deck_each(const struct mill_deck *deck,
  * one ends it with MILL_BAD_DECK. */
 enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
                                 struct mill_error *error);
+
+/* The deck's world. watch may be NULL. MILL_BAD_DECK when balls do not fit or overlap, or for a
+ * start file that is wrong, with its line: x y z [vx vy vz [wx wy wz]] in SI a line, # comments.
+ * Owner: the caller. */
+enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
+                                       const struct mill_start_watch *watch,
+                                       struct mill_world **world, struct mill_error *error);
 
 /* Prints the full deck, itself a deck. */
 void mill_deck_print(const struct mill_deck *deck, FILE *out);

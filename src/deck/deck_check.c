@@ -17,10 +17,15 @@
 #define SNUG 1e-11                 /* of the drum's reach: wider than what wavy.c takes for equal */
 #define DENSEST 0.7404804896930611 /* pi / sqrt(18): no packing of equal balls is denser */
 
-/* [m] How near the drum's wall comes to the axis */
-static double bore_of(const struct mill_deck *deck)
+struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
 {
-    return deck->drum_radius - mill_deck_drum(deck).buckle_height;
+    return (struct mill_setup_drum){
+        .radius = deck->drum_radius,
+        .length = deck->drum_length,
+        .buckles = (int)deck->buckles,
+        .buckle_height = deck->buckle_height,
+        .buckle_angle = deck->buckle_angle,
+    };
 }
 
 static enum mill_status check_times(const struct mill_deck *deck, struct mill_error *error)
@@ -35,37 +40,6 @@ static enum mill_status check_times(const struct mill_deck *deck, struct mill_er
         return mill_deck_fault(deck, error, "output", "series",
                                "too short: more than 1e8 samples until %g s", deck->time);
     return MILL_OK;
-}
-
-static double frames_of(const struct mill_deck *deck)
-{
-    return deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
-}
-
-/* [GB] */
-static double size_of_frames(const struct mill_deck *deck)
-{
-    return 1e-9 * frames_of(deck) * (double)deck->all * FRAME_OF_BALL;
-}
-
-static enum mill_status check_frames(const struct mill_deck *deck, struct mill_error *error)
-{
-    if (frames_of(deck) <= MOST_FRAMES)
-        return MILL_OK;
-    return mill_deck_fault(deck, error, "output", "frames",
-                           "too short: more than 1e7 frames until %g s (%.3g GB of ball states)",
-                           deck->time, size_of_frames(deck));
-}
-
-static void warn_of_frames(const struct mill_deck *deck, void (*warn)(const char *line))
-{
-    struct mill_error line;
-    if (frames_of(deck) <= MANY_FRAMES)
-        return;
-    mill_deck_fault(deck, &line, "output", "frames",
-                    "%.3g frames until %g s take %.3g GB; consider a longer interval",
-                    frames_of(deck), deck->time, size_of_frames(deck));
-    warn(line.text);
 }
 
 static struct mill_profile profile_of(const struct mill_deck *deck)
@@ -91,7 +65,7 @@ static enum mill_status check_profile(const struct mill_deck *deck, struct mill_
 
 static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
 {
-    const double bore = bore_of(deck);
+    const double bore = deck->drum_radius - deck->buckle_height;
     const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
@@ -102,21 +76,21 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
                                    "a ball of %g m does not fit into a drum of radius %g m%s", d,
                                    bore, between);
         /* it would touch all of an arc at once */
-        if (deck->wavy && deck->buckle_height > 0.0 &&
+        if (deck->buckle_height > 0.0 &&
             fabs(d - 2.0 * profile_of(deck).arc) <= SNUG * (2.0 * deck->drum_radius - bore))
             return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m is exactly as wide as a buckle of the drum "
-                                   "and would stick there: make it a little smaller or larger",
+                                   "a ball of %g m is exactly as wide as a buckle of the drum and "
+                                   "would stick there: make it a little smaller or larger",
                                    d);
         if (d >= deck->drum_length)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum %g m long", d,
                                    deck->drum_length);
         if (deck->rotor && d >= bore - deck->shaft_radius)
-            return mill_deck_fault(deck, error, title, "diameter",
-                                   "a ball of %g m does not fit between the shaft and the drum, "
-                                   "%g m apart%s",
-                                   d, bore - deck->shaft_radius, between);
+            return mill_deck_fault(
+                deck, error, title, "diameter",
+                "a ball of %g m does not fit between the shaft and the drum, %g m apart%s", d,
+                bore - deck->shaft_radius, between);
     }
     return MILL_OK;
 }
@@ -151,22 +125,21 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
 static struct mill_shape_fit fit_of(const struct mill_deck *deck,
                                     const struct mill_deck_shape *shape)
 {
-    return (struct mill_shape_fit){
-        .bore = bore_of(deck),
-        .wavy = deck->wavy,
-        .length = deck->drum_length,
-        .shaft_radius = deck->shaft_radius,
-        .spread = strcmp(shape->section, "blades") == 0,
-    };
+    return (struct mill_shape_fit){.bore = deck->drum_radius - deck->buckle_height,
+                                   .wavy = deck->wavy,
+                                   .length = deck->drum_length,
+                                   .shaft_radius = deck->shaft_radius,
+                                   .spread = strcmp(shape->section, "blades") == 0};
 }
 
 static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_error *error)
 {
     char text[MILL_SHAPE_FAULT];
-    if (deck->rotor && deck->shaft_radius >= bore_of(deck))
+    const double bore = deck->drum_radius - deck->buckle_height;
+    if (deck->rotor && deck->shaft_radius >= bore)
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
                                "must be less than the drum's radius%s, %g m",
-                               deck->wavy ? " less the height of its buckles" : "", bore_of(deck));
+                               deck->wavy ? " less the height of its buckles" : "", bore);
     for (int k = 0; k < deck->shapes; k++) {
         const struct mill_deck_shape *shape = &deck->shape[k];
         const struct mill_shape_fit fit = fit_of(deck, shape);
@@ -177,6 +150,26 @@ static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_e
         const char *key = shape->type->fault(shape->form, &fit, text);
         if (key)
             return mill_deck_fault(deck, error, shape->section, key, "%s", text);
+    }
+    return MILL_OK;
+}
+
+static enum mill_status check_frames(const struct mill_deck *deck, void (*warn)(const char *line),
+                                     struct mill_error *error)
+{
+    const double frames = deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
+    const double size = 1e-9 * frames * (double)deck->all * FRAME_OF_BALL; /* [GB] */
+    struct mill_error line;
+    if (frames > MOST_FRAMES)
+        return mill_deck_fault(
+            deck, error, "output", "frames",
+            "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->time,
+            size);
+    if (frames > MANY_FRAMES && warn) {
+        mill_deck_fault(deck, &line, "output", "frames",
+                        "%.3g frames until %g s take %.3g GB; consider a longer interval", frames,
+                        deck->time, size);
+        warn(line.text);
     }
     return MILL_OK;
 }
@@ -194,27 +187,13 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
         const double d = deck->balls[k].diameter;
         if (d <= mouth || d >= 2.0 * p.arc)
             continue;
-        mill_deck_fault(
-            deck, &line, "drum", "buckle_height",
-            "buckles open only %.3g mm wide, less than a ball's diameter of %.3g mm: balls "
-            "that start in one stay there",
-            1e3 * mouth, 1e3 * d);
+        mill_deck_fault(deck, &line, "drum", "buckle_height",
+                        "buckles open only %.3g mm wide, less than a ball's diameter of %.3g mm: "
+                        "balls that start in one stay there",
+                        1e3 * mouth, 1e3 * d);
         warn(line.text);
         return;
     }
-}
-
-static void warn_of_gap(const struct mill_deck *deck, const struct mill_deck_shape *shape,
-                        const char *key, const char *where, double gap, double diameter,
-                        void (*warn)(const char *line))
-{
-    struct mill_error line;
-    mill_deck_fault(deck, &line, shape->section, key,
-                    "the gap of %.3g mm between %s and %s %s a ball's diameter of %.3g mm: balls "
-                    "can be pinched in it",
-                    1e3 * gap, shape->type->name, where,
-                    gap < diameter * (1.0 - 1e-9) ? "is less than" : "equals", 1e3 * diameter);
-    warn(line.text);
 }
 
 /* One line for the equal blades, whose tips and outermost sides are alike; one for each single one.
@@ -224,17 +203,26 @@ static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *
     double d = 0.0;
     for (int k = 0; k < deck->kinds; k++)
         d = fmax(d, deck->balls[k].diameter);
+    const double less = d * (1.0 - 1e-9), more = d * (1.0 + 1e-9);
     for (int k = 0; k < deck->shapes; k++) {
         const struct mill_deck_shape *shape = &deck->shape[k];
         const struct mill_shape_fit fit = fit_of(deck, shape);
         if (!shape->type->gaps || (fit.spread && shape->number > 0))
             continue;
         const struct mill_shape_gaps gaps = shape->type->gaps(shape->form, &fit);
-        if (gaps.drum < d * (1.0 - 1e-9))
-            warn_of_gap(deck, shape, gaps.drum_key, "drum", gaps.drum, d, warn);
-        /* one of a diameter and rounding pinches a ball between flat faces */
-        if (gaps.wall > 0.0 && gaps.wall <= d * (1.0 + 1e-9))
-            warn_of_gap(deck, shape, gaps.wall_key, "end wall", gaps.wall, d, warn);
+        for (int side = 0; side < 2; side++) {
+            const double gap = side ? gaps.wall : gaps.drum;
+            struct mill_error line;
+            /* one of a diameter and rounding pinches a ball between flat faces */
+            if (side ? gap <= 0.0 || gap > more : gap >= less)
+                continue;
+            mill_deck_fault(deck, &line, shape->section, side ? gaps.wall_key : gaps.drum_key,
+                            "the gap of %.3g mm between %s and %s %s a ball's diameter of %.3g mm: "
+                            "balls can be pinched in it",
+                            1e3 * gap, shape->type->name, side ? "end wall" : "drum",
+                            gap < less ? "is less than" : "equals", 1e3 * d);
+            warn(line.text);
+        }
     }
 }
 
@@ -242,16 +230,15 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(cons
                                  struct mill_error *error)
 {
     static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
-        check_times, check_profile, check_shapes, check_sizes, check_amount, check_frames};
-    for (size_t i = 0; i < sizeof check / sizeof *check; i++) {
-        const enum mill_status status = check[i](deck, error);
-        if (status != MILL_OK)
-            return status;
-    }
-    if (warn) {
-        warn_of_frames(deck, warn);
+        check_times, check_profile, check_shapes, check_sizes, check_amount};
+    enum mill_status status = MILL_OK;
+    for (size_t i = 0; status == MILL_OK && i < sizeof check / sizeof *check; i++)
+        status = check[i](deck, error);
+    if (status == MILL_OK)
+        status = check_frames(deck, warn, error);
+    if (status == MILL_OK && warn) {
         warn_of_mouths(deck, warn);
         warn_of_gaps(deck, warn);
     }
-    return MILL_OK;
+    return status;
 }

@@ -1,146 +1,179 @@
 /* From the deck's file and the command line's overrides to sections and entries, each of which
- * knows where it came from. A line is a section's title, or a key and its value, which are cut out
- * of the file's bytes. Comments start with # or ; at the beginning or after white space. A value in
- * double quotes (a file name with " #" in it) is kept whole; "" inside stands for one ". Section
- * titles, keys and repetitions are checked on the way, so a message names the first wrong line of
- * the file. */
+ * knows where it came from: finding them, naming their places, letting them go. A line is a
+ * section's title, or a key and its value, which are cut out of the file's bytes. Comments start
+ * with # or ; at the beginning or after white space. A value in double quotes (a file name with
+ * " #" in it) is kept whole; "" inside stands for one ". Section titles, keys and repetitions are
+ * checked on the way, so a message names the first wrong line of the file. */
 #include "deck/deck_private.h"
 #include "deck/textfile.h"
 
 #include <assert.h>
-#include <errno.h>
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
-/* What is being read, and where it stands */
-struct reading {
-    struct mill_deck_text *text;
-    struct mill_deck_origin origin;
-    struct mill_error *error;
-};
-
-static bool is_control(char c)
+struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title)
 {
-    return (unsigned char)c < 32 || c == 127;
+    for (int i = 0; i < deck->sections; i++)
+        if (strcmp(deck->section[i].title, title) == 0)
+            return &deck->section[i];
+    return NULL;
 }
 
-/* Room for one more item behind `count`: grows at powers of two. NULL: no memory, items still
- * valid. */
-static void *extend(void *items, int count, size_t size)
+struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
+                                         const struct mill_deck_block *block,
+                                         const struct mill_deck_section *last)
 {
-    if ((count & (count - 1)) != 0)
-        return items;
-    return realloc(items, (count ? 2 * (size_t)count : 1) * size);
+    assert(!last || (last >= deck->section && last < deck->section + deck->sections));
+    for (int i = last ? (int)(last - deck->section) + 1 : 0; i < deck->sections; i++)
+        if (mill_deck_table_belongs(block, deck->section[i].title))
+            return &deck->section[i];
+    return NULL;
 }
 
-static enum mill_status no_memory(const struct reading *reading)
+struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key)
 {
-    return mill_error_set(reading->error, MILL_FAILED, "out of memory");
+    for (int i = 0; section && i < section->entries; i++)
+        if (strcmp(section->entry[i].key, key) == 0)
+            return &section->entry[i];
+    return NULL;
 }
 
-/* Title and key may be NULL. */
-__attribute__((format(printf, 4, 5))) static enum mill_status
-refuse(const struct reading *reading, const char *title, const char *key, const char *format, ...)
+enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
+                                 const char *section, const char *key, const char *format, ...)
 {
-    char what[400];
+    enum { LONGEST = 400 }; /* of a file's name, whose end tells more than its beginning */
+    char where[LONGEST + 20], what[512], preset[80] = "";
+    const struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
+    const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
+    const struct mill_key *row = key && section ? mill_deck_table_key(section, key) : NULL;
+    struct mill_deck_origin origin = deck->at;
+    if (!origin.line && !origin.override && place)
+        origin = entry ? entry->origin : place->origin;
+    const size_t length = strlen(deck->file);
+    const char *file = deck->file + (length > LONGEST ? length - LONGEST : 0);
+    if (origin.override)
+        snprintf(where, sizeof where, "--%s %.240s", *file ? "set" : "value", origin.override);
+    else
+        snprintf(where, sizeof where, "%s", file);
+    if (origin.line > 0)
+        snprintf(where, sizeof where, "%s:%d", file, origin.line);
+    if (row && !entry && row->preset)
+        snprintf(preset, sizeof preset, " (default %s)", row->preset);
     va_list list;
     va_start(list, format);
     vsnprintf(what, sizeof what, format, list);
     va_end(list);
-    return mill_deck_text_refuse(reading->text, reading->origin, title, key, what, reading->error);
+    return mill_error_set(error, MILL_BAD_DECK, "%s: %s%.80s%s%s%.60s%s%s%s", where,
+                          section ? "[" : "", section ? section : "", section ? "]" : "",
+                          section && key ? " " : "", key ? key : "", preset,
+                          section || key ? ": " : "", what);
 }
 
-/* Of a section [contact.KIND] */
-static enum mill_status check_contact(const struct reading *reading, const char *title,
-                                      const char *name)
+void mill_deck_free(struct mill_deck *deck)
 {
-    char names[40 * MILL_KINDS] = "";
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        if (strcmp(name, mill_kind_name[kind]) == 0)
-            return MILL_OK;
-        strcat(strcat(names, kind > 0 ? ", " : ""), mill_kind_name[kind]);
+    if (!deck)
+        return;
+    for (int i = 0; i < deck->sections; i++) {
+        free(deck->section[i].entry);
+        free(deck->section[i].form);
     }
-    return refuse(reading, title, NULL, "unknown kind of contact; there are %s", names);
+    for (int i = 0; i < deck->overrides; i++)
+        free(deck->override[i]);
+    free(deck->override);
+    free(deck->section);
+    free(deck->bytes);
+    free(deck->balls);
+    free(deck->blade);
+    free(deck->shape);
+    free(deck->start);
+    free(deck);
 }
 
 /* [title] may be a section. */
-static enum mill_status check_title(const struct reading *reading, const char *title)
+static enum mill_status check_title(const struct mill_deck *deck, const char *title,
+                                    struct mill_error *error)
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    char hint[160];
-    const char *name = NULL;
+    char hint[160], kinds[40 * MILL_KINDS] = "";
     struct mill_deck_block block;
-    for (int i = 0; !name && mill_deck_table_block(i, &block); i++)
-        mill_deck_table_belongs(&block, title, &name);
-    if (!name) {
-        mill_deck_table_suggest_section(title, hint, sizeof hint);
-        return refuse(reading, title, NULL, "unknown section%s", hint);
+    bool known = false;
+    for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
+        known = mill_deck_table_belongs(&block, title);
+    if (!known) {
+        mill_deck_table_suggest(title, NULL, hint, sizeof hint);
+        return mill_deck_fault(deck, error, title, NULL, "unknown section%s", hint);
     }
     if (!block.named)
         return MILL_OK;
-    if (strcmp(block.title, "contact") == 0)
-        return check_contact(reading, title, name);
+    const char *name = strchr(title, '.') + 1;
+    if (strcmp(block.title, "contact") == 0) {
+        for (int kind = 0; kind < MILL_KINDS; kind++) {
+            if (strcmp(name, mill_kind_name[kind]) == 0)
+                return MILL_OK;
+            strcat(strcat(kinds, kind > 0 ? ", " : ""), mill_kind_name[kind]);
+        }
+        return mill_deck_fault(deck, error, title, NULL, "unknown kind of contact; there are %s",
+                               kinds);
+    }
     if (strlen(name) >= MILL_NAME_LENGTH)
-        return refuse(reading, title, NULL, "the name is longer than 63 characters");
+        return mill_deck_fault(deck, error, title, NULL, "the name is longer than 63 characters");
     if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)])
-        return refuse(reading, title, NULL,
-                      "a name consists of letters, digits, '_', '-', '+' and '.', and begins with "
-                      "one of the first three");
+        return mill_deck_fault(deck, error, title, NULL,
+                               "a name consists of letters, digits, '_', '-', '+' and '.', and "
+                               "begins with one of the first three");
     return MILL_OK;
 }
 
-static enum mill_status add_section(const struct reading *reading, const char *title,
-                                    struct mill_deck_section **section)
+static enum mill_status add_section(struct mill_deck *deck, const char *title,
+                                    struct mill_error *error)
 {
-    struct mill_deck_text *text = reading->text;
-    struct mill_deck_section *more = extend(text->section, text->sections, sizeof *more);
+    const size_t size = ((size_t)deck->sections + 1) * sizeof *deck->section;
+    struct mill_deck_section *more = realloc(deck->section, size);
     if (!more)
-        return no_memory(reading);
-    text->section = more;
-    *section = &text->section[text->sections];
-    **section = (struct mill_deck_section){.title = title, .origin = reading->origin};
-    text->sections++;
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    deck->section = more;
+    more[deck->sections++] = (struct mill_deck_section){.title = title, .origin = deck->at};
     return MILL_OK;
 }
 
-static enum mill_status open_section(const struct reading *reading, const char *title,
-                                     struct mill_deck_section **section)
+static enum mill_status open_section(struct mill_deck *deck, const char *title,
+                                     struct mill_error *error)
 {
-    const enum mill_status status = check_title(reading, title);
-    if (status != MILL_OK)
-        return status;
-    if (reading->text->sections == MOST_SECTIONS)
-        return refuse(reading, title, NULL, "there are more than 10000 sections");
-    return add_section(reading, title, section);
+    const enum mill_status status = check_title(deck, title, error);
+    if (status == MILL_OK && deck->sections == MOST_SECTIONS)
+        return mill_deck_fault(deck, error, title, NULL, "there are more than 10000 sections");
+    return status == MILL_OK ? add_section(deck, title, error) : status;
 }
 
 /* Adds key = value to the section, or replaces the value there when an override says so. */
-static enum mill_status add_entry(const struct reading *reading, struct mill_deck_section *section,
-                                  const char *key, const char *value, bool quoted)
+static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_section *section,
+                                  const char *key, const char *value, bool quoted,
+                                  struct mill_error *error)
 {
     char hint[160];
+    struct mill_deck_entry *entry = mill_deck_entry(section, key);
     if (!mill_deck_table_key(section->title, key)) {
-        mill_deck_table_suggest_key(section->title, key, hint, sizeof hint);
-        return refuse(reading, section->title, key,
-                      *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
+        mill_deck_table_suggest(section->title, key, hint, sizeof hint);
+        return mill_deck_fault(deck, error, section->title, key,
+                               *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
-    struct mill_deck_entry *entry = mill_deck_text_entry(section, key);
-    if (entry && !reading->origin.override)
-        return refuse(reading, section->title, key, "the key is given twice (first in line %d)",
-                      entry->origin.line);
+    if (entry && !deck->at.override)
+        return mill_deck_fault(deck, error, section->title, key,
+                               "the key is given twice (first in line %d)", entry->origin.line);
     if (!entry) {
-        struct mill_deck_entry *more = extend(section->entry, section->entries, sizeof *more);
+        const size_t size = ((size_t)section->entries + 1) * sizeof *entry;
+        struct mill_deck_entry *more = realloc(section->entry, size);
         if (!more)
-            return no_memory(reading);
+            return mill_error_set(error, MILL_FAILED, "out of memory");
         section->entry = more;
-        entry = &section->entry[section->entries++];
+        entry = &more[section->entries++];
     }
-    *entry = (struct mill_deck_entry){
-        .key = key, .value = value, .quoted = quoted, .origin = reading->origin};
+    *entry = (struct mill_deck_entry){key, value, quoted, deck->at};
     return MILL_OK;
 }
 
@@ -194,24 +227,23 @@ static const char *unquote(char *value)
 }
 
 /* line: from its '[' on */
-static enum mill_status read_title(const struct reading *reading, char *line,
-                                   struct mill_deck_section **section)
+static enum mill_status read_title(struct mill_deck *deck, char *line, struct mill_error *error)
 {
     strip_comment(line);
     char *title = trim(line) + 1, *end = strchr(title, ']');
     if (!end || end[1])
-        return refuse(reading, NULL, NULL,
-                      end ? "unexpected text after the ']' of the section"
-                          : "the closing ']' of the section is missing");
+        return mill_deck_fault(deck, error, NULL, NULL,
+                               end ? "unexpected text after the ']' of the section"
+                                   : "the closing ']' of the section is missing");
     *end = '\0';
-    *section = mill_deck_text_section(reading->text, title);
-    return *section ? refuse(reading, title, NULL, "the section is given twice (first in line %d)",
-                             (*section)->origin.line)
-                    : open_section(reading, title, section);
+    const struct mill_deck_section *first = mill_deck_section(deck, title);
+    return !first ? open_section(deck, title, error)
+                  : mill_deck_fault(deck, error, title, NULL,
+                                    "the section is given twice (first in line %d)",
+                                    first->origin.line);
 }
 
-static enum mill_status read_entry(const struct reading *reading, char *line,
-                                   struct mill_deck_section *section)
+static enum mill_status read_entry(struct mill_deck *deck, char *line, struct mill_error *error)
 {
     char *equals = strpbrk(line, "=:");
     const bool quoted = equals && equals[1 + strspn(equals + 1, " \t")] == '"';
@@ -220,119 +252,105 @@ static enum mill_status read_entry(const struct reading *reading, char *line,
         equals = strpbrk(line, "=:");
     }
     if (!equals)
-        return refuse(reading, NULL, NULL, "expected '[section]' or 'key = value', got '%.60s'",
-                      trim(line));
+        return mill_deck_fault(deck, error, NULL, NULL,
+                               "expected '[section]' or 'key = value', got '%.60s'", trim(line));
     *equals = '\0';
     char *key = trim(line), *value = trim(equals + 1);
     const char *wrong = quoted ? unquote(value) : NULL;
     if (wrong)
-        return refuse(reading, NULL, NULL, "%s", wrong);
-    return section ? add_entry(reading, section, key, value, quoted)
-                   : refuse(reading, NULL, key, "stands before the first [section]");
+        return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
+    if (deck->sections == 0)
+        return mill_deck_fault(deck, error, NULL, key, "stands before the first [section]");
+    return add_entry(deck, &deck->section[deck->sections - 1], key, value, quoted, error);
 }
 
 /* A line of `length` bytes, behind which there is room for a zero */
-static enum mill_status read_line(const struct reading *reading, char *line, size_t length,
-                                  struct mill_deck_section **section)
+static enum mill_status read_line(struct mill_deck *deck, char *line, size_t length,
+                                  struct mill_error *error)
 {
     static const char mark[] = "\xef\xbb\xbf"; /* UTF-8's byte order mark, by Windows editors */
     length -= length > 0 && line[length - 1] == '\r';
     line[length] = '\0';
     for (size_t i = 0; i < length; i++)
-        if (is_control(line[i]) && line[i] != '\t')
-            return refuse(reading, NULL, NULL,
-                          "holds the control character 0x%02x: a deck is plain text",
-                          (unsigned)line[i]);
-    if (reading->origin.line == 1 && strncmp(line, mark, 3) == 0)
+        if (iscntrl((unsigned char)line[i]) && line[i] != '\t')
+            return mill_deck_fault(deck, error, NULL, NULL,
+                                   "holds the control character 0x%02x: a deck is plain text",
+                                   (unsigned)line[i]);
+    if (deck->at.line == 1 && strncmp(line, mark, 3) == 0)
         line += 3;
     line += strspn(line, " \t");
     if (!*line || is_comment(line, 0))
         return MILL_OK;
-    return *line == '[' ? read_title(reading, line, section) : read_entry(reading, line, *section);
+    return *line == '[' ? read_title(deck, line, error) : read_entry(deck, line, error);
 }
 
-static enum mill_status read_file(struct reading *reading)
+static enum mill_status read_file(struct mill_deck *deck, struct mill_error *error)
 {
-    const char *wrong, *name = mill_deck_text_tail(reading->text->file, 400);
-    size_t size;
-    char *bytes = mill_textfile_read(reading->text->file, LARGEST, &size, &wrong);
-    reading->text->bytes = bytes;
-    if (!bytes)
-        return wrong ? mill_error_set(reading->error, MILL_BAD_DECK, "%.400s: %s", name, wrong)
-                     : mill_error_set(reading->error, MILL_FAILED, "%.400s: cannot be read: %s",
-                                      name, strerror(errno));
-    struct mill_deck_section *section = NULL;
+    const char *wrong;
+    size_t size = 0;
+    deck->bytes = mill_textfile_read(deck->file, LARGEST, &size, &wrong);
+    if (!deck->bytes && wrong)
+        return mill_deck_fault(deck, error, NULL, NULL, "%s", wrong);
+    if (!deck->bytes) {
+        mill_deck_fault(deck, error, NULL, NULL, "cannot be read: %s", strerror(errno));
+        return MILL_FAILED;
+    }
     enum mill_status status = MILL_OK;
-    for (char *line = bytes, *end = bytes + size; status == MILL_OK && line < end;) {
+    for (char *line = deck->bytes, *end = line + size; status == MILL_OK && line < end;) {
         char *newline = memchr(line, '\n', (size_t)(end - line));
         const size_t length = (size_t)((newline ? newline : end) - line);
-        reading->origin.line++;
-        status = read_line(reading, line, length, &section);
+        deck->at.line++;
+        status = read_line(deck, line, length, error);
         line += length + 1;
     }
-    if (status == MILL_OK && !section)
-        return mill_error_set(
-            reading->error, MILL_BAD_DECK,
-            "%.400s: the deck is empty: expected sections such as [run] and [drum]", name);
+    deck->at.line = 0;
+    if (status == MILL_OK && deck->sections == 0)
+        return mill_deck_fault(deck, error, NULL, NULL,
+                               "the deck is empty: expected sections such as [run] and [drum]");
     return status;
 }
 
 /* SECTION.KEY=VALUE; SECTION may hold dots itself. copy: of the override, to be cut up */
-static enum mill_status apply_override(const struct reading *reading, char *copy)
+static enum mill_status apply_override(struct mill_deck *deck, char *copy, struct mill_error *error)
 {
     for (const char *p = copy; *p; p++)
-        if (is_control(*p))
-            return refuse(reading, NULL, NULL, "holds a control character");
+        if (iscntrl((unsigned char)*p))
+            return mill_deck_fault(deck, error, NULL, NULL, "holds a control character");
     char *value = strchr(copy, '='), *key = NULL;
     if (value) {
         *value++ = '\0';
         key = strrchr(copy, '.');
     }
     if (!key || key == copy)
-        return refuse(reading, NULL, NULL,
-                      "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'");
+        return mill_deck_fault(deck, error, NULL, NULL,
+                               "expected SECTION.KEY=VALUE such as 'rotor.speed=1000 rpm'");
     *key++ = '\0';
-    struct mill_deck_section *section = mill_deck_text_section(reading->text, copy);
-    const enum mill_status status = section ? MILL_OK : open_section(reading, copy, &section);
-    return status == MILL_OK ? add_entry(reading, section, key, trim(value), false) : status;
+    const enum mill_status status =
+        mill_deck_section(deck, copy) ? MILL_OK : open_section(deck, copy, error);
+    return status == MILL_OK
+               ? add_entry(deck, mill_deck_section(deck, copy), key, trim(value), false, error)
+               : status;
 }
 
-static enum mill_status add_defaults(const struct reading *reading)
+enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
+                                 const char *const *overrides, struct mill_error *error)
 {
-    struct mill_deck_section *section;
     struct mill_deck_block block;
-    enum mill_status status = MILL_OK;
-    for (int i = 0; status == MILL_OK && mill_deck_table_block(i, &block); i++)
-        if (!block.named && !block.optional && !mill_deck_text_section(reading->text, block.title))
-            status = add_section(reading, block.title, &section);
-    return status;
-}
-
-enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
-                                 struct mill_deck_text **text, struct mill_error *error)
-{
-    *text = NULL;
-    struct mill_deck_text *made = calloc(1, sizeof *made);
-    if (!made)
+    deck->file = path ? path : "";
+    deck->override = calloc((size_t)count + 1, sizeof *deck->override);
+    if (!deck->override)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    struct reading reading = {.text = made, .error = error};
-    made->file = path ? path : "";
-    made->override = calloc((size_t)count + 1, sizeof *made->override);
-    enum mill_status status = made->override ? MILL_OK : no_memory(&reading);
-    if (status == MILL_OK && path)
-        status = read_file(&reading);
+    enum mill_status status = path ? read_file(deck, error) : MILL_OK;
     for (int i = 0; i < count && status == MILL_OK; i++) {
-        char *copy = made->override[made->overrides++] = strdup(overrides[i]);
-        reading.origin = (struct mill_deck_origin){.override = overrides[i]};
-        status = copy ? apply_override(&reading, copy) : no_memory(&reading);
+        char *copy = deck->override[deck->overrides++] = strdup(overrides[i]);
+        deck->at.override = overrides[i];
+        status = copy ? apply_override(deck, copy, error)
+                      : mill_error_set(error, MILL_FAILED, "out of memory");
     }
-    reading.origin = (struct mill_deck_origin){.line = 0};
-    if (status == MILL_OK && path)
-        status = add_defaults(&reading);
-    if (status == MILL_OK)
-        *text = made;
-    else
-        mill_deck_text_free(made);
+    deck->at.override = NULL;
+    for (int i = 0; path && status == MILL_OK && mill_deck_table_block(i, &block); i++)
+        if (!block.named && !block.optional && !mill_deck_section(deck, block.title))
+            status = add_section(deck, block.title, error);
     return status;
 }
 

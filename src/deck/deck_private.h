@@ -27,24 +27,17 @@ struct mill_deck_block {
 /* Block i [0..] of the table, in the order in which decks are read and printed; false: the end. */
 bool mill_deck_table_block(int i, struct mill_deck_block *block);
 
-/* Is [title] a section of this block? *name (may be NULL) points at the NAME in the title. */
-bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title,
-                             const char **name);
+/* Is [title] a section of this block? */
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title);
 
 /* The key of this name in section [title]; NULL: there is none. */
 const struct mill_key *mill_deck_table_key(const char *title, const char *name);
 
-/* Sets hint to "; did you mean ...?" or the like for a wrong section or key, or to nothing. */
-void mill_deck_table_suggest_section(const char *title, char *hint, size_t size);
-void mill_deck_table_suggest_key(const char *title, const char *name, char *hint, size_t size);
+/* Sets hint to "; did you mean ...?" or the like for a wrong section (name: NULL) or key, or to
+ * nothing. */
+void mill_deck_table_suggest(const char *title, const char *name, char *hint, size_t size);
 
-/* ---- the entries as read (deck_text.c) ---- */
-
-/* Where something of a deck came from: line 0 and no override, of the defaults */
-struct mill_deck_origin {
-    int line;             /* in the file, from 1; else 0 */
-    const char *override; /* "SECTION.KEY=VALUE", or NULL */
-};
+/* ---- file and overrides into entries (deck_parse.c) ---- */
 
 struct mill_deck_entry {
     const char *key, *value;
@@ -60,50 +53,29 @@ struct mill_deck_section {
     void *form; /* the struct of a named section, filled from its entries and defaults */
 };
 
-struct mill_deck_text {
-    const char *file; /* as named by the user, who keeps the name */
-    char *bytes;      /* of the file, cut into keys and values */
-    int overrides;    /* cut in the same way */
-    char **override;
-    int sections;
-    struct mill_deck_section *section;
-};
-
-void mill_deck_text_free(struct mill_deck_text *text);
-
-/* The section [title], or NULL. */
-struct mill_deck_section *mill_deck_text_section(const struct mill_deck_text *text,
-                                                 const char *title);
-
-/* The section of the block behind `last`, or the first one where that is NULL; NULL: no more. */
-struct mill_deck_section *mill_deck_text_next(const struct mill_deck_text *text,
-                                              const struct mill_deck_block *block,
-                                              const struct mill_deck_section *last);
-
-/* NULL: there is none, or no section. */
-struct mill_deck_entry *mill_deck_text_entry(const struct mill_deck_section *section,
-                                             const char *key);
-
-/* Sets "FILE:LINE: [title] key: what", "FILE: ...", "--set SECTION.KEY=VALUE: ..." or, without a
- * file, "--value ..."; title and key may be NULL. Returns MILL_BAD_DECK. */
-enum mill_status mill_deck_text_refuse(const struct mill_deck_text *text,
-                                       struct mill_deck_origin origin, const char *title,
-                                       const char *key, const char *what, struct mill_error *error);
-
-/* The last `longest` characters: the end of a long file name tells more than its beginning. */
-const char *mill_deck_text_tail(const char *text, size_t longest);
-
-/* ---- file and overrides into entries (deck_parse.c) ---- */
-
 /* Reads the file (NULL: none), then the overrides; section titles and keys are checked against the
  * table. Sections that are not optional and not there are added behind a file's, empty. */
-enum mill_status mill_deck_parse(const char *path, int count, const char *const *overrides,
-                                 struct mill_deck_text **text, struct mill_error *error);
+enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int count,
+                                 const char *const *overrides, struct mill_error *error);
+
+/* The section [title], or NULL. */
+struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title);
+
+/* The section of the block behind `last`, or the first one where that is NULL; NULL: no more. */
+struct mill_deck_section *mill_deck_next(const struct mill_deck *deck,
+                                         const struct mill_deck_block *block,
+                                         const struct mill_deck_section *last);
+
+/* NULL: there is none, or no section. */
+struct mill_deck_entry *mill_deck_entry(const struct mill_deck_section *section, const char *key);
 
 /* Writes `value` such that a line holding it reads back the same: in quotes where need be. */
 void mill_deck_parse_quote(const char *value, char *out, size_t size);
 
 /* ---- values (deck_value.c) ---- */
+
+/* Reads a finite decimal number at *at and moves on. false: there is none. */
+bool mill_deck_value_number(const char **at, double *value);
 
 /* Reads `text` into form + key->offset. false: `why` says what was expected and what is there. */
 bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
@@ -115,14 +87,8 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
 /* The value in SI, with unit, that reads back to the same bits. */
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size);
 
-/* The shortest decimal that reads back to the same double; out holds 32 characters. */
-void mill_deck_value_shortest(double value, char out[32]);
+/* ---- what single keys cannot tell (deck_check.c) ---- */
 
-/* ---- entries into the struct (deck_fill.c), and what single keys cannot tell (deck_check.c) ----
- */
-
-enum mill_status mill_deck_fill(struct mill_deck *deck, const struct mill_units *units,
-                                struct mill_error *error);
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error);
 

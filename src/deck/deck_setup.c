@@ -1,13 +1,14 @@
-/* The deck as a setup. What names, lines and files are stays here; the world is built from numbers,
- * and its faults come back as codes. */
-#include "deck/deck_setup.h"
-
+/* From a deck to a world: the deck as plain numbers, the start file's among them, and what is wrong
+ * with these told in the deck's terms. */
+#include "deck/deck_private.h"
+#include "deck/textfile.h"
 #include "geometry/shapes.h"
 
 #include <assert.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { LONGEST_ROW = 4096, TOLD = 8192 /* rows between two reports */ };
 
 /* The parts of a setup that are lists */
 struct lists {
@@ -16,119 +17,184 @@ struct lists {
     struct mill_shaft shaft;
     struct mill_setup_surface *surface;
     struct mill_setup_balls *balls;
-    struct mill_deck_start start;
+    struct mill_setup_ball *ball; /* of a start file */
+    long *line;                   /* of each, from 1 */
 };
 
-static void free_lists(struct lists *lists)
-{
-    free(lists->surface);
-    free(lists->balls);
-    free(lists->start.ball);
-    free(lists->start.line);
-}
+/* ---- the start file: one ball a line ---- */
 
-static void add_rotor(const struct mill_deck *deck, struct lists *lists, struct mill_setup *setup)
+/* The next row, without comment and newline, but no more of a file that has no rows than fits.
+ * false: the end. *good: it is text. */
+static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
 {
-    lists->rotor = (struct mill_turn){
-        .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
-    lists->motion = (struct mill_setup_motion){
-        .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
-    setup->motion = &lists->motion;
-    setup->motions = 1;
-    if (deck->shaft_radius == 0.0)
-        return;
-    lists->shaft.radius = deck->shaft_radius;
-    lists->surface[setup->surfaces++] = (struct mill_setup_surface){
-        .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
-}
-
-static void add_shapes(const struct mill_deck *deck, struct lists *lists, struct mill_setup *setup)
-{
-    for (int k = 0; k < deck->shapes; k++) {
-        const struct mill_deck_shape *s = &deck->shape[k];
-        assert(deck->rotor || !s->type->on_rotor);
-        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
-            .type = s->type,
-            .form = s->form,
-            .number = s->number,
-            .motion = s->type->on_rotor ? 0 : MILL_STILL,
-        };
+    int length = 0, c = mill_textfile_next(in);
+    bool comment = false;
+    if (c == EOF)
+        return false;
+    for (*good = true; c != EOF && c != '\n' && *good; c = mill_textfile_next(in)) {
+        comment = comment || c == '#';
+        *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
+        if (*good && !comment)
+            row[length++] = (char)c;
     }
-    setup->surface = lists->surface;
+    row[length] = '\0';
+    return true;
 }
+
+#define BLANKS " \t\r\f\v,"
+
+/* Reads up to nine numbers of a row; -1: something else stands there. Hexadecimal ones are none, as
+ * in a deck. A comma stands between all numbers or between none: some, as in "0,1 0,2 0,3", are
+ * decimal commas, and would give six numbers. */
+static int read_numbers(const char *row, double value[10])
+{
+    int n = 0, separated = 0;
+    for (const char *p = row;;) {
+        int commas = 0;
+        for (; *p && strchr(BLANKS, *p); p++)
+            commas += *p == ',';
+        if (!*p)
+            return separated == 0 || separated == n - 1 ? n : -1;
+        if (n == 9 || commas > 1 || !mill_deck_value_number(&p, &value[n++]) || !strchr(BLANKS, *p))
+            return -1;
+        separated += n > 1 && commas > 0;
+    }
+}
+
+static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
+                                  const struct mill_start_watch *watch, struct lists *lists,
+                                  struct mill_error *error)
+{
+    const int32_t balls = (int32_t)deck->all;
+    char row[LONGEST_ROW];
+    int32_t rows = 0;
+    bool good;
+    errno = 0;
+    for (long number = 1; next_row(in, row, &good); number++) {
+        double x[10] = {0.0};
+        /* of UTF-8 */
+        const bool marked = number == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
+        const int n = good ? read_numbers(row + (marked ? 3 : 0), x) : -1;
+        if (n == 0)
+            continue;
+        if (n != 3 && n != 6 && n != 9)
+            return mill_error_set(error, MILL_BAD_DECK,
+                                  "%s:%ld: expected 3, 6 or 9 numbers "
+                                  "'x y z [vx vy vz [wx wy wz]]' in SI units",
+                                  deck->start, number);
+        if (rows == balls)
+            return mill_error_set(error, MILL_BAD_DECK,
+                                  "%s:%ld: more rows than the %ld balls of the deck", deck->start,
+                                  number, (long)balls);
+        lists->ball[rows].position = vec3_make(x[0], x[1], x[2]);
+        lists->ball[rows].velocity = vec3_make(x[3], x[4], x[5]);
+        lists->ball[rows].spin = vec3_make(x[6], x[7], x[8]);
+        lists->line[rows++] = number;
+        if (watch && rows % TOLD == 0)
+            watch->tell(watch->self, "reading the start file", rows, balls);
+    }
+    if (ferror(in))
+        return mill_error_set(error, MILL_FAILED, "%s: %s", deck->start, strerror(errno));
+    if (rows == balls)
+        return MILL_OK;
+    return mill_deck_fault(deck, error, "balls", "start",
+                           "'%s' has %ld rows, but the deck has %ld balls", deck->start, (long)rows,
+                           (long)balls);
+}
+
+static enum mill_status read_start(const struct mill_deck *deck,
+                                   const struct mill_start_watch *watch, struct lists *lists,
+                                   struct mill_error *error)
+{
+    const char *wrong;
+    FILE *in = mill_textfile_open(deck->start, &wrong);
+    if (!in)
+        return mill_deck_fault(deck, error, "balls", "start",
+                               wrong ? "'%s' %s" : "cannot read '%s': %s", deck->start,
+                               wrong ? wrong : strerror(errno));
+    const size_t most = (size_t)deck->all + 1;
+    lists->ball = malloc(sizeof *lists->ball * most);
+    lists->line = malloc(sizeof *lists->line * most);
+    const enum mill_status status =
+        lists->ball && lists->line
+            ? read_rows(deck, in, watch, lists, error)
+            : mill_error_set(error, MILL_FAILED, "out of memory for %ld balls", (long)deck->all);
+    fclose(in);
+    return status;
+}
+
+/* ---- the setup ---- */
 
 static enum mill_status make_setup(const struct mill_deck *deck,
                                    const struct mill_start_watch *watch, struct lists *lists,
                                    struct mill_setup *setup, struct mill_error *error)
 {
-    *setup = (struct mill_setup){
-        .gravity = deck->gravity,
-        .drum = mill_deck_drum(deck),
-        .species = deck->kinds,
-        .speed = deck->speed,
-        .seed = (unsigned long)deck->seed,
-        .rebound_floor = deck->rebound_floor,
-    };
+    *setup = (struct mill_setup){.gravity = deck->gravity,
+                                 .drum = mill_deck_drum(deck),
+                                 .motions = deck->rotor,
+                                 .motion = &lists->motion,
+                                 .species = deck->kinds,
+                                 .speed = deck->speed,
+                                 .seed = (unsigned long)deck->seed,
+                                 .rebound_floor = deck->rebound_floor};
     memcpy(setup->law, deck->law, sizeof setup->law);
-    lists->surface = calloc((size_t)deck->shapes + 1, sizeof *lists->surface);
-    lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
+    lists->rotor = (struct mill_turn){
+        .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
+    lists->motion = (struct mill_setup_motion){
+        .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
+    lists->shaft.radius = deck->shaft_radius;
+    setup->surface = lists->surface = calloc((size_t)deck->shapes + 1, sizeof *lists->surface);
+    setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
     if (!lists->surface || !lists->balls)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
     for (int k = 0; k < deck->kinds; k++) {
         const struct mill_deck_balls *b = &deck->balls[k];
-        lists->balls[k] = (struct mill_setup_balls){
-            .name = b->name,
-            .diameter = b->diameter,
-            .density = b->density,
-            .count = (int32_t)b->count,
-        };
+        lists->balls[k] = (struct mill_setup_balls){.name = b->name,
+                                                    .diameter = b->diameter,
+                                                    .density = b->density,
+                                                    .count = (int32_t)b->count};
     }
-    setup->balls = lists->balls;
-    if (deck->rotor)
-        add_rotor(deck, lists, setup);
-    add_shapes(deck, lists, setup);
-    if (!deck->start)
-        return MILL_OK;
-    const enum mill_status status =
-        mill_deck_start_read(deck, (int32_t)deck->all, watch, &lists->start, error);
-    setup->start = lists->start.ball;
+    if (deck->rotor && deck->shaft_radius > 0.0)
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = &mill_cylinder_shaft_type, .form = &lists->shaft, .number = -1, .motion = 0};
+    for (int k = 0; k < deck->shapes; k++) {
+        const struct mill_deck_shape *s = &deck->shape[k];
+        const int motion = s->type->on_rotor ? 0 : MILL_STILL;
+        assert(deck->rotor || !s->type->on_rotor);
+        lists->surface[setup->surfaces++] = (struct mill_setup_surface){
+            .type = s->type, .form = s->form, .number = s->number, .motion = motion};
+    }
+    const enum mill_status status = deck->start ? read_start(deck, watch, lists, error) : MILL_OK;
+    setup->start = lists->ball;
     return status;
 }
 
 /* ---- faults ---- */
 
-/* "384 big, 3072 small", or the number alone of one kind */
-static void name_counts(const struct mill_deck *deck, const int32_t *count, char *text, size_t size)
-{
-    size_t used = 0;
-    if (deck->kinds == 1)
-        snprintf(text, size, "%ld", (long)count[0]);
-    for (int k = 0; deck->kinds > 1 && k < deck->kinds && k < MILL_FAULT_SPECIES && used < size;
-         k++)
-        used += (size_t)snprintf(text + used, size - used, "%s%ld %s", k ? ", " : "",
-                                 (long)count[k], deck->balls[k].name);
-}
-
+/* Of a mixture it names counts as "384 big, 3072 small". */
 static enum mill_status tell_no_room(const struct mill_deck *deck, const struct mill_fault *fault,
                                      struct mill_error *error)
 {
     const char *section = deck->balls[0].section;
-    char counts[512];
     const bool mixture = deck->kinds > 1;
+    char counts[512];
+    size_t used = 0;
     if (fault->fits[0] == 0)
         return mill_deck_fault(deck, error, section, "count",
                                "not a single ball%s fits: make balls or rotor smaller",
                                mixture ? " of each kind" : "");
-    name_counts(deck, fault->fits, counts, sizeof counts);
+    for (int k = 0; k < deck->kinds && k < MILL_FAULT_SPECIES && used < sizeof counts; k++)
+        used += (size_t)snprintf(counts + used, sizeof counts - used, "%s%ld%s%s", k ? ", " : "",
+                                 (long)fault->fits[k], mixture ? " " : "",
+                                 mixture ? deck->balls[k].name : "");
     return mill_deck_fault(deck, error, section, "count",
                            "%ld balls do not fit (solid fraction %.3f of the free volume); %s do",
                            (long)deck->all, fault->amount, counts);
 }
 
-static enum mill_status tell(const struct mill_deck *deck, const struct lists *lists,
+static enum mill_status tell(const struct mill_deck *deck, const long *line,
                              const struct mill_fault *fault, struct mill_error *error)
 {
-    const long *line = lists->start.line;
     switch (fault->code) {
     case MILL_FAULT_NONE:
         return MILL_OK;
@@ -166,8 +232,11 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     enum mill_status status = make_setup(deck, watch, &lists, &setup, error);
     if (status == MILL_OK) {
         mill_start_world(&setup, watch, world, &fault);
-        status = tell(deck, &lists, &fault, error);
+        status = tell(deck, lists.line, &fault, error);
     }
-    free_lists(&lists);
+    free(lists.surface);
+    free(lists.balls);
+    free(lists.ball);
+    free(lists.line);
     return status;
 }

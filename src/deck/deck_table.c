@@ -191,32 +191,21 @@ bool mill_deck_table_block(int i, struct mill_deck_block *block)
     while (mill_shapes_named[shapes])
         shapes++;
     assert(strcmp(blocks[BEFORE_SHAPES].title, "contact") == 0);
-    if (i >= BLOCKS + shapes)
-        return false;
-    if (i < BEFORE_SHAPES || i >= BEFORE_SHAPES + shapes) {
+    if (i >= BEFORE_SHAPES && i < BEFORE_SHAPES + shapes) {
+        const struct mill_shape_type *t = mill_shapes_named[i - BEFORE_SHAPES];
+        *block =
+            (struct mill_deck_block){t->name, true, .size = t->form, .key = t->key, .shape = t};
+    } else if (i < BLOCKS + shapes) {
         *block = blocks[i < BEFORE_SHAPES ? i : i - shapes];
-        return true;
     }
-    const struct mill_shape_type *type = mill_shapes_named[i - BEFORE_SHAPES];
-    *block = (struct mill_deck_block){
-        .title = type->name,
-        .named = true,
-        .size = type->form,
-        .key = type->key,
-        .shape = type,
-    };
-    return true;
+    return i < BLOCKS + shapes;
 }
 
-bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title,
-                             const char **name)
+bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *title)
 {
     const size_t length = strlen(block->title);
-    if (strncmp(title, block->title, length) != 0 || title[length] != (block->named ? '.' : '\0'))
-        return false;
-    if (name)
-        *name = title + length + block->named;
-    return true;
+    return strncmp(title, block->title, length) == 0 &&
+           title[length] == (block->named ? '.' : '\0');
 }
 
 const struct mill_key *mill_deck_table_key(const char *title, const char *name)
@@ -224,7 +213,7 @@ const struct mill_key *mill_deck_table_key(const char *title, const char *name)
     struct mill_deck_block block;
     for (int i = 0; mill_deck_table_block(i, &block); i++)
         for (const struct mill_key *key = block.key; key->name; key++)
-            if (mill_deck_table_belongs(&block, title, NULL) && strcmp(key->name, name) == 0)
+            if (mill_deck_table_belongs(&block, title) && strcmp(key->name, name) == 0)
                 return key;
     return NULL;
 }
@@ -248,14 +237,18 @@ static bool is_near(const char *a, const char *b, int edits)
             (*b && is_near(a, b + 1, edits - 1)) || (swapped && is_near(a + 2, b + 2, edits - 1)));
 }
 
-/* More edits than a third of the word are no slip of the finger. */
-static int most_edits(const char *word)
-{
-    const int third = (int)strlen(word) / 3;
-    return third > 1 ? third : 1;
-}
-
 enum { MOST_EDITS = 8 };
+
+/* How many make `word` of `text`; MOST_EDITS: more than a third of the word, no slip of the finger
+ */
+static int edits_to(const char *word, const char *text)
+{
+    const int third = (int)strlen(word) / 3, most = third > 1 ? third : 1;
+    for (int n = 0; n <= most && n < MOST_EDITS; n++)
+        if (is_near(text, word, n))
+            return n;
+    return MOST_EDITS;
+}
 
 /* "run", "balls.NAME" */
 static void name_block(const struct mill_deck_block *block, const char *name, char out[40])
@@ -263,39 +256,30 @@ static void name_block(const struct mill_deck_block *block, const char *name, ch
     snprintf(out, 40, "%s%s%s", block->title, block->named ? "." : "", block->named ? name : "");
 }
 
-void mill_deck_table_suggest_section(const char *title, char *hint, size_t size)
+void mill_deck_table_suggest(const char *title, const char *name, char *hint, size_t size)
 {
-    const char *dot = strchr(title, '.');
+    const int stem_length = (int)strcspn(title, ".") + 1;
     char stem[40], word[40];
     struct mill_deck_block block;
-    snprintf(stem, sizeof stem, "%.*s", dot ? (int)(dot - title) + 1 : 39, title);
+    int edits, best = MOST_EDITS;
+    snprintf(stem, sizeof stem, "%.*s", stem_length, title);
     hint[0] = '\0';
-    for (int n = 0; n < MOST_EDITS && !hint[0]; n++) {
-        for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++) {
-            name_block(&block, "", word);
-            if (n > most_edits(word) || !is_near(stem, word, n))
-                continue;
+    for (int i = 0; mill_deck_table_block(i, &block); i++) {
+        name_block(&block, "", word);
+        if (!name && (edits = edits_to(word, stem)) < best) {
+            best = edits;
             name_block(&block, "NAME", word);
             snprintf(hint, size, "; did you mean [%s]?", word);
         }
-    }
-}
-
-void mill_deck_table_suggest_key(const char *title, const char *name, char *hint, size_t size)
-{
-    char place[40];
-    struct mill_deck_block block;
-    hint[0] = '\0';
-    for (int n = 0; n < MOST_EDITS && !hint[0]; n++)
-        for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++)
-            for (const struct mill_key *key = block.key; !hint[0] && key->name; key++)
-                if (mill_deck_table_belongs(&block, title, NULL) && n <= most_edits(key->name) &&
-                    is_near(name, key->name, n))
-                    snprintf(hint, size, "; did you mean '%s'?", key->name);
-    for (int i = 0; !hint[0] && mill_deck_table_block(i, &block); i++)
-        for (const struct mill_key *key = block.key; !hint[0] && key->name; key++)
-            if (strcmp(key->name, name) == 0) {
-                name_block(&block, "NAME", place);
-                snprintf(hint, size, "; '%s' belongs to [%s]", name, place);
+        name_block(&block, "NAME", word);
+        for (const struct mill_key *key = block.key; name && key->name; key++) {
+            if (!mill_deck_table_belongs(&block, title)) {
+                if (!hint[0] && strcmp(key->name, name) == 0)
+                    snprintf(hint, size, "; '%s' belongs to [%s]", name, word);
+            } else if ((edits = edits_to(key->name, name)) < best) {
+                best = edits;
+                snprintf(hint, size, "; did you mean '%s'?", key->name);
             }
+        }
+    }
 }

@@ -1,13 +1,14 @@
 /* A value as text and as an SI number, both ways. Numbers are decimal, in the C locale; the unit is
  * everything behind the number. Printing uses the fewest digits that read back to the same double
- * and SI units, whose factor is exactly one. */
+ * and SI units, whose factor is exactly one. Values are told without a deck as well, so that
+ * programs around millsim (studies, sweeps) need neither a table of keys nor a reader of units of
+ * their own. */
 #include "deck/deck_private.h"
 
 #include <assert.h>
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,47 +27,35 @@ static const struct quantity {
     {NULL, "a plain number", "0.8"},
 };
 
-static const struct quantity *quantity_of(const struct mill_key *key)
-{
-    const struct quantity *q = quantities;
-    while (q->unit && (!key->unit || strcmp(q->unit, key->unit) != 0))
-        q++;
-    return q;
-}
-
-/* A share stands for itself or has a unit such as %. */
-static bool is_share(const struct mill_key *key)
-{
-    return key->unit && strcmp(key->unit, "1") == 0;
-}
-
-/* As it stands behind a number: " mm", or nothing. */
+/* As it stands behind a number: " mm", or nothing. A share stands for itself or has a unit such as
+ * %. */
 static const char *unit_of(const struct mill_key *key)
 {
-    return key->unit && !is_share(key) ? key->unit : "";
+    return key->unit && strcmp(key->unit, "1") != 0 ? key->unit : "";
+}
+
+/* The second word of a choice */
+static const char *second_of(const struct mill_key *key)
+{
+    return strchr(key->words, '|') + 1;
 }
 
 void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size)
 {
-    const struct quantity *q = quantity_of(key);
-    switch (key->type) {
-    case MILL_KEY_NUMBER:
-    case MILL_KEY_VECTOR:
-        snprintf(out, size, "%s%s such as '%s'", q->name,
-                 with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key) ? " with its unit" : "",
-                 q->example);
-        break;
-    case MILL_KEY_WHOLE:
+    const struct quantity *q = quantities;
+    while (q->unit && (!key->unit || strcmp(q->unit, key->unit) != 0))
+        q++;
+    with_unit = with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key);
+    if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "a whole number such as '4000'");
-        break;
-    case MILL_KEY_CHOICE:
+    else if (key->type == MILL_KEY_CHOICE)
         snprintf(out, size, "'%.*s' or '%s'", (int)strcspn(key->words, "|"), key->words,
-                 strchr(key->words, '|') + 1);
-        break;
-    case MILL_KEY_FILE:
+                 second_of(key));
+    else if (key->type == MILL_KEY_FILE)
         snprintf(out, size, "'%s' or the name of a file", key->words);
-        break;
-    }
+    else
+        snprintf(out, size, "%s%s such as '%s'", q->name, with_unit ? " with its unit" : "",
+                 q->example);
 }
 
 static bool refuse(const struct mill_key *key, bool with_unit, const char *text, const char *remark,
@@ -83,14 +72,11 @@ static bool refuse(const struct mill_key *key, bool with_unit, const char *text,
     return false;
 }
 
-/* Reads a decimal number at *at and moves on. strtod alone would take "0x1p3", "inf" and "nan" too.
- */
-static bool read_number(const char **at, double *value)
+/* strtod alone would take "0x1p3", "inf" and "nan" too. */
+bool mill_deck_value_number(const char **at, double *value)
 {
-    const char *p = *at;
-    p += *p == '+' || *p == '-';
-    const char *digits = *p == '.' ? p + 1 : p;
-    if (!isdigit((unsigned char)*digits) || (p[0] == '0' && (p[1] == 'x' || p[1] == 'X')))
+    const char *p = *at + (**at == '+' || **at == '-');
+    if (!isdigit((unsigned char)p[*p == '.']) || (p[0] == '0' && (p[1] == 'x' || p[1] == 'X')))
         return false;
     char *end;
     *value = strtod(*at, &end);
@@ -98,21 +84,28 @@ static bool read_number(const char **at, double *value)
     return isfinite(*value);
 }
 
-static bool in_range(const struct mill_key *key, double value)
+/* The shortest decimal that reads back to the same double */
+static void print_shortest(double value, char out[32])
 {
-    return (key->above ? value > key->lo : value >= key->lo) && value <= key->hi;
+    int digits = 1;
+    snprintf(out, 32, "%.1g", value);
+    while (digits < 17 && strtod(out, NULL) != value)
+        snprintf(out, 32, "%.*g", ++digits, value);
+    /* 7800 rather than 7.8e+03 */
+    const double size = fabs(value);
+    if (strchr(out, 'e') && size >= 1.0 && size < 1e15)
+        snprintf(out, 32, "%.*g", (int)floor(log10(size)) + 2, value);
 }
 
-static bool refuse_range(const struct mill_key *key, double value, const char *text,
-                         struct mill_error *why)
+static bool is_in_range(const struct mill_key *key, double value, const char *text,
+                        struct mill_error *why)
 {
     char lo[32], hi[32], limit[120];
     const char *unit = unit_of(key), *space = *unit ? " " : "";
-    mill_deck_value_shortest(key->lo, lo);
-    if (key->type == MILL_KEY_WHOLE)
-        snprintf(hi, sizeof hi, "%.0f", key->hi);
-    else
-        mill_deck_value_shortest(key->hi, hi);
+    if ((key->above ? value > key->lo : value >= key->lo) && value <= key->hi)
+        return true;
+    print_shortest(key->lo, lo);
+    print_shortest(key->hi, hi);
     if (value > key->hi && (key->above || key->hi == MILL_KEY_LARGEST))
         snprintf(limit, sizeof limit, "at most %s%s%s", hi, space, unit);
     else if (key->above)
@@ -129,31 +122,20 @@ static bool refuse_range(const struct mill_key *key, double value, const char *t
 static bool read_unit(const struct mill_units *units, const struct mill_key *key, const char *text,
                       const char *unit, double *scale, struct mill_error *why)
 {
+    char remark[120] = "";
     *scale = 1.0;
-    if (!key->unit)
-        return !*unit || refuse(key, false, text, "", why);
     if (!*unit)
-        return is_share(key) || refuse(key, true, text, "", why);
-    char remark[120];
-    switch (mill_units_scale(units, unit, key->unit, scale)) {
-    case MILL_UNITS_GOOD:
+        return !*unit_of(key) || refuse(key, true, text, "", why);
+    const enum mill_units_verdict verdict =
+        key->unit ? mill_units_scale(units, unit, key->unit, scale) : MILL_UNITS_MISMATCH;
+    if (verdict == MILL_UNITS_GOOD)
         return true;
-    case MILL_UNITS_UNKNOWN:
+    if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s')", unit);
-        return refuse(key, true, text, remark, why);
-    case MILL_UNITS_NO_ANGLE:
+    else if (verdict == MILL_UNITS_NO_ANGLE)
         snprintf(remark, sizeof remark,
                  " (%.40s does not say which angle: rad, deg or revolutions)", unit);
-        return refuse(key, true, text, remark, why);
-    case MILL_UNITS_MISMATCH:
-        break;
-    }
-    return refuse(key, false, text, "", why);
-}
-
-static const char *skip_space(const char *p)
-{
-    return p + strspn(p, " \t");
+    return refuse(key, *remark, text, remark, why);
 }
 
 /* Reads `count` numbers and the unit behind them. */
@@ -164,20 +146,20 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
     double value[3], scale;
     assert(count <= 3);
     for (int i = 0; i < count; i++) {
-        const char *start = skip_space(p);
+        const char *start = p + strspn(p, " \t");
         const bool apart = i == 0 || start > p;
         p = start;
-        if (!apart || !read_number(&p, &value[i]))
+        if (!apart || !mill_deck_value_number(&p, &value[i]))
             return refuse(key, true, text, "", why);
     }
-    if (!read_unit(units, key, text, skip_space(p), &scale, why))
+    if (!read_unit(units, key, text, p + strspn(p, " \t"), &scale, why))
         return false;
     for (int i = 0; i < count; i++) {
         value[i] = mill_units_convert(value[i], scale);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
-        if (!in_range(key, value[i]))
-            return refuse_range(key, count > 1 ? fabs(value[i]) : value[i], text, why);
+        if (!is_in_range(key, count > 1 ? fabs(value[i]) : value[i], text, why))
+            return false;
     }
     memcpy(out, value, (size_t)count * sizeof *out);
     return true;
@@ -191,102 +173,109 @@ static bool read_whole(const struct mill_key *key, const char *text, long *out,
     const size_t length = strspn(digits, "0123456789");
     if (length == 0 || digits[length])
         return refuse(key, false, text, "", why);
-    errno = 0;
-    char *end;
-    const long value = strtol(text, &end, 10);
-    if (errno == ERANGE || !in_range(key, (double)value))
-        return refuse_range(key, (double)value, text, why);
-    *out = value;
-    return true;
+    *out = strtol(text, NULL, 10); /* the nearest one that there is */
+    return is_in_range(key, (double)*out, text, why);
 }
 
-static bool read_choice(const struct mill_key *key, const char *text, bool *out,
-                        struct mill_error *why)
+static bool read_word(const struct mill_key *key, const char *text, void *out,
+                      struct mill_error *why)
 {
-    const size_t first = strcspn(key->words, "|");
-    const bool is_first = strlen(text) == first && strncmp(text, key->words, first) == 0;
-    if (!is_first && strcmp(text, key->words + first + 1) != 0)
-        return refuse(key, false, text, "", why);
-    *out = !is_first;
-    return true;
-}
-
-static bool read_file_name(const struct mill_key *key, const char *text, char **out,
-                           struct mill_error *why)
-{
+    const bool is_first =
+        strlen(text) == strcspn(key->words, "|") && strncmp(text, key->words, strlen(text)) == 0;
+    if (key->type == MILL_KEY_CHOICE) {
+        *(bool *)out = !is_first;
+        return is_first || strcmp(text, second_of(key)) == 0 || refuse(key, false, text, "", why);
+    }
+    char **file = out;
     if (!*text)
         return refuse(key, false, text, "", why);
-    free(*out);
-    *out = NULL;
-    if (strcmp(text, key->words) == 0)
-        return true;
-    *out = strdup(text);
-    if (!*out)
+    free(*file);
+    *file = is_first ? NULL : strdup(text);
+    if (!is_first && !*file)
         mill_error_set(why, MILL_FAILED, "out of memory");
-    return *out;
+    return is_first || *file;
 }
 
 bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
                           const char *text, void *form, struct mill_error *why)
 {
     void *out = (char *)form + key->offset;
-    switch (key->type) {
-    case MILL_KEY_NUMBER:
-        return read_numbers(units, key, text, 1, out, why);
-    case MILL_KEY_VECTOR:
-        return read_numbers(units, key, text, 3, out, why);
-    case MILL_KEY_WHOLE:
-        return read_whole(key, text, out, why);
-    case MILL_KEY_CHOICE:
-        return read_choice(key, text, out, why);
-    case MILL_KEY_FILE:
-        break;
-    }
-    return read_file_name(key, text, out, why);
-}
-
-void mill_deck_value_shortest(double value, char out[32])
-{
-    int digits = 1;
-    snprintf(out, 32, "%.1g", value);
-    while (digits < 17 && strtod(out, NULL) != value)
-        snprintf(out, 32, "%.*g", ++digits, value);
-    /* 7800 rather than 7.8e+03 */
-    const double size = fabs(value);
-    if (strchr(out, 'e') && size >= 1.0 && size < 1e15)
-        snprintf(out, 32, "%.*g", (int)floor(log10(size)) + 2, value);
+    if (key->type == MILL_KEY_NUMBER || key->type == MILL_KEY_VECTOR)
+        return read_numbers(units, key, text, key->type == MILL_KEY_VECTOR ? 3 : 1, out, why);
+    return key->type == MILL_KEY_WHOLE ? read_whole(key, text, out, why)
+                                       : read_word(key, text, out, why);
 }
 
 void mill_deck_value_print(const struct mill_key *key, const void *form, char *out, size_t size)
 {
     const void *where = (const char *)form + key->offset;
-    const char *unit = unit_of(key), *space = *unit ? " " : "";
-    char a[32], b[32], c[32];
-    switch (key->type) {
-    case MILL_KEY_NUMBER:
-        mill_deck_value_shortest(*(const double *)where, a);
-        snprintf(out, size, "%s%s%s", a, space, unit);
-        break;
-    case MILL_KEY_VECTOR:
-        mill_deck_value_shortest(((const vec3 *)where)->x, a);
-        mill_deck_value_shortest(((const vec3 *)where)->y, b);
-        mill_deck_value_shortest(((const vec3 *)where)->z, c);
-        snprintf(out, size, "%s %s %s%s%s", a, b, c, space, unit);
-        break;
-    case MILL_KEY_WHOLE:
-        snprintf(out, size, "%ld", *(const long *)where);
-        break;
-    case MILL_KEY_CHOICE:
-        if (*(const bool *)where)
-            snprintf(out, size, "%s", strchr(key->words, '|') + 1);
-        else
-            snprintf(out, size, "%.*s", (int)strcspn(key->words, "|"), key->words);
-        break;
-    case MILL_KEY_FILE:
-        if (*(char *const *)where)
-            mill_deck_parse_quote(*(char *const *)where, out, size);
-        else
-            snprintf(out, size, "%s", key->words);
-        break;
+    const int numbers = key->type == MILL_KEY_VECTOR ? 3 : key->type == MILL_KEY_NUMBER;
+    char number[32];
+    for (int i = 0; i < numbers; i++) {
+        print_shortest(((const double *)where)[i], number);
+        const int used = snprintf(out, size, "%s%s", i > 0 ? " " : "", number);
+        out += used;
+        size -= (size_t)used;
     }
+    if (numbers > 0)
+        snprintf(out, size, "%s%s", *unit_of(key) ? " " : "", unit_of(key));
+    else if (key->type == MILL_KEY_WHOLE)
+        snprintf(out, size, "%ld", *(const long *)where);
+    else if (key->type == MILL_KEY_CHOICE && *(const bool *)where)
+        snprintf(out, size, "%s", second_of(key));
+    else if (key->type == MILL_KEY_FILE && *(char *const *)where)
+        mill_deck_parse_quote(*(char *const *)where, out, size);
+    else
+        snprintf(out, size, "%.*s", (int)strcspn(key->words, "|"), key->words);
+}
+
+/* One line, for an override as parsed */
+static enum mill_status tell(const struct mill_deck *deck, const struct mill_units *units,
+                             FILE *out, struct mill_error *error)
+{
+    static const char *const type[] = {"number", "vector", "whole", "choice",
+                                       "file"}; /* mill_key_type */
+    const struct mill_deck_section *section = &deck->section[0];
+    const struct mill_deck_entry *entry = &section->entry[0];
+    struct mill_key key = *mill_deck_table_key(section->title, entry->key);
+    union {
+        double number;
+        vec3 vector;
+        long whole;
+        bool choice;
+        char *file;
+    } value = {.file = NULL};
+    struct mill_error why;
+    char text[128] = "";
+    key.offset = 0;
+    if (!mill_deck_value_read(units, &key, entry->value, &value, &why))
+        return mill_deck_fault(deck, error, section->title, key.name, "%s", why.text);
+    const char *unit = key.unit ? key.unit : "1", *file = NULL;
+    key.unit = NULL; /* it has a column of its own */
+    if (key.type == MILL_KEY_FILE && value.file)
+        file = value.file;
+    else
+        mill_deck_value_print(&key, &value, text, sizeof text);
+    fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s\n", section->title, key.name, type[key.type],
+            file ? file : text, unit, key.meaning, key.type == MILL_KEY_CHOICE ? key.words : "");
+    if (key.type == MILL_KEY_FILE)
+        free(value.file);
+    return MILL_OK;
+}
+
+enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
+                                struct mill_error *error)
+{
+    struct mill_units *units = NULL;
+    enum mill_status status = mill_units_create(&units, error);
+    for (int i = 0; i < count && status == MILL_OK; i++) {
+        struct mill_deck *deck = calloc(1, sizeof *deck);
+        status = deck ? mill_deck_parse(deck, NULL, 1, &values[i], error)
+                      : mill_error_set(error, MILL_FAILED, "out of memory");
+        if (status == MILL_OK)
+            status = tell(deck, units, out, error);
+        mill_deck_free(deck);
+    }
+    mill_units_free(units);
+    return status;
 }

@@ -1,7 +1,8 @@
 /* Which SI factor does a unit stand for, and is it of the wanted quantity? UDUNITS-2 parses the
- * unit (its grammar and database: https://docs.unidata.ucar.edu/udunits/current/); a visitor then
- * collects the factor and the powers of m, kg, s and rad. UDUNITS' own test for convertibility is
- * not enough: to it the radian is just 1, so 16 Hz would pass for 16 rad/s. */
+ * unit (its grammar and database: https://docs.unidata.ucar.edu/udunits/current/) and converts it.
+ * Its own test for convertibility is not enough: to it the radian is just 1, so 16 Hz would pass
+ * for 16 rad/s; and 16 s for 1/16 Hz. So the unit also has to equal a multiple of the wanted one.
+ */
 #include "deck/units.h"
 
 #include <ctype.h>
@@ -11,33 +12,22 @@
 #include <string.h>
 #include <udunits2.h>
 
-enum { BASES = 4, RADIAN = 3, LONGEST = 80 };
-enum { DATABASE = 1 << 20 }; /* [B] more than twice what it takes to read it */
-#define CLOSE 1e-15          /* of a scale to a whole number, or to one over it */
-#define LARGEST 1e15         /* such a number that a double holds exactly */
+enum { LONGEST = 80, DATABASE = 1 << 20 /* [B] more than twice what it takes to read it */ };
+#define CLOSE 1e-15  /* of a scale to a whole number, or to one over it */
+#define LARGEST 1e15 /* such a number that a double holds exactly */
 
 struct mill_units {
     ut_system *system;
+    ut_unit *radian;
 };
 
-/* A unit taken apart: factor * m^p0 kg^p1 s^p2 rad^p3. */
-struct factors {
-    double factor;
-    int power[BASES];
-    bool pure; /* nothing but that: no offset, no logarithm, no other base unit */
-};
-
+/* Unless the database knows the name by now */
 static bool add_name(ut_system *system, const char *name, const char *meaning)
 {
-    ut_unit *known = ut_get_unit_by_symbol(system, name);
-    if (known) {
-        ut_free(known);
-        return true;
-    }
     ut_unit *unit = ut_parse(system, meaning, UT_UTF8);
-    const bool ok = unit && ut_map_symbol_to_unit(name, UT_ASCII, unit) == UT_SUCCESS;
+    const ut_status status = unit ? ut_map_symbol_to_unit(name, UT_ASCII, unit) : UT_PARSE;
     ut_free(unit);
-    return ok;
+    return status == UT_SUCCESS || status == UT_EXISTS;
 }
 
 enum mill_status mill_units_create(struct mill_units **units, struct mill_error *error)
@@ -55,14 +45,16 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
     made->system = ut_read_xml(NULL);
     if (!made->system) {
         const char *path = getenv("UDUNITS2_XML_PATH");
-        mill_units_free(made);
+        free(made);
         return mill_error_set(error, MILL_FAILED,
                               "cannot read the unit database of UDUNITS-2%s%.200s; install it "
                               "(Debian: libudunits2-data) or set UDUNITS2_XML_PATH to its "
                               "udunits2.xml",
                               path ? " at UDUNITS2_XML_PATH=" : "", path ? path : "");
     }
-    if (!add_name(made->system, "deg", "degree") || !add_name(made->system, "rev", "revolution")) {
+    made->radian = ut_parse(made->system, "rad", UT_UTF8);
+    if (!made->radian || !add_name(made->system, "deg", "degree") ||
+        !add_name(made->system, "rev", "revolution")) {
         mill_units_free(made);
         return mill_error_set(error, MILL_FAILED, "cannot add units to the database of UDUNITS-2");
     }
@@ -74,75 +66,9 @@ void mill_units_free(struct mill_units *units)
 {
     if (!units)
         return;
-    if (units->system)
-        ut_free_system(units->system);
+    ut_free(units->radian);
+    ut_free_system(units->system);
     free(units);
-}
-
-static void add_base(struct factors *factors, const ut_unit *base, int power)
-{
-    static const char *const symbol[BASES] = {"m", "kg", "s", "rad"};
-    const char *name = ut_get_symbol(base, UT_ASCII);
-    int i = 0;
-    while (i < BASES && (!name || strcmp(name, symbol[i]) != 0))
-        i++;
-    if (i < BASES)
-        factors->power[i] += power;
-    else
-        factors->pure = false;
-}
-
-static ut_status visit_basic(const ut_unit *unit, void *self)
-{
-    add_base(self, unit, 1);
-    return UT_SUCCESS;
-}
-
-static ut_status visit_product(const ut_unit *unit, int count, const ut_unit *const *bases,
-                               const int *powers, void *self)
-{
-    (void)unit;
-    for (int i = 0; i < count; i++)
-        add_base(self, bases[i], powers[i]);
-    return UT_SUCCESS;
-}
-
-static ut_status visit_galilean(const ut_unit *unit, double scale, const ut_unit *under,
-                                double origin, void *self);
-
-static ut_status visit_timestamp(const ut_unit *unit, const ut_unit *under, double origin,
-                                 void *self)
-{
-    (void)unit;
-    (void)under;
-    (void)origin;
-    ((struct factors *)self)->pure = false;
-    return UT_SUCCESS;
-}
-
-static ut_status visit_logarithmic(const ut_unit *unit, double base, const ut_unit *reference,
-                                   void *self)
-{
-    return visit_timestamp(unit, reference, base, self);
-}
-
-static const ut_visitor visitor = {
-    .visit_basic = visit_basic,
-    .visit_product = visit_product,
-    .visit_galilean = visit_galilean,
-    .visit_timestamp = visit_timestamp,
-    .visit_logarithmic = visit_logarithmic,
-};
-
-static ut_status visit_galilean(const ut_unit *unit, double scale, const ut_unit *under,
-                                double origin, void *self)
-{
-    struct factors *factors = self;
-    (void)unit;
-    factors->factor *= scale;
-    if (origin != 0.0)
-        factors->pure = false;
-    return ut_accept_visitor(under, &visitor, self);
 }
 
 /* UDUNITS takes numbers as factors ("mm 5" is 5 mm) and huge exponents; a deck's value has one
@@ -150,57 +76,50 @@ static ut_status visit_galilean(const ut_unit *unit, double scale, const ut_unit
  * most. */
 static bool digits_are_exponents(const char *unit)
 {
-    int run = 0;
-    for (const char *p = unit; *p; p++) {
-        const unsigned char before = p == unit ? ' ' : (unsigned char)p[-1];
-        if (!isdigit((unsigned char)*p)) {
-            const bool sign = *p == '-' || *p == '+';
-            if (sign && !isdigit((unsigned char)p[1]))
-                return false;
-            run = 0;
-            continue;
-        }
-        const bool sign = before == '-' || before == '+';
-        const unsigned char base = sign && p - unit >= 2 ? (unsigned char)p[-2] : before;
-        const char *raise = p - sign - 2;
-        const bool power = base == '^' || (base == '*' && raise >= unit && *raise == '*');
-        if (++run > 2 || (run == 1 && !isalpha(base) && !power))
+    for (const char *p = unit; (p = strpbrk(p, "+-0123456789"));) {
+        const bool sign = *p == '-' || *p == '+';
+        const size_t digits = strspn(p + sign, "0123456789");
+        const char before = p > unit ? p[-1] : ' ';
+        const bool power = before == '^' || (before == '*' && p - unit > 1 && p[-2] == '*');
+        if (digits < 1 || digits > 2 || !(isalpha((unsigned char)before) || power))
             return false;
+        p += sign + digits;
     }
     return true;
 }
 
-static bool take_apart(const struct mill_units *units, const char *text, struct factors *factors)
+/* Is it that many of `base`? */
+static bool is_multiple(const ut_unit *unit, double factor, const ut_unit *base)
 {
-    *factors = (struct factors){.factor = 1.0, .pure = true};
-    if (!*text || strlen(text) > LONGEST || !digits_are_exponents(text))
-        return false;
-    ut_unit *unit = ut_parse(units->system, text, UT_UTF8);
-    if (!unit)
-        return false;
-    if (ut_accept_visitor(unit, &visitor, factors) != UT_SUCCESS)
-        factors->pure = false;
-    ut_free(unit);
-    return true;
+    ut_unit *multiple = ut_scale(factor, base);
+    const bool same = multiple && ut_compare(unit, multiple) == 0;
+    ut_free(multiple);
+    return same;
 }
 
 enum mill_units_verdict mill_units_scale(const struct mill_units *units, const char *unit,
                                          const char *si, double *scale)
 {
-    struct factors got, want = {.factor = 1.0, .pure = true};
-    if (!take_apart(units, unit, &got))
+    const bool plain = *unit && strlen(unit) <= LONGEST && digits_are_exponents(unit);
+    ut_unit *got = plain ? ut_parse(units->system, unit, UT_UTF8) : NULL;
+    if (!got)
         return MILL_UNITS_UNKNOWN;
-    if (strcmp(si, "1") != 0 && !take_apart(units, si, &want))
-        return MILL_UNITS_UNKNOWN;
-    if (!got.pure || !(got.factor > 0.0) || !isfinite(got.factor))
-        return MILL_UNITS_MISMATCH;
-    for (int i = 0; i < RADIAN; i++)
-        if (got.power[i] != want.power[i])
-            return MILL_UNITS_MISMATCH;
-    if (got.power[RADIAN] != want.power[RADIAN])
-        return got.power[RADIAN] == 0 ? MILL_UNITS_NO_ANGLE : MILL_UNITS_MISMATCH;
-    *scale = got.factor / want.factor;
-    return MILL_UNITS_GOOD;
+    ut_unit *want = ut_parse(units->system, si, UT_UTF8), *bare = ut_divide(want, units->radian);
+    cv_converter *convert = ut_get_converter(got, want);
+    const double factor = convert ? cv_convert_double(convert, 1.0) : 0.0;
+    enum mill_units_verdict verdict = MILL_UNITS_MISMATCH;
+    if (factor > 0.0 && isfinite(factor) && is_multiple(got, factor, want)) {
+        verdict = MILL_UNITS_GOOD;
+        *scale = factor;
+    } else if (factor > 0.0 && isfinite(factor) && strstr(si, "rad") &&
+               is_multiple(got, factor, bare)) {
+        verdict = MILL_UNITS_NO_ANGLE;
+    }
+    cv_free(convert);
+    ut_free(bare);
+    ut_free(want);
+    ut_free(got);
+    return verdict;
 }
 
 /* Prefixes are powers of ten that a double below one cannot hold exactly: 0.001 is not a
@@ -208,8 +127,8 @@ enum mill_units_verdict mill_units_scale(const struct mill_units *units, const c
 double mill_units_convert(double value, double scale)
 {
     const bool small = scale < 1.0;
-    const double whole = round(small ? 1.0 / scale : scale);
-    if (!(whole < LARGEST) || fabs((small ? 1.0 / scale : scale) / whole - 1.0) > CLOSE)
+    const double factor = small ? 1.0 / scale : scale, whole = round(factor);
+    if (!(whole < LARGEST) || fabs(factor / whole - 1.0) > CLOSE)
         return value * scale;
     return small ? value / whole : value * whole;
 }

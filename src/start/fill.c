@@ -1,30 +1,266 @@
-/* First positions: random, without overlap. fill_pack.c does the packing; here stand what it starts
- * from, the speeds, and the answer when the balls do not fit. Everything follows from the seed. */
+/* First positions: random, without overlap. Dilute charges are dropped in one by one, each at a
+ * random place that is free (random sequential addition). That jams near a solid fraction of 0.38,
+ * so denser ones are dropped in as smaller balls and then, at full size, push each other apart in
+ * small alternating steps until nothing touches (as in position-based relaxation of hard-sphere
+ * packings). Everything follows from the seed. */
 #include "start/fill.h"
 
-#include "start/fill_private.h"
+#include "base/elementary.h"
+#include "base/random.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define LIKELY 0.55 /* of the room: what an answer tries at first; it packs in seconds */
+#define DROP_FRACTION 0.20 /* of the room that single drops fill quickly */
+#define DENSEST 0.59       /* of the room: beyond it no random packing is tried */
+#define LIKELY 0.55        /* of the room: what an answer tries at first; it packs in seconds */
+#define DROPS 4000         /* tries for one ball */
+#define TOLD 4096          /* drops between two reports */
+#define PATIENCE 40 /* looks at each ball within which the pushing must become less by a tenth */
 
-static double solid_volume(const struct mill_world *w)
+struct pack {
+    const struct mill_setup *setup;
+    const struct mill_start_watch *watch;
+    struct mill_world *world;
+    struct mill_fill_room room;
+    struct mill_random random;
+    struct mill_fill_grids grids;
+    int32_t *near;
+};
+
+/* qsort has no context, so the keys travel with the items */
+struct keyed {
+    int32_t species, cell, ball;
+    vec3 r;
+};
+
+static int by_place(const void *a, const void *b)
 {
+    const struct keyed *x = a, *y = b;
+    if (x->species != y->species)
+        return x->species < y->species ? -1 : 1;
+    if (x->cell != y->cell)
+        return x->cell < y->cell ? -1 : 1;
+    return (x->ball > y->ball) - (x->ball < y->ball);
+}
+
+static void tell(const struct pack *p, const char *what, int32_t done)
+{
+    if (p->watch)
+        p->watch->tell(p->watch->self, what, done, p->world->balls);
+}
+
+/* Is ball i, shrunk like all others by `scale`, clear of those placed so far? */
+static bool balls_clear(const struct pack *p, int32_t i, double scale)
+{
+    const struct mill_fill_place *place = p->grids.place, *me = &place[i];
+    const int32_t n = mill_fill_grids_near(&p->grids, me->r, me->radius, p->near);
+    for (int32_t k = 0; k < n; k++) {
+        const struct mill_fill_place *o = &place[p->near[k]];
+        const vec3 d = vec3_sub(o->r, me->r);
+        const double s = scale * (me->radius + o->radius);
+        if (o != me && vec3_dot(d, d) <= s * s)
+            return false;
+    }
+    return true;
+}
+
+/* Drops ball i, shrunk by `scale` against other balls only. False: it found no room. */
+static bool drop(struct pack *p, int32_t i, double scale)
+{
+    struct mill_fill_place *place = &p->grids.place[i];
+    const double a = place->radius, r = p->world->drum_radius - a;
+    for (int tries = 0; tries < DROPS; tries++) {
+        double y, z;
+        do {
+            y = (2.0 * mill_random_uniform(&p->random) - 1.0) * r;
+            z = (2.0 * mill_random_uniform(&p->random) - 1.0) * r;
+        } while (y * y + z * z > r * r);
+        const double x =
+            (mill_random_uniform(&p->random) - 0.5) * (p->world->drum_length - 2.0 * a);
+        place->r = vec3_make(x, y, z);
+        if (mill_fill_room_clear(&p->room, place->r, a) && balls_clear(p, i, scale)) {
+            mill_fill_grids_place(&p->grids, i);
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Drops every ball, the largest kinds first: they would find no room later. */
+static bool drop_all(struct pack *p, double scale)
+{
+    const struct mill_world *w = p->world;
+    double last = (double)INFINITY;
+    mill_fill_grids_clear(&p->grids);
+    for (int32_t dropped = 0; dropped < w->balls;) {
+        double a = 0.0; /* the next smaller radius */
+        for (int k = 0; k < w->species_count; k++) {
+            if (w->species[k].radius < last)
+                a = fmax(a, w->species[k].radius);
+        }
+        for (int32_t i = 0; i < w->balls; i++) {
+            if (p->grids.place[i].radius != a)
+                continue;
+            if (!drop(p, i, scale))
+                return false;
+            if (++dropped % TOLD == 0)
+                tell(p, "dropping balls", dropped);
+        }
+        last = a;
+    }
+    return true;
+}
+
+/* Numbers equal balls by place: neighbours in space become neighbours in memory. */
+static bool sort_by_place(struct pack *p)
+{
+    struct mill_fill_place *place = p->grids.place;
+    const int32_t balls = p->world->balls;
+    struct keyed *item = malloc(sizeof *item * (size_t)balls);
+    if (!item)
+        return false;
+    for (int32_t i = 0; i < balls; i++)
+        item[i] = (struct keyed){p->world->ball[i].species, place[i].cell, i, place[i].r};
+    qsort(item, (size_t)balls, sizeof *item, by_place);
+    mill_fill_grids_clear(&p->grids);
+    for (int32_t i = balls - 1; i >= 0; i--) {
+        place[i].r = item[i].r;
+        mill_fill_grids_place(&p->grids, i);
+    }
+    free(item);
+    return true;
+}
+
+/* Moves ball i and its neighbours apart where they are nearer than the spacing; returns the sum of
+ * what they were pushed, in radii. */
+static double push_from_balls(struct pack *p, int32_t i)
+{
+    struct mill_fill_place *place = p->grids.place, *me = &place[i];
+    const int32_t n = mill_fill_grids_near(&p->grids, me->r, me->radius, p->near);
+    double pushed = 0.0;
+    for (int32_t k = 0; k < n; k++) {
+        struct mill_fill_place *o = &place[p->near[k]];
+        const double sum = me->radius + o->radius;
+        const double close = (1.0 + MILL_FILL_CLOSE) * sum;
+        const vec3 d = vec3_sub(o->r, me->r);
+        const double square = vec3_dot(d, d);
+        if (o == me || square >= close * close)
+            continue;
+        const double distance = sqrt(square);
+        /* two centres at one place part along any fixed direction */
+        const vec3 n_io = distance > 0.0 ? vec3_scale(d, 1.0 / distance) : vec3_make(1.0, 0.0, 0.0);
+        const double push = (1.0 + MILL_FILL_SPACING) * sum - distance;
+        /* the smaller one gives way: it finds room sooner */
+        me->r = vec3_axpy(me->r, -push * (o->radius / sum), n_io);
+        o->r = vec3_axpy(o->r, push * (me->radius / sum), n_io);
+        me->disturbed = o->disturbed = true;
+        mill_fill_grids_replace(&p->grids, p->near[k]);
+        pushed += push / sum;
+    }
+    return pushed;
+}
+
+/* One round over all balls whose neighbourhood was disturbed; adds their number to *looks and
+ * returns the sum of what they were pushed. */
+static double push_round(struct pack *p, uint64_t *looks)
+{
+    struct mill_fill_place *place = p->grids.place;
+    const int32_t balls = p->world->balls;
+    double pushed = 0.0;
+    for (int32_t i = 0; i < balls; i++) {
+        if (!place[i].disturbed)
+            continue;
+        ++*looks;
+        place[i].disturbed = false;
+        pushed += push_from_balls(p, i);
+        if (mill_fill_room_push(&p->room, &place[i].r, place[i].radius))
+            place[i].disturbed = true;
+        mill_fill_grids_replace(&p->grids, i);
+    }
+    return pushed;
+}
+
+/* Is every ball clear of all others and of all surfaces at full size? */
+static bool all_clear(const struct pack *p)
+{
+    for (int32_t i = 0; i < p->world->balls; i++) {
+        const struct mill_fill_place *me = &p->grids.place[i];
+        if (!mill_fill_room_clear(&p->room, me->r, me->radius) || !balls_clear(p, i, 1.0))
+            return false;
+    }
+    return true;
+}
+
+/* False: they jammed. */
+static bool push_apart(struct pack *p)
+{
+    const uint64_t balls = (uint64_t)p->world->balls;
+    double least = (double)INFINITY;
+    uint64_t looks = 0; /* since the last progress */
+    for (int32_t i = 0; i < p->world->balls; i++)
+        p->grids.place[i].disturbed = true;
+    for (int round = 1; looks < PATIENCE * balls; round++) {
+        const uint64_t before = looks;
+        const double pushed = push_round(p, &looks);
+        tell(p, "pushing balls apart", (int32_t)(balls - (looks - before)));
+        if (looks == before)
+            return all_clear(p);
+        if (round % 16 == 0 && all_clear(p))
+            return true;
+        if (pushed < 0.9 * least) {
+            least = pushed;
+            looks = 0;
+        }
+    }
+    return false;
+}
+
+/* Of the room */
+static double solid_fraction(const struct pack *p)
+{
+    const struct mill_world *w = p->world;
     double v = 0.0;
     for (int32_t i = 0; i < w->balls; i++) {
         const double a = w->species[w->ball[i].species].radius;
         v += (4.0 / 3.0) * MILL_PI * a * a * a;
     }
-    return v;
+    return v / p->room.volume;
 }
 
-static enum mill_status pack(struct mill_world *w, const struct mill_fill_room *room,
-                             struct mill_random *random, unsigned long seed,
-                             const struct mill_start_watch *watch)
+static enum mill_fault_code settle(struct pack *p, double fraction)
 {
-    mill_random_seed(random, seed);
-    return mill_fill_pack(w, room, random, solid_volume(w) / room->volume, watch);
+    const bool packed = p->world->balls > 1 && fraction > DROP_FRACTION;
+    double scale = packed ? mill_elementary_cbrt(DROP_FRACTION / fraction) : 1.0;
+    while (!drop_all(p, scale)) {
+        scale *= 0.93;
+        if (scale < 0.4)
+            return MILL_FAULT_NO_ROOM;
+    }
+    if (!sort_by_place(p))
+        return MILL_FAULT_MEMORY;
+    return scale == 1.0 || push_apart(p) ? MILL_FAULT_NONE : MILL_FAULT_NO_ROOM;
+}
+
+/* Gives every ball of p->world its r. */
+static enum mill_fault_code pack(struct pack *p)
+{
+    const struct mill_world *w = p->world;
+    const double fraction = solid_fraction(p);
+    enum mill_fault_code code = MILL_FAULT_MEMORY;
+    assert(fraction > 0.0);
+    if (w->balls > 1 && fraction > DENSEST) /* one ball may fill two thirds of the drum */
+        return MILL_FAULT_NO_ROOM;
+    mill_random_seed(&p->random, p->setup->seed);
+    p->near = malloc(sizeof *p->near * (size_t)w->balls);
+    if (p->near && mill_fill_grids_init(&p->grids, w))
+        code = settle(p, fraction);
+    for (int32_t i = 0; code == MILL_FAULT_NONE && i < w->balls; i++)
+        w->ball[i].r = p->grids.place[i].r;
+    mill_fill_grids_free(&p->grids);
+    free(p->near);
+    return code;
 }
 
 /* Gives `fewer` this part of the balls of each kind, rounded down but at least one, in the order
@@ -48,55 +284,45 @@ static void thin_out(const struct mill_world *w, double part, struct mill_world 
 
 /* They do not fit: finds a number that does, by packing fewer of the same mixture exactly as a
  * setup that asks for them would. */
-static enum mill_fault_code
-find_what_fits(const struct mill_setup *setup, const struct mill_world *w,
-               const struct mill_fill_room *room, struct mill_random *random,
-               const struct mill_start_watch *watch, struct mill_fault *fault)
+static enum mill_fault_code find_what_fits(struct pack *p, struct mill_fault *fault)
 {
-    const double fraction = solid_volume(w) / room->volume;
+    const struct mill_world *w = p->world;
     struct mill_world fewer = *w;
     fewer.ball = calloc((size_t)w->balls, sizeof *fewer.ball);
-    int32_t *count = calloc((size_t)w->species_count, sizeof *count);
-    enum mill_status status = fewer.ball && count ? MILL_BAD_DECK : MILL_FAILED;
-    int32_t tried = w->balls;
-    double part = fmin(0.97, LIKELY / fraction);
-    while (status == MILL_BAD_DECK && tried > w->species_count) {
+    int32_t *count = calloc((size_t)w->species_count, sizeof *count), tried = w->balls;
+    enum mill_fault_code code = fewer.ball && count ? MILL_FAULT_NO_ROOM : MILL_FAULT_MEMORY;
+    fault->amount = solid_fraction(p);
+    p->world = &fewer;
+    for (double part = fmin(0.97, LIKELY / fault->amount);
+         code == MILL_FAULT_NO_ROOM && tried > w->species_count; part *= 0.95) {
         thin_out(w, part, &fewer, count);
         if (fewer.balls < tried) {
             tried = fewer.balls;
-            status = pack(&fewer, room, random, setup->seed, watch);
+            code = pack(p);
         }
-        part *= 0.95;
     }
-    fault->code = status == MILL_FAILED ? MILL_FAULT_MEMORY : MILL_FAULT_NO_ROOM;
-    fault->amount = fraction;
-    for (int k = 0; status == MILL_OK && k < w->species_count && k < MILL_FAULT_SPECIES; k++)
+    for (int k = 0; code == MILL_FAULT_NONE && k < w->species_count && k < MILL_FAULT_SPECIES; k++)
         fault->fits[k] = count[k];
     free(fewer.ball);
     free(count);
-    return fault->code;
+    return code == MILL_FAULT_MEMORY ? code : MILL_FAULT_NO_ROOM;
 }
 
-enum mill_fault_code mill_fill_random(const struct mill_setup *setup,
-                                      const struct mill_start_watch *watch,
-                                      struct mill_world *world, struct mill_fault *fault)
+void mill_fill_random(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                      struct mill_world *world, struct mill_fault *fault)
 {
-    struct mill_fill_room room;
-    struct mill_random random;
+    struct pack p = {.setup = setup, .watch = watch, .world = world};
     double widest = 0.0;
     for (int k = 0; k < world->species_count; k++)
         widest = fmax(widest, world->species[k].radius);
-    if (!mill_fill_room_init(&room, world, widest))
-        return fault->code = MILL_FAULT_MEMORY;
-    const enum mill_status status = pack(world, &room, &random, setup->seed, watch);
-    if (status == MILL_FAILED)
-        fault->code = MILL_FAULT_MEMORY;
-    else if (status != MILL_OK)
-        find_what_fits(setup, world, &room, &random, watch, fault);
-    mill_fill_room_free(&room);
-    if (fault->code != MILL_FAULT_NONE)
-        return fault->code;
-    for (int32_t i = 0; i < world->balls && setup->speed > 0.0; i++)
-        world->ball[i].v = vec3_scale(mill_random_direction(&random), setup->speed);
-    return MILL_FAULT_NONE;
+    fault->code = MILL_FAULT_MEMORY;
+    if (mill_fill_room_init(&p.room, world, widest)) {
+        fault->code = pack(&p);
+        if (fault->code == MILL_FAULT_NO_ROOM)
+            fault->code = find_what_fits(&p, fault);
+        mill_fill_room_free(&p.room);
+    }
+    for (int32_t i = 0; fault->code == MILL_FAULT_NONE && i < world->balls && setup->speed > 0.0;
+         i++)
+        world->ball[i].v = vec3_scale(mill_random_direction(&p.random), setup->speed);
 }

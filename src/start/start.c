@@ -1,9 +1,9 @@
-/* Builds the world of a setup: motions, surfaces, species, start positions. */
+/* Builds the world of a setup: motions, surfaces, species, start positions. Those that were given
+ * are checked: speeds, surfaces, pairs, in this order. */
 #include "millsim/start.h"
 
 #include "base/memory.h"
 #include "geometry/shapes.h"
-#include "start/check.h"
 #include "start/fill.h"
 
 #include <assert.h>
@@ -11,6 +11,10 @@
 #include <string.h>
 
 enum { MOST_BALLS = 50000000, MOST_SHAPES = INT16_MAX - 3 };
+/* [m] rounding of a decimal position may make touching balls overlap by this much */
+#define SLACK 1e-12
+/* [m/s] a speed beyond it is a slip of units, and its square may overflow */
+#define LIGHT 299792458.0
 
 static bool positive(double x)
 {
@@ -19,8 +23,10 @@ static bool positive(double x)
 
 static bool is_drum_sound(const struct mill_setup_drum *d)
 {
-    if (!positive(d->radius) || !positive(d->length) || d->buckles == 0)
-        return positive(d->radius) && positive(d->length);
+    if (!positive(d->radius) || !positive(d->length))
+        return false;
+    if (d->buckles == 0)
+        return true;
     if (!(d->buckles > 1 && d->buckle_height >= 0.0 && d->buckle_height < d->radius) ||
         !isfinite(d->buckle_angle))
         return false;
@@ -68,7 +74,7 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
     w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));
     for (int k = 0; w->motion && k < setup->motions; k++) {
         const struct mill_setup_motion *m = &setup->motion[k];
-        assert(m->on == MILL_STILL || (m->on >= 0 && m->on < k));
+        assert(m->on >= MILL_STILL && m->on < k);
         w->motion[k] = m->type->create(m->form);
         if (!w->motion[k])
             return false;
@@ -106,18 +112,71 @@ static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
     return true;
 }
 
-static enum mill_fault_code place_balls(const struct mill_setup *setup,
-                                        const struct mill_start_watch *watch, struct mill_world *w,
-                                        struct mill_fault *fault)
+static double radius_of(const struct mill_world *w, int32_t i)
 {
-    if (!setup->start)
-        return mill_fill_random(setup, watch, w, fault);
+    return w->species[w->ball[i].species].radius;
+}
+
+/* Fills in the fault of the first ball that is too fast, or else of the first one in a surface. */
+static void check_balls(const struct mill_world *w, struct mill_fault *fault)
+{
+    for (int32_t i = 0; i < w->balls; i++) {
+        if (vec3_norm(w->ball[i].v) <= LIGHT && vec3_norm(w->spin[i]) * radius_of(w, i) <= LIGHT)
+            continue;
+        *fault = (struct mill_fault){.code = MILL_FAULT_SPEED, .ball = i};
+        return;
+    }
+    for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
+        for (int k = 0; k < w->shapes && fault->code == MILL_FAULT_NONE; k++) {
+            const struct mill_shape *s = w->shape[k];
+            const struct mill_pose pose = mill_shape_pose(s, 0.0);
+            const double gap = s->type->gap(s, w->ball[i].r, radius_of(w, i), &pose);
+            if (!(gap >= -SLACK))
+                *fault = (struct mill_fault){.code = MILL_FAULT_BALL_IN_SHAPE,
+                                             .ball = i,
+                                             .kind = s->type->kind,
+                                             .amount = -gap};
+        }
+    }
+}
+
+/* Of balls that the first one overlaps, the first is told. */
+static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
+{
+    struct mill_fill_grids grids = {.balls = 0};
+    int32_t *near = malloc(sizeof *near * (size_t)w->balls);
+    if (!near || !mill_fill_grids_init(&grids, w))
+        fault->code = MILL_FAULT_MEMORY;
+    for (int32_t i = 0; i < w->balls && fault->code == MILL_FAULT_NONE; i++) {
+        const vec3 r = grids.place[i].r = w->ball[i].r;
+        const int32_t n = mill_fill_grids_near(&grids, r, radius_of(w, i), near);
+        for (int32_t k = 0; k < n; k++) {
+            const double distance = vec3_norm(vec3_sub(r, w->ball[near[k]].r));
+            const double gap = distance - (radius_of(w, i) + radius_of(w, near[k]));
+            if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
+                *fault = (struct mill_fault){MILL_FAULT_BALL_IN_BALL, i, near[k], .amount = -gap};
+        }
+        mill_fill_grids_place(&grids, i);
+    }
+    mill_fill_grids_free(&grids);
+    free(near);
+}
+
+static void place_balls(const struct mill_setup *setup, const struct mill_start_watch *watch,
+                        struct mill_world *w, struct mill_fault *fault)
+{
+    if (!setup->start) {
+        mill_fill_random(setup, watch, w, fault);
+        return;
+    }
     for (int32_t i = 0; i < w->balls; i++) {
         w->ball[i].r = setup->start[i].position;
         w->ball[i].v = setup->start[i].velocity;
         w->spin[i] = setup->start[i].spin;
     }
-    return mill_check_start(w, fault);
+    check_balls(w, fault);
+    if (fault->code == MILL_FAULT_NONE)
+        check_pairs(w, fault);
 }
 
 enum mill_fault_code mill_start_world(const struct mill_setup *setup,
@@ -125,14 +184,12 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
                                       struct mill_world **world, struct mill_fault *fault)
 {
     struct mill_fault unread = {.code = MILL_FAULT_NONE};
-    struct mill_world *w = calloc(1, sizeof *w);
     fault = fault ? fault : &unread;
     *fault = (struct mill_fault){.code = MILL_FAULT_NONE};
     *world = NULL;
-    if (w && !is_sound(setup)) {
-        free(w);
+    if (!is_sound(setup))
         return fault->code = MILL_FAULT_NUMBER;
-    }
+    struct mill_world *w = calloc(1, sizeof *w);
     if (!w || !make_motions(setup, w) || !make_balls(setup, w) ||
         !mill_shapes_create(setup, w->motion, &w->counts.quartics, &w->shape, &w->shapes)) {
         mill_world_free(w);
@@ -144,11 +201,12 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     w->drum_length = setup->drum.length;
     memcpy(w->law, setup->law, sizeof w->law);
     w->rebound_floor = setup->rebound_floor;
-    if (place_balls(setup, watch, w, fault) != MILL_FAULT_NONE) {
+    place_balls(setup, watch, w, fault);
+    if (fault->code == MILL_FAULT_NONE) {
+        w->start = mill_world_energy(w, 0.0);
+        *world = w;
+    } else {
         mill_world_free(w);
-        return fault->code;
     }
-    w->start = mill_world_energy(w, 0.0);
-    *world = w;
-    return MILL_FAULT_NONE;
+    return fault->code;
 }

@@ -10,7 +10,7 @@
  * Frisch, Helfand & Lebowitz 1960) has, for a flat hard wall, the surface tension of the centres'
  * surface - 9 eta^2 (1 + eta) / (2 pi (1 - eta)^3) kT/d^2; its derivative by the chemical potential
  * of the same theory gives the surplus s = 3 eta / (2 + 4 eta) used here. */
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "millsim/sim.h"
 
 #include <stdio.h>

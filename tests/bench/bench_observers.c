@@ -4,7 +4,7 @@
  * back to back, everything in the cache ("replayed"), and beside the event loop, 64 at a time, with
  * the cache as the loop leaves it ("in the loop"); snapshots likewise with the cache warm, and
  * after a walk through 8 MiB. `bench_observers [--json FILE] [DECK]`; DECK: input/simoloyer.ini. */
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "millsim/sim.h"
 #include "observe/impactlog.h"
 #include "observe/maps.h"

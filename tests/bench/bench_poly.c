@@ -10,7 +10,7 @@
 #include <time.h>
 
 #include "../unit/poly_cases.h"
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "geometry/shape.h"
 #include "millsim/poly.h"
 #include "millsim/sim.h"

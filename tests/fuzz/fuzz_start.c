@@ -2,7 +2,7 @@
  * with one line, or every ball stands where its row says, nothing overlaps, and the mill runs. */
 #include "mill.h"
 
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 
 static const char text[] = "[run]\ntime = 1 s\n[drum]\nradius = 75 mm\nlength = 120 mm\n"
                            "[contact]\nrestitution = 0.8\nfriction = 0.3\n"

@@ -9,7 +9,7 @@
 #include "mill.h"
 
 #include "base/profile.h"
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "geometry/shapes.h"
 
 enum {

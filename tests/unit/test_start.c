@@ -1,5 +1,5 @@
 /* Claims about start files: every number read to the bit, every fault named with its line. */
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "draws.h"
 
 #include <stdio.h>

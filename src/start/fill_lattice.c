@@ -1,0 +1,283 @@
+/* Two uses of lattices over the drum's box. The room that the surfaces leave to the balls: its
+ * volume, and for each cell the surfaces that a ball in it can touch; distances change no faster
+ * than the place does, so the distance from a cell's centre bounds it in the whole cell. And balls
+ * by place, for mixtures of any sizes: one grid for each class of sizes, cells as wide as its
+ * largest ball, a list of balls in each. A ball looks into its own grid and all others, into the
+ * cells that its and their radii can reach: few cells of large balls, more of small ones, never
+ * more balls than are about. */
+#include "start/fill.h"
+
+#include "base/elementary.h"
+#include "geometry/shape.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Points of the lattice, about; the fewest along an axis; along each, looked at together */
+enum { POINTS = 200000, FEWEST = 8, BLOCK = 4 };
+#define CLASS_RATIO 1.5 /* of the largest to the smallest ball that share a grid */
+
+static int32_t along(const struct mill_fill_lattice *l, int axis, double x)
+{
+    const double cell = x * l->per_side[axis], last = (double)(l->n[axis] - 1);
+    return cell > 0.0 ? (int32_t)(cell < last ? cell : last) : 0;
+}
+
+/* Points beyond the box belong to the outermost cells. */
+static int32_t cell_of(const struct mill_fill_lattice *l, vec3 r)
+{
+    const int32_t ix = along(l, 0, r.x - l->lo.x), iy = along(l, 1, r.y - l->lo.y);
+    return (ix * l->n[1] + iy) * l->n[2] + along(l, 2, r.z - l->lo.z);
+}
+
+/* ---- the room ---- */
+
+/* Lays the lattice over a box: cubes, but for a drum that is flat or thin. */
+static void lay_out(struct mill_fill_lattice *l, const double extent[3])
+{
+    double side = mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / POINTS), points;
+    do {
+        points = 1.0;
+        for (int axis = 0; axis < 3; axis++) {
+            l->n[axis] = (int32_t)fmin(fmax(ceil(extent[axis] / side), FEWEST), POINTS);
+            l->per_side[axis] = l->n[axis] / extent[axis];
+            points *= l->n[axis];
+        }
+        side *= 1.25;
+    } while (points > FEWEST * (double)POINTS);
+    l->lo = vec3_make(-0.5 * extent[0], -0.5 * extent[1], -0.5 * extent[2]);
+}
+
+/* For the cells of the block that begins there, notes which surfaces are nearer than `near` to
+ * their centres, few of which are in reach of the block; how many centres are clear of all
+ * surfaces. */
+static size_t look_around(struct mill_fill_room *room, const int32_t first[3], const double side[3],
+                          double near)
+{
+    enum { MOST = BLOCK * BLOCK * BLOCK };
+    const int32_t *n = room->lattice.n;
+    const vec3 lo = room->lattice.lo;
+    vec3 centre[MOST];
+    uint64_t *cell[MOST];
+    bool clear[MOST];
+    int cells = 0;
+    size_t inside = 0;
+    for (int32_t x = first[0]; x < first[0] + BLOCK && x < n[0]; x++) {
+        for (int32_t y = first[1]; y < first[1] + BLOCK && y < n[1]; y++) {
+            for (int32_t z = first[2]; z < first[2] + BLOCK && z < n[2]; z++) {
+                centre[cells] = vec3_make(lo.x + (x + 0.5) * side[0], lo.y + (y + 0.5) * side[1],
+                                          lo.z + (z + 0.5) * side[2]);
+                cell[cells] = &room->near[(x * n[1] + y) * n[2] + z];
+                clear[cells++] = true;
+            }
+        }
+    }
+    for (int k = 0; k < room->world->shapes; k++) {
+        const struct mill_shape *s = room->world->shape[k];
+        if (!s->type->reachable(s, centre[0], centre[cells - 1], near))
+            continue;
+        for (int i = 0; i < cells; i++) {
+            const double gap = s->type->gap(s, centre[i], 0.0, &room->pose[k]);
+            *cell[i] |= (uint64_t)(gap < near) << k % 64;
+            clear[i] = clear[i] && gap > 0.0;
+        }
+    }
+    for (int i = 0; i < cells; i++)
+        inside += clear[i];
+    return inside;
+}
+
+bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
+{
+    assert(reach > 0.0);
+    const double extent[3] = {w->drum_length, 2.0 * w->drum_radius, 2.0 * w->drum_radius};
+    const int32_t *n = room->lattice.n;
+    double side[3], square = 0.0;
+    lay_out(&room->lattice, extent);
+    for (int axis = 0; axis < 3; axis++) {
+        side[axis] = extent[axis] / n[axis];
+        square += side[axis] * side[axis];
+    }
+    const double near = reach * (1.0 + 2.0 * MILL_FILL_SPACING) + 0.501 * sqrt(square);
+    const size_t cells = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
+    room->world = w;
+    room->near = calloc(cells, sizeof *room->near);
+    room->pose = calloc((size_t)w->shapes, sizeof *room->pose);
+    if (!room->near || !room->pose) {
+        mill_fill_room_free(room);
+        return false;
+    }
+    for (int k = 0; k < w->shapes; k++)
+        room->pose[k] = mill_shape_pose(w->shape[k], 0.0);
+    size_t inside = 0;
+    int32_t from[3];
+    for (from[0] = 0; from[0] < n[0]; from[0] += BLOCK) {
+        for (from[1] = 0; from[1] < n[1]; from[1] += BLOCK) {
+            for (from[2] = 0; from[2] < n[2]; from[2] += BLOCK)
+                inside += look_around(room, from, side, near);
+        }
+    }
+    room->volume = extent[0] * extent[1] * extent[2] * (double)inside / (double)cells;
+    return true;
+}
+
+void mill_fill_room_free(struct mill_fill_room *room)
+{
+    free(room->near);
+    free(room->pose);
+}
+
+bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radius)
+{
+    const struct mill_world *w = room->world;
+    const uint64_t mask = room->near[cell_of(&room->lattice, r)];
+    for (int k = 0; mask && k < w->shapes; k++) {
+        if (mask >> k % 64 & 1 &&
+            !(w->shape[k]->type->gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
+            return false;
+    }
+    return true;
+}
+
+bool mill_fill_room_push(const struct mill_fill_room *room, vec3 *r, double radius)
+{
+    const struct mill_world *w = room->world;
+    const uint64_t mask = room->near[cell_of(&room->lattice, *r)];
+    bool moved = false;
+    for (int k = 0; mask && k < w->shapes; k++) {
+        if (!(mask >> k % 64 & 1))
+            continue;
+        const struct mill_contact c =
+            w->shape[k]->type->contact(w->shape[k], *r, radius, &room->pose[k]);
+        if (c.gap < MILL_FILL_CLOSE * radius) {
+            *r = vec3_axpy(*r, MILL_FILL_SPACING * radius - c.gap, c.normal);
+            moved = true;
+        }
+    }
+    return moved;
+}
+
+/* ---- balls by place ---- */
+
+static int16_t class_of(double radius, double widest)
+{
+    const double k = floor(log(widest / radius) / log(CLASS_RATIO) + 1e-9);
+    return (int16_t)fmin(k, MILL_FILL_CLASSES - 1);
+}
+
+static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
+{
+    const double r = w->drum_radius, extent[3] = {w->drum_length, 2.0 * r, 2.0 * r};
+    const double most = 16.0 * (double)g->balls + 4096.0;
+    const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
+    const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
+    struct mill_fill_lattice *l = &g->lattice;
+    size_t cells = 1;
+    l->lo = vec3_make(-0.5 * w->drum_length, -r, -r);
+    for (int axis = 0; axis < 3; axis++) {
+        l->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
+        l->per_side[axis] = l->n[axis] / extent[axis];
+        cells *= (size_t)l->n[axis];
+    }
+    g->head = malloc(sizeof *g->head * cells);
+    return g->head != NULL;
+}
+
+bool mill_fill_grids_init(struct mill_fill_grids *s, const struct mill_world *w)
+{
+    double widest = 0.0;
+    memset(s, 0, sizeof *s);
+    s->balls = w->balls;
+    s->place = calloc((size_t)w->balls, sizeof *s->place);
+    if (!s->place)
+        return false;
+    for (int k = 0; k < w->species_count; k++)
+        widest = fmax(widest, w->species[k].radius);
+    for (int32_t i = 0; i < w->balls; i++) {
+        struct mill_fill_place *p = &s->place[i];
+        p->radius = w->species[w->ball[i].species].radius;
+        p->class = class_of(p->radius, widest);
+        struct mill_fill_grid *g = &s->grid[p->class];
+        g->widest = fmax(g->widest, p->radius);
+        g->balls++;
+    }
+    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+        if (s->grid[k].balls > 0 && !make_grid(&s->grid[k], w)) {
+            mill_fill_grids_free(s);
+            return false;
+        }
+    }
+    mill_fill_grids_clear(s);
+    return true;
+}
+
+void mill_fill_grids_free(struct mill_fill_grids *s)
+{
+    for (int k = 0; k < MILL_FILL_CLASSES; k++)
+        free(s->grid[k].head);
+    free(s->place);
+    memset(s, 0, sizeof *s);
+}
+
+void mill_fill_grids_clear(struct mill_fill_grids *s)
+{
+    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+        struct mill_fill_grid *g = &s->grid[k];
+        const int32_t *n = g->lattice.n, cells = n[0] * n[1] * n[2];
+        g->placed = 0;
+        for (int32_t cell = 0; cell < cells; cell++)
+            g->head[cell] = -1;
+    }
+}
+
+void mill_fill_grids_place(struct mill_fill_grids *s, int32_t i)
+{
+    assert(i >= 0 && i < s->balls);
+    struct mill_fill_place *p = &s->place[i];
+    struct mill_fill_grid *g = &s->grid[p->class];
+    p->cell = cell_of(&g->lattice, p->r);
+    p->next = g->head[p->cell];
+    g->head[p->cell] = i;
+    g->placed++;
+}
+
+void mill_fill_grids_replace(struct mill_fill_grids *s, int32_t i)
+{
+    struct mill_fill_place *p = &s->place[i];
+    struct mill_fill_grid *g = &s->grid[p->class];
+    if (cell_of(&g->lattice, p->r) == p->cell)
+        return;
+    int32_t *link = &g->head[p->cell];
+    while (*link != i)
+        link = &s->place[*link].next;
+    *link = p->next;
+    g->placed--;
+    mill_fill_grids_place(s, i);
+}
+
+int32_t mill_fill_grids_near(const struct mill_fill_grids *s, vec3 r, double radius, int32_t *out)
+{
+    int32_t n = 0;
+    for (int k = 0; k < MILL_FILL_CLASSES; k++) {
+        const struct mill_fill_grid *g = &s->grid[k];
+        const struct mill_fill_lattice *l = &g->lattice;
+        if (g->placed == 0)
+            continue;
+        const double reach = (radius + g->widest) * (1.0 + MILL_FILL_SPACING);
+        const vec3 d = vec3_sub(r, l->lo);
+        const int32_t x0 = along(l, 0, d.x - reach), x1 = along(l, 0, d.x + reach);
+        const int32_t y0 = along(l, 1, d.y - reach), y1 = along(l, 1, d.y + reach);
+        const int32_t z0 = along(l, 2, d.z - reach), z1 = along(l, 2, d.z + reach);
+        for (int32_t x = x0; x <= x1; x++) {
+            for (int32_t y = y0; y <= y1; y++) {
+                const int32_t *row = g->head + (x * l->n[1] + y) * l->n[2];
+                for (int32_t z = z0; z <= z1; z++) {
+                    for (int32_t i = row[z]; i >= 0; i = s->place[i].next)
+                        out[n++] = i;
+                }
+            }
+        }
+    }
+    return n;
+}
