@@ -122,49 +122,33 @@ INLINE void add_cross(const struct mill_map *map, const struct block *b, int i)
 {
     const double n = b->two[i];
     const four two = {n, n * b->u[i], n * b->v[i], n * b->w[i]}, twice = two + two;
-    const unsigned left = b->column[0][i], right = b->column[3][i];
-    const unsigned inner[2] = {b->column[1][i], b->column[2][i]};
-    char *row = (char *)map->flow + b->row[0][i];
-    add(row, inner[0], &two);
-    add(row, inner[1], &two);
-    row = (char *)map->flow + b->row[1][i];
-    add(row, left, &two);
-    add(row, inner[0], &twice);
-    add(row, inner[1], &twice);
-    add(row, right, &two);
-    row = (char *)map->flow + b->row[2][i];
-    add(row, left, &two);
-    add(row, inner[0], &twice);
-    add(row, inner[1], &twice);
-    add(row, right, &two);
-    row = (char *)map->flow + b->row[3][i];
-    add(row, inner[0], &two);
-    add(row, inner[1], &two);
-}
-
-/* One of the spots: the inner two of the four planes, or all */
-INLINE void add_spot(char *flow, const struct block *b, int i, int k, bool all)
-{
-    const double n = b->two[i], out = b->out[i] * b->share[k][i];
-    const double around = b->around[i] * b->share[k][i];
-    const four two = {n, n * b->u[i], n * out, n * around};
-    if (all)
-        add(flow + b->slice[0][i], b->ring[k][i], &two);
-    add(flow + b->slice[1][i], b->ring[k][i], &two);
-    add(flow + b->slice[2][i], b->ring[k][i], &two);
-    if (all)
-        add(flow + b->slice[3][i], b->ring[k][i], &two);
+    for (int k = 0; k < 4; k++) {
+        const bool all = k == 1 || k == 2; /* of the planes, not only the inner two */
+        char *row = (char *)map->flow + b->row[k][i];
+        if (all)
+            add(row, b->column[0][i], &two);
+        add(row, b->column[1][i], all ? &twice : &two);
+        add(row, b->column[2][i], all ? &twice : &two);
+        if (all)
+            add(row, b->column[3][i], &two);
+    }
 }
 
 INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
 {
     char *const flow = (char *)map->flow;
-    add_spot(flow, b, i, 0, false);
-    add_spot(flow, b, i, 1, true);
-    add_spot(flow, b, i, 2, true);
-    add_spot(flow, b, i, 3, false);
-    add_spot(flow, b, i, 4, false);
-    add_spot(flow, b, i, 5, false);
+    for (int k = 0; k < SPOTS; k++) {
+        const bool all = k == 1 || k == 2;
+        const double n = b->two[i], out = b->out[i] * b->share[k][i];
+        const double around = b->around[i] * b->share[k][i];
+        const four two = {n, n * b->u[i], n * out, n * around};
+        if (all)
+            add(flow + b->slice[0][i], b->ring[k][i], &two);
+        add(flow + b->slice[1][i], b->ring[k][i], &two);
+        add(flow + b->slice[2][i], b->ring[k][i], &two);
+        if (all)
+            add(flow + b->slice[3][i], b->ring[k][i], &two);
+    }
 }
 
 /* The same source for any processor and, where the loader can choose, for those with AVX2 and with

@@ -174,19 +174,19 @@ static void walk(void)
 
 static void measure_snapshots(struct bench *b, int which)
 {
-    struct mill_maps *maps;
+    struct mill_maps maps;
     const double t = mill_sim_local_time(b->sim);
     double best = INFINITY;
-    need(mill_maps_create(b->world, &maps, NULL) == MILL_OK, "out of memory");
+    need(mill_maps_init(&maps, b->world), "out of memory");
     for (int k = 0; k < SNAPSHOTS; k++) {
         if (which == COLD)
             walk();
         const double start = seconds();
-        mill_maps_sample(maps, b->world, t + 1e-6 * k);
+        mill_maps_sample(&maps, b->world, t + 1e-6 * k);
         best = fmin(best, seconds() - start);
     }
     b->cost[which] = 1e9 * best / b->world->balls;
-    mill_maps_free(maps);
+    mill_maps_free(&maps);
 }
 
 static void start(struct bench *b, const char *path, struct recorder *r)
