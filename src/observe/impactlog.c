@@ -1,8 +1,7 @@
 /* Logs every impact (output.impacts = all), one dataset a column. */
-#include "observe/impactlog.h"
+#include "observe/observers.h"
 
 #include "millsim/state.h"
-#include "observe/observe.h"
 #include "store/h5.h"
 
 enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
@@ -31,7 +30,7 @@ static const struct {
 struct impactlog {
     struct mill_observer observer;
     struct mill_h5 *file;
-    uint64_t rows;                          /* as last saved */
+    uint64_t rows;                          /* so far */
     struct mill_h5_column *column[COLUMNS]; /* the file's */
 };
 
@@ -48,17 +47,16 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
     const uint8_t kind = (uint8_t)impact->kind;
     const float position[3] = {(float)r->x, (float)r->y, (float)r->z};
     const float normal[3] = {(float)n->x, (float)n->y, (float)n->z};
-    const void *const row[COLUMNS] = {
-        [TIME] = &impact->time,
-        [KIND] = &kind,
-        [BALL] = &impact->ball,
-        [PARTNER] = &impact->partner,
-        [POSITION] = position,
-        [NORMAL] = normal,
-        [NORMAL_SPEED] = &impact->normal_speed,
-        [TANGENTIAL_SPEED] = &impact->tangential_speed,
-        [LOSS] = &impact->dissipation,
-    };
+    const void *const row[COLUMNS] = {[TIME] = &impact->time,
+                                      [KIND] = &kind,
+                                      [BALL] = &impact->ball,
+                                      [PARTNER] = &impact->partner,
+                                      [POSITION] = position,
+                                      [NORMAL] = normal,
+                                      [NORMAL_SPEED] = &impact->normal_speed,
+                                      [TANGENTIAL_SPEED] = &impact->tangential_speed,
+                                      [LOSS] = &impact->dissipation};
+    log->rows++;
     for (int i = 0; i < COLUMNS; i++)
         mill_h5_column_append(log->column[i], 1, row[i]);
     return mill_h5_status(log->file, error);
@@ -66,16 +64,14 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
 
 static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
-    struct impactlog *log = (struct impactlog *)self;
-    if (!state->loads)
-        log->rows = mill_h5_column_rows(log->column[TIME]);
-    mill_state_structs(state, "rows", sizeof log->rows, 1, &log->rows);
+    mill_state_structs(state, "rows", sizeof(uint64_t), 1, &((struct impactlog *)self)->rows);
 }
 
-static void open_file(struct mill_observer *self, struct mill_h5 *file,
-                      const struct mill_world *world)
+static void open_file(struct mill_observer *self, const struct mill_observe *asked,
+                      struct mill_h5 *file, const struct mill_world *world)
 {
     struct impactlog *log = (struct impactlog *)self;
+    (void)asked;
     (void)world;
     log->file = file;
     for (int i = 0; i < COLUMNS; i++) {
@@ -91,11 +87,9 @@ static void open_file(struct mill_observer *self, struct mill_h5 *file,
     mill_h5_attribute_texts(file, "/impacts/kind", "kinds", MILL_KINDS, mill_kind_name);
 }
 
-const struct mill_observer_type mill_impactlog_type = {
-    .name = "impacts",
-    .size = sizeof(struct impactlog),
-    .wanted = is_wanted,
-    .impact = log_impact,
-    .state = tell_state,
-    .open = open_file,
-};
+const struct mill_observer_type mill_impactlog_type = {.name = "impacts",
+                                                       .size = sizeof(struct impactlog),
+                                                       .wanted = is_wanted,
+                                                       .impact = log_impact,
+                                                       .state = tell_state,
+                                                       .open = open_file};

@@ -4,7 +4,17 @@
  * of the share / density of the speeds there.
  * A twelfth of a revolution is a batch (5 ms at 1000 rpm): in the words of MSER-5 five observations
  * of a sixtieth. Blades pass at all multiples of a revolution's parts, so over whole revolutions
- * what they stir up repeats and has no part in the error. */
+ * what they stir up repeats and has no part in the error.
+ *
+ * Where does the start-up of a series of batch means end? MSER-5 (White, Simulation 69 (1997) 323;
+ * White, Cobb & Spratt, Proc. Winter Simulation Conf. 2000, 755) cuts where the standard error of
+ * the mean of the rest, as if it were independent, is least; the five last batches make a poor rest
+ * and are no candidates (Hoad, Robinson & Davies, J. Oper. Res. Soc. 61 (2010) 1632). How sure is
+ * its mean? Batches grow with the series so that some 16 to 32 remain, and what memory they still
+ * have enters as that of an autoregressive process of first order, the factor (1 + phi)/(1 - phi)
+ * of the variance (Lada, Steiger & Wilson, Eur. J. Oper. Res. 184 (2008) 707; Tafazzoli & Wilson,
+ * IIE Trans. 43 (2011) 110), with phi freed of its bias in short series (Kendall, Biometrika 41
+ * (1954) 403). */
 #include "observe/precision.h"
 
 #include <math.h>
@@ -18,29 +28,33 @@ static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1
 /* Of the energy that the balls bring into contacts: less work is rounding */
 static const double rounding = 1e-9;
 
-enum { PARTS = 12 };
+/* Less memory of a series than the first, or more than the second, is not believed: few batches
+ * tell it to some 0.2 only. */
+static const double least_memory = -0.25, most_memory = 0.9;
 
-void mill_precision_plan(double rotor_speed, struct mill_precision_progress *progress)
+enum { PARTS = 12, LAST = 5, FEWEST = 16 };
+
+/* Batches for a rotor of `rotor_speed` [rad/s] (0: none). They do not depend on how long the run
+ * may last: that must not change where it ends. */
+static struct mill_precision_progress plan(double rotor_speed)
 {
     const double turn = rotor_speed != 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
-    *progress = (struct mill_precision_progress){usual, 0, 0};
     if (!(turn < standing))
-        return;
+        return (struct mill_precision_progress){usual, 0, 0};
     uint64_t period = PARTS;
     while (period > 1 && turn < (double)period * shortest)
         period -= period > 6 ? 6 : period > 4 ? 2 : 1; /* 12, 6, 4, 3, 2, 1 */
-    progress->batch = fmax(1, ceil(shortest / turn * (1 - 1e-12))) * turn / (double)period;
-    for (; progress->batch > longest; progress->batch /= 2)
+    double batch = fmax(1, ceil(shortest / turn * (1 - 1e-12))) * turn / (double)period;
+    for (; batch > longest; batch /= 2)
         period *= 2;
-    progress->period = period;
+    return (struct mill_precision_progress){batch, period, 0};
 }
 
 bool mill_precision_init(struct mill_precision *p, double origin, double rotor_speed,
                          const struct mill_spectrum_grid *grid)
 {
     const size_t n = MILL_PRECISION_BATCHES;
-    *p = (struct mill_precision){.origin = origin, .grid = grid};
-    mill_precision_plan(rotor_speed, &p->at);
+    *p = (struct mill_precision){.origin = origin, .at = plan(rotor_speed), .grid = grid};
     p->books = calloc(n + 1, sizeof *p->books);
     p->counts = calloc(n * MILL_PRECISION_SLOTS, sizeof *p->counts);
     p->power = calloc(3 * n, sizeof *p->power);
@@ -62,11 +76,6 @@ void mill_precision_free(struct mill_precision *p)
 double mill_precision_next(const struct mill_precision *p)
 {
     return p->origin + (double)(p->at.batches + 1) * p->at.batch;
-}
-
-void mill_precision_open(struct mill_precision *p, const struct mill_account *account)
-{
-    p->books[0] = *account;
 }
 
 /* Counts are told apart up to 2^32 - 1 in a batch: that many tell its median as well as more do. */
@@ -103,6 +112,84 @@ uint64_t mill_precision_join(struct mill_precision *p)
     p->at.batch *= (double)many;
     p->at.period = p->at.period > 1 ? p->at.period / many : p->at.period;
     return many;
+}
+
+/* ---- series ---- */
+
+size_t mill_precision_mser(const double *x, size_t n)
+{
+    size_t best = 0;
+    double least = INFINITY, mean = 0, squares = 0;
+    for (size_t d = n; d-- > 0;) { /* from the end, as each cut adds one to the rest */
+        const double left = (double)(n - d), step = x[d] - mean;
+        mean += step / left;
+        squares += step * (x[d] - mean);
+        if (n - d > LAST && squares / (left * left) <= least) {
+            least = squares / (left * left);
+            best = d;
+        }
+    }
+    return best;
+}
+
+/* How many go into one so that FEWEST or more are left: parts of a revolution, then whole ones */
+static size_t size_of_batch(size_t n)
+{
+    static const size_t size[] = {1, 2, 3, 4, 6, 12};
+    size_t best = 1;
+    for (size_t i = 0; i < sizeof size / sizeof *size; i++)
+        if (n / size[i] >= FEWEST)
+            best = size[i];
+    while (best >= 12 && n / (2 * best) >= FEWEST)
+        best *= 2;
+    return best;
+}
+
+/* x - its mean, or - the mean of those of the same phase */
+static void centre(const double *x, size_t n, size_t period, double *out)
+{
+    const size_t step = period > 0 ? period : 1;
+    for (size_t phase = 0; phase < step; phase++) {
+        double sum = 0;
+        for (size_t i = phase; i < n; i += step)
+            sum += x[i];
+        for (size_t i = phase; i < n; i += step)
+            out[i] = x[i] - sum / (double)(n / step);
+    }
+}
+
+double mill_precision_error(const double *x, size_t n, size_t period, double *room)
+{
+    if (n < MILL_PRECISION_FEWEST)
+        return NAN;
+    const size_t size = size_of_batch(n), batches = n / size;
+    const bool repeats = period > size && n / period >= 2;
+    const double turns = repeats ? (double)(n / period) : 0;
+    const size_t skipped = n - batches * size;
+    double mean = 0, squares = 0, products = 0;
+    centre(x, n, repeats ? period : 0, room);
+    for (size_t k = 0; k < batches; k++) {
+        double sum = 0;
+        for (size_t i = 0; i < size; i++)
+            sum += room[skipped + k * size + i];
+        room[k] = sum / (double)size; /* behind what is still to be read */
+        mean += room[k] / (double)batches;
+    }
+    for (size_t k = 0; k < batches; k++) {
+        room[k] -= repeats ? 0 : mean;
+        squares += room[k] * room[k];
+        if (k > 0)
+            products += room[k] * room[k - 1];
+    }
+    if (!(squares > 0))
+        return 0;
+    const double left = (double)batches;
+    double memory = products / squares;
+    memory += repeats ? memory / (left - 1) : (1 + 4 * memory) / left;
+    memory = fmin(fmax(memory, least_memory), most_memory);
+    /* the means of the phases took their share of the scatter along */
+    const double share = repeats ? turns / (turns - 1) : 1;
+    return sqrt(share * squares / (left - 1) / left * (1 + memory) / (1 - memory));
 }
 
 /* ---- the median ---- */

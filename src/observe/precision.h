@@ -47,11 +47,8 @@ struct mill_precision_known {
     bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
 };
 
-/* Batches for a rotor of `rotor_speed` [rad/s] (0: none). They do not depend on how long the run
- * may last: that must not change where it ends. */
-void mill_precision_plan(double rotor_speed, struct mill_precision_progress *progress);
-
-/* From `origin` [s] on; the grid must outlive it. false: out of memory; then, too, free it. */
+/* Batches for a rotor of `rotor_speed` [rad/s] (0: none), from `origin` [s] on; the grid must
+ * outlive it. false: out of memory; then, too, free it. */
 bool mill_precision_init(struct mill_precision *precision, double origin, double rotor_speed,
                          const struct mill_spectrum_grid *grid);
 void mill_precision_free(struct mill_precision *precision);
@@ -59,9 +56,8 @@ void mill_precision_free(struct mill_precision *precision);
 /* [s] simulated time at which the batch now open ends. */
 double mill_precision_next(const struct mill_precision *precision);
 
-/* The first batch begins; a batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There
- * must be room for it. */
-void mill_precision_open(struct mill_precision *precision, const struct mill_account *account);
+/* A batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There must be room for it;
+ * the books of the first batch's begin are books[0]. */
 void mill_precision_close(struct mill_precision *precision, const uint64_t *count,
                           const struct mill_account *account);
 
@@ -81,7 +77,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *pre
  * times their values. */
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted);
 
-/* ---- series (precision_series.c) ---- */
+/* ---- series ---- */
 
 /* The d that minimises the sum of (x_i - mean)^2 over i >= d, divided by (n - d)^2; the last five
  * are no candidates. 0 for n <= 5. */

@@ -6,7 +6,6 @@
  * after a walk through 8 MiB. `bench_observers [--json FILE] [DECK]`; DECK: input/simoloyer.ini. */
 #include "deck/deck_setup.h"
 #include "millsim/sim.h"
-#include "observe/impactlog.h"
 #include "observe/maps.h"
 #include "observe/observers.h"
 #include "observe/tally.h"
@@ -148,7 +147,7 @@ static void measure_log(struct bench *b, struct recorder *r)
     const struct mill_observe asked = {.log_impacts = true};
     log = mill_observers_one(&mill_impactlog_type, &asked, b->world, &error);
     need(log != NULL, error.text);
-    log->type->open(log, file, b->world);
+    log->type->open(log, &asked, file, b->world);
     const double begun = seconds();
     for (size_t i = 0; i < BATCHES; i++) {
         const double start = seconds();
