@@ -140,8 +140,8 @@ static void print_end(FILE *out, const struct mill_tally_results *r, const struc
 static void print_row(FILE *out, const struct mill_tally_results *r, int row)
 {
     const struct mill_spectrum *normal = &r->impacts[row].normal;
-    const uint64_t count = mill_spectrum_count(normal, 0);
-    const double power = mill_tally_per_second(r, mill_spectrum_dissipation(normal, 0));
+    const uint64_t count = mill_spectrum_total(normal, 0).count;
+    const double power = mill_tally_per_second(r, mill_spectrum_total(normal, 0).dissipation);
     const double share = r->floor_share[row];
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
     char d[MILL_SUMMARY_NUMBER], e[MILL_SUMMARY_NUMBER], f[MILL_SUMMARY_NUMBER] = "-";
@@ -172,10 +172,11 @@ static void print_contacts(FILE *out, const struct mill_tally_results *r,
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",
             "> 50 mm/s", "of all", "floor", "power");
     for (int row = 0; row < MILL_TALLY_ROWS; row++)
-        if (row == MILL_TALLY_ALL || mill_spectrum_count(&r->impacts[row].normal, 0) > 0)
+        if (row == MILL_TALLY_ALL || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0)
             print_row(out, r, row);
     if (r->tally->pairs.window > 0) {
-        const double strikes = (double)mill_spectrum_count(&r->strikes[MILL_TALLY_ALL].normal, 0);
+        const double strikes =
+            (double)mill_spectrum_total(&r->strikes[MILL_TALLY_ALL].normal, 0).count;
         fprintf(out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
                 "strikes", strikes, mill_summary_number(a, mill_tally_per_second(r, strikes), "/s"),
                 mill_summary_number(b, r->tally->pairs.window, "s"));

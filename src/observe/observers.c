@@ -3,16 +3,11 @@
 
 #include "observe/tally.h"
 
-#include <assert.h>
 #include <stdlib.h>
 
 /* In the order in which the loop calls them */
-static const struct mill_observer_type *const types[] = {
-    &mill_tally_type,
-    &mill_frames_type,
-    &mill_series_type,
-    &mill_impactlog_type,
-};
+static const struct mill_observer_type *const types[MILL_OBSERVERS] = {
+    &mill_tally_type, &mill_frames_type, &mill_series_type, &mill_impactlog_type};
 
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
                                          const struct mill_observe *asked,
@@ -42,10 +37,8 @@ enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error)
 {
-    const size_t count = sizeof types / sizeof *types;
-    assert(count <= MILL_OBSERVERS);
     *observers = (struct mill_observers){0};
-    for (size_t k = 0; k < count; k++) {
+    for (int k = 0; k < MILL_OBSERVERS; k++) {
         if (types[k]->wanted && !types[k]->wanted(asked))
             continue;
         struct mill_observer *one = mill_observers_one(types[k], asked, world, error);

@@ -17,7 +17,7 @@ extern const struct mill_observer_type mill_series_type;
 /* Every impact, one row each, one dataset a column, under /impacts: for output.impacts = all. */
 extern const struct mill_observer_type mill_impactlog_type;
 
-enum { MILL_OBSERVERS = 8 }; /* at most */
+enum { MILL_OBSERVERS = 4 }; /* at most: all there are */
 
 /* One of the type. NULL: out of memory. Owner: the caller. */
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,

@@ -17,6 +17,7 @@
  * (1954) 403). */
 #include "observe/precision.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,24 +54,16 @@ static struct mill_precision_progress plan(double rotor_speed)
 bool mill_precision_init(struct mill_precision *p, double origin, double rotor_speed,
                          const struct mill_spectrum_grid *grid)
 {
-    const size_t n = MILL_PRECISION_BATCHES;
     *p = (struct mill_precision){.origin = origin, .at = plan(rotor_speed), .grid = grid};
-    p->books = calloc(n + 1, sizeof *p->books);
-    p->counts = calloc(n * MILL_PRECISION_SLOTS, sizeof *p->counts);
-    p->power = calloc(3 * n, sizeof *p->power);
-    if (!p->books || !p->counts || !p->power)
-        return false;
-    p->below = p->power + n;
-    p->room = p->below + n;
-    return true;
+    p->books = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->books);
+    p->counts = calloc(MILL_PRECISION_BATCHES, sizeof *p->counts);
+    return p->books && p->counts;
 }
 
 void mill_precision_free(struct mill_precision *p)
 {
     free(p->books);
     free(p->counts);
-    free(p->power);
-    *p = (struct mill_precision){0};
 }
 
 double mill_precision_next(const struct mill_precision *p)
@@ -87,9 +80,8 @@ static uint32_t count_of(uint64_t n)
 void mill_precision_close(struct mill_precision *p, const uint64_t *count,
                           const struct mill_account *account)
 {
-    uint32_t *row = p->counts + p->at.batches * MILL_PRECISION_SLOTS;
     for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
-        row[i] = count_of(count[i]);
+        p->counts[p->at.batches][i] = count_of(count[i]);
     p->books[++p->at.batches] = *account;
 }
 
@@ -99,12 +91,12 @@ uint64_t mill_precision_join(struct mill_precision *p)
         return 1;
     const uint64_t many = p->at.period == 3 ? 3 : 2, joined = p->at.batches / many;
     for (uint64_t k = 0; k < joined; k++) {
-        uint32_t *row = p->counts + k * MILL_PRECISION_SLOTS;
-        const uint32_t *first = p->counts + many * k * MILL_PRECISION_SLOTS;
-        memmove(row, first, MILL_PRECISION_SLOTS * sizeof *row);
-        for (uint64_t m = 1; m < many; m++)
-            for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
-                row[i] = count_of((uint64_t)row[i] + first[m * MILL_PRECISION_SLOTS + (uint64_t)i]);
+        for (int i = 0; i < MILL_PRECISION_SLOTS; i++) {
+            uint64_t sum = 0;
+            for (uint64_t m = 0; m < many; m++)
+                sum += p->counts[many * k + m][i];
+            p->counts[k][i] = count_of(sum);
+        }
         p->books[k] = p->books[many * k];
     }
     p->books[joined] = p->books[p->at.batches];
@@ -158,8 +150,10 @@ static void centre(const double *x, size_t n, size_t period, double *out)
     }
 }
 
-double mill_precision_error(const double *x, size_t n, size_t period, double *room)
+double mill_precision_error(const double *x, size_t n, size_t period)
 {
+    double room[MILL_PRECISION_BATCHES];
+    assert(n <= MILL_PRECISION_BATCHES);
     if (n < MILL_PRECISION_FEWEST)
         return NAN;
     const size_t size = size_of_batch(n), batches = n / size;
@@ -197,11 +191,9 @@ double mill_precision_error(const double *x, size_t n, size_t period, double *ro
 static void add_up(const struct mill_precision *p, uint64_t from, uint64_t sum[])
 {
     memset(sum, 0, MILL_PRECISION_SLOTS * sizeof *sum);
-    for (uint64_t k = from; k < p->at.batches; k++) {
-        const uint32_t *row = p->counts + k * MILL_PRECISION_SLOTS;
+    for (uint64_t k = from; k < p->at.batches; k++)
         for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
-            sum[i] += row[i];
-    }
+            sum[i] += p->counts[k][i];
 }
 
 /* Where the median lies: share `within` of bin `bin`. count: of all. */
@@ -259,18 +251,19 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
+    double power[MILL_PRECISION_BATCHES], below[MILL_PRECISION_BATCHES];
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches;
     add_up(p, n / 2, sum);
     const struct place place = find_median(sum);
     for (uint64_t k = 0; k < n; k++) {
         double all;
-        const double more = excess(p->counts + k * MILL_PRECISION_SLOTS, &place, &all);
-        p->below[k] = all > 0 ? more / all : 0;
-        p->power[k] = work(p, k, k + 1);
+        const double more = excess(p->counts[k], &place, &all);
+        below[k] = all > 0 ? more / all : 0;
+        power[k] = work(p, k, k + 1);
     }
-    const uint64_t of_power = mill_precision_mser(p->power, n);
-    const uint64_t of_median = mill_precision_mser(p->below, n);
+    const uint64_t of_power = mill_precision_mser(power, n),
+                   of_median = mill_precision_mser(below, n);
     const uint64_t cut = of_power > of_median ? of_power : of_median;
     *settled = n >= MILL_PRECISION_FEWEST && 2 * cut <= n;
     return cut < n / 2 ? cut : n / 2;
@@ -279,6 +272,7 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from,
                                                 bool whole)
 {
+    double power[MILL_PRECISION_BATCHES], below[MILL_PRECISION_BATCHES], all;
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
     const struct mill_account *now = &p->books[p->at.batches];
@@ -288,9 +282,9 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     if (n == 0)
         return known;
     for (uint64_t k = 0; k < n; k++)
-        p->power[k] = work(p, from + k, from + k + 1) / p->at.batch;
+        power[k] = work(p, from + k, from + k + 1) / p->at.batch;
     known.power.value = work(p, from, p->at.batches) / ((double)n * p->at.batch);
-    known.power.error = mill_precision_error(p->power, n, period, p->room);
+    known.power.error = mill_precision_error(power, n, period);
     add_up(p, from, sum);
     const struct place place = find_median(sum);
     if (!(place.count > 0))
@@ -299,13 +293,11 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
         place.bin < MILL_PRECISION_SLOTS - 1
             ? mill_spectrum_within(p->grid, MILL_SPECTRUM_FAST + place.bin, place.within)
             : p->grid->edge[MILL_SPECTRUM_BINS];
-    for (uint64_t k = 0; k < n; k++) {
-        double all;
-        p->below[k] = excess(p->counts + (from + k) * MILL_PRECISION_SLOTS, &place, &all);
-    }
+    for (uint64_t k = 0; k < n; k++)
+        below[k] = excess(p->counts[from + k], &place, &all);
     /* of the share below; independent impacts would scatter it by 1/2 over the root of their number
      */
-    const double scatter = mill_precision_error(p->below, n, period, p->room);
+    const double scatter = mill_precision_error(below, n, period);
     const double share = fmax(scatter * (double)n / place.count, 0.5 / sqrt(place.count));
     if (!isnan(scatter))
         known.median.error = known.median.value * share / density(sum, &place);

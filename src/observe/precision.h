@@ -29,9 +29,7 @@ struct mill_precision {
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
     struct mill_account *books; /* [batches + 1] at the begin of each batch, and at the last end */
-    uint32_t *counts;           /* [batches][MILL_PRECISION_SLOTS] impacts by normal speed */
-    double *power, *below;      /* [batches] room for the two series; nothing is kept in it */
-    double *room;               /* [batches] likewise */
+    uint32_t (*counts)[MILL_PRECISION_SLOTS]; /* [batches] impacts by normal speed */
 };
 
 /* A mean with its standard error, in its own unit; NaN: not known. */
@@ -84,8 +82,8 @@ bool mill_precision_reached(const struct mill_precision_known *known, double wan
 size_t mill_precision_mser(const double *x, size_t n);
 
 /* Standard error of the mean of x[n], a stationary series that remembers what came before; period >
- * 0: n is two or more times that, and what repeats after it has no part in the error. room[n] is
- * written to. NaN for n < MILL_PRECISION_FEWEST. */
-double mill_precision_error(const double *x, size_t n, size_t period, double *room);
+ * 0: n is two or more times that, and what repeats after it has no part in the error. NaN for n <
+ * MILL_PRECISION_FEWEST; n <= MILL_PRECISION_BATCHES. */
+double mill_precision_error(const double *x, size_t n, size_t period);
 
 #endif

@@ -40,7 +40,8 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_ki
 /* Entries there are, used or not. */
 size_t mill_strikes_room(const struct mill_strikes *strikes);
 
-/* Empties the table and gives it 2^bits buckets. false: out of memory, the table is as before. */
-bool mill_strikes_resize(struct mill_strikes *strikes, int bits);
+/* Gives the table 2^bits buckets, or more where the entries that are alive at `now` (INFINITY: none
+ * is) need them. false: out of memory, the table is as before. */
+bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now);
 
 #endif

@@ -225,7 +225,7 @@ static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
     double bits = pairs->bits;
     mill_state_field(state, "pair_bits", MILL_FIELD_F64, 1, &bits);
     if (state->loads && state->status == MILL_OK &&
-        !(bits >= 0 && bits <= 40 && mill_strikes_resize(pairs, (int)bits)))
+        !(bits >= 0 && bits <= 40 && mill_strikes_resize(pairs, (int)bits, INFINITY)))
         mill_state_refuse(state, "out of memory for the table of strikes");
     mill_state_structs(state, "pairs", sizeof *pairs->entry, mill_strikes_room(pairs),
                        pairs->entry);
@@ -254,7 +254,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
         mill_state_structs(state, "before", sizeof *t->before, MILL_PRECISION_SLOTS, t->before);
         mill_state_structs(state, "books", sizeof *batches->books, n + 1, batches->books);
         mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_PRECISION_SLOTS,
-                         batches->counts);
+                         *batches->counts);
     }
     t->observer.next = t->at.next;
 }

@@ -218,13 +218,12 @@ static void tell_rows(struct mill_sink *sink, const char *name, const struct mil
     sink->open(sink, name);
     for (int row = 0; row < MILL_TALLY_ROWS; row++) {
         const struct mill_spectrum *normal = &speeds[row].normal;
-        const uint64_t count = mill_spectrum_count(normal, 0);
-        const double dissipation = mill_spectrum_dissipation(normal, 0);
+        const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
         sink->open(sink, mill_tally_name(row));
-        mill_tell_count(sink, "count", count, "how many within the duration");
-        mill_tell_number(sink, "rate", mill_tally_per_second(r, (double)count), "s-1",
+        mill_tell_count(sink, "count", all.count, "how many within the duration");
+        mill_tell_number(sink, "rate", mill_tally_per_second(r, (double)all.count), "s-1",
                          "count / duration");
-        mill_tell_number(sink, "dissipated_power", mill_tally_per_second(r, dissipation), "W",
+        mill_tell_number(sink, "dissipated_power", mill_tally_per_second(r, all.dissipation), "W",
                          "energy dissipated / duration");
         tell_speed(sink, "normal_speed", grid, normal, normal, MILL_SPECTRUM_FAST);
         tell_speed(sink, "tangential_speed", grid, &speeds[row].tangential[0],

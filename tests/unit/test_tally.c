@@ -29,7 +29,7 @@ START_TEST(only_impacts_within_the_window_are_counted)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 2);
     ck_assert_double_eq_tol(
-        mill_spectrum_dissipation(&f.results->impacts[MILL_BALL_BALL].normal, 0), 0.6, 1e-15);
+        mill_spectrum_total(&f.results->impacts[MILL_BALL_BALL].normal, 0).dissipation, 0.6, 1e-15);
     ck_assert_double_eq_tol(mill_tally_per_second(f.results, 2), 2, 1e-15);
 }
 END_TEST
@@ -54,7 +54,8 @@ START_TEST(the_row_of_all_is_the_sum_of_the_kinds)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), 15);
     ck_assert_uint_eq(strikes_of(&f, MILL_TALLY_ALL), 15);
-    ck_assert(mill_spectrum_dissipation(&f.results->impacts[MILL_TALLY_ALL].normal, 0) == 7.5);
+    ck_assert(mill_spectrum_total(&f.results->impacts[MILL_TALLY_ALL].normal, 0).dissipation ==
+              7.5);
 }
 END_TEST
 
@@ -98,7 +99,7 @@ START_TEST(a_strike_begun_before_the_window_is_not_counted_as_new)
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 2);
     ck_assert_uint_eq(strikes_of(&f, MILL_BALL_BALL), 0);
-    ck_assert(mill_spectrum_dissipation(&f.results->strikes[MILL_BALL_BALL].normal, 0) == 0);
+    ck_assert(mill_spectrum_total(&f.results->strikes[MILL_BALL_BALL].normal, 0).dissipation == 0);
 }
 END_TEST
 
@@ -126,8 +127,8 @@ START_TEST(tangential_speeds_above_50_mm_per_s_are_chosen_by_the_normal_speed)
     const struct mill_spectrum *tangential = f.results->impacts[MILL_BALL_WALL].tangential;
     const double v = mill_spectrum_quantile(&f.tally->grid, &tangential[1], 0, 0.5);
     ck_assert_double_eq_tol(v / 0.001, 1, 0.02);
-    ck_assert_uint_eq(mill_spectrum_count(&tangential[1], 0), 1);
-    ck_assert_uint_eq(mill_spectrum_count(&tangential[0], 0), 2); /* of all */
+    ck_assert_uint_eq(mill_spectrum_total(&tangential[1], 0).count, 1);
+    ck_assert_uint_eq(mill_spectrum_total(&tangential[0], 0).count, 2); /* of all */
 }
 END_TEST
 
@@ -379,7 +380,8 @@ START_TEST(results_asked_for_meanwhile_leave_the_tally_as_it_is)
         play_trace(cuts[i - 1], cuts[i]);
         save(f.tally, &before);
         ck_assert_int_eq(mill_tally_results_make(f.tally, &f.world, 0.5, &results, NULL), MILL_OK);
-        ck_assert(i == 1 || mill_spectrum_count(&results->impacts[MILL_TALLY_ALL].normal, 0) > 0);
+        ck_assert(i == 1 ||
+                  mill_spectrum_total(&results->impacts[MILL_TALLY_ALL].normal, 0).count > 0);
         mill_tally_results_free(results);
         save(f.tally, &after);
         ck_assert(kept_alike(&before, &after));
