@@ -251,7 +251,7 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
-    double power[MILL_PRECISION_BATCHES], below[MILL_PRECISION_BATCHES];
+    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0};
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches;
     add_up(p, n / 2, sum);
@@ -272,7 +272,7 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from,
                                                 bool whole)
 {
-    double power[MILL_PRECISION_BATCHES], below[MILL_PRECISION_BATCHES], all;
+    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
     uint64_t sum[MILL_PRECISION_SLOTS];
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
     const struct mill_account *now = &p->books[p->at.batches];

@@ -3,7 +3,7 @@
 #include "observe/precision.h"
 #include "unit.h"
 
-enum { MOST = 4800 };
+enum { MOST = 480 };
 
 static double x[MOST];
 static uint64_t chance;
