@@ -7,25 +7,24 @@
 enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
 
 static const struct {
-    const char *path, *unit, *meaning;
+    const char *path, *unit;
     enum mill_h5_type type;
     int rank; /* 0: a number, 1: three */
+    const char *meaning;
 } table[COLUMNS] = {
-    {"/impacts/time", "s", "simulated time of the impact", MILL_H5_F64, 0},
-    {"/impacts/kind", "1", "kind of contact: index into the attribute kinds", MILL_H5_U8, 0},
-    {"/impacts/ball", "1", "number of the ball", MILL_H5_I32, 0},
-    {"/impacts/partner", "1",
-     "number of the other ball, of the blade or of the end wall; -1 for drum and shaft",
-     MILL_H5_I32, 0},
-    {"/impacts/position", "m", "point of contact: (x, y, z)", MILL_H5_F32, 1},
-    {"/impacts/normal", "1", "unit normal of the contact, into the ball: (x, y, z)", MILL_H5_F32,
-     1},
-    {"/impacts/normal_speed", "m s-1", "approach speed along the normal just before", MILL_H5_F64,
-     0},
-    {"/impacts/tangential_speed", "m s-1", "slip of the two surfaces just before", MILL_H5_F64, 0},
-    {"/impacts/dissipation", "J",
-     "energy lost in the impact; negative where the rebound floor gave energy", MILL_H5_F64, 0},
-};
+    {"/impacts/time", "s", MILL_H5_F64, 0, "simulated time of the impact"},
+    {"/impacts/kind", "1", MILL_H5_U8, 0, "kind of contact: index into the attribute kinds"},
+    {"/impacts/ball", "1", MILL_H5_I32, 0, "number of the ball"},
+    {"/impacts/partner", "1", MILL_H5_I32, 0,
+     "number of the other ball, of the blade or of the end wall; -1 for drum and shaft"},
+    {"/impacts/position", "m", MILL_H5_F32, 1, "point of contact: (x, y, z)"},
+    {"/impacts/normal", "1", MILL_H5_F32, 1,
+     "unit normal of the contact, into the ball: (x, y, z)"},
+    {"/impacts/normal_speed", "m s-1", MILL_H5_F64, 0,
+     "approach speed along the normal just before"},
+    {"/impacts/tangential_speed", "m s-1", MILL_H5_F64, 0, "slip of the two surfaces just before"},
+    {"/impacts/dissipation", "J", MILL_H5_F64, 0,
+     "energy lost in the impact; negative where the rebound floor gave energy"}};
 
 struct impactlog {
     struct mill_observer observer;

@@ -69,9 +69,10 @@ static double under_arc(double radius, double y)
     return 0.5 * radius * radius * (s * sqrt(1 - s * s) + mill_elementary_asin(s));
 }
 
-/* Area of [y0, y1] x [z0, z1], all >= 0, inside the circle */
-static double inside_circle(double radius, double y0, double y1, double z0, double z1)
+/* Area of cell (i, k) from the axis on, both >= 0, inside the circle */
+static double inside_circle(double radius, double size, int i, int k)
 {
+    const double y0 = i * size, y1 = (i + 1) * size, z0 = k * size, z1 = (k + 1) * size;
     const double full = sqrt(fmax(0, radius * radius - z1 * z1)); /* y up to which all of it is */
     const double none = sqrt(fmax(0, radius * radius - z0 * z0)); /* y from which nothing is */
     const double a = fmin(fmax(full, y0), y1), b = fmin(fmax(none, a), y1);
@@ -93,21 +94,6 @@ static int points_inside(const struct mill_shape *drum, double y0, double z0, do
         inside += points_inside(drum, y0 + (quarter / 2 ? size / 2 : 0),
                                 z0 + (quarter % 2 ? size / 2 : 0), size / 2, subs / 2);
     return inside;
-}
-
-/* [m^2] of cell (i, k) of the cross-section inside the drum: exact for the circle (drum NULL), else
- * sampled to about 0.1 % of a cell */
-static double cell_area(const struct mill_map *cross, const struct mill_shape *drum,
-                        double drum_radius, int i, int k)
-{
-    const double from = cross->from[0], size = cross->size[0];
-    const int half = cross->n[0] / 2;
-    if (drum)
-        return size * size * points_inside(drum, i * size + from, k * size + from, size, SUBS) /
-               (SUBS * SUBS);
-    const int p = i < half ? half - 1 - i : i - half; /* the quadrants are alike */
-    const int q = k < half ? half - 1 - k : k - half;
-    return inside_circle(drum_radius, p * size, (p + 1) * size, q * size, (q + 1) * size);
 }
 
 /* [m^2] of ring i of this width inside the drum, none within `bore` of the axis being outside */
@@ -171,9 +157,20 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
     if (!mill_maps_like(maps, &layout))
         return false;
     double *room = maps->cross.room;
-    for (int i = 0; i < 2 * MILL_MAPS_RINGS; i++)
-        for (int k = 0; k < 2 * MILL_MAPS_RINGS; k++)
-            *room++ = cell_area(&maps->cross, drum, world->drum_radius, i, k) * world->drum_length;
+    const double size = maps->cross.size[0], squares = SUBS * SUBS;
+    for (int i = 0; i < 2 * MILL_MAPS_RINGS; i++) {
+        for (int k = 0; k < 2 * MILL_MAPS_RINGS; k++) {
+            const int row = i < MILL_MAPS_RINGS ? MILL_MAPS_RINGS - 1 - i : i - MILL_MAPS_RINGS;
+            const int place = k < MILL_MAPS_RINGS ? MILL_MAPS_RINGS - 1 - k : k - MILL_MAPS_RINGS;
+            const double area =
+                drum
+                    ? size * size *
+                          points_inside(drum, i * size - radius, k * size - radius, size, SUBS) /
+                          squares
+                    : inside_circle(world->drum_radius, size, row, place); /* quadrants are alike */
+            *room++ = area * world->drum_length;
+        }
+    }
     const double bore = drum ? gap_at(drum, 0, 0) : 0;
     for (int i = 0; i < maps->axial.n[0] * MILL_MAPS_RINGS; i++)
         room[i] = i < MILL_MAPS_RINGS

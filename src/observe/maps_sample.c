@@ -83,10 +83,8 @@ INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride
         double at = centre[i] * per + zero;
         at = at < end - three ? at : end - three;
         at = at > three ? at : three;
-        offset[0][i] = (unsigned)((int)(at - three) * stride);
-        offset[1][i] = (unsigned)((int)(at - one) * stride);
-        offset[2][i] = (unsigned)((int)(at + one) * stride);
-        offset[3][i] = (unsigned)((int)(at + three) * stride);
+        for (int k = 0; k < 4; k++)
+            offset[k][i] = (unsigned)((int)(at + (2 * k - 3) * one) * stride);
     }
 }
 

@@ -20,35 +20,32 @@ struct row {
 #define FROM(member) offsetof(struct row, member)
 
 static const struct {
-    const char *name, *unit, *meaning;
-    enum mill_h5_type type;
+    const char *name, *unit;
     size_t from;  /* its place in a row */
     size_t width; /* 0: one series; else so many numbers for each kind of contact */
+    enum mill_h5_type type;
+    const char *meaning;
 } table[] = {
-    {"kinetic_energy", "J", "translational kinetic energy of all balls", MILL_H5_F64,
-     FROM(energy.kinetic), 0},
-    {"rotational_energy", "J", "rotational kinetic energy of all balls", MILL_H5_F64,
-     FROM(energy.rotational), 0},
-    {"potential_energy", "J", "potential energy of all balls in gravity, 0 at the drum's centre",
-     MILL_H5_F64, FROM(energy.potential), 0},
-    {"rotor_work", "J", "work done by the rotor on the balls, cumulative from t = 0", MILL_H5_F64,
-     FROM(account.rotor_work), 0},
-    {"rotor_torque", "N m",
+    {"kinetic_energy", "J", FROM(energy.kinetic), 0, MILL_H5_F64,
+     "translational kinetic energy of all balls"},
+    {"rotational_energy", "J", FROM(energy.rotational), 0, MILL_H5_F64,
+     "rotational kinetic energy of all balls"},
+    {"potential_energy", "J", FROM(energy.potential), 0, MILL_H5_F64,
+     "potential energy of all balls in gravity, 0 at the drum's centre"},
+    {"rotor_work", "J", FROM(account.rotor_work), 0, MILL_H5_F64,
+     "work done by the rotor on the balls, cumulative from t = 0"},
+    {"rotor_torque", "N m", FROM(torque), 0, MILL_H5_F64,
      "torque of the rotor on the balls about +x, mean over the interval before; 0 in the first "
-     "row",
-     MILL_H5_F64, FROM(torque), 0},
-    {"dissipation", "J", "energy lost in impacts of this kind, cumulative from t = 0", MILL_H5_F64,
-     FROM(account.dissipation), 1},
-    {"dissipation_normal", "J",
-     "normal part of the energy lost in impacts of this kind, cumulative from t = 0", MILL_H5_F64,
-     FROM(account.dissipation_normal), 1},
-    {"collisions", "1", "impacts of this kind, cumulative from t = 0", MILL_H5_U64,
-     FROM(account.collisions), 1},
-    {"fast_collisions", "1",
+     "row"},
+    {"dissipation", "J", FROM(account.dissipation), 1, MILL_H5_F64,
+     "energy lost in impacts of this kind, cumulative from t = 0"},
+    {"dissipation_normal", "J", FROM(account.dissipation_normal), 1, MILL_H5_F64,
+     "normal part of the energy lost in impacts of this kind, cumulative from t = 0"},
+    {"collisions", "1", FROM(account.collisions), 1, MILL_H5_U64,
+     "impacts of this kind, cumulative from t = 0"},
+    {"fast_collisions", "1", FROM(account.fast), MILL_WORLD_FAST, MILL_H5_U64,
      "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
-     "cumulative from t = 0",
-     MILL_H5_U64, FROM(account.fast), MILL_WORLD_FAST},
-};
+     "cumulative from t = 0"}};
 enum { TABLE = sizeof table / sizeof *table };
 
 struct series {

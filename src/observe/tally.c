@@ -26,22 +26,20 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
                                      int normal, int tangential, struct mill_error *error)
 {
     struct mill_speeds *speeds = &tally->gathered.strikes[impact->kind];
+    struct mill_strike alone, *strike = &alone;
     bool fresh = true;
-    struct mill_strike *strike = NULL;
-    if (tally->pairs.window > 0) {
+    if (tally->pairs.window > 0)
         strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball, impact->partner,
                                    impact->time, &fresh);
-        if (!strike)
-            return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    }
-    if (fresh && tally->at.open)
-        count(speeds, impact, normal, tangential);
-    if (fresh && strike) {
+    if (!strike)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
+    if (fresh) {
         strike->stretch = (int32_t)tally->gathered.last;
         strike->normal = tally->at.open ? (int16_t)normal : -1;
         strike->tangential = (int16_t)tangential;
-    }
-    if (!fresh && strike->normal >= 0) {
+        if (tally->at.open)
+            count(speeds, impact, normal, tangential);
+    } else if (strike->normal >= 0) {
         if (strike->stretch != tally->gathered.last)
             speeds = &mill_tally_window_strikes(tally, strike->stretch)[impact->kind];
         const int fast = strike->normal >= MILL_SPECTRUM_FAST;
@@ -51,26 +49,21 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
-static enum mill_status gather(struct mill_tally *tally, const struct mill_impact *impact,
-                               struct mill_error *error)
-{
-    const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
-    const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
-    if (tally->at.open) {
-        count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
-        mill_maps_impact(&tally->gathered.maps, impact->position, impact->normal_speed,
-                         impact->dissipation);
-    }
-    return count_strike(tally, impact, normal, tangential, error);
-}
-
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
                                   struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     enum mill_status status = MILL_OK;
-    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch))
-        status = gather(tally, impact, error);
+    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch)) {
+        const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
+        const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
+        if (tally->at.open) {
+            count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
+            mill_maps_impact(&tally->gathered.maps, impact->position, impact->normal_speed,
+                             impact->dissipation);
+        }
+        status = count_strike(tally, impact, normal, tangential, error);
+    }
     if (++tally->at.collisions < tally->collisions || status != MILL_OK)
         return status;
     tally->at.ended = MILL_TALLY_COLLISIONS;
@@ -108,16 +101,11 @@ static double late(const struct mill_tally *tally)
 
 static void plan(struct mill_tally *tally)
 {
-    struct mill_tally_progress *at = &tally->at;
-    if (at->closed)
-        at->next = INFINITY;
-    else if (!at->open)
-        at->next = tally->begin;
-    else
-        at->next = fmin(fmin(fmin(next_snapshot(tally), next_block(tally)),
-                             at->late ? tally->end : late(tally)),
-                        next_batch(tally));
-    tally->observer.next = at->next;
+    const struct mill_tally_progress *at = &tally->at;
+    double next = at->open ? fmin(next_snapshot(tally), next_block(tally)) : tally->begin;
+    if (at->open)
+        next = fmin(fmin(next, at->late ? tally->end : late(tally)), next_batch(tally));
+    tally->observer.next = at->closed ? (double)INFINITY : next;
 }
 
 static void note_block(struct mill_tally *tally, const struct mill_account *account)
@@ -135,41 +123,34 @@ static void open_window(struct mill_tally *tally, const struct mill_account *acc
         tally->batches.books[0] = *account;
 }
 
-/* Within the window: all that is due by `now`, which is local time t. */
-static void look(struct mill_tally *tally, const struct mill_world *world, double t, double now)
-{
-    /* batches and blocks that end together may differ by rounding */
-    const double same = now + 1e-9 * tally->tick;
-    while (next_block(tally) <= same) {
-        tally->at.blocks++;
-        note_block(tally, &world->account);
-    }
-    while (next_snapshot(tally) <= now) {
-        mill_maps_sample(&tally->gathered.maps, world, t);
-        tally->at.snapshots++;
-    }
-    if (!tally->at.late && late(tally) <= now) {
-        tally->at.late = true;
-        tally->at.at_late = world->account;
-    }
-}
-
 static enum mill_status on_sample(struct mill_observer *observer, const struct mill_world *world,
                                   double t, struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    const double now = tally->at.next;
-    if (!tally->at.open && tally->begin <= now)
+    struct mill_tally_progress *at = &tally->at;
+    /* batches and blocks that end together may differ by rounding */
+    const double now = observer->next, same = now + 1e-9 * tally->tick;
+    if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
-    if (tally->at.open)
-        look(tally, world, t, now);
+    while (at->open && next_block(tally) <= same) {
+        at->blocks++;
+        note_block(tally, &world->account);
+    }
+    while (at->open && next_snapshot(tally) <= now) {
+        mill_maps_sample(&tally->gathered.maps, world, t);
+        at->snapshots++;
+    }
+    if (at->open && !at->late && late(tally) <= now) {
+        at->late = true;
+        at->at_late = world->account;
+    }
     if (next_batch(tally) <= now)
         mill_tally_window_batch(tally, &world->account);
-    const bool known = tally->at.ended == MILL_TALLY_PRECISION;
+    const bool known = at->ended == MILL_TALLY_PRECISION;
     if (known || tally->end <= now) {
-        tally->at.at_end = world->account;
-        tally->at.over = known ? now : tally->end;
-        tally->at.closed = true;
+        at->at_end = world->account;
+        at->over = known ? now : tally->end;
+        at->closed = true;
     }
     plan(tally);
     return known ? mill_error_set(error, MILL_ENDED, "precision") : MILL_OK;
@@ -237,6 +218,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
 {
     struct mill_tally *t = (struct mill_tally *)observer;
     struct mill_precision *batches = &t->batches;
+    mill_state_field(state, "next", MILL_FIELD_F64, 1, &observer->next);
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
     mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
     if (state->loads && state->status == MILL_OK && !sane(t))
@@ -256,7 +238,6 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
         mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_PRECISION_SLOTS,
                          *batches->counts);
     }
-    t->observer.next = t->at.next;
 }
 
 /* ---- life ---- */

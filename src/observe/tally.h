@@ -35,7 +35,6 @@ enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIO
 
 /* How far the gathering has come; all of it is plain numbers, saved as they are. */
 struct mill_tally_progress {
-    double next;         /* [s] as observer.next */
     bool open;           /* the window has begun */
     bool closed;         /* and it is over: nothing is gathered any more */
     bool late;           /* its last tenth has begun */
