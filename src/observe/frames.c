@@ -92,19 +92,15 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
 static void open_columns(struct frames *frames, size_t balls)
 {
     static const struct mill_h5_layout shared[2] = {
-        {.type = MILL_H5_I64, .unit = "1", .description = "number of the frame"},
-        {.type = MILL_H5_F64, .unit = "s", .description = "simulated time"}};
+        {MILL_H5_I64, 0, {0}, 0, "1", "number of the frame", false},
+        {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
     static const char *const name[2] = {GROUP "/position/step", GROUP "/position/time"};
     struct mill_h5 *file = frames->file;
     frames->step = mill_h5_column_create(file, name[0], &shared[0], frames->rows);
     frames->time = mill_h5_column_create(file, name[1], &shared[1], frames->rows);
     for (int i = 0; i < STATES; i++) {
-        const struct mill_h5_layout value = {.type = MILL_H5_F32,
-                                             .rank = 2,
-                                             .dims = {balls, 3},
-                                             .unit = table[i].unit,
-                                             .description = table[i].meaning,
-                                             .plain = true};
+        const struct mill_h5_layout value = {MILL_H5_F32,      2,   {balls, 3}, 0, table[i].unit,
+                                             table[i].meaning, true};
         char path[64];
         snprintf(path, sizeof path, GROUP "/%s/value", table[i].name);
         frames->value[i] = mill_h5_column_create(file, path, &value, frames->rows);
@@ -113,13 +109,6 @@ static void open_columns(struct frames *frames, size_t balls)
             mill_h5_link(file, name[k], path);
         }
     }
-}
-
-static vec3 state_of(const struct mill_world *world, int state, int32_t ball, double t)
-{
-    if (state == POSITION)
-        return mill_world_position(world, ball, t);
-    return state == VELOCITY ? mill_world_velocity(world, ball, t) : world->spin[ball];
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -131,7 +120,9 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     for (int state = 0; state < STATES; state++) {
         float *to = frames->row;
         for (int32_t i = 0; i < world->balls; i++) {
-            const vec3 a = state_of(world, state, i, t);
+            const vec3 a = state == POSITION   ? mill_world_position(world, i, t)
+                           : state == VELOCITY ? mill_world_velocity(world, i, t)
+                                               : world->spin[i];
             *to++ = (float)a.x;
             *to++ = (float)a.y;
             *to++ = (float)a.z;
@@ -153,7 +144,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     struct frames *frames = (struct frames *)self;
     frames->asked = *asked;
     frames->file = file;
-    mill_vtkhdf_remove(file);
+    mill_h5_remove(file, "/VTKHDF"); /* of a run that goes on: it has a number of frames */
     if (frames->rows == 0) {
         write_head(file);
         write_balls(file, world);

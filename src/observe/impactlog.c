@@ -4,6 +4,7 @@
 #include "millsim/state.h"
 #include "store/h5.h"
 
+enum { CHUNK = 16384 }; /* rows */
 enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
 
 static const struct {
@@ -74,12 +75,8 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     (void)world;
     log->file = file;
     for (int i = 0; i < COLUMNS; i++) {
-        const struct mill_h5_layout layout = {.type = table[i].type,
-                                              .rank = table[i].rank,
-                                              .dims = {3},
-                                              .chunk = 16384,
-                                              .unit = table[i].unit,
-                                              .description = table[i].meaning};
+        const struct mill_h5_layout layout = {table[i].type, table[i].rank,    {3},  CHUNK,
+                                              table[i].unit, table[i].meaning, false};
         log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
     }
     mill_h5_attribute_texts(file, "/impacts", "kinds", MILL_KINDS, mill_kind_name);

@@ -13,6 +13,7 @@
 #include <string.h>
 
 enum {
+    RINGS = MILL_MAPS_RINGS,
     FEWEST_SLICES = 4,
     ANGLES = 720, /* directions in which a profile is measured */
     SUBS = 32     /* sub-points of a cell or ring along each direction, a power of two */
@@ -147,35 +148,33 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
     const struct mill_shape *drum = odd_drum(world);
     const double radius = farthest(world, drum), half = world->drum_length / 2;
-    const double slices = round(world->drum_length / (radius / MILL_MAPS_RINGS));
+    const double slices = round(world->drum_length / (radius / RINGS));
     struct mill_maps layout = {0};
-    set_axis(&layout.cross, 0, 2 * MILL_MAPS_RINGS, -radius, radius);
-    set_axis(&layout.cross, 1, 2 * MILL_MAPS_RINGS, -radius, radius);
+    set_axis(&layout.cross, 0, 2 * RINGS, -radius, radius);
+    set_axis(&layout.cross, 1, 2 * RINGS, -radius, radius);
     set_axis(&layout.axial, 0, (int)fmin(fmax(slices, FEWEST_SLICES), MILL_MAPS_LONGEST), -half,
              half);
-    set_axis(&layout.axial, 1, MILL_MAPS_RINGS, 0, radius);
+    set_axis(&layout.axial, 1, RINGS, 0, radius);
     if (!mill_maps_like(maps, &layout))
         return false;
-    double *room = maps->cross.room;
-    const double size = maps->cross.size[0], squares = SUBS * SUBS;
-    for (int i = 0; i < 2 * MILL_MAPS_RINGS; i++) {
-        for (int k = 0; k < 2 * MILL_MAPS_RINGS; k++) {
-            const int row = i < MILL_MAPS_RINGS ? MILL_MAPS_RINGS - 1 - i : i - MILL_MAPS_RINGS;
-            const int place = k < MILL_MAPS_RINGS ? MILL_MAPS_RINGS - 1 - k : k - MILL_MAPS_RINGS;
-            const double area =
-                drum
-                    ? size * size *
-                          points_inside(drum, i * size - radius, k * size - radius, size, SUBS) /
-                          squares
-                    : inside_circle(world->drum_radius, size, row, place); /* quadrants are alike */
+    double *room = maps->cross.room, size = maps->cross.size[0], area;
+    for (int i = -RINGS; i < RINGS; i++) {
+        for (int k = -RINGS; k < RINGS; k++) {
+            if (drum)
+                area = size * size *
+                       points_inside(drum, (i + RINGS) * size - radius, (k + RINGS) * size - radius,
+                                     size, SUBS) /
+                       (SUBS * SUBS);
+            else /* the quadrants are alike */
+                area =
+                    inside_circle(world->drum_radius, size, i < 0 ? -1 - i : i, k < 0 ? -1 - k : k);
             *room++ = area * world->drum_length;
         }
     }
     const double bore = drum ? gap_at(drum, 0, 0) : 0;
-    for (int i = 0; i < maps->axial.n[0] * MILL_MAPS_RINGS; i++)
-        room[i] = i < MILL_MAPS_RINGS
-                      ? ring_area(drum, bore, maps->axial.size[1], i) * maps->axial.size[0]
-                      : room[i - MILL_MAPS_RINGS];
+    for (int i = 0; i < maps->axial.n[0] * RINGS; i++)
+        room[i] = i < RINGS ? ring_area(drum, bore, maps->axial.size[1], i) * maps->axial.size[0]
+                            : room[i - RINGS];
     return true;
 }
 

@@ -62,15 +62,12 @@ struct series {
 static void open_elements(struct series *series, int i)
 {
     static const struct mill_h5_layout layout[2] = {
-        {.type = MILL_H5_I64, .unit = "1", .description = "number of the row"},
-        {.type = MILL_H5_F64, .unit = "s", .description = "simulated time"}};
+        {MILL_H5_I64, 0, {0}, 0, "1", "number of the row", false},
+        {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
     static const char *const name[2] = {"step", "time"};
     const size_t width = table[i].width;
-    const struct mill_h5_layout value = {.type = table[i].type,
-                                         .rank = width > 1,
-                                         .dims = {width},
-                                         .unit = table[i].unit,
-                                         .description = table[i].meaning};
+    const struct mill_h5_layout value = {table[i].type, width > 1,        {width}, 0,
+                                         table[i].unit, table[i].meaning, false};
     char group[96], path[128], origin[128];
     for (int kind = 0; kind < (width > 0 ? (int)MILL_KINDS : 1); kind++) {
         snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name, width > 0 ? "/" : "",

@@ -179,28 +179,6 @@ static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_
     }
 }
 
-/* Counts that the lengths of what follows, and indices into it, are taken from */
-static bool sane(const struct mill_tally *t)
-{
-    const struct mill_tally_progress *at = &t->at;
-    const bool batches = t->tick == 0 || (t->batches.at.batches < MILL_PRECISION_BATCHES &&
-                                          at->length > 0 && at->stretches < MILL_TALLY_STRETCHES);
-    return batches && at->blocks <= t->planned;
-}
-
-/* Slots of spectra that a damaged file must not smuggle in */
-static bool sane_strikes(const struct mill_strikes *pairs)
-{
-    const size_t room = mill_strikes_room(pairs);
-    for (size_t i = 0; i < room; i++) {
-        const struct mill_strike *strike = &pairs->entry[i];
-        if (strike->normal < -1 || strike->normal >= MILL_SPECTRUM_SLOTS ||
-            strike->tangential < 0 || strike->tangential >= MILL_SPECTRUM_SLOTS)
-            return false;
-    }
-    return true;
-}
-
 static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
 {
     double bits = pairs->bits;
@@ -208,10 +186,15 @@ static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
     if (state->loads && state->status == MILL_OK &&
         !(bits >= 0 && bits <= 40 && mill_strikes_resize(pairs, (int)bits, INFINITY)))
         mill_state_refuse(state, "out of memory for the table of strikes");
-    mill_state_structs(state, "pairs", sizeof *pairs->entry, mill_strikes_room(pairs),
-                       pairs->entry);
-    if (state->loads && state->status == MILL_OK && !sane_strikes(pairs))
-        mill_state_refuse(state, "the saved statistics are damaged");
+    const size_t room = mill_strikes_room(pairs);
+    mill_state_structs(state, "pairs", sizeof *pairs->entry, room, pairs->entry);
+    /* slots of spectra that a damaged file must not smuggle in */
+    for (size_t i = 0; state->loads && state->status == MILL_OK && i < room; i++) {
+        const struct mill_strike *strike = &pairs->entry[i];
+        if (strike->normal < -1 || strike->normal >= MILL_SPECTRUM_SLOTS ||
+            strike->tangential < 0 || strike->tangential >= MILL_SPECTRUM_SLOTS)
+            mill_state_refuse(state, "the saved statistics are damaged");
+    }
 }
 
 static void tell_state(struct mill_observer *observer, struct mill_state *state)
@@ -221,7 +204,10 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_field(state, "next", MILL_FIELD_F64, 1, &observer->next);
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
     mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
-    if (state->loads && state->status == MILL_OK && !sane(t))
+    /* counts that the lengths of what follows, and indices into it, are taken from */
+    const bool sane = t->tick == 0 || (batches->at.batches < MILL_PRECISION_BATCHES &&
+                                       t->at.length > 0 && t->at.stretches < MILL_TALLY_STRETCHES);
+    if (state->loads && !(sane && t->at.blocks <= t->planned))
         mill_state_refuse(state, "the saved statistics are damaged");
     if (state->status != MILL_OK)
         return;

@@ -124,13 +124,9 @@ static inline double mill_tally_per_second(const struct mill_tally_results *resu
 
 /* ---- the end of the run and the begin of the window (tally_window.c) ---- */
 
-/* The window that ends with the last batch */
-struct mill_tally_window {
-    uint64_t from; /* its first batch */
-    bool whole;    /* it is whole revolutions, two or more */
-    bool settled;  /* the start-up is over */
-};
-struct mill_tally_window mill_tally_window_find(const struct mill_tally *tally);
+/* First batch of the window that ends with the last one: it begins behind the start-up, and where
+ * that leaves two whole revolutions or more, as many as there are. at: is told what is known. */
+uint64_t mill_tally_window_find(const struct mill_tally *tally, struct mill_tally_progress *at);
 
 /* A batch ends. */
 void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account *account);

@@ -13,22 +13,17 @@
 static uint64_t find_window(struct mill_tally_results *r)
 {
     const struct mill_precision *batches = &r->tally->batches;
-    struct mill_tally_window window = {0, false, r->at.settled};
     const uint64_t n = batches->at.batches;
-    if (r->tally->precision > 0) {
-        window = mill_tally_window_find(r->tally);
-        r->at.known = mill_precision_tell(batches, window.from, window.whole);
-        r->at.settled = window.settled;
-    }
-    if (n > window.from) {
-        r->at.at_late = batches->books[window.from + 9 * (n - window.from) / 10];
+    const uint64_t from = r->tally->precision > 0 ? mill_tally_window_find(r->tally, &r->at) : 0;
+    if (n > from) {
+        r->at.at_late = batches->books[from + 9 * (n - from) / 10];
         r->at.late = true;
     }
     if (r->tally->search) {
-        r->begin = batches->origin + (double)window.from * batches->at.batch;
-        r->at.at_begin = batches->books[window.from];
+        r->begin = batches->origin + (double)from * batches->at.batch;
+        r->at.at_begin = batches->books[from];
     }
-    return window.from;
+    return from;
 }
 
 /* Standard error of the mean of independent values[n]: NaN for n < 2. */

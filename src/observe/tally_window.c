@@ -27,15 +27,6 @@ void mill_tally_window_add(struct mill_speeds *impacts, struct mill_speeds *stri
     mill_maps_add(maps, &from->maps);
 }
 
-/* How many stretches to join into one: so that whole ones make a revolution, or are made of some */
-static uint64_t joined(uint64_t length, uint64_t period)
-{
-    uint64_t many = 2;
-    while (length < period && period % (length * many) != 0)
-        many++;
-    return many;
-}
-
 /* Moves it; what stood there leaves the room of its maps. */
 static void move(struct mill_gathered *to, struct mill_gathered *from)
 {
@@ -46,7 +37,10 @@ static void move(struct mill_gathered *to, struct mill_gathered *from)
 
 static void join_stretches(struct mill_tally *t)
 {
-    const uint64_t many = joined(t->at.length, t->batches.at.period);
+    const uint64_t length = t->at.length, period = t->batches.at.period;
+    uint64_t many = 2; /* or more: so that whole ones make a revolution, or are made of some */
+    while (length < period && period % (length * many) != 0)
+        many++;
     for (uint64_t k = 0; t->search && k < t->at.stretches / many; k++) {
         struct mill_gathered *first = &t->stretch[many * k];
         for (uint64_t m = 1; m < many; m++)
@@ -81,20 +75,19 @@ struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t stre
 
 /* ---- the window ---- */
 
-/* It begins behind the start-up, and where that leaves two whole revolutions or more, as many as
- * there are. */
-struct mill_tally_window mill_tally_window_find(const struct mill_tally *t)
+uint64_t mill_tally_window_find(const struct mill_tally *t, struct mill_tally_progress *at)
 {
     const uint64_t n = t->batches.at.batches, period = t->batches.at.period, length = t->at.length;
-    struct mill_tally_window window = {0, false, true};
+    uint64_t from = 0;
+    at->settled = true;
     if (t->search)
-        window.from =
-            (mill_precision_cut(&t->batches, &window.settled) + length - 1) / length * length;
-    const uint64_t turns = period > 0 && n > window.from ? (n - window.from) / period : 0;
+        from = (mill_precision_cut(&t->batches, &at->settled) + length - 1) / length * length;
+    const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
     const uint64_t start = n - turns * period;
-    window.whole = turns >= 2 && (start == window.from || (t->search && start % length == 0));
-    window.from = window.whole ? start : window.from;
-    return window;
+    const bool whole = turns >= 2 && (start == from || (t->search && start % length == 0));
+    from = whole ? start : from;
+    at->known = mill_precision_tell(&t->batches, from, whole);
+    return from;
 }
 
 void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *account)
@@ -116,10 +109,8 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         join_stretches(t);
     t->at.length /= mill_precision_join(&t->batches);
     if (t->precision > 0) {
-        const struct mill_tally_window window = mill_tally_window_find(t);
-        t->at.settled = window.settled;
-        t->at.known = mill_precision_tell(&t->batches, window.from, window.whole);
-        if (window.settled && mill_precision_reached(&t->at.known, t->precision))
+        mill_tally_window_find(t, &t->at);
+        if (t->at.settled && mill_precision_reached(&t->at.known, t->precision))
             t->at.ended = MILL_TALLY_PRECISION;
     }
 }

@@ -62,8 +62,7 @@ static void link_to(struct scene *s, const char *existing, const char *group, co
 static void put_rows(struct scene *s, const char *group, const char *name, size_t rows,
                      size_t width, int64_t first, size_t step, const char *text)
 {
-    const struct mill_h5_layout layout = {
-        .type = MILL_H5_I64, .rank = width > 1, .dims = {width}, .unit = "1", .description = text};
+    const struct mill_h5_layout layout = {MILL_H5_I64, width > 1, {width}, 0, "1", text, false};
     int64_t some[AT_ONCE];
     struct mill_h5_column *column = mill_h5_column_create(s->file, at(s, group, name), &layout, 0);
     for (size_t done = 0; done < rows;) {
@@ -86,11 +85,6 @@ static void put_typed_group(struct scene *s, const char *path, const char *type)
 }
 
 /* ---- what all blocks have ---- */
-
-static bool is_first(const struct scene *s)
-{
-    return strcmp(s->block, BALLS) == 0;
-}
 
 /* The block's group, its place in the collection and in the tree of names */
 static void begin_block(struct scene *s, const char *name, int64_t index, size_t points)
@@ -120,11 +114,12 @@ static void put_steps(struct scene *s, bool moving, size_t points)
          "where a frame's vertices, lines, polygons and strips begin: 0, all frames share them", 4,
          0},
     };
+    const bool first = strcmp(s->block, BALLS) == 0;
     const int64_t steps = (int64_t)s->frames;
     link_to(s, TRAJECTORY "/position/time", "Steps", "Values");
     mill_h5_attribute(s->file, at(s, "", "Steps"), "NSteps", MILL_H5_I64, 0, &steps);
     for (size_t k = 0; k < sizeof common / sizeof *common; k++)
-        if (is_first(s))
+        if (first)
             put_rows(s, "Steps", common[k].name, s->frames, common[k].width, common[k].value, 0,
                      common[k].text);
         else
@@ -143,11 +138,12 @@ static void put_cells(struct scene *s, const char *group, size_t cells, size_t e
                       const int64_t *corner)
 {
     static const char *const groups[] = {"Vertices", "Lines", "Polygons", "Strips"};
+    const bool first = strcmp(s->block, BALLS) == 0;
     const size_t corners = cells * each;
     for (size_t k = 0; k < sizeof groups / sizeof *groups; k++) {
         if (strcmp(groups[k], group) == 0)
             continue;
-        if (!is_first(s) || k > 1) { /* lines come first of those that are empty everywhere */
+        if (!first || k > 1) { /* lines come first of those that are empty everywhere */
             link_to(s, BALLS "/Lines", "", groups[k]);
             continue;
         }
@@ -251,36 +247,28 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-static void put_turning_points(struct scene *s, const struct mill_mesh *mesh, float *points)
-{
-    static const struct mill_h5_layout layout = {.type = MILL_H5_F32,
-                                                 .rank = 1,
-                                                 .dims = {3},
-                                                 .unit = "m",
-                                                 .description =
-                                                     "corners of the triangles, frame after frame"};
-    const struct mill_observe *asked = s->asked;
-    struct mill_h5_column *column = mill_h5_column_create(s->file, at(s, "", "Points"), &layout, 0);
-    for (size_t k = 0; k < s->frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; k++) {
-        const double time = mill_observe_due(asked->frames, asked->end, k);
-        turn(mesh, asked->rotor_angle + s->world->rotor_speed * time, points);
-        mill_h5_column_append(column, mesh->points, points);
-        s->left = s->going && !s->going->on(s->going->self, (double)k, (double)s->frames);
-    }
-    mill_h5_column_close(column);
-}
-
 /* A rotor that stands is as still as a drum. */
 static void put_body(struct scene *s, const struct mill_outline *outline, bool turning,
                      float *points)
 {
+    static const struct mill_h5_layout corners = {
+        MILL_H5_F32, 1, {3}, 0, "m", "corners of the triangles, frame after frame", false};
     const struct mill_mesh *mesh = &outline->mesh;
     const bool moving = turning && s->world->rotor_speed != 0.0;
     const size_t dims[2] = {mesh->points, 3};
     s->block = turning ? ROOT "/rotor" : ROOT "/drum";
     begin_block(s, turning ? "rotor" : "drum", 1 + turning, mesh->points);
     if (moving) {
-        put_turning_points(s, mesh, points);
+        struct mill_h5_column *column =
+            mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
+        for (size_t k = 0; k < s->frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK;
+             k++) {
+            const double time = mill_observe_due(s->asked->frames, s->asked->end, k);
+            turn(mesh, s->asked->rotor_angle + s->world->rotor_speed * time, points);
+            mill_h5_column_append(column, mesh->points, points);
+            s->left = s->going && !s->going->on(s->going->self, (double)k, (double)s->frames);
+        }
+        mill_h5_column_close(column);
     } else {
         turn(mesh, turning ? s->asked->rotor_angle : 0.0, points);
         mill_h5_write(s->file, at(s, "", "Points"), MILL_H5_F32, 2, dims, points, "m",
@@ -321,9 +309,4 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
         mill_vtkhdf_outline_free(&outline);
     }
     return !s.left;
-}
-
-void mill_vtkhdf_remove(struct mill_h5 *file)
-{
-    mill_h5_remove(file, ROOT);
 }

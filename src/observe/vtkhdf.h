@@ -14,9 +14,6 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
                        const struct mill_world *world, uint64_t frames,
                        const struct mill_going *going);
 
-/* Takes it away, if it is there: of a run that goes on, before frames are added or dropped. */
-void mill_vtkhdf_remove(struct mill_h5 *file);
-
 /* What a mill looks like: its surfaces as triangles, those that stand still or those that turn. */
 struct mill_outline {
     struct mill_mesh mesh; /* the rotor at angle 0 */
