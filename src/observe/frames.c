@@ -38,18 +38,15 @@ static void write_head(struct mill_h5 *file)
 {
     static const int32_t version[2] = {1, 1}, units_version[2] = {1, 0}, dimension = 3;
     static const char *const boundary[3] = {"none", "none", "none"};
-    static const struct {
-        const char *group, *name, *text;
-    } texts[] = {{"/h5md/author", "name", "millsim"},
-                 {"/h5md/creator", "name", "millsim"},
-                 {"/h5md/creator", "version", mill_version},
-                 {"/h5md/modules/units", "system", "SI"}};
     mill_h5_group(file, "/h5md", false);
     mill_h5_attribute(file, "/h5md", "version", MILL_H5_I32, 2, version);
-    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
-        mill_h5_group(file, texts[i].group, false);
-        mill_h5_attribute_text(file, texts[i].group, texts[i].name, texts[i].text);
-    }
+    mill_h5_group(file, "/h5md/author", false);
+    mill_h5_attribute_text(file, "/h5md/author", "name", "millsim");
+    mill_h5_group(file, "/h5md/creator", false);
+    mill_h5_attribute_text(file, "/h5md/creator", "name", "millsim");
+    mill_h5_attribute_text(file, "/h5md/creator", "version", mill_version);
+    mill_h5_group(file, "/h5md/modules/units", false);
+    mill_h5_attribute_text(file, "/h5md/modules/units", "system", "SI");
     mill_h5_attribute(file, "/h5md/modules/units", "version", MILL_H5_I32, 2, units_version);
     mill_h5_group(file, GROUP "/box", false);
     mill_h5_attribute(file, GROUP "/box", "dimension", MILL_H5_I32, 0, &dimension);

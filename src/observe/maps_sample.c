@@ -60,11 +60,8 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
         b->u[i] = v.x;
         b->v[i] = v.y;
         b->w[i] = v.z;
-        b->h[i] = world->species[ball->species].radius;
+        const double a = world->species[ball->species].radius;
         ball += i + 1 < b->count;
-    }
-    for (int i = 0; i < n; i++) {
-        const double a = b->h[i];
         b->h[i] = a * HALF_SPACING;
         b->two[i] = 2 * (4 * MILL_PI / 3 * a * a * a / POINTS);
     }

@@ -20,7 +20,6 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* [s] of a batch. A charge needs longer than the first to change; a rotor slower than the last
  * stands. */
@@ -137,19 +136,6 @@ static size_t size_of_batch(size_t n)
     return best;
 }
 
-/* x - its mean, or - the mean of those of the same phase */
-static void centre(const double *x, size_t n, size_t period, double *out)
-{
-    const size_t step = period > 0 ? period : 1;
-    for (size_t phase = 0; phase < step; phase++) {
-        double sum = 0;
-        for (size_t i = phase; i < n; i += step)
-            sum += x[i];
-        for (size_t i = phase; i < n; i += step)
-            out[i] = x[i] - sum / (double)(n / step);
-    }
-}
-
 double mill_precision_error(const double *x, size_t n, size_t period)
 {
     double room[MILL_PRECISION_BATCHES];
@@ -159,9 +145,15 @@ double mill_precision_error(const double *x, size_t n, size_t period)
     const size_t size = size_of_batch(n), batches = n / size;
     const bool repeats = period > size && n / period >= 2;
     const double turns = repeats ? (double)(n / period) : 0;
-    const size_t skipped = n - batches * size;
+    const size_t skipped = n - batches * size, step = repeats ? period : 1;
     double mean = 0, squares = 0, products = 0;
-    centre(x, n, repeats ? period : 0, room);
+    for (size_t phase = 0; phase < step; phase++) { /* x - the mean of those of the same phase */
+        double sum = 0;
+        for (size_t i = phase; i < n; i += step)
+            sum += x[i];
+        for (size_t i = phase; i < n; i += step)
+            room[i] = x[i] - sum / (double)(n / step);
+    }
     for (size_t k = 0; k < batches; k++) {
         double sum = 0;
         for (size_t i = 0; i < size; i++)
@@ -188,24 +180,21 @@ double mill_precision_error(const double *x, size_t n, size_t period)
 
 /* ---- the median ---- */
 
-static void add_up(const struct mill_precision *p, uint64_t from, uint64_t sum[])
-{
-    memset(sum, 0, MILL_PRECISION_SLOTS * sizeof *sum);
-    for (uint64_t k = from; k < p->at.batches; k++)
-        for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
-            sum[i] += p->counts[k][i];
-}
-
 /* Where the median lies: share `within` of bin `bin`. count: of all. */
 struct place {
     int bin;
     double within, count;
 };
 
-static struct place find_median(const uint64_t sum[])
+/* Of the batches from `from` on; sum: zeros, becomes that of their impacts by speed */
+static struct place find_median(const struct mill_precision *p, uint64_t from,
+                                uint64_t sum[MILL_PRECISION_SLOTS])
 {
     struct place place = {0, 0, 0};
     double below = 0;
+    for (uint64_t k = from; k < p->at.batches; k++)
+        for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+            sum[i] += p->counts[k][i];
     for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
         place.count += (double)sum[i];
     while (place.bin < MILL_PRECISION_SLOTS - 1 &&
@@ -251,13 +240,11 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
-    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0};
-    uint64_t sum[MILL_PRECISION_SLOTS];
+    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
+    uint64_t sum[MILL_PRECISION_SLOTS] = {0};
     const uint64_t n = p->at.batches;
-    add_up(p, n / 2, sum);
-    const struct place place = find_median(sum);
+    const struct place place = find_median(p, n / 2, sum);
     for (uint64_t k = 0; k < n; k++) {
-        double all;
         const double more = excess(p->counts[k], &place, &all);
         below[k] = all > 0 ? more / all : 0;
         power[k] = work(p, k, k + 1);
@@ -273,7 +260,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
                                                 bool whole)
 {
     double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
-    uint64_t sum[MILL_PRECISION_SLOTS];
+    uint64_t sum[MILL_PRECISION_SLOTS] = {0};
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
     const struct mill_account *now = &p->books[p->at.batches];
     struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false, false};
@@ -285,8 +272,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
         power[k] = work(p, from + k, from + k + 1) / p->at.batch;
     known.power.value = work(p, from, p->at.batches) / ((double)n * p->at.batch);
     known.power.error = mill_precision_error(power, n, period);
-    add_up(p, from, sum);
-    const struct place place = find_median(sum);
+    const struct place place = find_median(p, from, sum);
     if (!(place.count > 0))
         return known;
     known.median.value =
@@ -295,8 +281,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
             : p->grid->edge[MILL_SPECTRUM_BINS];
     for (uint64_t k = 0; k < n; k++)
         below[k] = excess(p->counts[from + k], &place, &all);
-    /* of the share below; independent impacts would scatter it by 1/2 over the root of their number
-     */
+    /* of the share below; independent impacts scatter it by 1/2 over the root of their number */
     const double scatter = mill_precision_error(below, n, period);
     const double share = fmax(scatter * (double)n / place.count, 0.5 / sqrt(place.count));
     if (!isnan(scatter))

@@ -19,9 +19,8 @@ struct mill_speeds {
     struct mill_spectrum tangential[2]; /* of those with v_n < 0.05 m/s (results: all), others */
 };
 
-/* What is gathered of impacts and flow. Where the begin of the window is yet to be found, it is
- * kept apart by stretches of a few batches, and those after the start-up are added up at the end.
- */
+/* What is gathered of impacts and flow: kept apart by stretches of a few batches where the begin of
+ * the window is yet to be found, and those after the start-up are added up at the end. */
 struct mill_gathered {
     struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
     struct mill_maps maps;
@@ -96,8 +95,7 @@ struct mill_tally_results {
     double block, revolutions;        /* as in the tally */
     size_t blocks;
     double *block_power, *block_torque; /* of each block */
-    bool reached; /* run.precision was asked for, the start-up is over, and both quantities are
-                     known as well */
+    bool reached; /* the start-up is over, and both quantities are known as well as was asked for */
 };
 
 /* World at local time t. Owner: the caller. MILL_FAILED: out of memory. */
@@ -134,8 +132,7 @@ void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account
 /* Where the strikes of an earlier stretch are kept. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t stretch);
 
-/* Adds up what was gathered: impacts[MILL_KINDS], strikes[MILL_KINDS] and maps. */
-void mill_tally_window_add(struct mill_speeds *impacts, struct mill_speeds *strikes,
-                           struct mill_maps *maps, const struct mill_gathered *from);
+/* into[rows] += from[rows] */
+void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows);
 
 #endif

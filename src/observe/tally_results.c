@@ -8,24 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Of a tally that may end the run, in its window: where that begins by now, and how well the
- * results are known. Its first batch */
-static uint64_t find_window(struct mill_tally_results *r)
-{
-    const struct mill_precision *batches = &r->tally->batches;
-    const uint64_t n = batches->at.batches;
-    const uint64_t from = r->tally->precision > 0 ? mill_tally_window_find(r->tally, &r->at) : 0;
-    if (n > from) {
-        r->at.at_late = batches->books[from + 9 * (n - from) / 10];
-        r->at.late = true;
-    }
-    if (r->tally->search) {
-        r->begin = batches->origin + (double)from * batches->at.batch;
-        r->at.at_begin = batches->books[from];
-    }
-    return from;
-}
-
 /* Standard error of the mean of independent values[n]: NaN for n < 2. */
 static double error_of(const double *values, size_t n)
 {
@@ -60,15 +42,18 @@ static bool make_blocks(struct mill_tally_results *r, uint64_t from)
     return true;
 }
 
+static void add(struct mill_tally_results *r, const struct mill_gathered *from)
+{
+    mill_tally_window_add(r->impacts, from->impacts, MILL_KINDS);
+    mill_tally_window_add(r->strikes, from->strikes, MILL_KINDS);
+    mill_maps_add(&r->maps, &from->maps);
+}
+
 /* The row of all, and the tangential speeds of all */
 static void sum_rows(struct mill_speeds rows[MILL_TALLY_ROWS])
 {
-    struct mill_speeds *all = &rows[MILL_TALLY_ALL];
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        mill_spectrum_merge(&all->normal, &rows[kind].normal);
-        mill_spectrum_merge(&all->tangential[0], &rows[kind].tangential[0]);
-        mill_spectrum_merge(&all->tangential[1], &rows[kind].tangential[1]);
-    }
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        mill_tally_window_add(&rows[MILL_TALLY_ALL], &rows[kind], 1);
     for (int row = 0; row < MILL_TALLY_ROWS; row++)
         mill_spectrum_merge(&rows[row].tangential[0], &rows[row].tangential[1]);
 }
@@ -107,17 +92,28 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     }
     if (!r->at.open)
         r->at.at_begin = r->at.at_end;
-    const uint64_t from = r->at.open && tally->tick > 0 ? find_window(r) : 0;
+    const struct mill_precision *batches = &tally->batches;
+    const uint64_t n = r->at.open ? batches->at.batches : 0;
+    const uint64_t from =
+        r->at.open && tally->precision > 0 ? mill_tally_window_find(tally, &r->at) : 0;
+    if (n > from) {
+        r->at.at_late = batches->books[from + 9 * (n - from) / 10];
+        r->at.late = true;
+    }
+    if (r->at.open && tally->search) {
+        r->begin = batches->origin + (double)from * batches->at.batch;
+        r->at.at_begin = batches->books[from];
+    }
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
     if (!mill_maps_like(&r->maps, &tally->gathered.maps) || !make_blocks(r, from)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     }
-    mill_tally_window_add(r->impacts, r->strikes, &r->maps, &tally->gathered);
-    for (uint64_t i = from / (tally->search ? r->at.length : 1);
-         tally->search && i < r->at.stretches; i++)
-        mill_tally_window_add(r->impacts, r->strikes, &r->maps, &tally->stretch[i]);
+    add(r, &tally->gathered);
+    const uint64_t stretches = tally->search ? r->at.stretches : 0;
+    for (uint64_t i = stretches > 0 ? from / r->at.length : 0; i < stretches; i++)
+        add(r, &tally->stretch[i]);
     sum_rows(r->impacts);
     sum_rows(r->strikes);
     sum_account(r);

@@ -11,20 +11,13 @@
 
 /* ---- stretches ---- */
 
-void mill_tally_window_add(struct mill_speeds *impacts, struct mill_speeds *strikes,
-                           struct mill_maps *maps, const struct mill_gathered *from)
+void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows)
 {
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        mill_spectrum_merge(&impacts[kind].normal, &from->impacts[kind].normal);
-        mill_spectrum_merge(&strikes[kind].normal, &from->strikes[kind].normal);
-        for (int fast = 0; fast < 2; fast++) {
-            mill_spectrum_merge(&impacts[kind].tangential[fast],
-                                &from->impacts[kind].tangential[fast]);
-            mill_spectrum_merge(&strikes[kind].tangential[fast],
-                                &from->strikes[kind].tangential[fast]);
-        }
+    for (int row = 0; row < rows; row++) {
+        mill_spectrum_merge(&into[row].normal, &from[row].normal);
+        mill_spectrum_merge(&into[row].tangential[0], &from[row].tangential[0]);
+        mill_spectrum_merge(&into[row].tangential[1], &from[row].tangential[1]);
     }
-    mill_maps_add(maps, &from->maps);
 }
 
 /* Moves it; what stood there leaves the room of its maps. */
@@ -43,8 +36,11 @@ static void join_stretches(struct mill_tally *t)
         many++;
     for (uint64_t k = 0; t->search && k < t->at.stretches / many; k++) {
         struct mill_gathered *first = &t->stretch[many * k];
-        for (uint64_t m = 1; m < many; m++)
-            mill_tally_window_add(first->impacts, first->strikes, &first->maps, &first[m]);
+        for (uint64_t m = 1; m < many; m++) {
+            mill_tally_window_add(first->impacts, first[m].impacts, MILL_KINDS);
+            mill_tally_window_add(first->strikes, first[m].strikes, MILL_KINDS);
+            mill_maps_add(&first->maps, &first[m].maps);
+        }
         first->last = first[many - 1].last;
         if (k > 0)
             move(&t->stretch[k], first);

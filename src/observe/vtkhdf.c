@@ -22,7 +22,7 @@
 /* Of the drum's radius: no triangle is farther from the surface that it stands for. */
 #define FLAT 1e-3
 
-enum { PATH = 160, AT_ONCE = 512 };
+enum { PATH = 160, MOST_WIDTH = 4 };
 
 struct scene {
     struct mill_h5 *file;
@@ -63,14 +63,10 @@ static void put_rows(struct scene *s, const char *group, const char *name, size_
                      size_t width, int64_t first, size_t step, const char *text)
 {
     const struct mill_h5_layout layout = {MILL_H5_I64, width > 1, {width}, 0, "1", text, false};
-    int64_t some[AT_ONCE];
     struct mill_h5_column *column = mill_h5_column_create(s->file, at(s, group, name), &layout, 0);
-    for (size_t done = 0; done < rows;) {
-        const size_t left = rows - done, most = AT_ONCE / width, now = left < most ? left : most;
-        for (size_t i = 0; i < now * width; i++)
-            some[i] = first + (int64_t)(step * (done + i / width));
-        mill_h5_column_append(column, now, some);
-        done += now;
+    for (size_t row = 0; row < rows; row++) {
+        const int64_t one = first + (int64_t)(step * row), same[MOST_WIDTH] = {one, one, one, one};
+        mill_h5_column_append(column, 1, same);
     }
     mill_h5_column_close(column);
 }
@@ -238,12 +234,12 @@ void mill_vtkhdf_outline_free(struct mill_outline *outline)
 /* All points, the rotor at this angle */
 static void turn(const struct mill_mesh *mesh, double angle, float *to)
 {
-    const struct mill_heading at = mill_elementary_heading(angle);
+    const struct mill_heading by = mill_elementary_heading(angle);
     for (size_t i = 0; i < mesh->points; i++) {
         const vec3 r = mesh->point[i];
         to[3 * i] = (float)r.x;
-        to[3 * i + 1] = (float)(at.cos * r.y - at.sin * r.z);
-        to[3 * i + 2] = (float)(at.sin * r.y + at.cos * r.z);
+        to[3 * i + 1] = (float)(by.cos * r.y - by.sin * r.z);
+        to[3 * i + 2] = (float)(by.sin * r.y + by.cos * r.z);
     }
 }
 
