@@ -12,6 +12,7 @@
 enum {
     BLOCK = 32, /* balls */
     LANES = 8,  /* balls whose places are found at a time: their number is rounded up to this */
+    SPOTS = 6,
     POINTS = 32 /* (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1), in half spacings */
 };
 
@@ -22,7 +23,6 @@ enum {
 /* Places (j, k) of the lattice in the plane of radius and azimuth, in half spacings. Points on
  * either side of the radius (k and -k) share their r and are taken together, so that their
  * velocities' cross terms cancel. */
-enum { SPOTS = 6 };
 static const double spot[SPOTS][2] = {{-3, 1}, {-1, 1}, {1, 1}, {3, 1}, {-1, 3}, {1, 3}};
 
 struct block {

@@ -18,8 +18,7 @@ struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
         mill_error_set(error, MILL_FAILED, "out of memory for %s", type->name);
         return NULL;
     }
-    one->type = type;
-    one->next = INFINITY;
+    *one = (struct mill_observer){type, INFINITY};
     if (!type->create || type->create(one, asked, world, error) == MILL_OK)
         return one;
     mill_observers_free_one(one);

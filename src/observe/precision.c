@@ -65,11 +65,6 @@ void mill_precision_free(struct mill_precision *p)
     free(p->counts);
 }
 
-double mill_precision_next(const struct mill_precision *p)
-{
-    return p->origin + (double)(p->at.batches + 1) * p->at.batch;
-}
-
 /* Counts are told apart up to 2^32 - 1 in a batch: that many tell its median as well as more do. */
 static uint32_t count_of(uint64_t n)
 {

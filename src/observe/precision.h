@@ -3,7 +3,6 @@
 #ifndef MILL_PRECISION_H
 #define MILL_PRECISION_H
 
-#include "millsim/status.h"
 #include "millsim/world.h"
 #include "observe/spectrum.h"
 
@@ -52,7 +51,10 @@ bool mill_precision_init(struct mill_precision *precision, double origin, double
 void mill_precision_free(struct mill_precision *precision);
 
 /* [s] simulated time at which the batch now open ends. */
-double mill_precision_next(const struct mill_precision *precision);
+static inline double mill_precision_next(const struct mill_precision *precision)
+{
+    return precision->origin + (double)(precision->at.batches + 1) * precision->at.batch;
+}
 
 /* A batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There must be room for it;
  * the books of the first batch's begin are books[0]. */

@@ -9,11 +9,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { FEWEST_BITS = 6, MOST_BITS = 40 };
+enum { BUCKET = 8 /* entries */, FEWEST_BITS = 6, MOST_BITS = 40 };
 
 static struct mill_strike *make_entries(int bits)
 {
-    const size_t room = ((size_t)1 << bits) * MILL_STRIKES_BUCKET;
+    const size_t room = ((size_t)1 << bits) * BUCKET;
     struct mill_strike *entry = calloc(room, sizeof *entry);
     if (entry)
         for (size_t i = 0; i < room; i++)
@@ -34,7 +34,7 @@ void mill_strikes_free(struct mill_strikes *strikes)
 
 size_t mill_strikes_room(const struct mill_strikes *strikes)
 {
-    return ((size_t)1 << strikes->bits) * MILL_STRIKES_BUCKET;
+    return ((size_t)1 << strikes->bits) * BUCKET;
 }
 
 /* Multiply and fold, twice: neighbouring balls must not share buckets. The constants are odd with
@@ -45,7 +45,7 @@ static struct mill_strike *bucket_of(const struct mill_strikes *strikes, uint64_
     h *= UINT64_C(0x9E3779B97F4A7C15);
     h ^= h >> 29;
     h *= UINT64_C(0xC13FA9A902A6328F);
-    return strikes->entry + (h >> 1 >> (63 - strikes->bits)) * MILL_STRIKES_BUCKET;
+    return strikes->entry + (h >> 1 >> (63 - strikes->bits)) * BUCKET;
 }
 
 /* Puts the entries that are still alive into an empty table; false when they do not fit. */
@@ -57,9 +57,9 @@ static bool spread(const struct mill_strikes *from, const struct mill_strikes *t
             continue;
         struct mill_strike *bucket = bucket_of(to, old->pair);
         int k = 0;
-        while (k < MILL_STRIKES_BUCKET && bucket[k].time > (double)-INFINITY)
+        while (k < BUCKET && bucket[k].time > (double)-INFINITY)
             k++;
-        if (k == MILL_STRIKES_BUCKET)
+        if (k == BUCKET)
             return false;
         bucket[k] = *old;
     }
@@ -89,7 +89,7 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_ki
     const uint64_t pair = (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);
     for (;;) {
         struct mill_strike *bucket = bucket_of(strikes, pair), *oldest = bucket;
-        for (int k = 0; k < MILL_STRIKES_BUCKET; k++) {
+        for (int k = 0; k < BUCKET; k++) {
             if (bucket[k].pair == pair) {
                 *fresh = !(time - bucket[k].time < strikes->window);
                 bucket[k].time = time;

@@ -17,14 +17,12 @@ struct mill_strike {
     int32_t stretch;    /* the owner's: when it began */
 };
 
-/* Hash table of the pairs in contact of late: buckets of MILL_STRIKES_BUCKET entries. */
+/* Hash table of the pairs in contact of late */
 struct mill_strikes {
     double window; /* [s] */
     int bits;      /* log2 of the number of buckets */
     struct mill_strike *entry;
 };
-
-enum { MILL_STRIKES_BUCKET = 8 };
 
 /* false: out of memory */
 bool mill_strikes_init(struct mill_strikes *strikes, double window);

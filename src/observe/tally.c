@@ -94,9 +94,7 @@ static double next_batch(const struct mill_tally *tally)
 /* A run that may end before its time has the last tenth of its window from the batches' books. */
 static double late(const struct mill_tally *tally)
 {
-    if (tally->tick > 0)
-        return tally->end;
-    return tally->begin + 0.9 * (tally->end - tally->begin);
+    return tally->tick > 0 ? tally->end : tally->begin + 0.9 * (tally->end - tally->begin);
 }
 
 static void plan(struct mill_tally *tally)
@@ -273,13 +271,11 @@ static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
     t->tick = t->batches.at.batch;
     t->at.length = 1;
     t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false, false};
-    if (!t->search)
-        return true;
-    t->stretch = calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch);
-    for (int i = 0; t->stretch && i < MILL_TALLY_STRETCHES; i++)
-        if (!mill_maps_like(&t->stretch[i].maps, &t->gathered.maps))
-            return false;
-    return t->stretch != NULL;
+    t->stretch = t->search ? calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch) : NULL;
+    bool memory = !t->search || t->stretch;
+    for (int i = 0; memory && t->search && i < MILL_TALLY_STRETCHES; i++)
+        memory = mill_maps_like(&t->stretch[i].maps, &t->gathered.maps);
+    return memory;
 }
 
 static enum mill_status create(struct mill_observer *observer, const struct mill_observe *asked,

@@ -136,9 +136,7 @@ void mill_tally_results_free(struct mill_tally_results *results)
 
 /* Levels of the quantiles */
 static const double level[] = {0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999};
-enum { LEVELS = sizeof level / sizeof *level };
-
-/* ---- spectra ---- */
+enum { LEVELS = sizeof level / sizeof *level, MEDIAN = 4 };
 
 static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_grid *grid,
                            const struct mill_spectrum *spectrum)
@@ -169,36 +167,33 @@ static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_gr
     sink->close(sink);
 }
 
-static void tell_quantiles(struct mill_sink *sink, const char *name,
-                           const struct mill_spectrum_grid *grid,
-                           const struct mill_spectrum *spectrum, int slot, const char *meaning)
-{
-    double value[LEVELS];
-    for (int i = 0; i < LEVELS; i++)
-        value[i] = mill_spectrum_quantile(grid, spectrum, slot, level[i]);
-    mill_tell_array(sink, name, LEVELS, value, "m s-1", meaning);
-    if (sink->full)
-        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
-}
-
 /* spectrum: all of them; fast: those with v_n >= 0.05 m/s, in the slots from `slot` up */
 static void tell_speed(struct mill_sink *sink, const char *name,
                        const struct mill_spectrum_grid *grid, const struct mill_spectrum *spectrum,
                        const struct mill_spectrum *fast, int slot)
 {
+    double all[LEVELS], above[LEVELS];
+    for (int i = 0; i < LEVELS; i++) {
+        all[i] = mill_spectrum_quantile(grid, spectrum, 0, level[i]);
+        above[i] = mill_spectrum_quantile(grid, fast, slot, level[i]);
+    }
     sink->open(sink, name);
     mill_tell_number(sink, "mean", mill_spectrum_mean(spectrum), "m s-1",
                      "mean, from the speeds themselves; NaN without impacts");
-    mill_tell_number(sink, "median", mill_spectrum_quantile(grid, spectrum, 0, 0.5), "m s-1",
+    mill_tell_number(sink, "median", all[MEDIAN], "m s-1",
                      "median, log-linear within its bin; NaN without impacts");
-    mill_tell_number(sink, "median_above_50mm_s", mill_spectrum_quantile(grid, fast, slot, 0.5),
-                     "m s-1", "median over the impacts whose normal speed is 0.05 m/s or more");
-    tell_quantiles(sink, "quantiles", grid, spectrum, 0,
-                   "quantiles at the attribute levels, log-linear within their bins");
-    tell_quantiles(sink, "quantiles_above_50mm_s", grid, fast, slot,
-                   "quantiles over the impacts whose normal speed is 0.05 m/s or more");
+    mill_tell_number(sink, "median_above_50mm_s", above[MEDIAN], "m s-1",
+                     "median over the impacts whose normal speed is 0.05 m/s or more");
+    mill_tell_array(sink, "quantiles", LEVELS, all, "m s-1",
+                    "quantiles at the attribute levels, log-linear within their bins");
     if (sink->full)
+        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
+    mill_tell_array(sink, "quantiles_above_50mm_s", LEVELS, above, "m s-1",
+                    "quantiles over the impacts whose normal speed is 0.05 m/s or more");
+    if (sink->full) {
+        sink->attribute(sink, "levels", MILL_H5_F64, LEVELS, level);
         tell_histogram(sink, grid, spectrum);
+    }
     sink->close(sink);
 }
 
@@ -223,8 +218,6 @@ static void tell_rows(struct mill_sink *sink, const char *name, const struct mil
     }
     sink->close(sink);
 }
-
-/* ---- maps ---- */
 
 /* Of a cell: fields 0 and 1 of the impacts, 2 the solid fraction, 3..5 the mean velocity. room
  * [m^3]: of the cell, times the samples */
@@ -294,8 +287,6 @@ static void tell_maps(struct mill_sink *sink, const struct mill_maps *maps)
     sink->close(sink);
 }
 
-/* ---- rotor ---- */
-
 static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     sink->open(sink, "rotor");
@@ -321,8 +312,6 @@ static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *
     }
     sink->close(sink);
 }
-
-/* ---- precision ---- */
 
 static void tell_mean(struct mill_sink *sink, const char *name, double value, double error,
                       const char *unit, const char *meaning)

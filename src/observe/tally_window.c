@@ -49,18 +49,6 @@ static void join_stretches(struct mill_tally *t)
     t->at.length *= many;
 }
 
-/* What was gathered since the last one becomes a stretch of its own. */
-static void keep_stretch(struct mill_tally *t)
-{
-    struct mill_gathered *gathered = &t->gathered;
-    move(&t->stretch[t->at.stretches], gathered);
-    memset(gathered->impacts, 0, sizeof gathered->impacts);
-    memset(gathered->strikes, 0, sizeof gathered->strikes);
-    mill_maps_clear(&gathered->maps);
-    gathered->last++;
-    memset(t->before, 0, sizeof t->before);
-}
-
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t stretch)
 {
     for (uint64_t i = 0; t->stretch && i < t->at.stretches; i++)
@@ -88,19 +76,26 @@ uint64_t mill_tally_window_find(const struct mill_tally *t, struct mill_tally_pr
 
 void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *account)
 {
+    struct mill_gathered *gathered = &t->gathered;
     uint64_t count[MILL_PRECISION_SLOTS];
     for (int i = 0; i < MILL_PRECISION_SLOTS; i++) {
         uint64_t now = 0;
         for (int kind = 0; kind < MILL_KINDS; kind++)
-            now += t->gathered.impacts[kind].normal.slot[MILL_SPECTRUM_FAST + i].count;
+            now += gathered->impacts[kind].normal.slot[MILL_SPECTRUM_FAST + i].count;
         count[i] = now - t->before[i];
         t->before[i] = now;
     }
     mill_precision_close(&t->batches, count, account);
     if (t->batches.at.batches % t->at.length != 0)
         return;
-    if (t->search)
-        keep_stretch(t);
+    if (t->search) { /* what was gathered since the last stretch becomes one of its own */
+        move(&t->stretch[t->at.stretches], gathered);
+        memset(gathered->impacts, 0, sizeof gathered->impacts);
+        memset(gathered->strikes, 0, sizeof gathered->strikes);
+        mill_maps_clear(&gathered->maps);
+        gathered->last++;
+        memset(t->before, 0, sizeof t->before);
+    }
     if (++t->at.stretches == MILL_TALLY_STRETCHES)
         join_stretches(t);
     t->at.length /= mill_precision_join(&t->batches);
