@@ -148,26 +148,23 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
     const struct mill_shape *drum = odd_drum(world);
     const double radius = farthest(world, drum), half = world->drum_length / 2;
-    const double slices = round(world->drum_length / (radius / RINGS));
+    const double wanted = round(world->drum_length / (radius / RINGS));
+    const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);
     struct mill_maps layout = {0};
     set_axis(&layout.cross, 0, 2 * RINGS, -radius, radius);
     set_axis(&layout.cross, 1, 2 * RINGS, -radius, radius);
-    set_axis(&layout.axial, 0, (int)fmin(fmax(slices, FEWEST_SLICES), MILL_MAPS_LONGEST), -half,
-             half);
+    set_axis(&layout.axial, 0, slices, -half, half);
     set_axis(&layout.axial, 1, RINGS, 0, radius);
     if (!mill_maps_like(maps, &layout))
         return false;
-    double *room = maps->cross.room, size = maps->cross.size[0], area;
+    double *room = maps->cross.room, size = maps->cross.size[0];
     for (int i = -RINGS; i < RINGS; i++) {
         for (int k = -RINGS; k < RINGS; k++) {
-            if (drum)
-                area = size * size *
-                       points_inside(drum, (i + RINGS) * size - radius, (k + RINGS) * size - radius,
-                                     size, SUBS) /
-                       (SUBS * SUBS);
-            else /* the quadrants are alike */
-                area =
-                    inside_circle(world->drum_radius, size, i < 0 ? -1 - i : i, k < 0 ? -1 - k : k);
+            const int p = i < 0 ? -1 - i : i, q = k < 0 ? -1 - k : k; /* the quadrants are alike */
+            const double y = (i + RINGS) * size - radius, z = (k + RINGS) * size - radius;
+            const double area =
+                drum ? size * size * points_inside(drum, y, z, size, SUBS) / (SUBS * SUBS)
+                     : inside_circle(world->drum_radius, size, p, q);
             *room++ = area * world->drum_length;
         }
     }
