@@ -61,7 +61,8 @@ struct mill_observer_type {
     void (*state)(struct mill_observer *, struct mill_state *);
     /* Makes what it writes to, or goes on behind what its state knows of. The file must outlive it.
      */
-    void (*open)(struct mill_observer *, struct mill_h5 *file, const struct mill_world *);
+    void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
+                 const struct mill_world *);
     /* What it has gathered by now comes to, as if the run ended at local time t; it goes on. */
     enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
                                 struct mill_sink *, struct mill_error *);

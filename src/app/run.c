@@ -152,7 +152,7 @@ static enum mill_status add_observers(struct mill_run *r, struct mill_error *err
     if (status == MILL_OK && r->resumes)
         status = take_up(r, error);
     if (status == MILL_OK)
-        status = mill_observers_open(&r->observers, r->file, r->sim, error);
+        status = mill_observers_open(&r->observers, &asked, r->file, r->sim, error);
     return status;
 }
 

@@ -113,11 +113,11 @@ static void say_end(FILE *out, const struct mill_tally_results *r, const struct 
         fprintf(out, "run.time = %s reached", a);
     if (r->tally->precision == 0)
         return;
-    if (!r->settled || !r->known.enough)
+    if (!r->at.settled || !r->at.known.enough)
         fprintf(out, ": not settled, so neither median nor power is known");
     else
-        fprintf(out, ": %s", say_known(known, r->tally->precision, r->settled, &r->known));
-    if (!mill_tally_reached(r))
+        fprintf(out, ": %s", say_known(known, r->tally->precision, r->at.settled, &r->at.known));
+    if (!r->reached)
         fprintf(out, "; %.2g %% asked", 100 * r->tally->precision);
 }
 
@@ -130,7 +130,7 @@ static void print_end(FILE *out, const struct mill_tally_results *r, const struc
         return;
     if (r->tally->search)
         fprintf(out, "cut the first %s (%s by MSER-5), ", mill_summary_number(a, r->begin, "s"),
-                r->settled ? "warm-up" : "best cut");
+                r->at.settled ? "warm-up" : "best cut");
     say_end(out, r, facts);
     fprintf(out, "\n");
 }
@@ -140,9 +140,9 @@ static void print_end(FILE *out, const struct mill_tally_results *r, const struc
 static void print_row(FILE *out, const struct mill_tally_results *r, int row)
 {
     const struct mill_spectrum *normal = &r->impacts[row].normal;
-    const uint64_t count = mill_spectrum_count(normal, 0);
-    const double power = mill_tally_per_second(r, mill_spectrum_dissipation(normal, 0));
-    const double share = mill_tally_floor_share(r, row);
+    const uint64_t count = mill_spectrum_total(normal, 0).count;
+    const double power = mill_tally_per_second(r, mill_spectrum_total(normal, 0).dissipation);
+    const double share = r->floor_share[row];
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
     char d[MILL_SUMMARY_NUMBER], e[MILL_SUMMARY_NUMBER], f[MILL_SUMMARY_NUMBER] = "-";
     if (!isnan(share))
@@ -172,10 +172,11 @@ static void print_contacts(FILE *out, const struct mill_tally_results *r,
     fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",
             "> 50 mm/s", "of all", "floor", "power");
     for (int row = 0; row < MILL_TALLY_ROWS; row++)
-        if (row == MILL_TALLY_ALL || mill_spectrum_count(&r->impacts[row].normal, 0) > 0)
+        if (row == MILL_TALLY_ALL || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0)
             print_row(out, r, row);
     if (r->tally->pairs.window > 0) {
-        const double strikes = (double)mill_spectrum_count(&r->strikes[MILL_TALLY_ALL].normal, 0);
+        const double strikes =
+            (double)mill_spectrum_total(&r->strikes[MILL_TALLY_ALL].normal, 0).count;
         fprintf(out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
                 "strikes", strikes, mill_summary_number(a, mill_tally_per_second(r, strikes), "/s"),
                 mill_summary_number(b, r->tally->pairs.window, "s"));
@@ -185,11 +186,11 @@ static void print_contacts(FILE *out, const struct mill_tally_results *r,
 
 /* The mean and its error on one scale: "8.213 +- 0.090 N m" */
 static void print_mean(FILE *out, const char *label, double mean, double error, const char *unit,
-                       const struct mill_rotorstat *stat)
+                       const struct mill_tally_results *r)
 {
     struct scale scale;
     char text[MILL_SUMMARY_NUMBER];
-    const double revolutions = (double)stat->blocks * stat->revolutions;
+    const double revolutions = (double)r->blocks * r->revolutions;
     fprintf(out, "%-*s ", LABEL, label);
     if (!isnan(mean) && !isnan(error) && fits(mean, &scale)) {
         const double one = pow(10, 3 * scale.thousands);
@@ -201,7 +202,7 @@ static void print_mean(FILE *out, const char *label, double mean, double error, 
     const char *remark = "";
     if (isnan(error))
         remark = ": too few for an error";
-    else if (stat->blocks < FEW_BLOCKS)
+    else if (r->blocks < FEW_BLOCKS)
         remark = ": the error is rough";
     fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
             remark);
@@ -239,13 +240,10 @@ static void print_anomalies(FILE *out, const struct mill_world *world,
 static void print_state(FILE *out, const struct mill_world *world,
                         const struct mill_tally_results *r, const struct mill_totals *totals)
 {
-    const struct mill_rotorstat *stat = &r->rotor;
     char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER];
     if (world->rotor_speed != 0) {
-        print_mean(out, "rotor power", mill_tally_power(r),
-                   mill_rotorstat_error(stat->power, stat->blocks), "W", stat);
-        print_mean(out, "rotor torque", mill_tally_torque(r),
-                   mill_rotorstat_error(stat->torque, stat->blocks), "N m", stat);
+        print_mean(out, "rotor power", r->power, r->power_error, "W", r);
+        print_mean(out, "rotor torque", r->torque, r->torque_error, "N m", r);
     }
     fprintf(out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
             mill_summary_number(a, totals->energy.kinetic, "J"),

@@ -20,7 +20,7 @@ static uint64_t late_contacts(const struct mill_tally_results *r, bool of_rotor_
     uint64_t contacts = 0;
     for (int kind = 0; kind < MILL_KINDS; kind++)
         if (!of_rotor_only || kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE)
-            contacts += r->at_end.collisions[kind] - r->at_late.collisions[kind];
+            contacts += r->at.at_end.collisions[kind] - r->at.at_late.collisions[kind];
     return contacts;
 }
 
@@ -28,7 +28,7 @@ static uint64_t late_contacts(const struct mill_tally_results *r, bool of_rotor_
 static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
                          double t)
 {
-    if (world->rotor_speed == 0 || !r->late)
+    if (world->rotor_speed == 0 || !r->at.late)
         return 0;
     const uint64_t all = late_contacts(r, false), rotor = late_contacts(r, true);
     if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
@@ -53,9 +53,9 @@ static bool unsteady(const struct mill_world *world, const struct mill_tally_res
 {
     double dissipated = 0;
     for (int kind = 0; kind < MILL_KINDS; kind++)
-        dissipated += r->at_end.dissipation[kind] - r->at_begin.dissipation[kind];
+        dissipated += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
     dissipated = mill_tally_per_second(r, dissipated);
-    const double power = mill_tally_power(r);
+    const double power = r->power;
     return world->rotor_speed != 0 && r->duration > 0 &&
            fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
 }
@@ -74,7 +74,7 @@ int mill_summary_notes(const struct mill_world *world, const struct mill_tally_r
                        const struct mill_facts *facts,
                        char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE])
 {
-    const double floored = mill_tally_floor_share(r, MILL_BALL_BALL);
+    const double floored = r->floor_share[MILL_BALL_BALL];
     const double ring = ring_speed(world, r, facts->local);
     const int kind = too_inelastic(world);
     int n = 0;

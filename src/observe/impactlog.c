@@ -1,37 +1,36 @@
 /* Logs every impact (output.impacts = all), one dataset a column. */
-#include "observe/impactlog.h"
+#include "observe/observers.h"
 
 #include "millsim/state.h"
-#include "observe/observe.h"
 #include "store/h5.h"
 
+enum { CHUNK = 16384 }; /* rows */
 enum { TIME, KIND, BALL, PARTNER, POSITION, NORMAL, NORMAL_SPEED, TANGENTIAL_SPEED, LOSS, COLUMNS };
 
 static const struct {
-    const char *path, *unit, *meaning;
+    const char *path, *unit;
     enum mill_h5_type type;
     int rank; /* 0: a number, 1: three */
+    const char *meaning;
 } table[COLUMNS] = {
-    {"/impacts/time", "s", "simulated time of the impact", MILL_H5_F64, 0},
-    {"/impacts/kind", "1", "kind of contact: index into the attribute kinds", MILL_H5_U8, 0},
-    {"/impacts/ball", "1", "number of the ball", MILL_H5_I32, 0},
-    {"/impacts/partner", "1",
-     "number of the other ball, of the blade or of the end wall; -1 for drum and shaft",
-     MILL_H5_I32, 0},
-    {"/impacts/position", "m", "point of contact: (x, y, z)", MILL_H5_F32, 1},
-    {"/impacts/normal", "1", "unit normal of the contact, into the ball: (x, y, z)", MILL_H5_F32,
-     1},
-    {"/impacts/normal_speed", "m s-1", "approach speed along the normal just before", MILL_H5_F64,
-     0},
-    {"/impacts/tangential_speed", "m s-1", "slip of the two surfaces just before", MILL_H5_F64, 0},
-    {"/impacts/dissipation", "J",
-     "energy lost in the impact; negative where the rebound floor gave energy", MILL_H5_F64, 0},
-};
+    {"/impacts/time", "s", MILL_H5_F64, 0, "simulated time of the impact"},
+    {"/impacts/kind", "1", MILL_H5_U8, 0, "kind of contact: index into the attribute kinds"},
+    {"/impacts/ball", "1", MILL_H5_I32, 0, "number of the ball"},
+    {"/impacts/partner", "1", MILL_H5_I32, 0,
+     "number of the other ball, of the blade or of the end wall; -1 for drum and shaft"},
+    {"/impacts/position", "m", MILL_H5_F32, 1, "point of contact: (x, y, z)"},
+    {"/impacts/normal", "1", MILL_H5_F32, 1,
+     "unit normal of the contact, into the ball: (x, y, z)"},
+    {"/impacts/normal_speed", "m s-1", MILL_H5_F64, 0,
+     "approach speed along the normal just before"},
+    {"/impacts/tangential_speed", "m s-1", MILL_H5_F64, 0, "slip of the two surfaces just before"},
+    {"/impacts/dissipation", "J", MILL_H5_F64, 0,
+     "energy lost in the impact; negative where the rebound floor gave energy"}};
 
 struct impactlog {
     struct mill_observer observer;
     struct mill_h5 *file;
-    uint64_t rows;                          /* as last saved */
+    uint64_t rows;                          /* so far */
     struct mill_h5_column *column[COLUMNS]; /* the file's */
 };
 
@@ -48,17 +47,16 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
     const uint8_t kind = (uint8_t)impact->kind;
     const float position[3] = {(float)r->x, (float)r->y, (float)r->z};
     const float normal[3] = {(float)n->x, (float)n->y, (float)n->z};
-    const void *const row[COLUMNS] = {
-        [TIME] = &impact->time,
-        [KIND] = &kind,
-        [BALL] = &impact->ball,
-        [PARTNER] = &impact->partner,
-        [POSITION] = position,
-        [NORMAL] = normal,
-        [NORMAL_SPEED] = &impact->normal_speed,
-        [TANGENTIAL_SPEED] = &impact->tangential_speed,
-        [LOSS] = &impact->dissipation,
-    };
+    const void *const row[COLUMNS] = {[TIME] = &impact->time,
+                                      [KIND] = &kind,
+                                      [BALL] = &impact->ball,
+                                      [PARTNER] = &impact->partner,
+                                      [POSITION] = position,
+                                      [NORMAL] = normal,
+                                      [NORMAL_SPEED] = &impact->normal_speed,
+                                      [TANGENTIAL_SPEED] = &impact->tangential_speed,
+                                      [LOSS] = &impact->dissipation};
+    log->rows++;
     for (int i = 0; i < COLUMNS; i++)
         mill_h5_column_append(log->column[i], 1, row[i]);
     return mill_h5_status(log->file, error);
@@ -66,36 +64,28 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
 
 static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
-    struct impactlog *log = (struct impactlog *)self;
-    if (!state->loads)
-        log->rows = mill_h5_column_rows(log->column[TIME]);
-    mill_state_structs(state, "rows", sizeof log->rows, 1, &log->rows);
+    mill_state_structs(state, "rows", sizeof(uint64_t), 1, &((struct impactlog *)self)->rows);
 }
 
-static void open_file(struct mill_observer *self, struct mill_h5 *file,
-                      const struct mill_world *world)
+static void open_file(struct mill_observer *self, const struct mill_observe *asked,
+                      struct mill_h5 *file, const struct mill_world *world)
 {
     struct impactlog *log = (struct impactlog *)self;
+    (void)asked;
     (void)world;
     log->file = file;
     for (int i = 0; i < COLUMNS; i++) {
-        const struct mill_h5_layout layout = {.type = table[i].type,
-                                              .rank = table[i].rank,
-                                              .dims = {3},
-                                              .chunk = 16384,
-                                              .unit = table[i].unit,
-                                              .description = table[i].meaning};
+        const struct mill_h5_layout layout = {table[i].type, table[i].rank,    {3},  CHUNK,
+                                              table[i].unit, table[i].meaning, false};
         log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
     }
     mill_h5_attribute(file, "/impacts", "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
     mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
 }
 
-const struct mill_observer_type mill_impactlog_type = {
-    .name = "impacts",
-    .size = sizeof(struct impactlog),
-    .wanted = is_wanted,
-    .impact = log_impact,
-    .state = tell_state,
-    .open = open_file,
-};
+const struct mill_observer_type mill_impactlog_type = {.name = "impacts",
+                                                       .size = sizeof(struct impactlog),
+                                                       .wanted = is_wanted,
+                                                       .impact = log_impact,
+                                                       .state = tell_state,
+                                                       .open = open_file};

@@ -1,134 +1,204 @@
 /* Where do balls hit? The layout of the maps, and impacts counted at the point of contact. Where
- * the balls are on average: maps_sample.c. */
+ * the balls are on average: maps_sample.c. How much of a cell lies inside the drum is known in
+ * closed form for the circle; for any other profile the drum's own gap function is asked, so that
+ * this file need not know the profile. */
 #include "observe/maps.h"
 
+#include "base/elementary.h"
 #include "base/memory.h"
-#include "observe/section.h"
+#include "geometry/shape.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { RINGS = 30, FEWEST_SLICES = 4 };
+enum {
+    RINGS = MILL_MAPS_RINGS,
+    FEWEST_SLICES = 4,
+    ANGLES = 720, /* directions in which a profile is measured */
+    SUBS = 32     /* sub-points of a cell or ring along each direction, a power of two */
+};
 
-static bool map_init(struct mill_map *map, int n0, int n1)
+/* ---- the drum's inner cross-section ---- */
+
+static double gap_at(const struct mill_shape *drum, double y, double z)
 {
-    const size_t cells = (size_t)n0 * (size_t)n1;
-    map->n[0] = n0;
-    map->n[1] = n1;
-    map->hits = mill_memory_get(cells, sizeof *map->hits);
-    map->flow = mill_memory_get(cells, sizeof *map->flow);
-    map->room = calloc(cells, sizeof *map->room);
-    return map->hits && map->flow && map->room;
+    return drum->type->gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
 }
 
-static void map_free(struct mill_map *map)
+/* At distance r from the axis, in the k-th of the directions */
+static double gap_towards(const struct mill_shape *drum, double r, int k)
 {
-    free(map->hits);
-    free(map->flow);
-    free(map->room);
+    const struct mill_heading at = mill_elementary_heading(2 * MILL_PI * k / ANGLES);
+    return gap_at(drum, r * at.cos, r * at.sin);
 }
 
-static void map_axis(struct mill_map *map, int axis, double from, double to)
+/* The drum unless it is (within 1e-9 of its radius) the circle, or there is none to ask: then NULL.
+ */
+static const struct mill_shape *odd_drum(const struct mill_world *world)
 {
-    map->from[axis] = from;
-    map->size[axis] = (to - from) / map->n[axis];
-    map->per[axis] = map->n[axis] / (to - from);
+    const double radius = world->drum_radius;
+    for (int i = 0; i < world->shapes; i++)
+        for (int k = 0; world->shape[i]->type->kind == MILL_BALL_DRUM && k < ANGLES; k++)
+            if (!(fabs(gap_towards(world->shape[i], radius, k)) < 1e-9 * radius))
+                return world->shape[i];
+    return NULL;
 }
 
-static void lay_out(struct mill_maps *maps, const struct mill_world *world, double radius)
+/* The farthest that the inner surface gets from the axis [m]: the drum's radius, more for a wavy
+ * one. */
+static double farthest(const struct mill_world *world, const struct mill_shape *drum)
 {
-    struct mill_map *cross = &maps->cross, *axial = &maps->axial;
-    const double half = world->drum_length / 2;
-    map_axis(cross, 0, -radius, radius);
-    map_axis(cross, 1, -radius, radius);
-    mill_section_cells(world, radius, cross->n[0], cross->room);
-    for (int cell = 0; cell < cross->n[0] * cross->n[1]; cell++)
-        cross->room[cell] *= world->drum_length;
-
-    map_axis(axial, 0, -half, half);
-    map_axis(axial, 1, 0, radius);
-    mill_section_rings(world, radius, RINGS, axial->room);
-    for (int cell = axial->n[0] * RINGS - 1; cell >= 0; cell--)
-        axial->room[cell] = axial->room[cell % RINGS] * axial->size[0];
-}
-
-enum mill_status mill_maps_create(const struct mill_world *world, struct mill_maps **maps,
-                                  struct mill_error *error)
-{
-    const double radius = mill_section_radius(world);
-    const double slices = round(world->drum_length / (radius / RINGS));
-    const int n = (int)fmin(fmax(slices, FEWEST_SLICES), MILL_MAPS_LONGEST);
-    *maps = calloc(1, sizeof **maps);
-    if (!*maps || !map_init(&(*maps)->cross, 2 * RINGS, 2 * RINGS) ||
-        !map_init(&(*maps)->axial, n, RINGS)) {
-        mill_maps_free(*maps);
-        *maps = NULL;
-        return mill_error_set(error, MILL_FAILED, "out of memory for the maps");
+    double radius = world->drum_radius;
+    for (int k = 0; drum && k < ANGLES; k++) {
+        double r = 0; /* steps of the gap's length never pass the wall */
+        for (int step = 0; step < 1000; step++) {
+            const double gap = gap_towards(drum, r, k);
+            if (!(gap > 1e-9 * world->drum_radius) || r > 10 * world->drum_radius)
+                break;
+            r += gap;
+        }
+        radius = fmax(radius, r);
     }
-    lay_out(*maps, world, radius);
-    return MILL_OK;
+    return radius;
+}
+
+/* Integral of sqrt(R^2 - y^2) */
+static double under_arc(double radius, double y)
+{
+    const double s = fmin(1, y / radius);
+    return 0.5 * radius * radius * (s * sqrt(1 - s * s) + mill_elementary_asin(s));
+}
+
+/* Area of cell (i, k) from the axis on, both >= 0, inside the circle */
+static double inside_circle(double radius, double size, int i, int k)
+{
+    const double y0 = i * size, y1 = (i + 1) * size, z0 = k * size, z1 = (k + 1) * size;
+    const double full = sqrt(fmax(0, radius * radius - z1 * z1)); /* y up to which all of it is */
+    const double none = sqrt(fmax(0, radius * radius - z0 * z0)); /* y from which nothing is */
+    const double a = fmin(fmax(full, y0), y1), b = fmin(fmax(none, a), y1);
+    const double arc = under_arc(radius, b) - under_arc(radius, a) - z0 * (b - a);
+    const double area = (a - y0) * (z1 - z0) + arc;
+    return area > 1e-9 * (y1 - y0) * (z1 - z0) ? area : 0; /* a corner on the circle is no area */
+}
+
+/* How many of subs x subs sub-points of a square, the middles of equal parts, lie inside any
+ * profile. subs is a power of two: squares that the wall does not come near are settled at once,
+ * others are quartered. */
+static int points_inside(const struct mill_shape *drum, double y0, double z0, double size, int subs)
+{
+    const double gap = gap_at(drum, y0 + size / 2, z0 + size / 2);
+    if (subs == 1 || fabs(gap) > 0.71 * size)
+        return gap > 0 ? subs * subs : 0;
+    int inside = 0;
+    for (int quarter = 0; quarter < 4; quarter++)
+        inside += points_inside(drum, y0 + (quarter / 2 ? size / 2 : 0),
+                                z0 + (quarter % 2 ? size / 2 : 0), size / 2, subs / 2);
+    return inside;
+}
+
+/* [m^2] of ring i of this width inside the drum, none within `bore` of the axis being outside */
+static double ring_area(const struct mill_shape *drum, double bore, double size, int i)
+{
+    double area = 0;
+    for (int j = 0; j < SUBS; j++) { /* of equal area */
+        const double r0 = i * size, r1 = r0 + size;
+        const double r = sqrt(r0 * r0 + (r1 * r1 - r0 * r0) * (j + 0.5) / SUBS);
+        const bool whole = !drum || r < bore; /* the wall is no nearer to the axis */
+        int inside = whole ? ANGLES : 0;
+        for (int k = 0; !whole && k < ANGLES; k++)
+            inside += gap_towards(drum, r, k) > 0;
+        area += MILL_PI * (r1 * r1 - r0 * r0) / SUBS * inside / ANGLES;
+    }
+    return area;
+}
+
+/* ---- the maps ---- */
+
+static void set_axis(struct mill_map *map, int axis, int n, double from, double to)
+{
+    map->n[axis] = n;
+    map->from[axis] = from;
+    map->size[axis] = (to - from) / n;
+    map->per[axis] = n / (to - from);
+}
+
+bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as)
+{
+    *maps = *as;
+    struct mill_map *cross = &maps->cross, *axial = &maps->axial;
+    const size_t first = (size_t)(cross->n[0] * cross->n[1]);
+    maps->samples = 0;
+    maps->cells = first + (size_t)(axial->n[0] * axial->n[1]);
+    cross->flow = mill_memory_get(maps->cells,
+                                  sizeof *cross->flow + sizeof *cross->hits + sizeof *cross->room);
+    if (!cross->flow)
+        return false;
+    cross->hits = (struct mill_map_hits *)(cross->flow + maps->cells);
+    cross->room = (double *)(cross->hits + maps->cells);
+    axial->flow = cross->flow + first;
+    axial->hits = cross->hits + first;
+    axial->room = cross->room + first;
+    if (as->cross.room)
+        memcpy(cross->room, as->cross.room, maps->cells * sizeof *cross->room);
+    return true;
+}
+
+bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
+{
+    const struct mill_shape *drum = odd_drum(world);
+    const double radius = farthest(world, drum), half = world->drum_length / 2;
+    const double wanted = round(world->drum_length / (radius / RINGS));
+    const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);
+    struct mill_maps layout = {0};
+    set_axis(&layout.cross, 0, 2 * RINGS, -radius, radius);
+    set_axis(&layout.cross, 1, 2 * RINGS, -radius, radius);
+    set_axis(&layout.axial, 0, slices, -half, half);
+    set_axis(&layout.axial, 1, RINGS, 0, radius);
+    if (!mill_maps_like(maps, &layout))
+        return false;
+    double *room = maps->cross.room, size = maps->cross.size[0];
+    for (int i = -RINGS; i < RINGS; i++) {
+        for (int k = -RINGS; k < RINGS; k++) {
+            const int p = i < 0 ? -1 - i : i, q = k < 0 ? -1 - k : k; /* the quadrants are alike */
+            const double y = (i + RINGS) * size - radius, z = (k + RINGS) * size - radius;
+            const double area =
+                drum ? size * size * points_inside(drum, y, z, size, SUBS) / (SUBS * SUBS)
+                     : inside_circle(world->drum_radius, size, p, q);
+            *room++ = area * world->drum_length;
+        }
+    }
+    const double bore = drum ? gap_at(drum, 0, 0) : 0;
+    for (int i = 0; i < maps->axial.n[0] * RINGS; i++)
+        room[i] = i < RINGS ? ring_area(drum, bore, maps->axial.size[1], i) * maps->axial.size[0]
+                            : room[i - RINGS];
+    return true;
 }
 
 void mill_maps_free(struct mill_maps *maps)
 {
-    if (!maps)
-        return;
-    map_free(&maps->cross);
-    map_free(&maps->axial);
-    free(maps);
-}
-
-static bool map_like(struct mill_map *map, const struct mill_map *as)
-{
-    const size_t cells = (size_t)as->n[0] * (size_t)as->n[1];
-    *map = *as;
-    map->room = NULL;
-    map->hits = mill_memory_get(cells, sizeof *map->hits);
-    map->flow = mill_memory_get(cells, sizeof *map->flow);
-    return map->hits && map->flow;
-}
-
-struct mill_maps *mill_maps_like(const struct mill_maps *maps)
-{
-    struct mill_maps *like = calloc(1, sizeof *like);
-    if (like && map_like(&like->cross, &maps->cross) && map_like(&like->axial, &maps->axial))
-        return like;
-    mill_maps_free(like);
-    return NULL;
-}
-
-static void map_add(struct mill_map *into, const struct mill_map *from)
-{
-    for (int i = 0; i < into->n[0] * into->n[1]; i++) {
-        into->hits[i].count += from->hits[i].count;
-        into->hits[i].speed += from->hits[i].speed;
-        into->hits[i].dissipation += from->hits[i].dissipation;
-        into->flow[i].volume += from->flow[i].volume;
-        for (int k = 0; k < 3; k++)
-            into->flow[i].flow[k] += from->flow[i].flow[k];
-    }
+    free(maps->cross.flow);
 }
 
 void mill_maps_add(struct mill_maps *into, const struct mill_maps *from)
 {
-    map_add(&into->cross, &from->cross);
-    map_add(&into->axial, &from->axial);
+    for (size_t i = 0; i < into->cells; i++) {
+        struct mill_map_hits *hits = &into->cross.hits[i];
+        struct mill_map_flow *flow = &into->cross.flow[i];
+        hits->count += from->cross.hits[i].count;
+        hits->speed += from->cross.hits[i].speed;
+        hits->dissipation += from->cross.hits[i].dissipation;
+        flow->volume += from->cross.flow[i].volume;
+        for (int k = 0; k < 3; k++)
+            flow->flow[k] += from->cross.flow[i].flow[k];
+    }
     into->samples += from->samples;
-}
-
-static void map_clear(struct mill_map *map)
-{
-    const size_t cells = (size_t)map->n[0] * (size_t)map->n[1];
-    memset(map->hits, 0, cells * sizeof *map->hits);
-    memset(map->flow, 0, cells * sizeof *map->flow);
 }
 
 void mill_maps_clear(struct mill_maps *maps)
 {
-    map_clear(&maps->cross);
-    map_clear(&maps->axial);
+    memset(maps->cross.flow, 0, maps->cells * sizeof *maps->cross.flow);
+    memset(maps->cross.hits, 0, maps->cells * sizeof *maps->cross.hits);
     maps->samples = 0;
 }
 

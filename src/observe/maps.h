@@ -3,12 +3,14 @@
 #ifndef MILL_MAPS_H
 #define MILL_MAPS_H
 
-#include "millsim/status.h"
 #include "millsim/world.h"
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
-enum { MILL_MAPS_LONGEST = 400 }; /* cells along an axis, at most */
+/* Cells along an axis, at most; those along r; those of a map, at most */
+enum { MILL_MAPS_LONGEST = 400, MILL_MAPS_RINGS = 30, MILL_MAPS_MOST = 400 * 30 };
 
 struct mill_map_hits {
     uint64_t count;
@@ -27,24 +29,24 @@ struct mill_map {
     int n[2];
     double from[2], size[2]; /* [m] */
     double per[2];           /* [1/m] 1 / size */
-    struct mill_map_hits *hits;
     struct mill_map_flow *flow;
+    struct mill_map_hits *hits;
     double *room; /* [m^3] of the cell inside the drum */
 };
 
+/* Each of the arrays holds the cells of `cross`, then those of `axial`. */
 struct mill_maps {
     struct mill_map cross, axial;
+    size_t cells;
     uint64_t samples; /* of the flow */
 };
 
-/* Cells of R/30 (2.5 mm in a drum of 75 mm): 60 x 60 over the cross-section, 30 rings. Owner: the
- * caller. */
-enum mill_status mill_maps_create(const struct mill_world *world, struct mill_maps **maps,
-                                  struct mill_error *error);
+/* Cells of R/30 (2.5 mm in a drum of 75 mm): 60 x 60 over the cross-section, 30 rings. false: out
+ * of memory. Free them in any case. */
+bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world);
+/* Empty ones with the same cells */
+bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as);
 void mill_maps_free(struct mill_maps *maps);
-
-/* Empty ones with the same cells, but without `room`. Owner: the caller. NULL: out of memory. */
-struct mill_maps *mill_maps_like(const struct mill_maps *maps);
 
 /* into += from; from = 0. Of the same cells. */
 void mill_maps_add(struct mill_maps *into, const struct mill_maps *from);

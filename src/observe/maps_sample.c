@@ -12,6 +12,7 @@
 enum {
     BLOCK = 32, /* balls */
     LANES = 8,  /* balls whose places are found at a time: their number is rounded up to this */
+    SPOTS = 6,
     POINTS = 32 /* (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1), in half spacings */
 };
 
@@ -22,7 +23,6 @@ enum {
 /* Places (j, k) of the lattice in the plane of radius and azimuth, in half spacings. Points on
  * either side of the radius (k and -k) share their r and are taken together, so that their
  * velocities' cross terms cancel. */
-enum { SPOTS = 6 };
 static const double spot[SPOTS][2] = {{-3, 1}, {-1, 1}, {1, 1}, {3, 1}, {-1, 3}, {1, 3}};
 
 struct block {
@@ -60,11 +60,8 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
         b->u[i] = v.x;
         b->v[i] = v.y;
         b->w[i] = v.z;
-        b->h[i] = world->species[ball->species].radius;
+        const double a = world->species[ball->species].radius;
         ball += i + 1 < b->count;
-    }
-    for (int i = 0; i < n; i++) {
-        const double a = b->h[i];
         b->h[i] = a * HALF_SPACING;
         b->two[i] = 2 * (4 * MILL_PI / 3 * a * a * a / POINTS);
     }
@@ -83,10 +80,8 @@ INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride
         double at = centre[i] * per + zero;
         at = at < end - three ? at : end - three;
         at = at > three ? at : three;
-        offset[0][i] = (unsigned)((int)(at - three) * stride);
-        offset[1][i] = (unsigned)((int)(at - one) * stride);
-        offset[2][i] = (unsigned)((int)(at + one) * stride);
-        offset[3][i] = (unsigned)((int)(at + three) * stride);
+        for (int k = 0; k < 4; k++)
+            offset[k][i] = (unsigned)((int)(at + (2 * k - 3) * one) * stride);
     }
 }
 
@@ -122,49 +117,33 @@ INLINE void add_cross(const struct mill_map *map, const struct block *b, int i)
 {
     const double n = b->two[i];
     const four two = {n, n * b->u[i], n * b->v[i], n * b->w[i]}, twice = two + two;
-    const unsigned left = b->column[0][i], right = b->column[3][i];
-    const unsigned inner[2] = {b->column[1][i], b->column[2][i]};
-    char *row = (char *)map->flow + b->row[0][i];
-    add(row, inner[0], &two);
-    add(row, inner[1], &two);
-    row = (char *)map->flow + b->row[1][i];
-    add(row, left, &two);
-    add(row, inner[0], &twice);
-    add(row, inner[1], &twice);
-    add(row, right, &two);
-    row = (char *)map->flow + b->row[2][i];
-    add(row, left, &two);
-    add(row, inner[0], &twice);
-    add(row, inner[1], &twice);
-    add(row, right, &two);
-    row = (char *)map->flow + b->row[3][i];
-    add(row, inner[0], &two);
-    add(row, inner[1], &two);
-}
-
-/* One of the spots: the inner two of the four planes, or all */
-INLINE void add_spot(char *flow, const struct block *b, int i, int k, bool all)
-{
-    const double n = b->two[i], out = b->out[i] * b->share[k][i];
-    const double around = b->around[i] * b->share[k][i];
-    const four two = {n, n * b->u[i], n * out, n * around};
-    if (all)
-        add(flow + b->slice[0][i], b->ring[k][i], &two);
-    add(flow + b->slice[1][i], b->ring[k][i], &two);
-    add(flow + b->slice[2][i], b->ring[k][i], &two);
-    if (all)
-        add(flow + b->slice[3][i], b->ring[k][i], &two);
+    for (int k = 0; k < 4; k++) {
+        const bool all = k == 1 || k == 2; /* of the planes, not only the inner two */
+        char *row = (char *)map->flow + b->row[k][i];
+        if (all)
+            add(row, b->column[0][i], &two);
+        add(row, b->column[1][i], all ? &twice : &two);
+        add(row, b->column[2][i], all ? &twice : &two);
+        if (all)
+            add(row, b->column[3][i], &two);
+    }
 }
 
 INLINE void add_axial(const struct mill_map *map, const struct block *b, int i)
 {
     char *const flow = (char *)map->flow;
-    add_spot(flow, b, i, 0, false);
-    add_spot(flow, b, i, 1, true);
-    add_spot(flow, b, i, 2, true);
-    add_spot(flow, b, i, 3, false);
-    add_spot(flow, b, i, 4, false);
-    add_spot(flow, b, i, 5, false);
+    for (int k = 0; k < SPOTS; k++) {
+        const bool all = k == 1 || k == 2;
+        const double n = b->two[i], out = b->out[i] * b->share[k][i];
+        const double around = b->around[i] * b->share[k][i];
+        const four two = {n, n * b->u[i], n * out, n * around};
+        if (all)
+            add(flow + b->slice[0][i], b->ring[k][i], &two);
+        add(flow + b->slice[1][i], b->ring[k][i], &two);
+        add(flow + b->slice[2][i], b->ring[k][i], &two);
+        if (all)
+            add(flow + b->slice[3][i], b->ring[k][i], &two);
+    }
 }
 
 /* The same source for any processor and, where the loader can choose, for those with AVX2 and with

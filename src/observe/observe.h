@@ -22,18 +22,12 @@ struct mill_observe {
     struct mill_profile drum; /* its cross-section, for pictures */
 };
 
-/* Of what happens every `interval` [s] from 0 to `end`: the number of the last time, and time k;
- * INFINITY: there is none. The last may lie a rounding error behind the end of the run. */
-static inline uint64_t mill_observe_last(double interval, double end)
-{
-    return (uint64_t)floor(end / interval + 1e-9);
-}
-
+/* Of what happens every `interval` [s] from 0 to `end`: time k; INFINITY: there is none. The last
+ * may lie a rounding error behind the end of the run. */
 static inline double mill_observe_due(double interval, double end, uint64_t k)
 {
-    if (k > mill_observe_last(interval, end))
-        return INFINITY;
-    return fmin((double)k * interval, end);
+    const bool over = k > (uint64_t)floor(end / interval + 1e-9);
+    return over ? (double)INFINITY : fmin((double)k * interval, end);
 }
 
 /* Asked now and then by what takes long, of which `done` of `all` is done. false: to be left

@@ -1,21 +1,13 @@
 /* The list of all observers, and what is done to each of them in turn. */
 #include "observe/observers.h"
 
-#include "observe/frames.h"
-#include "observe/impactlog.h"
-#include "observe/series.h"
 #include "observe/tally.h"
 
-#include <assert.h>
 #include <stdlib.h>
 
 /* In the order in which the loop calls them */
-static const struct mill_observer_type *const types[] = {
-    &mill_tally_type,
-    &mill_frames_type,
-    &mill_series_type,
-    &mill_impactlog_type,
-};
+static const struct mill_observer_type *const types[MILL_OBSERVERS] = {
+    &mill_tally_type, &mill_frames_type, &mill_series_type, &mill_impactlog_type};
 
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
                                          const struct mill_observe *asked,
@@ -26,8 +18,7 @@ struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
         mill_error_set(error, MILL_FAILED, "out of memory for %s", type->name);
         return NULL;
     }
-    one->type = type;
-    one->next = INFINITY;
+    *one = (struct mill_observer){type, INFINITY};
     if (!type->create || type->create(one, asked, world, error) == MILL_OK)
         return one;
     mill_observers_free_one(one);
@@ -45,10 +36,8 @@ enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error)
 {
-    const size_t count = sizeof types / sizeof *types;
-    assert(count <= MILL_OBSERVERS);
     *observers = (struct mill_observers){0};
-    for (size_t k = 0; k < count; k++) {
+    for (int k = 0; k < MILL_OBSERVERS; k++) {
         if (types[k]->wanted && !types[k]->wanted(asked))
             continue;
         struct mill_observer *one = mill_observers_one(types[k], asked, world, error);
@@ -78,14 +67,15 @@ void mill_observers_state(const struct mill_observers *observers, struct mill_st
     }
 }
 
-enum mill_status mill_observers_open(const struct mill_observers *observers, struct mill_h5 *file,
+enum mill_status mill_observers_open(const struct mill_observers *observers,
+                                     const struct mill_observe *asked, struct mill_h5 *file,
                                      struct mill_sim *sim, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
     for (int k = 0; k < observers->count && status == MILL_OK; k++) {
         struct mill_observer *one = observers->each[k];
         if (one->type->open)
-            one->type->open(one, file, mill_sim_world(sim));
+            one->type->open(one, asked, file, mill_sim_world(sim));
         status = mill_sim_observe(sim, one);
     }
     return status == MILL_OK ? mill_h5_status(file, error) : status;

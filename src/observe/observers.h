@@ -7,7 +7,17 @@
 #include "observe/observe.h"
 #include "observe/sink.h"
 
-enum { MILL_OBSERVERS = 8 }; /* at most */
+/* The ball states at output.frames, in H5MD 1.1: /h5md and /particles/trajectory; without frames
+ * only what does not change (id, species, mass, diameter). A finished run gets /VTKHDF, too. */
+extern const struct mill_observer_type mill_frames_type;
+
+/* Time series at output.series: energies, rotor, losses and counts, under /observables. */
+extern const struct mill_observer_type mill_series_type;
+
+/* Every impact, one row each, one dataset a column, under /impacts: for output.impacts = all. */
+extern const struct mill_observer_type mill_impactlog_type;
+
+enum { MILL_OBSERVERS = 4 }; /* at most: all there are */
 
 /* One of the type. NULL: out of memory. Owner: the caller. */
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
@@ -31,7 +41,8 @@ void mill_observers_state(const struct mill_observers *observers, struct mill_st
                           void (*name)(struct mill_state *state, const char *name));
 
 /* They make what they write to and are called by the loop from now on. */
-enum mill_status mill_observers_open(const struct mill_observers *observers, struct mill_h5 *file,
+enum mill_status mill_observers_open(const struct mill_observers *observers,
+                                     const struct mill_observe *asked, struct mill_h5 *file,
                                      struct mill_sim *sim, struct mill_error *error);
 
 enum mill_status mill_observers_results(const struct mill_observers *observers,

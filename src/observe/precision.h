@@ -3,7 +3,6 @@
 #ifndef MILL_PRECISION_H
 #define MILL_PRECISION_H
 
-#include "millsim/status.h"
 #include "millsim/world.h"
 #include "observe/spectrum.h"
 
@@ -29,9 +28,7 @@ struct mill_precision {
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
     struct mill_account *books; /* [batches + 1] at the begin of each batch, and at the last end */
-    uint32_t *counts;           /* [batches][MILL_PRECISION_SLOTS] impacts by normal speed */
-    double *power, *below;      /* [batches] room for the two series; nothing is kept in it */
-    double *room;               /* [batches] likewise */
+    uint32_t (*counts)[MILL_PRECISION_SLOTS]; /* [batches] impacts by normal speed */
 };
 
 /* A mean with its standard error, in its own unit; NaN: not known. */
@@ -47,21 +44,20 @@ struct mill_precision_known {
     bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
 };
 
-/* Batches for a rotor of `rotor_speed` [rad/s] (0: none). They do not depend on how long the run
- * may last: that must not change where it ends. */
-void mill_precision_plan(double rotor_speed, struct mill_precision_progress *progress);
-
-/* From `origin` [s] on; the grid must outlive it. false: out of memory; then, too, free it. */
+/* Batches for a rotor of `rotor_speed` [rad/s] (0: none), from `origin` [s] on; the grid must
+ * outlive it. false: out of memory; then, too, free it. */
 bool mill_precision_init(struct mill_precision *precision, double origin, double rotor_speed,
                          const struct mill_spectrum_grid *grid);
 void mill_precision_free(struct mill_precision *precision);
 
 /* [s] simulated time at which the batch now open ends. */
-double mill_precision_next(const struct mill_precision *precision);
+static inline double mill_precision_next(const struct mill_precision *precision)
+{
+    return precision->origin + (double)(precision->at.batches + 1) * precision->at.batch;
+}
 
-/* The first batch begins; a batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There
- * must be room for it. */
-void mill_precision_open(struct mill_precision *precision, const struct mill_account *account);
+/* A batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There must be room for it;
+ * the books of the first batch's begin are books[0]. */
 void mill_precision_close(struct mill_precision *precision, const uint64_t *count,
                           const struct mill_account *account);
 
@@ -81,15 +77,15 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *pre
  * times their values. */
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted);
 
-/* ---- series (precision_series.c) ---- */
+/* ---- series ---- */
 
 /* The d that minimises the sum of (x_i - mean)^2 over i >= d, divided by (n - d)^2; the last five
  * are no candidates. 0 for n <= 5. */
 size_t mill_precision_mser(const double *x, size_t n);
 
 /* Standard error of the mean of x[n], a stationary series that remembers what came before; period >
- * 0: n is two or more times that, and what repeats after it has no part in the error. room[n] is
- * written to. NaN for n < MILL_PRECISION_FEWEST. */
-double mill_precision_error(const double *x, size_t n, size_t period, double *room);
+ * 0: n is two or more times that, and what repeats after it has no part in the error. NaN for n <
+ * MILL_PRECISION_FEWEST; n <= MILL_PRECISION_BATCHES. */
+double mill_precision_error(const double *x, size_t n, size_t period);
 
 #endif

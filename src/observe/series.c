@@ -2,10 +2,9 @@
  * the interval. Works, losses and counts are cumulative from t = 0, so any window is a difference
  * of two rows; only the rotor's torque is a mean over the interval before. Step and time are stored
  * once and linked. */
-#include "observe/series.h"
+#include "observe/observers.h"
 
 #include "millsim/state.h"
-#include "observe/observe.h"
 #include "store/h5.h"
 
 #include <stddef.h>
@@ -21,85 +20,72 @@ struct row {
 #define FROM(member) offsetof(struct row, member)
 
 static const struct {
-    const char *name, *unit, *meaning;
-    enum mill_h5_type type;
+    const char *name, *unit;
     size_t from;  /* its place in a row */
     size_t width; /* 0: one series; else so many numbers for each kind of contact */
+    enum mill_h5_type type;
+    const char *meaning;
 } table[] = {
-    {"kinetic_energy", "J", "translational kinetic energy of all balls", MILL_H5_F64,
-     FROM(energy.kinetic), 0},
-    {"rotational_energy", "J", "rotational kinetic energy of all balls", MILL_H5_F64,
-     FROM(energy.rotational), 0},
-    {"potential_energy", "J", "potential energy of all balls in gravity, 0 at the drum's centre",
-     MILL_H5_F64, FROM(energy.potential), 0},
-    {"rotor_work", "J", "work done by the rotor on the balls, cumulative from t = 0", MILL_H5_F64,
-     FROM(account.rotor_work), 0},
-    {"rotor_torque", "N m",
+    {"kinetic_energy", "J", FROM(energy.kinetic), 0, MILL_H5_F64,
+     "translational kinetic energy of all balls"},
+    {"rotational_energy", "J", FROM(energy.rotational), 0, MILL_H5_F64,
+     "rotational kinetic energy of all balls"},
+    {"potential_energy", "J", FROM(energy.potential), 0, MILL_H5_F64,
+     "potential energy of all balls in gravity, 0 at the drum's centre"},
+    {"rotor_work", "J", FROM(account.rotor_work), 0, MILL_H5_F64,
+     "work done by the rotor on the balls, cumulative from t = 0"},
+    {"rotor_torque", "N m", FROM(torque), 0, MILL_H5_F64,
      "torque of the rotor on the balls about +x, mean over the interval before; 0 in the first "
-     "row",
-     MILL_H5_F64, FROM(torque), 0},
-    {"dissipation", "J", "energy lost in impacts of this kind, cumulative from t = 0", MILL_H5_F64,
-     FROM(account.dissipation), 1},
-    {"dissipation_normal", "J",
-     "normal part of the energy lost in impacts of this kind, cumulative from t = 0", MILL_H5_F64,
-     FROM(account.dissipation_normal), 1},
-    {"collisions", "1", "impacts of this kind, cumulative from t = 0", MILL_H5_U64,
-     FROM(account.collisions), 1},
-    {"fast_collisions", "1",
+     "row"},
+    {"dissipation", "J", FROM(account.dissipation), 1, MILL_H5_F64,
+     "energy lost in impacts of this kind, cumulative from t = 0"},
+    {"dissipation_normal", "J", FROM(account.dissipation_normal), 1, MILL_H5_F64,
+     "normal part of the energy lost in impacts of this kind, cumulative from t = 0"},
+    {"collisions", "1", FROM(account.collisions), 1, MILL_H5_U64,
+     "impacts of this kind, cumulative from t = 0"},
+    {"fast_collisions", "1", FROM(account.fast), MILL_WORLD_FAST, MILL_H5_U64,
      "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
-     "cumulative from t = 0",
-     MILL_H5_U64, FROM(account.fast), MILL_WORLD_FAST},
-};
+     "cumulative from t = 0"}};
 enum { TABLE = sizeof table / sizeof *table };
 
 struct series {
     struct mill_observer observer;
     struct mill_h5 *file;
-    double interval, end; /* [s] of the rows, of the run */
-    uint64_t rows;        /* as last saved */
-    double rotor_impulse; /* [N m s] at the row before */
-    struct mill_h5_column *step, *time, *column[TABLE][MILL_KINDS]; /* the file's */
+    double interval, end;                                         /* [s] of the rows, of the run */
+    uint64_t rows;                                                /* so far */
+    double rotor_impulse;                                         /* [N m s] at the row before */
+    struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS]; /* the file's: step and time */
 };
 
-/* One element {step, time, value}; the first one made holds step and time, the others link to them.
- */
-static struct mill_h5_column *open_element(struct series *series, const char *group,
-                                           const struct mill_h5_layout *value)
+/* The elements {step, time, value} of row i of the table; the first one made holds step and time,
+ * the others link to them. */
+static void open_elements(struct series *series, int i)
 {
     static const struct mill_h5_layout layout[2] = {
-        {.type = MILL_H5_I64, .unit = "1", .description = "number of the row"},
-        {.type = MILL_H5_F64, .unit = "s", .description = "simulated time"}};
+        {MILL_H5_I64, 0, {0}, 0, "1", "number of the row", false},
+        {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
     static const char *const name[2] = {"step", "time"};
-    struct mill_h5_column **shared[2] = {&series->step, &series->time};
-    char path[128], origin[128];
-    for (int i = 0; i < 2; i++) {
-        snprintf(path, sizeof path, "%s/%s", group, name[i]);
-        snprintf(origin, sizeof origin, "/observables/%s/%s", table[0].name, name[i]);
-        if (!*shared[i])
-            *shared[i] = mill_h5_column_create(series->file, path, &layout[i], series->rows);
-        else
-            mill_h5_link(series->file, origin, path);
-    }
-    snprintf(path, sizeof path, "%s/value", group);
-    struct mill_h5_column *column = mill_h5_column_create(series->file, path, value, series->rows);
-    if (value->rank > 0) /* the speeds that these are counted from stand beside them */
-        mill_h5_attribute(series->file, path, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
-                          mill_world_fast);
-    return column;
-}
-
-static void open_columns(struct series *series, int i)
-{
-    const struct mill_h5_layout value = {.type = table[i].type,
-                                         .rank = table[i].width > 1,
-                                         .dims = {table[i].width},
-                                         .unit = table[i].unit,
-                                         .description = table[i].meaning};
-    char group[96];
-    for (int kind = 0; kind < (table[i].width > 0 ? (int)MILL_KINDS : 1); kind++) {
-        snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name,
-                 table[i].width > 0 ? "/" : "", table[i].width > 0 ? mill_kind_name[kind] : "");
-        series->column[i][kind] = open_element(series, group, &value);
+    const size_t width = table[i].width;
+    const struct mill_h5_layout value = {table[i].type, width > 1,        {width}, 0,
+                                         table[i].unit, table[i].meaning, false};
+    char group[96], path[128], origin[128];
+    for (int kind = 0; kind < (width > 0 ? (int)MILL_KINDS : 1); kind++) {
+        snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name, width > 0 ? "/" : "",
+                 width > 0 ? mill_kind_name[kind] : "");
+        for (int k = 0; k < 2; k++) {
+            snprintf(path, sizeof path, "%s/%s", group, name[k]);
+            snprintf(origin, sizeof origin, "/observables/%s/%s", table[0].name, name[k]);
+            if (i == 0)
+                series->shared[k] =
+                    mill_h5_column_create(series->file, path, &layout[k], series->rows);
+            else
+                mill_h5_link(series->file, origin, path);
+        }
+        snprintf(path, sizeof path, "%s/value", group);
+        series->column[i][kind] = mill_h5_column_create(series->file, path, &value, series->rows);
+        if (width > 1) /* the speeds that these are counted from stand beside them */
+            mill_h5_attribute(series->file, path, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
+                              mill_world_fast);
     }
 }
 
@@ -107,59 +93,44 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
                                struct mill_error *error)
 {
     struct series *series = (struct series *)self;
-    const int64_t k = (int64_t)mill_h5_column_rows(series->step);
     const double impulse = world->account.rotor_impulse - series->rotor_impulse;
     const struct row row = {.energy = mill_world_energy(world, t),
-                            .torque = k > 0 ? impulse / series->interval : 0,
+                            .torque = series->rows > 0 ? impulse / series->interval : 0,
                             .account = world->account};
     series->rotor_impulse = world->account.rotor_impulse;
-    mill_h5_column_append(series->step, 1, &k);
-    mill_h5_column_append(series->time, 1, &self->next);
+    mill_h5_column_append(series->shared[0], 1, &series->rows);
+    mill_h5_column_append(series->shared[1], 1, &self->next);
     for (int i = 0; i < TABLE; i++)
         for (int kind = 0; kind < MILL_KINDS && series->column[i][kind]; kind++)
             mill_h5_column_append(series->column[i][kind], 1,
                                   (const char *)&row + table[i].from +
                                       (size_t)kind * table[i].width * sizeof(double));
-    self->next = mill_observe_due(series->interval, series->end, (uint64_t)k + 1);
+    self->next = mill_observe_due(series->interval, series->end, ++series->rows);
     return mill_h5_status(series->file, error);
-}
-
-static enum mill_status create(struct mill_observer *self, const struct mill_observe *asked,
-                               const struct mill_world *world, struct mill_error *error)
-{
-    struct series *series = (struct series *)self;
-    (void)world;
-    (void)error;
-    series->interval = asked->series;
-    series->end = asked->end;
-    return MILL_OK;
 }
 
 static void tell_state(struct mill_observer *self, struct mill_state *state)
 {
     struct series *series = (struct series *)self;
-    if (!state->loads)
-        series->rows = mill_h5_column_rows(series->step);
     mill_state_structs(state, "rows", sizeof series->rows, 1, &series->rows);
     mill_state_field(state, "rotor_impulse", MILL_FIELD_F64, 1, &series->rotor_impulse);
 }
 
-static void open_file(struct mill_observer *self, struct mill_h5 *file,
-                      const struct mill_world *world)
+static void open_file(struct mill_observer *self, const struct mill_observe *asked,
+                      struct mill_h5 *file, const struct mill_world *world)
 {
     struct series *series = (struct series *)self;
     (void)world;
     series->file = file;
-    self->next = mill_observe_due(series->interval, series->end, series->rows);
+    series->interval = asked->series;
+    series->end = asked->end;
+    self->next = mill_observe_due(asked->series, asked->end, series->rows);
     for (int i = 0; i < TABLE; i++)
-        open_columns(series, i);
+        open_elements(series, i);
 }
 
-const struct mill_observer_type mill_series_type = {
-    .name = "series",
-    .size = sizeof(struct series),
-    .sample = sample,
-    .create = create,
-    .state = tell_state,
-    .open = open_file,
-};
+const struct mill_observer_type mill_series_type = {.name = "series",
+                                                    .size = sizeof(struct series),
+                                                    .sample = sample,
+                                                    .state = tell_state,
+                                                    .open = open_file};

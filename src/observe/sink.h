@@ -29,16 +29,14 @@ struct mill_sink {
 struct mill_sink_file {
     struct mill_sink sink; /* first */
     struct mill_h5 *file;
-    char path[160];      /* of the present group */
-    size_t root;         /* length of the outermost one's */
-    char last[192];      /* path of what was told last */
-    char once[192];      /* path of what is told again and again, */
+    size_t root;         /* length of the outermost group's path */
+    char path[160];      /* of the present one, */
+    char last[192];      /* of what was told last, */
+    char once[192];      /* of what is told again and again, */
     const double *known; /* and its values */
 };
 
 void mill_sink_file(struct mill_sink_file *sink, struct mill_h5 *file, const char *root);
-
-/* ---- single things ---- */
 
 static inline void mill_tell_number(struct mill_sink *sink, const char *name, double value,
                                     const char *unit, const char *meaning)

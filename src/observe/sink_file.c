@@ -6,34 +6,27 @@
 #include <stdio.h>
 #include <string.h>
 
-static struct mill_sink_file *of(struct mill_sink *sink)
-{
-    return (struct mill_sink_file *)sink;
-}
-
 /* "GROUP/NAME", which is then what was told last */
 static const char *place(struct mill_sink_file *f, const char *name)
 {
     const int length = snprintf(f->last, sizeof f->last, "%s/%s", f->path, name);
-    assert(length < (int)sizeof f->last);
+    assert(length < (int)sizeof f->path);
     (void)length;
     return f->last;
 }
 
 static void open_group(struct mill_sink *sink, const char *name)
 {
-    struct mill_sink_file *f = of(sink);
-    const size_t length = strlen(f->path);
-    const int more = snprintf(f->path + length, sizeof f->path - length, "/%s", name);
-    assert(length + (size_t)more < sizeof f->path);
-    (void)more;
-    if (length == f->root)
+    struct mill_sink_file *f = (struct mill_sink_file *)sink;
+    const bool outermost = strlen(f->path) == f->root;
+    strcpy(f->path, place(f, name));
+    if (outermost)
         mill_h5_remove(f->file, f->path);
 }
 
 static void close_group(struct mill_sink *sink)
 {
-    struct mill_sink_file *f = of(sink);
+    struct mill_sink_file *f = (struct mill_sink_file *)sink;
     assert(strlen(f->path) > f->root);
     *strrchr(f->path, '/') = '\0';
 }
@@ -41,20 +34,20 @@ static void close_group(struct mill_sink *sink)
 static void values(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit, const char *meaning)
 {
-    struct mill_sink_file *f = of(sink);
+    struct mill_sink_file *f = (struct mill_sink_file *)sink;
     mill_h5_write(f->file, place(f, name), type, rank, dims, values, unit, meaning);
 }
 
 static void text(struct mill_sink *sink, const char *name, const char *text, const char *meaning)
 {
-    struct mill_sink_file *f = of(sink);
+    struct mill_sink_file *f = (struct mill_sink_file *)sink;
     mill_h5_write_text(f->file, place(f, name), text, meaning);
 }
 
 static void again(struct mill_sink *sink, const char *name, size_t count, const double *values,
                   const char *unit, const char *meaning)
 {
-    struct mill_sink_file *f = of(sink);
+    struct mill_sink_file *f = (struct mill_sink_file *)sink;
     if (f->known == values) {
         mill_h5_link(f->file, f->once, place(f, name));
         return;
@@ -67,7 +60,7 @@ static void again(struct mill_sink *sink, const char *name, size_t count, const 
 static void attribute(struct mill_sink *sink, const char *name, enum mill_h5_type type,
                       size_t count, const void *values)
 {
-    struct mill_sink_file *f = of(sink);
+    struct mill_sink_file *f = (struct mill_sink_file *)sink;
     mill_h5_attribute(f->file, f->last, name, type, count, values);
 }
 
@@ -76,7 +69,6 @@ void mill_sink_file(struct mill_sink_file *f, struct mill_h5 *file, const char *
     *f = (struct mill_sink_file){
         .sink = {true, open_group, close_group, values, text, again, attribute},
         .file = file,
-        .root = strlen(root),
-    };
+        .root = strlen(root)};
     strcpy(f->path, root);
 }

@@ -15,10 +15,9 @@ static const struct dd ratio = {0x1.05187226d4515p+0, 0x1.780f2c237233dp-54};
 /* 20^(k/152) [m/s], correctly rounded */
 static double edge_speed(int k)
 {
-    double whole = 1;
+    double whole = 1, divisor = 1;
     for (; k >= MILL_SPECTRUM_DECADE; k -= MILL_SPECTRUM_DECADE)
         whole *= 20;
-    double divisor = 1;
     for (; k < 0; k += MILL_SPECTRUM_DECADE)
         divisor *= 20;
     struct dd part = dd_from(1);
@@ -49,25 +48,19 @@ void mill_spectrum_merge(struct mill_spectrum *into, const struct mill_spectrum 
     }
 }
 
-uint64_t mill_spectrum_count(const struct mill_spectrum *spectrum, int slot)
+struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectrum, int slot)
 {
-    uint64_t count = 0;
-    for (; slot < MILL_SPECTRUM_SLOTS; slot++)
-        count += spectrum->slot[slot].count;
-    return count;
-}
-
-double mill_spectrum_dissipation(const struct mill_spectrum *spectrum, int slot)
-{
-    double dissipation = 0;
-    for (; slot < MILL_SPECTRUM_SLOTS; slot++)
-        dissipation += spectrum->slot[slot].dissipation;
-    return dissipation;
+    struct mill_spectrum_slot total = {0, 0};
+    for (; slot < MILL_SPECTRUM_SLOTS; slot++) {
+        total.count += spectrum->slot[slot].count;
+        total.dissipation += spectrum->slot[slot].dissipation;
+    }
+    return total;
 }
 
 double mill_spectrum_mean(const struct mill_spectrum *spectrum)
 {
-    const uint64_t count = mill_spectrum_count(spectrum, 0);
+    const uint64_t count = mill_spectrum_total(spectrum, 0).count;
     return count > 0 ? spectrum->sum / (double)count : (double)NAN;
 }
 
@@ -79,28 +72,15 @@ double mill_spectrum_within(const struct mill_spectrum_grid *grid, int slot, dou
 double mill_spectrum_quantile(const struct mill_spectrum_grid *grid,
                               const struct mill_spectrum *spectrum, int slot, double level)
 {
-    const uint64_t total = mill_spectrum_count(spectrum, slot);
+    const double total = (double)mill_spectrum_total(spectrum, slot).count, rank = level * total;
     if (total == 0)
         return (double)NAN;
-    const double rank = level * (double)total;
-    double below = 0; /* counted in the slots before this one */
-    int last =
-        slot; /* the last slot that holds anything: rounding must not carry the rank past it */
-    double share = 1;
-    for (; slot < MILL_SPECTRUM_SLOTS; slot++) {
-        const double here = (double)spectrum->slot[slot].count;
-        if (here == 0)
-            continue;
-        last = slot;
-        if (below + here >= rank) {
-            share = (rank - below) / here;
-            break;
-        }
-        below += here;
-    }
-    if (last == 0)
+    double below = 0; /* counted in the slots before this one: whole, so not beyond `total` */
+    while (spectrum->slot[slot].count == 0 || below + (double)spectrum->slot[slot].count < rank)
+        below += (double)spectrum->slot[slot++].count;
+    if (slot == 0)
         return 0;
-    if (last > MILL_SPECTRUM_BINS)
+    if (slot > MILL_SPECTRUM_BINS)
         return grid->edge[MILL_SPECTRUM_BINS];
-    return mill_spectrum_within(grid, last, share);
+    return mill_spectrum_within(grid, slot, (rank - below) / (double)spectrum->slot[slot].count);
 }

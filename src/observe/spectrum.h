@@ -66,9 +66,8 @@ static inline void mill_spectrum_add(struct mill_spectrum *spectrum, int slot, d
 /* into += from */
 void mill_spectrum_merge(struct mill_spectrum *into, const struct mill_spectrum *from);
 
-/* Speeds counted, and dissipation [J] gathered, in the slots from `slot` up (0: all of them). */
-uint64_t mill_spectrum_count(const struct mill_spectrum *spectrum, int slot);
-double mill_spectrum_dissipation(const struct mill_spectrum *spectrum, int slot);
+/* Speeds counted, and dissipation gathered, in the slots from `slot` up (0: all of them). */
+struct mill_spectrum_slot mill_spectrum_total(const struct mill_spectrum *spectrum, int slot);
 
 /* Mean of all speeds [m/s]; NaN when there is none. */
 double mill_spectrum_mean(const struct mill_spectrum *spectrum);

@@ -9,11 +9,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { FEWEST_BITS = 6, MOST_BITS = 40 };
+enum { BUCKET = 8 /* entries */, FEWEST_BITS = 6, MOST_BITS = 40 };
 
 static struct mill_strike *make_entries(int bits)
 {
-    const size_t room = ((size_t)1 << bits) * MILL_STRIKES_BUCKET;
+    const size_t room = ((size_t)1 << bits) * BUCKET;
     struct mill_strike *entry = calloc(room, sizeof *entry);
     if (entry)
         for (size_t i = 0; i < room; i++)
@@ -23,86 +23,61 @@ static struct mill_strike *make_entries(int bits)
 
 bool mill_strikes_init(struct mill_strikes *strikes, double window)
 {
-    strikes->window = window;
-    strikes->bits = FEWEST_BITS;
-    strikes->entry = make_entries(FEWEST_BITS);
+    *strikes = (struct mill_strikes){window, FEWEST_BITS, make_entries(FEWEST_BITS)};
     return strikes->entry != NULL;
 }
 
 void mill_strikes_free(struct mill_strikes *strikes)
 {
     free(strikes->entry);
-    strikes->entry = NULL;
 }
 
 size_t mill_strikes_room(const struct mill_strikes *strikes)
 {
-    return ((size_t)1 << strikes->bits) * MILL_STRIKES_BUCKET;
-}
-
-bool mill_strikes_resize(struct mill_strikes *strikes, int bits)
-{
-    if (bits < 0 || bits > MOST_BITS)
-        return false;
-    struct mill_strike *entry = make_entries(bits);
-    if (!entry)
-        return false;
-    free(strikes->entry);
-    strikes->bits = bits;
-    strikes->entry = entry;
-    return true;
-}
-
-static uint64_t pair_number(enum mill_kind kind, int32_t ball, int32_t partner)
-{
-    assert(ball >= 0 && ball < 1 << 30 && partner >= -1 && partner < 1 << 30);
-    return (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);
+    return ((size_t)1 << strikes->bits) * BUCKET;
 }
 
 /* Multiply and fold, twice: neighbouring balls must not share buckets. The constants are odd with
  * well mixed bits (2^64 over the golden ratio, and 2^64 over the plastic number). */
-static struct mill_strike *bucket_of(struct mill_strike *entry, int bits, uint64_t pair)
+static struct mill_strike *bucket_of(const struct mill_strikes *strikes, uint64_t pair)
 {
     uint64_t h = pair ^ pair >> 32;
     h *= UINT64_C(0x9E3779B97F4A7C15);
     h ^= h >> 29;
     h *= UINT64_C(0xC13FA9A902A6328F);
-    return entry + (h >> 1 >> (63 - bits)) * MILL_STRIKES_BUCKET;
+    return strikes->entry + (h >> 1 >> (63 - strikes->bits)) * BUCKET;
 }
 
-/* Puts the entries that are still alive into a table of 2^bits buckets; false when they do not fit.
- */
-static bool spread(const struct mill_strikes *strikes, struct mill_strike *to, int bits, double now)
+/* Puts the entries that are still alive into an empty table; false when they do not fit. */
+static bool spread(const struct mill_strikes *from, const struct mill_strikes *to, double now)
 {
-    const size_t room = mill_strikes_room(strikes);
-    for (size_t i = 0; i < room; i++) {
-        const struct mill_strike *old = &strikes->entry[i];
-        if (!(now - old->time < strikes->window))
+    const struct mill_strike *end = from->entry + mill_strikes_room(from);
+    for (const struct mill_strike *old = from->entry; old < end; old++) {
+        if (!(now - old->time < from->window))
             continue;
-        struct mill_strike *bucket = bucket_of(to, bits, old->pair);
+        struct mill_strike *bucket = bucket_of(to, old->pair);
         int k = 0;
-        while (k < MILL_STRIKES_BUCKET && bucket[k].time > (double)-INFINITY)
+        while (k < BUCKET && bucket[k].time > (double)-INFINITY)
             k++;
-        if (k == MILL_STRIKES_BUCKET)
+        if (k == BUCKET)
             return false;
         bucket[k] = *old;
     }
     return true;
 }
 
-static bool grow(struct mill_strikes *strikes, double now)
+bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now)
 {
-    for (int bits = strikes->bits + 1; bits <= MOST_BITS; bits++) {
-        struct mill_strike *entry = make_entries(bits);
-        if (!entry)
+    for (; bits >= 0 && bits <= MOST_BITS; bits++) {
+        const struct mill_strikes other = {strikes->window, bits, make_entries(bits)};
+        if (!other.entry)
             return false;
-        if (spread(strikes, entry, bits, now)) {
-            free(strikes->entry);
-            strikes->entry = entry;
-            strikes->bits = bits;
+        const bool fits = spread(strikes, &other, now);
+        free(fits ? strikes->entry : other.entry);
+        if (fits) {
+            *strikes = other;
             return true;
         }
-        free(entry);
     }
     return false;
 }
@@ -110,11 +85,11 @@ static bool grow(struct mill_strikes *strikes, double now)
 struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_kind kind,
                                       int32_t ball, int32_t partner, double time, bool *fresh)
 {
-    const uint64_t pair = pair_number(kind, ball, partner);
+    assert(ball >= 0 && ball < 1 << 30 && partner >= -1 && partner < 1 << 30);
+    const uint64_t pair = (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);
     for (;;) {
-        struct mill_strike *bucket = bucket_of(strikes->entry, strikes->bits, pair);
-        struct mill_strike *oldest = bucket;
-        for (int k = 0; k < MILL_STRIKES_BUCKET; k++) {
+        struct mill_strike *bucket = bucket_of(strikes, pair), *oldest = bucket;
+        for (int k = 0; k < BUCKET; k++) {
             if (bucket[k].pair == pair) {
                 *fresh = !(time - bucket[k].time < strikes->window);
                 bucket[k].time = time;
@@ -129,7 +104,7 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_ki
             oldest->time = time;
             return oldest;
         }
-        if (!grow(strikes, time))
+        if (!mill_strikes_resize(strikes, strikes->bits + 1, time))
             return NULL;
     }
 }

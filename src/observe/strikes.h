@@ -17,14 +17,12 @@ struct mill_strike {
     int32_t stretch;    /* the owner's: when it began */
 };
 
-/* Hash table of the pairs in contact of late: buckets of MILL_STRIKES_BUCKET entries. */
+/* Hash table of the pairs in contact of late */
 struct mill_strikes {
     double window; /* [s] */
     int bits;      /* log2 of the number of buckets */
     struct mill_strike *entry;
 };
-
-enum { MILL_STRIKES_BUCKET = 8 };
 
 /* false: out of memory */
 bool mill_strikes_init(struct mill_strikes *strikes, double window);
@@ -40,7 +38,8 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_ki
 /* Entries there are, used or not. */
 size_t mill_strikes_room(const struct mill_strikes *strikes);
 
-/* Empties the table and gives it 2^bits buckets. false: out of memory, the table is as before. */
-bool mill_strikes_resize(struct mill_strikes *strikes, int bits);
+/* Gives the table 2^bits buckets, or more where the entries that are alive at `now` (INFINITY: none
+ * is) need them. false: out of memory, the table is as before. */
+bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now);
 
 #endif

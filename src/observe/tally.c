@@ -5,9 +5,11 @@
  * the deck alone. */
 #include "observe/tally.h"
 
+#include "millsim/state.h"
+
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- impacts ---- */
 
@@ -24,23 +26,21 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
                                      int normal, int tangential, struct mill_error *error)
 {
     struct mill_speeds *speeds = &tally->gathered.strikes[impact->kind];
+    struct mill_strike alone, *strike = &alone;
     bool fresh = true;
-    struct mill_strike *strike = NULL;
-    if (tally->pairs.window > 0) {
+    if (tally->pairs.window > 0)
         strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball, impact->partner,
                                    impact->time, &fresh);
-        if (!strike)
-            return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    }
-    if (fresh && tally->at.open)
-        count(speeds, impact, normal, tangential);
-    if (fresh && strike) {
-        strike->stretch = tally->at.stretch;
+    if (!strike)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
+    if (fresh) {
+        strike->stretch = (int32_t)tally->gathered.last;
         strike->normal = tally->at.open ? (int16_t)normal : -1;
         strike->tangential = (int16_t)tangential;
-    }
-    if (!fresh && strike->normal >= 0) {
-        if (strike->stretch != tally->at.stretch)
+        if (tally->at.open)
+            count(speeds, impact, normal, tangential);
+    } else if (strike->normal >= 0) {
+        if (strike->stretch != tally->gathered.last)
             speeds = &mill_tally_window_strikes(tally, strike->stretch)[impact->kind];
         const int fast = strike->normal >= MILL_SPECTRUM_FAST;
         speeds->normal.slot[strike->normal].dissipation += impact->dissipation;
@@ -49,26 +49,21 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
-static enum mill_status gather(struct mill_tally *tally, const struct mill_impact *impact,
-                               struct mill_error *error)
-{
-    const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
-    const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
-    if (tally->at.open) {
-        count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
-        mill_maps_impact(tally->gathered.maps, impact->position, impact->normal_speed,
-                         impact->dissipation);
-    }
-    return count_strike(tally, impact, normal, tangential, error);
-}
-
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
                                   struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     enum mill_status status = MILL_OK;
-    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch))
-        status = gather(tally, impact, error);
+    if (!tally->at.closed && (tally->at.open || impact->time >= tally->watch)) {
+        const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
+        const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
+        if (tally->at.open) {
+            count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
+            mill_maps_impact(&tally->gathered.maps, impact->position, impact->normal_speed,
+                             impact->dissipation);
+        }
+        status = count_strike(tally, impact, normal, tangential, error);
+    }
     if (++tally->at.collisions < tally->collisions || status != MILL_OK)
         return status;
     tally->at.ended = MILL_TALLY_COLLISIONS;
@@ -85,82 +80,148 @@ static double next_snapshot(const struct mill_tally *tally)
 /* The last block ends with the window when it is whole but for rounding. */
 static double next_block(const struct mill_tally *tally)
 {
-    const double into = tally->search ? (double)INFINITY : mill_rotorstat_next(&tally->rotor);
-    return into < (double)INFINITY ? fmin(tally->begin + into, tally->end) : into;
+    if (tally->search || tally->at.blocks == tally->planned)
+        return INFINITY;
+    return fmin(tally->begin + (double)(tally->at.blocks + 1) * tally->block, tally->end);
+}
+
+static double next_batch(const struct mill_tally *tally)
+{
+    return tally->at.open && tally->tick > 0 ? mill_precision_next(&tally->batches)
+                                             : (double)INFINITY;
 }
 
 /* A run that may end before its time has the last tenth of its window from the batches' books. */
 static double late(const struct mill_tally *tally)
 {
-    if (tally->tick > 0)
-        return tally->end;
-    return tally->begin + 0.9 * (tally->end - tally->begin);
+    return tally->tick > 0 ? tally->end : tally->begin + 0.9 * (tally->end - tally->begin);
 }
 
 static void plan(struct mill_tally *tally)
 {
-    struct mill_tally_progress *at = &tally->at;
-    if (at->closed)
-        at->next = INFINITY;
-    else if (!at->open)
-        at->next = fmin(tally->begin, mill_tally_window_next(tally));
-    else
-        at->next = fmin(fmin(fmin(next_snapshot(tally), next_block(tally)),
-                             at->late ? tally->end : late(tally)),
-                        mill_tally_window_next(tally));
-    tally->observer.next = at->next;
+    const struct mill_tally_progress *at = &tally->at;
+    double next = at->open ? fmin(next_snapshot(tally), next_block(tally)) : tally->begin;
+    if (at->open)
+        next = fmin(fmin(next, at->late ? tally->end : late(tally)), next_batch(tally));
+    tally->observer.next = at->closed ? (double)INFINITY : next;
+}
+
+static void note_block(struct mill_tally *tally, const struct mill_account *account)
+{
+    tally->work[tally->at.blocks] = account->rotor_work;
+    tally->impulse[tally->at.blocks] = account->rotor_impulse;
 }
 
 static void open_window(struct mill_tally *tally, const struct mill_account *account)
 {
     tally->at.open = true;
     tally->at.at_begin = *account;
-    mill_rotorstat_open(&tally->rotor, account);
+    note_block(tally, account);
     if (tally->tick > 0)
-        mill_precision_open(&tally->batches, account);
-}
-
-static void close_window(struct mill_tally *tally, const struct mill_account *account, double time)
-{
-    tally->at.at_close = *account;
-    tally->at.over = time;
-    tally->at.closed = true;
-}
-
-/* Within the window: all that is due by `now`, which is local time t. */
-static void look(struct mill_tally *tally, const struct mill_world *world, double t, double now)
-{
-    /* batches and blocks that end together may differ by rounding */
-    const double same = now + 1e-9 * tally->tick;
-    while (next_block(tally) <= same)
-        mill_rotorstat_close(&tally->rotor, &world->account);
-    while (next_snapshot(tally) <= now) {
-        mill_maps_sample(tally->gathered.maps, world, t);
-        tally->at.snapshots++;
-    }
-    if (!tally->at.late && late(tally) <= now) {
-        tally->at.late = true;
-        tally->at.at_late = world->account;
-    }
+        tally->batches.books[0] = *account;
 }
 
 static enum mill_status on_sample(struct mill_observer *observer, const struct mill_world *world,
                                   double t, struct mill_error *error)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    const double now = tally->at.next;
-    if (!tally->at.open && tally->begin <= now)
+    struct mill_tally_progress *at = &tally->at;
+    /* batches and blocks that end together may differ by rounding */
+    const double now = observer->next, same = now + 1e-9 * tally->tick;
+    if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
-    if (tally->at.open)
-        look(tally, world, t, now);
-    mill_tally_window_sample(tally, &world->account, now);
-    const bool known = tally->at.ended == MILL_TALLY_PRECISION;
-    if (known)
-        close_window(tally, &world->account, now);
-    else if (tally->end <= now)
-        close_window(tally, &world->account, tally->end);
+    while (at->open && next_block(tally) <= same) {
+        at->blocks++;
+        note_block(tally, &world->account);
+    }
+    while (at->open && next_snapshot(tally) <= now) {
+        mill_maps_sample(&tally->gathered.maps, world, t);
+        at->snapshots++;
+    }
+    if (at->open && !at->late && late(tally) <= now) {
+        at->late = true;
+        at->at_late = world->account;
+    }
+    if (next_batch(tally) <= now)
+        mill_tally_window_batch(tally, &world->account);
+    const bool known = at->ended == MILL_TALLY_PRECISION;
+    if (known || tally->end <= now) {
+        at->at_end = world->account;
+        at->over = known ? now : tally->end;
+        at->closed = true;
+    }
     plan(tally);
     return known ? mill_error_set(error, MILL_ENDED, "precision") : MILL_OK;
+}
+
+/* ---- state: only what gathering changes; the rest is made again from what is asked for ---- */
+
+/* Of stretch `number` from 1 on, or that being gathered: 0 */
+static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_state *state)
+{
+    const struct mill_maps *maps = &g->maps;
+    const struct {
+        const char *name;
+        size_t size, count;
+        void *at;
+    } field[] = {{"last", sizeof g->last, 1, &g->last},
+                 {"impacts", sizeof *g->impacts, MILL_KINDS, g->impacts},
+                 {"strikes", sizeof *g->strikes, MILL_KINDS, g->strikes},
+                 {"samples", sizeof maps->samples, 1, &g->maps.samples},
+                 {"hits", sizeof *maps->cross.hits, maps->cells, maps->cross.hits},
+                 {"flow", sizeof *maps->cross.flow, maps->cells, maps->cross.flow}};
+    for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "stretch_%d_%s", (int)number, field[i].name);
+        mill_state_structs(state, name, field[i].size, field[i].count, field[i].at);
+    }
+}
+
+static void tell_strikes(struct mill_strikes *pairs, struct mill_state *state)
+{
+    double bits = pairs->bits;
+    mill_state_field(state, "pair_bits", MILL_FIELD_F64, 1, &bits);
+    if (state->loads && state->status == MILL_OK &&
+        !(bits >= 0 && bits <= 40 && mill_strikes_resize(pairs, (int)bits, INFINITY)))
+        mill_state_refuse(state, "out of memory for the table of strikes");
+    const size_t room = mill_strikes_room(pairs);
+    mill_state_structs(state, "pairs", sizeof *pairs->entry, room, pairs->entry);
+    /* slots of spectra that a damaged file must not smuggle in */
+    for (size_t i = 0; state->loads && state->status == MILL_OK && i < room; i++) {
+        const struct mill_strike *strike = &pairs->entry[i];
+        if (strike->normal < -1 || strike->normal >= MILL_SPECTRUM_SLOTS ||
+            strike->tangential < 0 || strike->tangential >= MILL_SPECTRUM_SLOTS)
+            mill_state_refuse(state, "the saved statistics are damaged");
+    }
+}
+
+static void tell_state(struct mill_observer *observer, struct mill_state *state)
+{
+    struct mill_tally *t = (struct mill_tally *)observer;
+    struct mill_precision *batches = &t->batches;
+    mill_state_field(state, "next", MILL_FIELD_F64, 1, &observer->next);
+    mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
+    mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
+    /* counts that the lengths of what follows, and indices into it, are taken from */
+    const bool sane = t->tick == 0 || (batches->at.batches < MILL_PRECISION_BATCHES &&
+                                       t->at.length > 0 && t->at.stretches < MILL_TALLY_STRETCHES);
+    if (state->loads && !(sane && t->at.blocks <= t->planned))
+        mill_state_refuse(state, "the saved statistics are damaged");
+    if (state->status != MILL_OK)
+        return;
+    mill_state_field(state, "block_work", MILL_FIELD_F64, t->at.blocks + 1, t->work);
+    mill_state_field(state, "block_impulse", MILL_FIELD_F64, t->at.blocks + 1, t->impulse);
+    tell_strikes(&t->pairs, state);
+    tell_gathered(&t->gathered, 0, state);
+    for (uint64_t i = 0; t->search && i < t->at.stretches; i++)
+        tell_gathered(&t->stretch[i], i + 1, state);
+    if (t->tick > 0) {
+        const size_t n = (size_t)batches->at.batches;
+        mill_state_structs(state, "before", sizeof *t->before, MILL_PRECISION_SLOTS, t->before);
+        mill_state_structs(state, "books", sizeof *batches->books, n + 1, batches->books);
+        mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_PRECISION_SLOTS,
+                         *batches->counts);
+    }
 }
 
 /* ---- life ---- */
@@ -168,10 +229,53 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    mill_maps_free(tally->gathered.maps);
+    for (int i = 0; tally->stretch && i < MILL_TALLY_STRETCHES; i++)
+        mill_maps_free(&tally->stretch[i].maps);
+    free(tally->stretch);
+    mill_maps_free(&tally->gathered.maps);
     mill_strikes_free(&tally->pairs);
-    mill_rotorstat_free(&tally->rotor);
-    mill_tally_window_free(tally);
+    mill_precision_free(&tally->batches);
+    free(tally->work);
+    free(tally->impulse);
+}
+
+/* Blocks of whole revolutions: power and torque swing with the blades' passage; within a block the
+ * swing averages out, and the blocks' scatter gives the standard error of the mean. One revolution
+ * is long against the memory of the charge in a mill that is braked (it is steady after one or
+ * two), so blocks count as independent. false: out of memory. */
+static bool plan_blocks(struct mill_tally *tally, double rotor_speed, double duration)
+{
+    tally->block =
+        rotor_speed != 0 && duration > 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
+    /* a window of exactly n revolutions has n, whatever the rounding */
+    for (tally->revolutions = 1;
+         duration / tally->block * (1 + 1e-12) >= MILL_TALLY_MOST_BLOCKS + 1; tally->block *= 2)
+        tally->revolutions *= 2;
+    tally->planned = (size_t)(duration / tally->block * (1 + 1e-12));
+    tally->work = calloc(tally->planned + 1, sizeof *tally->work);
+    tally->impulse = calloc(tally->planned + 1, sizeof *tally->impulse);
+    return tally->work && tally->impulse;
+}
+
+/* What may end the run. false: out of memory. */
+static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
+                         const struct mill_world *world)
+{
+    t->precision = asked->precision;
+    t->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
+    t->search = asked->sample_found;
+    if (t->precision == 0 && asked->max_collisions == 0)
+        return true;
+    if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
+        return false;
+    t->tick = t->batches.at.batch;
+    t->at.length = 1;
+    t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false, false};
+    t->stretch = t->search ? calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch) : NULL;
+    bool memory = !t->search || t->stretch;
+    for (int i = 0; memory && t->search && i < MILL_TALLY_STRETCHES; i++)
+        memory = mill_maps_like(&t->stretch[i].maps, &t->gathered.maps);
+    return memory;
 }
 
 static enum mill_status create(struct mill_observer *observer, const struct mill_observe *asked,
@@ -184,12 +288,10 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
-    const enum mill_status status = mill_maps_create(world, &tally->gathered.maps, error);
-    if (status != MILL_OK)
-        return status;
+    if (!mill_maps_init(&tally->gathered.maps, world))
+        return mill_error_set(error, MILL_FAILED, "out of memory for the maps");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
-        !mill_rotorstat_init(&tally->rotor, world->rotor_speed, duration) ||
-        !mill_tally_window_init(tally, asked, world))
+        !plan_blocks(tally, world->rotor_speed, duration) || !plan_batches(tally, asked, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     if (tally->begin <= 0 && duration > 0)
         open_window(tally, &world->account);
@@ -203,20 +305,18 @@ static enum mill_status results(const struct mill_observer *observer,
 {
     struct mill_tally_results *results;
     const struct mill_tally *tally = (const struct mill_tally *)observer;
-    enum mill_status status = mill_tally_results_make(tally, world, t, &results, error);
+    const enum mill_status status = mill_tally_results_make(tally, world, t, &results, error);
     if (status == MILL_OK)
-        status = mill_tally_tell(results, sink, error);
+        mill_tally_results_tell(results, sink);
     mill_tally_results_free(results);
     return status;
 }
 
-const struct mill_observer_type mill_tally_type = {
-    .name = "statistics",
-    .size = sizeof(struct mill_tally),
-    .impact = on_impact,
-    .sample = on_sample,
-    .create = create,
-    .state = mill_tally_state,
-    .results = results,
-    .free = free_tally,
-};
+const struct mill_observer_type mill_tally_type = {.name = "statistics",
+                                                   .size = sizeof(struct mill_tally),
+                                                   .impact = on_impact,
+                                                   .sample = on_sample,
+                                                   .create = create,
+                                                   .state = tell_state,
+                                                   .results = results,
+                                                   .free = free_tally};

@@ -3,6 +3,7 @@
 #ifndef MILL_VTKHDF_H
 #define MILL_VTKHDF_H
 
+#include "geometry/mesh.h"
 #include "millsim/world.h"
 #include "observe/observe.h"
 #include "store/h5.h"
@@ -13,7 +14,17 @@ bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
                        const struct mill_world *world, uint64_t frames,
                        const struct mill_going *going);
 
-/* Takes it away, if it is there: of a run that goes on, before frames are added or dropped. */
-void mill_vtkhdf_remove(struct mill_h5 *file);
+/* What a mill looks like: its surfaces as triangles, those that stand still or those that turn. */
+struct mill_outline {
+    struct mill_mesh mesh; /* the rotor at angle 0 */
+    uint8_t *kind;         /* of each triangle: enum mill_kind of balls that meet it */
+    int32_t *number;       /* of each triangle: of the end wall or blade, -1 where there is one */
+};
+
+/* Asks every surface what balls can see of it. drum: its cross-section. No triangles where nothing
+ * turns. false: out of memory; free it in any case. */
+bool mill_vtkhdf_outline(const struct mill_profile *drum, const struct mill_world *world,
+                         bool turning, struct mill_outline *outline);
+void mill_vtkhdf_outline_free(struct mill_outline *outline);
 
 #endif

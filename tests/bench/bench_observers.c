@@ -6,7 +6,6 @@
  * after a walk through 8 MiB. `bench_observers [--json FILE] [DECK]`; DECK: input/simoloyer.ini. */
 #include "deck/deck.h"
 #include "millsim/sim.h"
-#include "observe/impactlog.h"
 #include "observe/maps.h"
 #include "observe/observers.h"
 #include "observe/tally.h"
@@ -148,7 +147,7 @@ static void measure_log(struct bench *b, struct recorder *r)
     const struct mill_observe asked = {.log_impacts = true};
     log = mill_observers_one(&mill_impactlog_type, &asked, b->world, &error);
     need(log != NULL, error.text);
-    log->type->open(log, file, b->world);
+    log->type->open(log, &asked, file, b->world);
     const double begun = seconds();
     for (size_t i = 0; i < BATCHES; i++) {
         const double start = seconds();
@@ -174,19 +173,19 @@ static void walk(void)
 
 static void measure_snapshots(struct bench *b, int which)
 {
-    struct mill_maps *maps;
+    struct mill_maps maps;
     const double t = mill_sim_local_time(b->sim);
     double best = INFINITY;
-    need(mill_maps_create(b->world, &maps, NULL) == MILL_OK, "out of memory");
+    need(mill_maps_init(&maps, b->world), "out of memory");
     for (int k = 0; k < SNAPSHOTS; k++) {
         if (which == COLD)
             walk();
         const double start = seconds();
-        mill_maps_sample(maps, b->world, t + 1e-6 * k);
+        mill_maps_sample(&maps, b->world, t + 1e-6 * k);
         best = fmin(best, seconds() - start);
     }
     b->cost[which] = 1e9 * best / b->world->balls;
-    mill_maps_free(maps);
+    mill_maps_free(&maps);
 }
 
 static void start(struct bench *b, const char *path, struct recorder *r)

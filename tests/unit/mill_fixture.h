@@ -119,12 +119,12 @@ static inline void fixture_free(struct fixture *f)
 
 static inline uint64_t impacts_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_count(&f->results->impacts[row].normal, 0);
+    return mill_spectrum_total(&f->results->impacts[row].normal, 0).count;
 }
 
 static inline uint64_t strikes_of(const struct fixture *f, int row)
 {
-    return mill_spectrum_count(&f->results->strikes[row].normal, 0);
+    return mill_spectrum_total(&f->results->strikes[row].normal, 0).count;
 }
 
 static inline double random_share(uint64_t *state)

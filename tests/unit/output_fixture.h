@@ -68,7 +68,7 @@ static inline struct mill_observer *make_writer(const struct mill_observer_type 
     ck_assert_ptr_nonnull(writer);
     if (state)
         type->state(writer, kept_load(state));
-    type->open(writer, file, &f->world);
+    type->open(writer, &f->asked, file, &f->world);
     ck_assert_int_eq(mill_h5_status(file, NULL), MILL_OK);
     return writer;
 }

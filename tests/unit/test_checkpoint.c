@@ -85,7 +85,7 @@ static const char *open_run(struct run *r, bool update)
     if (status == MILL_OK && update)
         status = mill_checkpoint_load(&r->parts, r->file, "mill.h5", &error);
     if (status == MILL_OK)
-        status = mill_observers_open(&r->observers, r->file, r->bench.sim, &error);
+        status = mill_observers_open(&r->observers, &asked, r->file, r->bench.sim, &error);
     return status == MILL_OK ? "" : error.text;
 }
 
@@ -239,8 +239,8 @@ START_TEST(a_single_bit_flipped_is_noticed)
                                         "loop/plan",
                                         "loop/cell",
                                         "statistics/progress",
-                                        "statistics/impacts",
-                                        "statistics/cross_flow",
+                                        "statistics/stretch_0_impacts",
+                                        "statistics/stretch_0_flow",
                                         "statistics/batch_counts",
                                         "statistics/pairs",
                                         "frames/rows",

@@ -1,5 +1,4 @@
 /* Frames: at the right times, in the right order, as H5MD lays them out. */
-#include "observe/frames.h"
 #include "output_fixture.h"
 
 #define AT "/particles/trajectory/"

@@ -1,5 +1,4 @@
 /* The log of impacts: every one of them, in order, with all that is known of it. */
-#include "observe/impactlog.h"
 #include "output_fixture.h"
 
 #define MANY 150000 /* more than two blocks of the log */

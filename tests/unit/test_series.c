@@ -1,5 +1,4 @@
 /* Time series: the world's books at every interval. */
-#include "observe/series.h"
 #include "output_fixture.h"
 
 #define AT "/observables/"

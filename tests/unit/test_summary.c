@@ -188,7 +188,7 @@ START_TEST(the_table_fits_100_columns_with_every_note_and_large_numbers)
         f.world.law[kind].friction = 0.3;
         f.tally->gathered.impacts[kind].normal.slot[900].count = 123456789012;
         f.tally->gathered.impacts[kind].normal.slot[900].dissipation = 123456.789;
-        f.tally->at.at_close.floored[kind] = f.tally->at.at_close.collisions[kind];
+        f.tally->at.at_end.floored[kind] = f.tally->at.at_end.collisions[kind];
     }
     facts.status = "stopped";
     const char *table = printed(false);
