@@ -147,9 +147,6 @@ struct mill_h5_column *mill_h5_column_create(struct mill_h5 *file, const char *p
  * single rows are cheap; a whole chunk goes to the file directly. */
 void mill_h5_column_append(struct mill_h5_column *column, size_t count, const void *rows);
 
-/* Rows so far, gathered ones included. */
-uint64_t mill_h5_column_rows(const struct mill_h5_column *column);
-
 /* Writes the rows gathered, and frees before the file is closed. */
 void mill_h5_column_close(struct mill_h5_column *column);
 

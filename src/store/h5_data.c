@@ -373,11 +373,6 @@ void mill_h5_column_append(struct mill_h5_column *column, size_t count, const vo
     }
 }
 
-uint64_t mill_h5_column_rows(const struct mill_h5_column *column)
-{
-    return column ? column->extent[0] + column->gathered : 0;
-}
-
 void mill_h5_flush_columns(struct mill_h5 *file)
 {
     for (struct mill_h5_column *column = file->columns; column; column = column->next)

@@ -209,7 +209,6 @@ START_TEST(a_column_holds_its_rows_in_order_however_they_came)
     append_range(column, 0, 23, false);
     append_range(column, 23, 60, true);
     append_range(column, 60, 62, false);
-    ck_assert_uint_eq(mill_h5_column_rows(column), 62);
     close_file(file);
     assert_counts_up(f.path, "/g/c", 62);
     assert_text(f.path, "/g/c", "unit", "1");
@@ -362,7 +361,6 @@ START_TEST(a_long_row_is_the_row)
             for (size_t i = 0; i < 3 * length; i++)
                 row[i] = (float)(i + 1000000 * n);
             mill_h5_column_append(column, 1, row);
-            ck_assert_uint_eq(mill_h5_column_rows(column), n + 1);
         }
         close_file(file);
         for (size_t n = 0; n < 3; n++) {
@@ -529,7 +527,6 @@ START_TEST(after_a_failure_every_call_does_nothing)
     struct mill_h5_column *column = mill_h5_column_create(file, "/c", &layout, 0);
     ck_assert_ptr_null(column);
     mill_h5_column_append(column, 1, &value);
-    ck_assert_uint_eq(mill_h5_column_rows(column), 0);
     ck_assert_int_eq(mill_h5_flush(file, NULL), MILL_FAILED);
     ck_assert_int_eq(mill_h5_status(file, &error), MILL_FAILED);
     ck_assert_msg(strstr(error.text, ": out of memory for the maps"), "%s", error.text);
