@@ -2,7 +2,7 @@
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
 #include "app/command.h"
-#include "app/progress.h"
+#include "app/record.h"
 #include "app/run.h"
 #include "deck/deck_setup.h"
 #include "millsim/world.h"
@@ -168,35 +168,16 @@ static void tell_checks(const struct mill_sim_checks *c)
             (unsigned long long)c->places, (unsigned long long)c->accounts);
 }
 
-/* Runs the deck, or makes the start only; the progress line is ended when it returns. */
-static enum mill_status run(const struct mill_command *a, const struct mill_deck *deck, FILE *page,
+/* Runs the deck; the progress line is ended when it returns. */
+static enum mill_status run(const struct mill_command *a, const struct mill_deck *deck,
+                            struct mill_progress_display *display, FILE *page,
                             struct mill_error *error)
 {
-    struct mill_sim_checks checks = {0};
-    struct mill_progress_display display;
-    const bool quiet = a->given[MILL_QUIET] != NULL;
-    const struct mill_run_options options = {
-        .output = a->output,
-        .force = a->given[MILL_FORCE] != NULL,
-        .resume = a->given[MILL_RESUME] != NULL,
-        .quiet = quiet,
-        .command = a->line,
-        .stop = &stop,
-        .begun = &begun,
-        .progress = quiet ? NULL : mill_progress_show,
-        .self = &display,
-        .say = quiet ? NULL : say,
-        .summary = page,
-        .json = a->given[MILL_JSON] != NULL,
-        .paranoid = a->given[MILL_PARANOID] ? &checks : NULL,
-    };
-    mill_progress_init(&display, stderr, isatty(STDERR_FILENO));
-    const enum mill_status status = a->given[MILL_EXPORT_START]
-                                        ? mill_run_export(deck, &options, error)
-                                        : mill_run(deck, &options, error);
-    mill_progress_end(&display);
-    if (checks.predictions && (status == MILL_OK || status == MILL_STOPPED))
-        tell_checks(&checks);
+    struct mill_run_options options = {a, &stop, &begun, display, say, page, .checks = {0}};
+    const enum mill_status status = mill_run(deck, &options, error);
+    mill_progress_end(display);
+    if (options.checks.predictions && (status == MILL_OK || status == MILL_STOPPED))
+        tell_checks(&options.checks);
     if (status == MILL_STOPPED && !error->text[0])
         mill_error_set(error, status,
                        "stopped by signal %d; %s holds everything up to then, and --resume goes on",
@@ -204,33 +185,44 @@ static enum mill_status run(const struct mill_command *a, const struct mill_deck
     return status;
 }
 
-/* --check means all of it: balls that do not fit or overlap show only when the mill is built. */
-static enum mill_status check(const struct mill_deck *deck, FILE *page, struct mill_error *error)
+/* Builds the mill, and prints the deck or writes the start. --check means all of it: balls that do
+ * not fit or overlap show only now. */
+static enum mill_status build(const struct mill_command *a, const struct mill_deck *deck,
+                              struct mill_progress_display *display, FILE *page,
+                              struct mill_error *error)
 {
+    const bool check = a->given[MILL_CHECK] != NULL;
+    const struct mill_start_watch watch = {mill_progress_stage, display};
     struct mill_world *world = NULL;
-    const enum mill_status status = mill_deck_setup_world(deck, NULL, &world, error);
-    mill_world_free(world);
-    if (status == MILL_OK)
+    enum mill_status status = mill_deck_setup_world(deck, check ? NULL : &watch, &world, error);
+    if (status == MILL_OK && check) {
         mill_deck_print(deck, page);
+    } else if (status == MILL_OK) {
+        begun = 1; /* a signal waits: writing takes a moment, and would leave its draft */
+        status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], error);
+    }
+    mill_progress_end(display);
+    mill_world_free(world);
     return status;
 }
 
 /* What is to be printed goes to the page. */
 static enum mill_status act(const struct mill_command *a, FILE *page, struct mill_error *error)
 {
+    struct mill_progress_display display;
+    struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
     if (a->values)
         return mill_deck_tell(a->values, a->value, page, error);
-    struct mill_deck *deck = NULL;
     enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, error);
-    if (status == MILL_OK && a->given[MILL_CHECK]) {
-        status = check(deck, page, error);
-    } else if (status == MILL_OK) {
+    if (status == MILL_OK && !a->given[MILL_CHECK])
         status = check_output(a, deck, error);
-        if (status == MILL_OK)
-            status = run(a, deck, page, error);
-    }
+    mill_progress_init(&display, a->given[MILL_QUIET] ? NULL : stderr, isatty(STDERR_FILENO));
+    if (status == MILL_OK)
+        status = a->given[MILL_CHECK] || a->given[MILL_EXPORT_START]
+                     ? build(a, deck, &display, page, error)
+                     : run(a, deck, &display, page, error);
     mill_deck_free(deck);
     return status;
 }

@@ -4,6 +4,8 @@
  * mill slows down as it fills. */
 #include "app/progress.h"
 
+#include "app/record.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
@@ -15,8 +17,8 @@ static const double window = 5.0; /* [s] wall */
 
 void mill_progress_init(struct mill_progress_display *display, FILE *out, bool terminal)
 {
-    *display =
-        (struct mill_progress_display){.out = out, .terminal = terminal, .due = 2.0, .gap = 10.0};
+    const double now = mill_record_clock(CLOCK_MONOTONIC);
+    *display = (struct mill_progress_display){out, terminal, .began = now, .due = 2.0, .gap = 10.0};
 }
 
 static int terminal_width(FILE *out)
@@ -41,22 +43,11 @@ static void format_left(double seconds, char *out, size_t size)
         snprintf(out, size, "%.0f s left", ceil(seconds));
 }
 
-/* The fields that are not empty, side by side */
-static void join(char field[FIELDS][FIELD], char whole[FIELDS * (FIELD + GAP)])
-{
-    whole[0] = '\0';
-    for (int i = 0; i < FIELDS; i++) {
-        if (field[i][0] && whole[0])
-            strcat(whole, "   ");
-        strcat(whole, field[i]);
-    }
-}
-
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE])
 {
     /* the order in which fields are given up when the line is too long */
-    static const int given_up[FIELDS - 1] = {3, 2, 0, 4, 5};
+    static const int given_up[FIELDS] = {3, 2, 0, 4, 5, 1};
     char field[FIELDS][FIELD] = {""}, whole[FIELDS * (FIELD + GAP)];
     const double wall = now->stage ? 0.0 : now->wall - then->wall;
     const double speed = wall > 0.0 ? (now->time - then->time) / wall : 0.0;
@@ -76,47 +67,51 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     }
     if (now->known)
         snprintf(field[5], FIELD, "%s", now->known);
-    join(field, whole);
-    for (int i = 0; i < FIELDS - 1 && strlen(whole) > room; i++) {
-        field[given_up[i]][0] = '\0';
-        join(field, whole);
+    for (int given = 0; given == 0 || (given < FIELDS && strlen(whole) > room); given++) {
+        whole[0] = '\0';
+        for (int i = 0; i < FIELDS; i++)
+            if (field[i][0])
+                strcat(strcat(whole, whole[0] ? "   " : ""), field[i]);
+        field[given_up[given]][0] = '\0';
     }
     snprintf(line, room + 1, "%s", whole);
 }
 
-/* Moves the older states on, so that then[0] stays 5 to 10 s behind. */
-static void remember(struct mill_progress_display *display, const struct mill_progress *now)
+void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now)
 {
-    if (now->wall - display->then[1].wall < window)
-        return;
-    display->then[0] = display->then[1];
-    display->then[1] = *now;
-}
-
-void mill_progress_show(void *self, const struct mill_progress *now)
-{
-    struct mill_progress_display *display = self;
+    enum { LONGEST_GAP = 600 };
     char line[MILL_PROGRESS_LINE];
-    if (now->begins) {
+    if (now->begins)
         display->then[0] = display->then[1] = *now;
+    if (now->begins || !display->out)
         return;
-    }
     if (display->terminal) {
         /* the last column stays free: many terminals wrap as soon as it is written */
         mill_progress_format(&display->then[0], now, terminal_width(display->out) - 1, line);
         fprintf(display->out, "\r%-*s", display->shown, line);
         display->shown = (int)strlen(line);
-        fflush(display->out);
     } else if (now->wall >= display->due) {
-        enum { LONGEST_GAP = 600 };
         mill_progress_format(&display->then[0], now, MILL_PROGRESS_LINE, line);
         fprintf(display->out, "millsim: %s\n", line);
-        fflush(display->out);
         display->due = now->wall + display->gap;
         display->gap = fmin(2.0 * display->gap, LONGEST_GAP);
     }
-    if (!now->stage)
-        remember(display, now);
+    fflush(display->out);
+    if (now->stage || now->wall - display->then[1].wall < window)
+        return;
+    /* then[0] stays 5 to 10 s behind */
+    display->then[0] = display->then[1];
+    display->then[1] = *now;
+}
+
+void mill_progress_stage(void *self, const char *what, int32_t done, int32_t all)
+{
+    struct mill_progress_display *display = self;
+    const double wall = mill_record_clock(CLOCK_MONOTONIC) - display->began;
+    if (wall < display->stage + MILL_PROGRESS_EVERY)
+        return;
+    display->stage = wall;
+    mill_progress_show(display, &(struct mill_progress){done, all, .wall = wall, .stage = what});
 }
 
 void mill_progress_end(struct mill_progress_display *display)

@@ -1,6 +1,7 @@
-/* Writes what a reader needs to trust a run: the program, its counts and its anomalies (/run). Only
- * /run may differ between two runs of one deck: it alone holds times and names of the machine's
- * libraries. */
+/* What a reader needs to trust a run: the program, its counts and its anomalies (/run); and to
+ * repeat it: the deck as run (/deck), entry by entry and as a text that is itself a deck, with
+ * which the deck of a run that is to go on is compared. Only /run may differ between two runs of
+ * one deck: it alone holds times and names of the machine's libraries. */
 #include "app/record.h"
 
 #include "base/version.h"
@@ -8,8 +9,9 @@
 #include <gsl/gsl_version.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <sys/resource.h>
-#include <time.h>
 
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
@@ -61,9 +63,11 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const uint64_t 
     sink->close(sink);
 }
 
-static void tell_energies(struct mill_sink *sink, const struct mill_world *world,
-                          const struct mill_totals *totals)
+static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
+                         const struct mill_totals *totals)
 {
+    const struct mill_counts *counts = &world->counts;
+    const double turnover = totals->turnover;
     if (!sink->full) {
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
         mill_tell_number(sink, "rotational_energy", totals->energy.rotational, "J", "");
@@ -72,14 +76,10 @@ static void tell_energies(struct mill_sink *sink, const struct mill_world *world
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",
-                     totals->turnover > 0 ? totals->balance_error / totals->turnover : 0, "1",
+                     turnover > 0 ? totals->balance_error / turnover : 0, "1",
                      "|rotor work - change of energy - dissipation| over the energy turned over");
-    mill_tell_number(sink, "energy_turnover", totals->turnover, "J",
+    mill_tell_number(sink, "energy_turnover", turnover, "J",
                      "energy turned over: what the balance's error is measured against");
-}
-
-static void tell_anomalies(struct mill_sink *sink, const struct mill_counts *counts)
-{
     mill_tell_count(
         sink, "not_closing", counts->not_closing,
         "anomaly: a contact that was due found itself opening; the rebound floor was applied");
@@ -95,14 +95,12 @@ static void tell_anomalies(struct mill_sink *sink, const struct mill_counts *cou
 
 static void tell_events(struct mill_sink *sink, const struct mill_world *world)
 {
-    static const char collisions[] = "impacts of this kind, from t = 0";
     const struct mill_counts *counts = &world->counts;
-    if (!sink->full) {
-        tell_kinds(sink, "collisions", world->account.collisions, collisions);
+    if (sink->full)
+        sink->open(sink, "events");
+    tell_kinds(sink, "collisions", world->account.collisions, "impacts of this kind, from t = 0");
+    if (!sink->full)
         return;
-    }
-    sink->open(sink, "events");
-    tell_kinds(sink, "collisions", world->account.collisions, collisions);
     mill_tell_count(sink, "cell_crossings", counts->cell_crossings, "balls changing their cell");
     mill_tell_count(sink, "stale", counts->stale,
                     "events dropped: the partner had changed course, or a search is to go on");
@@ -148,8 +146,7 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
     tell_events(sink, world);
     tell_kinds(sink, "floored", world->account.floored,
                "impacts of this kind, from t = 0, that left with no more than the rebound floor");
-    tell_energies(sink, world, &totals);
-    tell_anomalies(sink, &world->counts);
+    tell_balance(sink, world, &totals);
     tell_cost(sink, facts, totals.contacts);
 }
 
@@ -157,22 +154,130 @@ double mill_record_peak_memory(void)
 {
     /* Linux hands ru_maxrss of the process before exec on, so ask for this program's own first */
     FILE *status = fopen("/proc/self/status", "r");
+    struct rusage usage;
     char line[128];
     long kilobyte = 0;
     while (status && kilobyte == 0 && fgets(line, sizeof line, status))
         sscanf(line, "VmHWM: %ld", &kilobyte);
     if (status)
         fclose(status);
-    if (kilobyte > 0)
-        return 1024.0 * (double)kilobyte;
-    struct rusage usage;
-    return getrusage(RUSAGE_SELF, &usage) == 0 ? 1024.0 * (double)usage.ru_maxrss : 0;
+    if (kilobyte <= 0 && getrusage(RUSAGE_SELF, &usage) == 0)
+        kilobyte = usage.ru_maxrss;
+    return 1024.0 * (double)kilobyte;
 }
 
-double mill_record_cpu_time(void)
+double mill_record_clock(clockid_t clock)
 {
     struct timespec now;
-    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now) != 0)
+    if (clock_gettime(clock, &now) != 0)
         return 0;
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- the deck ---- */
+
+static void write_entry(void *self, const char *section, const char *key, const char *value,
+                        const char *meaning)
+{
+    char path[4 * MILL_NAME_LENGTH];
+    char *name = path + strlen("/deck/");
+    snprintf(path, sizeof path, "/deck/%s|%s", section, key);
+    for (; *name; name++) /* a name from the deck must not become a path of its own */
+        *name = *name == '/' ? '_' : *name;
+    *strrchr(path, '|') = '/';
+    mill_h5_write_text(self, path, value, meaning);
+}
+
+/* NULL: out of memory. Owner: the caller. */
+static char *print_deck(const struct mill_deck *deck)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    if (stream)
+        mill_deck_print(deck, stream);
+    if (stream && fclose(stream) == 0)
+        return text;
+    free(text);
+    return NULL;
+}
+
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
+{
+    mill_deck_each(deck, write_entry, file);
+    char *text = print_deck(deck);
+    if (text)
+        mill_h5_write_text(file, "/deck/text", text,
+                           "the deck as run, with all defaults; itself a deck");
+    else
+        mill_h5_spend(file, "out of memory for the deck's text");
+    free(text);
+}
+
+/* The next line that says something of the run, without the comment behind it: neither empty, nor
+ * where the checkpoints' interval is set, which changes nothing; of a start file the name without
+ * its folder, which may have moved. Headers go to `section`. False at the end of the text. */
+static bool next_line(const char **text, char *section, char *line, size_t size)
+{
+    while (**text) {
+        const size_t length = strcspn(*text, "\n");
+        snprintf(line, size, "%.*s", (int)length, *text);
+        *text += length + ((*text)[length] == '\n');
+        char *comment = strstr(line, " #");
+        if (comment)
+            *comment = '\0';
+        for (size_t end = strlen(line); end > 0 && line[end - 1] == ' '; end--)
+            line[end - 1] = '\0';
+        const char *folder = strrchr(line, '/');
+        if (folder && strncmp(line, "start = /", 9) == 0)
+            memmove(line + strlen("start = "), folder + 1, strlen(folder));
+        if (line[0] == '[')
+            snprintf(section, size, "%s", line);
+        if (line[0] && line[0] != '#' && strncmp(line, "checkpoint = ", 13) != 0)
+            return true;
+    }
+    line[0] = section[0] = '\0';
+    return false;
+}
+
+/* Where two decks differ: at the lines `there` and `here` (empty: at the end) of `section`. */
+static void find_difference(struct mill_error *what, const char *old, const char *new,
+                            const char *section, const char *there, const char *here)
+{
+    if (there[0] == '[' && !strstr(new, there))
+        mill_error_set(what, MILL_OK, "it has a section %s, and this one has none", there);
+    else if (here[0] == '[' && !strstr(old, here))
+        mill_error_set(what, MILL_OK, "it has no section %s, and this one has", here);
+    else
+        mill_error_set(what, MILL_OK, "%s '%.400s' there, '%.400s' here", section,
+                       there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+}
+
+enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
+                                     const struct mill_deck *deck, struct mill_error *error)
+{
+    enum { LINE = 4500 }; /* a path, and what stands around it */
+    char there[LINE], here[LINE], section_there[LINE] = "", section_here[LINE] = "";
+    char *old = NULL, *new = print_deck(deck);
+    if (!new)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
+    enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
+    if (status != MILL_OK)
+        mill_error_set(error, status, "%s: is not an output file of millsim", name);
+    const char *from = old, *to = new;
+    for (bool more = true; more && status == MILL_OK;) {
+        struct mill_error what;
+        more = next_line(&from, section_there, there, LINE);
+        more = next_line(&to, section_here, here, LINE) || more;
+        if (strcmp(there, here) == 0 && strcmp(section_there, section_here) == 0)
+            continue;
+        find_difference(&what, old, new, section_here, there, here);
+        status = mill_error_set(error, MILL_BAD_DECK,
+                                "%s: is of another deck: %s; resume it with its own deck, or start "
+                                "again with --force",
+                                name, what.text);
+    }
+    free(old);
+    free(new);
+    return status;
 }

@@ -1,10 +1,12 @@
-/* What was run, and how it went: /deck and /run. */
+/* What was run, and how it went: /deck and /run; and its start as a file. */
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
 #include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/sink.h"
+
+#include <time.h>
 
 /* What a run has used so far, in all its legs */
 struct mill_record_cost {
@@ -23,10 +25,9 @@ struct mill_facts {
     double local; /* [s] the same in the world's local time */
     double end;   /* [s] run.time */
     struct mill_record_cost cost;
-    double peak_memory;  /* [byte] */
-    const char *deck;    /* path as given */
-    const char *output;  /* path of the file */
-    const char *version; /* of millsim */
+    double peak_memory;        /* [byte] */
+    const char *deck, *output; /* paths as given */
+    const char *version;       /* of millsim */
 };
 
 /* Sums over the whole run, t = `local` being now */
@@ -58,8 +59,17 @@ void mill_record_start(struct mill_h5 *file, const char *command);
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,
                       struct mill_sink *sink);
 
-/* Peak resident memory of this process [byte], and processor time it has used [s]. */
+/* Writes the balls of a world at t = 0 to `path`, a start file that gives the same deck the same
+ * balls to the last bit: x y z vx vy vz, and wx wy wz where a ball spins, behind one line of
+ * comment that names columns, units and `deck`. The file is there as a whole or not at all.
+ * MILL_BAD_DECK: it exists, and is not to be written over. */
+enum mill_status mill_record_export(const struct mill_world *world, const char *deck,
+                                    const char *path, bool over, struct mill_error *error);
+
+/* Peak resident memory of this process [byte]. */
 double mill_record_peak_memory(void);
-double mill_record_cpu_time(void);
+
+/* [s]: CLOCK_MONOTONIC for wall time from some moment, CLOCK_PROCESS_CPUTIME_ID. */
+double mill_record_clock(clockid_t clock);
 
 #endif

@@ -1,8 +1,7 @@
-/* A start state as a start file: what mill_start_read makes the same balls of, to the last bit. The
- * order is that of the world's rows, which is all that a random start leaves behind: its balls were
- * numbered by place within each kind, and a start file's are taken as they come. */
-#include "app/start_write.h"
-
+/* A start state as a start file: what mill_deck_start_read makes the same balls of, to the last
+ * bit. The order is that of the world's rows, which is all that a random start leaves behind: its
+ * balls were numbered by place within each kind, and a start file's are taken as they come. */
+#include "app/record.h"
 #include "store/draft.h"
 
 #include <errno.h>
@@ -11,30 +10,21 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A deck's name may hold anything, and the comment is one line. */
-static void write_head(FILE *out, const char *deck, bool spins)
-{
-    fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
-            spins ? " wx wy wz [rad/s]" : "");
-    for (const char *p = deck; *p; p++)
-        putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
-    putc('\n', out);
-}
-
-static bool plain_zero(vec3 a)
-{
-    return a.x == 0.0 && a.y == 0.0 && a.z == 0.0 && !signbit(a.x) && !signbit(a.y) &&
-           !signbit(a.z);
-}
-
 /* 0 or an errno. 17 digits bring every double back. */
 static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
 {
     bool spins = false;
-    for (int32_t i = 0; i < world->balls && !spins; i++)
-        spins = !plain_zero(world->spin[i]);
+    for (int32_t i = 0; i < world->balls && !spins; i++) {
+        const vec3 w = world->spin[i];
+        spins =
+            w.x != 0.0 || w.y != 0.0 || w.z != 0.0 || signbit(w.x) || signbit(w.y) || signbit(w.z);
+    }
     errno = 0;
-    write_head(out, deck, spins);
+    fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
+            spins ? " wx wy wz [rad/s]" : "");
+    for (const char *p = deck; *p; p++) /* its name may hold anything, and this is one line */
+        putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
+    putc('\n', out);
     for (int32_t i = 0; i < world->balls && !ferror(out); i++) {
         const vec3 r = world->ball[i].r, v = world->ball[i].v, w = world->spin[i];
         fprintf(out, "%.17g %.17g %.17g %.17g %.17g %.17g", r.x, r.y, r.z, v.x, v.y, v.z);
@@ -47,23 +37,21 @@ static int write_rows(const struct mill_world *world, const char *deck, FILE *ou
     return errno ? errno : EIO;
 }
 
-/* 0 or an errno: into the open draft, which is not closed. */
+/* 0 or an errno: into the open draft, which is published. */
 static int write_draft(const struct mill_world *world, const char *deck, struct mill_draft *draft)
 {
     const int fd = dup(mill_draft_descriptor(draft));
     FILE *out = fd < 0 ? NULL : fdopen(fd, "w");
-    if (!out) {
-        const int why = errno;
-        if (fd >= 0)
-            close(fd);
-        return why;
-    }
-    const int failed = write_rows(world, deck, out);
-    return fclose(out) != 0 && !failed ? errno : failed;
+    int failed = out ? write_rows(world, deck, out) : errno;
+    if (out && fclose(out) != 0 && !failed)
+        failed = errno;
+    if (!out && fd >= 0)
+        close(fd);
+    return failed ? failed : mill_draft_publish(draft, true);
 }
 
-enum mill_status mill_start_write(const struct mill_world *world, const char *deck,
-                                  const char *path, bool over, struct mill_error *error)
+enum mill_status mill_record_export(const struct mill_world *world, const char *deck,
+                                    const char *path, bool over, struct mill_error *error)
 {
     struct mill_draft *draft = mill_draft_create(path, NULL);
     if (!draft)
@@ -73,10 +61,8 @@ enum mill_status mill_start_write(const struct mill_world *world, const char *de
     if (!failed && !over && access(path, F_OK) == 0)
         status =
             mill_error_set(error, MILL_BAD_DECK, "%s: exists already; --force overwrites it", path);
-    if (!failed && status == MILL_OK)
+    else if (!failed)
         failed = write_draft(world, deck, draft);
-    if (!failed && status == MILL_OK)
-        failed = mill_draft_publish(draft, true);
     if (failed)
         status = mill_draft_tell(draft, path, "write", failed, error);
     mill_draft_free(draft);
