@@ -178,12 +178,11 @@ static enum mill_status open_observers(struct run *r)
 
 static void show(const struct run *r, bool begins)
 {
-    char known[MILL_SUMMARY_KNOWN];
     struct mill_progress p = {.time = mill_sim_time(r->sim),
                               .end = r->deck->time,
                               .wall = wall_time() - r->started,
                               .begins = begins,
-                              .known = mill_summary_known(known, &r->observers)};
+                              .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     mill_progress_show(r->options->display, &p);

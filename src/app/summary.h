@@ -17,26 +17,28 @@ enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_worl
                                     const struct mill_facts *facts, struct mill_error *error);
 
 /* How well the results are known by now: "median +- 1.3 %, power +- 0.9 %", "warming up", or ""
- * where run.precision is not asked for. */
-enum { MILL_SUMMARY_KNOWN = 64 };
-const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
-                               const struct mill_observers *observers);
+ * where run.precision is not asked for. It stands until a number or two more are written. */
+const char *mill_summary_known(const struct mill_observers *observers);
 
-/* ---- what it is made of; results: of the tally among the observers ---- */
+/* ---- what it is made of ---- */
 
-enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
-                                   const struct mill_tally_results *results,
-                                   const struct mill_observers *observers,
-                                   const struct mill_facts *facts, struct mill_error *error);
+struct mill_summary {
+    FILE *out;
+    const struct mill_world *world;
+    const struct mill_observers *observers;
+    const struct mill_facts *facts;
+    struct mill_tally_results *results; /* of the tally among the observers */
+    int notes;
+    char note[7][256]; /* what a reader of the numbers ought to know, one sentence each */
+};
 
-enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32 };
+enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error);
 
-/* What a reader of the numbers ought to know, one sentence each; returns how many. */
-int mill_summary_notes(const struct mill_world *world, const struct mill_tally_results *r,
-                       const struct mill_facts *facts,
-                       char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE]);
+/* Adds the notes. */
+void mill_summary_note(struct mill_summary *s);
 
-/* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. Returns `text`. */
-const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit);
+/* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. It stands until some
+ * more numbers are written: they take turns, so that one call of printf can have several. */
+const char *mill_summary_number(double value, const char *unit);
 
 #endif

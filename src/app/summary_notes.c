@@ -13,16 +13,8 @@
 #include "app/summary.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <string.h>
-
-static uint64_t late_contacts(const struct mill_tally_results *r, bool of_rotor_only)
-{
-    uint64_t contacts = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        if (!of_rotor_only || kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE)
-            contacts += r->at_end.collisions[kind] - r->at_late.collisions[kind];
-    return contacts;
-}
 
 /* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. */
 static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
@@ -30,7 +22,12 @@ static double ring_speed(const struct mill_world *world, const struct mill_tally
 {
     if (world->rotor_speed == 0 || !r->late)
         return 0;
-    const uint64_t all = late_contacts(r, false), rotor = late_contacts(r, true);
+    uint64_t all = 0, rotor = 0; /* contacts in the last tenth */
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        const uint64_t late = r->at_end.collisions[kind] - r->at_late.collisions[kind];
+        all += late;
+        rotor += kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE ? late : 0;
+    }
     if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
         return 0;
     double mass = 0, inertia = 0, momentum = 0;
@@ -70,52 +67,54 @@ static int too_inelastic(const struct mill_world *world)
     return MILL_KINDS;
 }
 
-int mill_summary_notes(const struct mill_world *world, const struct mill_tally_results *r,
-                       const struct mill_facts *facts,
-                       char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE])
+/* The next note, to be filled */
+__attribute__((format(printf, 2, 3))) static void add(struct mill_summary *s, const char *format,
+                                                      ...)
 {
+    va_list list;
+    va_start(list, format);
+    vsnprintf(s->note[s->notes++], sizeof s->note[0], format, list);
+    va_end(list);
+}
+
+void mill_summary_note(struct mill_summary *s)
+{
+    const struct mill_world *world = s->world;
+    const struct mill_tally_results *r = s->results;
     const double floored = mill_tally_floor_share(r, MILL_BALL_BALL);
-    const double ring = ring_speed(world, r, facts->local);
+    const double ring = ring_speed(world, r, s->facts->local);
     const int kind = too_inelastic(world);
-    int n = 0;
-    if (strcmp(facts->status, "stopped") == 0)
-        snprintf(note[n++], MILL_SUMMARY_NOTE,
-                 "stopped at %.6g s of %.6g s; the file holds everything up to then.", facts->time,
-                 facts->end);
+    if (strcmp(s->facts->status, "stopped") == 0)
+        add(s, "stopped at %.6g s of %.6g s; the file holds everything up to then.", s->facts->time,
+            s->facts->end);
     if (!(r->duration > 0))
-        snprintf(note[n++], MILL_SUMMARY_NOTE,
-                 "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
-                 r->tally->begin);
+        add(s, "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
+            r->tally->begin);
     if (ring != 0)
-        snprintf(note[n++], MILL_SUMMARY_NOTE,
-                 "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
-                 "speed%s.",
-                 100 * ring / world->rotor_speed,
-                 world->law[MILL_BALL_DRUM].friction > 0
-                     ? ""
-                     : ": nothing brakes the balls in a smooth drum without friction");
+        add(s,
+            "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
+            "speed%s.",
+            100 * ring / world->rotor_speed,
+            world->law[MILL_BALL_DRUM].friction > 0
+                ? ""
+                : ": nothing brakes the balls in a smooth drum without friction");
     else if (unsteady(world, r))
-        snprintf(
-            note[n++], MILL_SUMMARY_NOTE,
-            "not steady: the rotor's power and the dissipated power differ by more than 5 %% over "
-            "the sampled window. Sample later or for longer.");
+        add(s, "not steady: the rotor's power and the dissipated power differ by more than 5 %% "
+               "over the sampled window. Sample later or for longer.");
     if (kind < MILL_KINDS)
-        snprintf(note[n++], MILL_SUMMARY_NOTE,
-                 "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and "
-                 "more; in "
-                 "dense beds below that their power no longer agrees with soft spheres.",
-                 mill_kind_name[kind], world->law[kind].restitution);
+        add(s,
+            "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; "
+            "in dense beds below that their power no longer agrees with soft spheres.",
+            mill_kind_name[kind], world->law[kind].restitution);
     if (world->counts.reliefs > 0)
-        snprintf(
-            note[n++], MILL_SUMMARY_NOTE,
+        add(s,
             "pinched balls were let go %llu times. The thousands of contacts before each spoil "
             "counts and medians (strikes less); wider gaps around the blades help, though chains "
             "of balls may still be pressed.",
             (unsigned long long)world->counts.reliefs);
     if (floored > 0.3)
-        snprintf(note[n++], MILL_SUMMARY_NOTE,
-                 "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all "
-                 "contacts depend on it; rather use those above 50 mm/s.",
-                 100 * floored);
-    return n;
+        add(s,
+            "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
+            "depend on it; rather use those above 50 mm/s.",
+            100 * floored);
 }
