@@ -1,17 +1,14 @@
 /* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
-#include "app/command.h"
 #include "app/record.h"
 #include "app/run.h"
 #include "deck/deck_setup.h"
-#include "millsim/world.h"
 #include "store/draft.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <gsl/gsl_errno.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -67,15 +64,6 @@ static void occupy_standard_streams(void)
             _exit(MILL_FAILED);
 }
 
-static void set_up_libraries(void)
-{
-    gsl_set_error_handler_off(); /* its own handler would abort */
-#ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
-    mallopt(M_MMAP_THRESHOLD, 1 << 20);
-#endif
-}
-
 static void say(const char *line)
 {
     fprintf(stderr, "millsim: %s\n", line);
@@ -93,115 +81,98 @@ static bool same_file(const char *one, const char *other)
            a.st_ino == b.st_ino;
 }
 
-/* By whatever name: neither the output nor what stands beside it while it is written is an input.
- */
-static enum mill_status check_inputs(const struct mill_command *a, const struct mill_deck *deck,
-                                     const char *mend, struct mill_error *error)
+/* Neither the output nor what stands beside it while it is written is an input, by any name. */
+static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend,
+                                     struct mill_error *error)
 {
-    const char *const input[] = {a->deck, deck->start};
-    struct mill_draft *draft = mill_draft_create(a->output, NULL);
+    const char *const input[] = {o->asked->deck, o->deck->start}, *output = o->asked->output;
+    struct mill_draft *draft = mill_draft_create(output, NULL);
     enum mill_status status = draft ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
     for (int i = 0; i < 2 && input[i] && status == MILL_OK; i++) {
         const bool beside = mill_draft_replaces(draft, input[i]);
-        if (beside || same_file(a->output, input[i]))
+        if (beside || same_file(output, input[i]))
             status = mill_error_set(error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
-                                    a->output, beside ? "its draft or lock file is" : "is",
+                                    output, beside ? "its draft or lock file is" : "is",
                                     i == 0 ? " itself" : "'s start file", mend);
     }
     mill_draft_free(draft);
     return status;
 }
 
-/* Results are written beside the output file and take its place. */
-static enum mill_status check_folder(const char *output, struct mill_error *error)
-{
-    const char *slash = strrchr(output, '/');
-    char *folder = slash ? strndup(output, (size_t)(slash - output) + 1) : strdup(".");
-    enum mill_status status = MILL_OK;
-    if (!folder)
-        status = mill_error_set(error, MILL_FAILED, "out of memory");
-    else if (slash && !slash[1])
-        status = mill_error_set(error, MILL_BAD_DECK, "%s: is not the name of a file", output);
-    else if (access(folder, W_OK | X_OK) != 0)
-        status = mill_error_set(error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
-                                strerror(errno));
-    free(folder);
-    return status;
-}
-
 /* Can the run write there? Asked before it begins, not hours later. */
-static enum mill_status check_output(const struct mill_command *a, const struct mill_deck *deck,
-                                     struct mill_error *error)
+static enum mill_status check_output(const struct mill_run_order *o, struct mill_error *error)
 {
-    const bool start = a->given[MILL_EXPORT_START] != NULL;
-    const char *mend = start ? "give it" : "use -o for";
+    const char *const *given = o->asked->given, *output = o->asked->output;
+    const bool start = given[MILL_EXPORT_START] != NULL;
+    const char *mend = start ? "give it" : "use -o for", *slash = strrchr(output, '/');
     struct stat found;
-    const enum mill_status status = check_inputs(a, deck, mend, error);
+    const enum mill_status status = check_inputs(o, mend, error);
     if (status != MILL_OK)
         return status;
-    if (stat(a->output, &found) != 0)
-        return check_folder(a->output, error);
-    if (S_ISDIR(found.st_mode))
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
-                              a->output, start ? "give" : "use -o with");
-    if (!S_ISREG(found.st_mode))
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is not a regular file; %s another name",
-                              a->output, mend);
-    if (!a->given[MILL_FORCE] && !a->given[MILL_RESUME])
-        return mill_error_set(error, MILL_BAD_DECK, "%s: exists already; %s--force overwrites it%s",
-                              a->output, start ? "" : "--resume goes on with an interrupted run, ",
-                              start ? "" : ", -o gives another name");
-    if (access(a->output, W_OK) != 0)
-        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", a->output,
+    if (stat(output, &found) == 0) {
+        if (S_ISDIR(found.st_mode))
+            return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
+                                  output, start ? "give" : "use -o with");
+        if (!S_ISREG(found.st_mode))
+            return mill_error_set(error, MILL_BAD_DECK,
+                                  "%s: is not a regular file; %s another name", output, mend);
+        if (!given[MILL_FORCE] && !given[MILL_RESUME])
+            return mill_error_set(error, MILL_BAD_DECK,
+                                  "%s: exists already; %s--force overwrites it%s", output,
+                                  start ? "" : "--resume goes on with an interrupted run, ",
+                                  start ? "" : ", -o gives another name");
+        if (access(output, W_OK) != 0)
+            return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
+                                  strerror(errno));
+    }
+    /* results are written beside the output file and take its place */
+    char folder[sizeof o->asked->output];
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - output) + 1 : 1,
+             slash ? output : ".");
+    if (slash && !slash[1])
+        return mill_error_set(error, MILL_BAD_DECK, "%s: is not the name of a file", output);
+    if (access(folder, W_OK | X_OK) != 0)
+        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
                               strerror(errno));
-    return check_folder(a->output, error);
-}
-
-static void tell_checks(const struct mill_sim_checks *c)
-{
-    fprintf(stderr,
-            "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), %llu "
-            "calendar entries, %llu cells, %llu balances: all held\n",
-            (unsigned long long)c->events, (unsigned long long)c->predictions,
-            (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
-            (unsigned long long)c->samples, (unsigned long long)c->entries,
-            (unsigned long long)c->places, (unsigned long long)c->accounts);
+    return MILL_OK;
 }
 
 /* Runs the deck; the progress line is ended when it returns. */
-static enum mill_status run(const struct mill_command *a, const struct mill_deck *deck,
-                            struct mill_progress_display *display, FILE *page,
-                            struct mill_error *error)
+static enum mill_status run(struct mill_run_order *o, struct mill_error *error)
 {
-    struct mill_run_options options = {a, &stop, &begun, display, say, page, .checks = {0}};
-    const enum mill_status status = mill_run(deck, &options, error);
-    mill_progress_end(display);
-    if (options.checks.predictions && (status == MILL_OK || status == MILL_STOPPED))
-        tell_checks(&options.checks);
+    const struct mill_sim_checks *c = &o->checks;
+    const enum mill_status status = mill_run(o, error);
+    mill_progress_end(&o->display);
+    if (c->predictions && (status == MILL_OK || status == MILL_STOPPED))
+        fprintf(stderr,
+                "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), "
+                "%llu calendar entries, %llu cells, %llu balances: all held\n",
+                (unsigned long long)c->events, (unsigned long long)c->predictions,
+                (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
+                (unsigned long long)c->samples, (unsigned long long)c->entries,
+                (unsigned long long)c->places, (unsigned long long)c->accounts);
     if (status == MILL_STOPPED && !error->text[0])
         mill_error_set(error, status,
                        "stopped by signal %d; %s holds everything up to then, and --resume goes on",
-                       (int)stop, a->output);
+                       (int)stop, o->asked->output);
     return status;
 }
 
-/* Builds the mill, and prints the deck or writes the start. --check means all of it: balls that do
- * not fit or overlap show only now. */
-static enum mill_status build(const struct mill_command *a, const struct mill_deck *deck,
-                              struct mill_progress_display *display, FILE *page,
-                              struct mill_error *error)
+/* Makes the start, and writes it or prints the deck. --check means all of it: balls that do not fit
+ * or overlap show only when the mill is built. */
+static enum mill_status make_start(struct mill_run_order *o, struct mill_error *error)
 {
-    const bool check = a->given[MILL_CHECK] != NULL;
-    const struct mill_start_watch watch = {mill_progress_stage, display};
+    const struct mill_command *a = o->asked;
+    const struct mill_start_watch watch = {mill_progress_stage, &o->display};
     struct mill_world *world = NULL;
-    enum mill_status status = mill_deck_setup_world(deck, check ? NULL : &watch, &world, error);
-    if (status == MILL_OK && check) {
-        mill_deck_print(deck, page);
+    enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, error);
+    if (status == MILL_OK && a->given[MILL_CHECK]) {
+        mill_deck_print(o->deck, o->page);
     } else if (status == MILL_OK) {
         begun = 1; /* a signal waits: writing takes a moment, and would leave its draft */
         status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], error);
     }
-    mill_progress_end(display);
+    mill_progress_end(&o->display);
     mill_world_free(world);
     return status;
 }
@@ -209,20 +180,22 @@ static enum mill_status build(const struct mill_command *a, const struct mill_de
 /* What is to be printed goes to the page. */
 static enum mill_status act(const struct mill_command *a, FILE *page, struct mill_error *error)
 {
-    struct mill_progress_display display;
+    const bool check = a->given[MILL_CHECK] != NULL;
+    struct mill_run_order order = {a, .stop = &stop, .begun = &begun, .say = say, .page = page};
     struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
     if (a->values)
         return mill_deck_tell(a->values, a->value, page, error);
+    mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
+                       isatty(STDERR_FILENO));
     enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, error);
-    if (status == MILL_OK && !a->given[MILL_CHECK])
-        status = check_output(a, deck, error);
-    mill_progress_init(&display, a->given[MILL_QUIET] ? NULL : stderr, isatty(STDERR_FILENO));
+    order.deck = deck;
+    if (status == MILL_OK && !check)
+        status = check_output(&order, error);
     if (status == MILL_OK)
-        status = a->given[MILL_CHECK] || a->given[MILL_EXPORT_START]
-                     ? build(a, deck, &display, page, error)
-                     : run(a, deck, &display, page, error);
+        status =
+            check || a->given[MILL_EXPORT_START] ? make_start(&order, error) : run(&order, error);
     mill_deck_free(deck);
     return status;
 }
@@ -245,14 +218,17 @@ int main(int argc, char **argv)
     size_t size = 0;
     occupy_standard_streams();
     catch_signals();
-    set_up_libraries();
+    gsl_set_error_handler_off(); /* its own handler would abort */
+#ifdef M_MMAP_THRESHOLD
+    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
     FILE *page = open_memstream(&text, &size);
     enum mill_status status = mill_command_read(argc, argv, &a, &error);
     if (status == MILL_OK && page)
         status = act(&a, page, &error);
-    bool whole = page && !ferror(page);
-    whole = page && fclose(page) == 0 && whole;
-    if (!whole)
+    const bool printed = page && !ferror(page);
+    if (!page || fclose(page) != 0 || !printed)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     /* all of it or nothing: what failed prints only why */

@@ -1,7 +1,7 @@
 /* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
- * place and fitted to its width; in a log file a line comes after 2 s and then at growing gaps of
- * 10 s and more, so a week's run does not fill it. Rates are those of the last 5 to 10 s, since a
- * mill slows down as it fills. */
+ * place and fitted to its width; in a log file a line comes after 2 s and then at gaps that grow
+ * from 10 s to 10 min, so a week's run does not fill it. Rates are those of the last 5 to 10 s,
+ * since a mill slows down as it fills. */
 #include "app/progress.h"
 
 #include "app/record.h"
@@ -13,19 +13,10 @@
 
 enum { FIELDS = 6, FIELD = 64, GAP = 3 }; /* of the line, and characters of each and between */
 
-static const double window = 5.0; /* [s] wall */
-
 void mill_progress_init(struct mill_progress_display *display, FILE *out, bool terminal)
 {
     const double now = mill_record_clock(CLOCK_MONOTONIC);
     *display = (struct mill_progress_display){out, terminal, .began = now, .due = 2.0, .gap = 10.0};
-}
-
-static int terminal_width(FILE *out)
-{
-    enum { USUAL = 80 };
-    struct winsize size;
-    return ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : USUAL;
 }
 
 static void format_left(double seconds, char *out, size_t size)
@@ -79,28 +70,28 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
 
 void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now)
 {
-    enum { LONGEST_GAP = 600 };
+    struct winsize size;
     char line[MILL_PROGRESS_LINE];
     if (now->begins)
         display->then[0] = display->then[1] = *now;
     if (now->begins || !display->out)
         return;
     if (display->terminal) {
+        const bool told = ioctl(fileno(display->out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
         /* the last column stays free: many terminals wrap as soon as it is written */
-        mill_progress_format(&display->then[0], now, terminal_width(display->out) - 1, line);
+        mill_progress_format(&display->then[0], now, (told ? size.ws_col : 80) - 1, line);
         fprintf(display->out, "\r%-*s", display->shown, line);
         display->shown = (int)strlen(line);
     } else if (now->wall >= display->due) {
         mill_progress_format(&display->then[0], now, MILL_PROGRESS_LINE, line);
         fprintf(display->out, "millsim: %s\n", line);
         display->due = now->wall + display->gap;
-        display->gap = fmin(2.0 * display->gap, LONGEST_GAP);
+        display->gap = fmin(2.0 * display->gap, 600.0);
     }
     fflush(display->out);
-    if (now->stage || now->wall - display->then[1].wall < window)
+    if (now->stage || now->wall - display->then[1].wall < 5.0)
         return;
-    /* then[0] stays 5 to 10 s behind */
-    display->then[0] = display->then[1];
+    display->then[0] = display->then[1]; /* stays 5 to 10 s behind */
     display->then[1] = *now;
 }
 

@@ -24,8 +24,7 @@ struct mill_progress_display {
     bool terminal;                /* one line rewritten in place; else a plain line now and then */
     int shown;                    /* columns of the line standing on the terminal; 0: none */
     double began, stage;          /* [s] wall time of its making; from then, of the last stage */
-    double due;                   /* [s] wall time of the next plain line */
-    double gap;                   /* [s] from it to the one after */
+    double due, gap;              /* [s] wall time of the next plain line; to the one after */
     struct mill_progress then[2]; /* older states, to take rates from: 5 to 10 s ago */
 };
 
@@ -42,8 +41,7 @@ void mill_progress_stage(void *display, const char *what, int32_t done, int32_t 
 /* Ends the line on the terminal: to be called before anything else is printed. */
 void mill_progress_end(struct mill_progress_display *display);
 
-/* One line without newline, at most `width` characters: what does not fit is left out, rates first.
- */
+/* One line without newline, at most `width` characters: what does not fit is left out. */
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE]);
 

@@ -1,17 +1,20 @@
 /* What a reader needs to trust a run: the program, its counts and its anomalies (/run); and to
- * repeat it: the deck as run (/deck), entry by entry and as a text that is itself a deck, with
- * which the deck of a run that is to go on is compared. Only /run may differ between two runs of
- * one deck: it alone holds times and names of the machine's libraries. */
+ * repeat it: the deck as run (/deck), entry by entry and as a text that is itself a deck; its start
+ * as a start file. Only /run may differ between two runs of one deck: it alone holds times and
+ * names of the machine's libraries. */
 #include "app/record.h"
 
 #include "base/version.h"
+#include "store/draft.h"
 
+#include <errno.h>
 #include <gsl/gsl_version.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
@@ -168,9 +171,8 @@ double mill_record_peak_memory(void)
 
 double mill_record_clock(clockid_t clock)
 {
-    struct timespec now;
-    if (clock_gettime(clock, &now) != 0)
-        return 0;
+    struct timespec now = {0};
+    clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
@@ -216,10 +218,10 @@ void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
 
 /* The next line that says something of the run, without the comment behind it: neither empty, nor
  * where the checkpoints' interval is set, which changes nothing; of a start file the name without
- * its folder, which may have moved. Headers go to `section`. False at the end of the text. */
-static bool next_line(const char **text, char *section, char *line, size_t size)
+ * its folder, which may have moved. "" at the end of the text. */
+static void next_line(const char **text, char *line, size_t size)
 {
-    while (**text) {
+    do {
         const size_t length = strcspn(*text, "\n");
         snprintf(line, size, "%.*s", (int)length, *text);
         *text += length + ((*text)[length] == '\n');
@@ -231,53 +233,106 @@ static bool next_line(const char **text, char *section, char *line, size_t size)
         const char *folder = strrchr(line, '/');
         if (folder && strncmp(line, "start = /", 9) == 0)
             memmove(line + strlen("start = "), folder + 1, strlen(folder));
-        if (line[0] == '[')
-            snprintf(section, size, "%s", line);
-        if (line[0] && line[0] != '#' && strncmp(line, "checkpoint = ", 13) != 0)
-            return true;
-    }
-    line[0] = section[0] = '\0';
-    return false;
-}
-
-/* Where two decks differ: at the lines `there` and `here` (empty: at the end) of `section`. */
-static void find_difference(struct mill_error *what, const char *old, const char *new,
-                            const char *section, const char *there, const char *here)
-{
-    if (there[0] == '[' && !strstr(new, there))
-        mill_error_set(what, MILL_OK, "it has a section %s, and this one has none", there);
-    else if (here[0] == '[' && !strstr(old, here))
-        mill_error_set(what, MILL_OK, "it has no section %s, and this one has", here);
-    else
-        mill_error_set(what, MILL_OK, "%s '%.400s' there, '%.400s' here", section,
-                       there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+        if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0)
+            line[0] = '\0';
+    } while (!line[0] && **text);
 }
 
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error)
 {
     enum { LINE = 4500 }; /* a path, and what stands around it */
-    char there[LINE], here[LINE], section_there[LINE] = "", section_here[LINE] = "";
+    char there[LINE] = "", here[LINE] = "", section[LINE] = "";
     char *old = NULL, *new = print_deck(deck);
+    struct mill_error what;
     if (!new)
         return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
     enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
     if (status != MILL_OK)
         mill_error_set(error, status, "%s: is not an output file of millsim", name);
     const char *from = old, *to = new;
-    for (bool more = true; more && status == MILL_OK;) {
-        struct mill_error what;
-        more = next_line(&from, section_there, there, LINE);
-        more = next_line(&to, section_here, here, LINE) || more;
-        if (strcmp(there, here) == 0 && strcmp(section_there, section_here) == 0)
-            continue;
-        find_difference(&what, old, new, section_here, there, here);
+    while (status == MILL_OK && (*from || *to) && strcmp(there, here) == 0) {
+        next_line(&from, there, LINE);
+        next_line(&to, here, LINE);
+        if (here[0] == '[' || !here[0])
+            strcpy(section, here);
+    }
+    if (there[0] == '[' && !strstr(new, there))
+        mill_error_set(&what, MILL_OK, "it has a section %s, and this one has none", there);
+    else if (here[0] == '[' && !strstr(old, here))
+        mill_error_set(&what, MILL_OK, "it has no section %s, and this one has", here);
+    else
+        mill_error_set(&what, MILL_OK, "%s '%.400s' there, '%.400s' here", section,
+                       there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+    if (strcmp(there, here) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,
                                 "%s: is of another deck: %s; resume it with its own deck, or start "
                                 "again with --force",
                                 name, what.text);
-    }
     free(old);
     free(new);
+    return status;
+}
+
+/* ---- the start, as a file that mill_deck_start_read makes the same balls of, to the last bit ----
+ * The order is that of the world's rows, which is all that a random start leaves behind: its balls
+ * were numbered by place within each kind, and a start file's are taken as they come. */
+
+/* 0 or an errno. 17 digits bring every double back. */
+static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
+{
+    bool spins = false;
+    for (int32_t i = 0; i < world->balls && !spins; i++) {
+        const vec3 w = world->spin[i];
+        spins =
+            w.x != 0.0 || w.y != 0.0 || w.z != 0.0 || signbit(w.x) || signbit(w.y) || signbit(w.z);
+    }
+    errno = 0;
+    fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
+            spins ? " wx wy wz [rad/s]" : "");
+    for (const char *p = deck; *p; p++) /* its name may hold anything, and this is one line */
+        putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
+    putc('\n', out);
+    for (int32_t i = 0; i < world->balls && !ferror(out); i++) {
+        const vec3 r = world->ball[i].r, v = world->ball[i].v, w = world->spin[i];
+        fprintf(out, "%.17g %.17g %.17g %.17g %.17g %.17g", r.x, r.y, r.z, v.x, v.y, v.z);
+        if (spins)
+            fprintf(out, " %.17g %.17g %.17g", w.x, w.y, w.z);
+        putc('\n', out);
+    }
+    if (fflush(out) == 0 && !ferror(out))
+        return 0;
+    return errno ? errno : EIO;
+}
+
+/* 0 or an errno: into the open draft, which is published. */
+static int write_draft(const struct mill_world *world, const char *deck, struct mill_draft *draft)
+{
+    const int fd = dup(mill_draft_descriptor(draft));
+    FILE *out = fd < 0 ? NULL : fdopen(fd, "w");
+    int failed = out ? write_rows(world, deck, out) : errno;
+    if (out && fclose(out) != 0 && !failed)
+        failed = errno;
+    if (!out && fd >= 0)
+        close(fd);
+    return failed ? failed : mill_draft_publish(draft, true);
+}
+
+enum mill_status mill_record_export(const struct mill_world *world, const char *deck,
+                                    const char *path, bool over, struct mill_error *error)
+{
+    struct mill_draft *draft = mill_draft_create(path, NULL);
+    if (!draft)
+        return mill_error_set(error, MILL_FAILED, "%s: out of memory", path);
+    enum mill_status status = MILL_OK;
+    int failed = mill_draft_open(draft, over ? MILL_DRAFT_FORCE : MILL_DRAFT_EMPTY);
+    if (!failed && !over && access(path, F_OK) == 0)
+        status =
+            mill_error_set(error, MILL_BAD_DECK, "%s: exists already; --force overwrites it", path);
+    else if (!failed)
+        failed = write_draft(world, deck, draft);
+    if (failed)
+        status = mill_draft_tell(draft, path, "write", failed, error);
+    mill_draft_free(draft);
     return status;
 }

@@ -21,9 +21,8 @@ struct mill_facts {
     /* why it ended, where that is not always its time: "time", "precision", "max_collisions", or
      * "none" as long as it has not; else NULL */
     const char *ended_by;
-    double time;  /* [s] simulated time reached */
-    double local; /* [s] the same in the world's local time */
-    double end;   /* [s] run.time */
+    double time, local; /* [s] simulated time reached; the same in the world's local time */
+    double end;         /* [s] run.time */
     struct mill_record_cost cost;
     double peak_memory;        /* [byte] */
     const char *deck, *output; /* paths as given */
@@ -32,12 +31,9 @@ struct mill_facts {
 
 /* Sums over the whole run, t = `local` being now */
 struct mill_totals {
-    uint64_t contacts;
-    uint64_t anomalies;
-    struct mill_energy energy; /* now */
-    double dissipation;        /* [J] */
-    double balance_error;      /* [J] */
-    double turnover;           /* [J] energy turned over */
+    uint64_t contacts, anomalies;
+    struct mill_energy energy;                   /* now */
+    double dissipation, balance_error, turnover; /* [J]; the last: energy turned over */
 };
 struct mill_totals mill_record_add(const struct mill_world *world, double local);
 
@@ -60,9 +56,8 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
                       struct mill_sink *sink);
 
 /* Writes the balls of a world at t = 0 to `path`, a start file that gives the same deck the same
- * balls to the last bit: x y z vx vy vz, and wx wy wz where a ball spins, behind one line of
- * comment that names columns, units and `deck`. The file is there as a whole or not at all.
- * MILL_BAD_DECK: it exists, and is not to be written over. */
+ * balls to the last bit: behind one line of comment that names columns, units and `deck`. It is
+ * there as a whole or not at all. MILL_BAD_DECK: it exists, and is not to be written over. */
 enum mill_status mill_record_export(const struct mill_world *world, const char *deck,
                                     const char *path, bool over, struct mill_error *error);
 

@@ -10,7 +10,6 @@
 #include "store/draft.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -20,8 +19,9 @@
 
 /* One run from its begin to its end */
 struct run {
+    struct mill_run_order *order;
+    const char *const *given; /* options */
     const struct mill_deck *deck;
-    const struct mill_run_options *options;
     const char *output; /* path */
     struct mill_error *error;
     struct mill_world *world;
@@ -35,8 +35,7 @@ struct run {
     double due;                 /* [s] of wall time, the next checkpoint */
     struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
     bool saved;                   /* there is a checkpoint to come back to */
-    bool unsaved;                 /* the last one failed */
-    const char *note;             /* what --resume found, to be said once the file is ours */
+    struct mill_error note;       /* what --resume found, to be said once the file is ours */
 };
 
 static double wall_time(void)
@@ -44,17 +43,12 @@ static double wall_time(void)
     return mill_record_clock(CLOCK_MONOTONIC);
 }
 
-__attribute__((format(printf, 2, 3))) static void say(const struct run *r, const char *format, ...)
+/* Says what is noted, once. */
+static void say(struct run *r)
 {
-    char what[200];
-    struct mill_error line;
-    va_list list;
-    va_start(list, format);
-    vsnprintf(what, sizeof what, format, list);
-    va_end(list);
-    mill_error_set(&line, MILL_OK, "%s: %s", r->output, what);
-    if (!r->options->asked->given[MILL_QUIET])
-        r->options->say(line.text);
+    if (r->note.text[0] && !r->given[MILL_QUIET])
+        r->order->say(r->note.text);
+    r->note.text[0] = '\0';
 }
 
 /* ---- the begin ---- */
@@ -85,7 +79,8 @@ static enum mill_status look(struct run *r)
 {
     struct mill_h5 *file;
     if (access(r->output, F_OK) != 0) {
-        r->note = "does not exist yet: starting from the beginning";
+        mill_error_set(&r->note, MILL_OK, "%s: does not exist yet: starting from the beginning",
+                       r->output);
         return MILL_OK;
     }
     enum mill_status status = mill_h5_create(r->output, MILL_H5_READ, &file, r->error);
@@ -96,43 +91,22 @@ static enum mill_status look(struct run *r)
         status = look_into(r, file);
     if (status == MILL_OK && r->complete && !r->resumes) {
         mill_draft_clear(r->output);
-        say(r, "is complete: nothing to resume");
+        mill_error_set(&r->note, MILL_OK, "%s: is complete: nothing to resume", r->output);
+        say(r);
     } else if (!r->resumes) {
-        r->note = "ended before its first checkpoint: starting from the beginning";
+        mill_error_set(&r->note, MILL_OK,
+                       "%s: ended before its first checkpoint: starting from the beginning",
+                       r->output);
     }
     mill_h5_close(file, NULL);
     return status;
 }
 
+/* The mill and who watches it, at t = 0 */
 static enum mill_status build(struct run *r)
 {
-    const struct mill_start_watch watch = {mill_progress_stage, r->options->display};
-    const enum mill_status status = mill_deck_setup_world(r->deck, &watch, &r->world, r->error);
-    return status == MILL_OK ? mill_sim_create(r->world, &r->sim, r->error) : status;
-}
-
-static enum mill_status open_output(struct run *r)
-{
-    const struct mill_command *asked = r->options->asked;
-    const enum mill_h5_open how = r->resumes                  ? MILL_H5_UPDATE
-                                  : asked->given[MILL_FORCE]  ? MILL_H5_OVERWRITE
-                                  : asked->given[MILL_RESUME] ? MILL_H5_RESTART
-                                                              : MILL_H5_NEW;
-    *r->options->begun = 1;
-    enum mill_status status = mill_h5_create(r->output, how, &r->file, r->error);
-    if (status == MILL_OK && !r->resumes) {
-        mill_record_deck(r->file, r->deck);
-        mill_record_start(r->file, asked->line);
-        status = mill_h5_status(r->file, r->error);
-    }
-    if (status == MILL_OK && r->note)
-        say(r, "%s", r->note);
-    return status;
-}
-
-static enum mill_status make_observers(struct run *r)
-{
     const struct mill_deck *deck = r->deck;
+    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
     const struct mill_setup_drum drum = mill_deck_drum(deck);
     const struct mill_observe asked = {
         .end = deck->time,
@@ -147,7 +121,30 @@ static enum mill_status make_observers(struct run *r)
         .rotor_angle = deck->rotor_angle,
         .drum = mill_shapes_chamber(&drum).drum,
     };
-    return mill_observers_create(&asked, r->world, &r->observers, r->error);
+    enum mill_status status = mill_deck_setup_world(deck, &watch, &r->world, r->error);
+    if (status == MILL_OK)
+        status = mill_sim_create(r->world, &r->sim, r->error);
+    if (status == MILL_OK)
+        status = mill_observers_create(&asked, r->world, &r->observers, r->error);
+    return status;
+}
+
+static enum mill_status open_output(struct run *r)
+{
+    const enum mill_h5_open how = r->resumes              ? MILL_H5_UPDATE
+                                  : r->given[MILL_FORCE]  ? MILL_H5_OVERWRITE
+                                  : r->given[MILL_RESUME] ? MILL_H5_RESTART
+                                                          : MILL_H5_NEW;
+    *r->order->begun = 1;
+    enum mill_status status = mill_h5_create(r->output, how, &r->file, r->error);
+    if (status == MILL_OK && !r->resumes) {
+        mill_record_deck(r->file, r->deck);
+        mill_record_start(r->file, r->order->asked->line);
+        status = mill_h5_status(r->file, r->error);
+    }
+    if (status == MILL_OK)
+        say(r);
+    return status;
 }
 
 /* Loop and observers take up the state, of a file that nobody else writes to any more; it is then
@@ -155,8 +152,6 @@ static enum mill_status make_observers(struct run *r)
 static enum mill_status take_up(struct run *r)
 {
     const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
-    if (!r->resumes)
-        return MILL_OK;
     enum mill_status status = look_into(r, r->file);
     if (status == MILL_OK && !r->resumes)
         status = mill_error_set(r->error, MILL_FAILED,
@@ -171,11 +166,6 @@ static enum mill_status take_up(struct run *r)
     return status;
 }
 
-static enum mill_status open_observers(struct run *r)
-{
-    return mill_observers_open(&r->observers, r->file, r->sim, r->error);
-}
-
 static void show(const struct run *r, bool begins)
 {
     struct mill_progress p = {.time = mill_sim_time(r->sim),
@@ -185,30 +175,33 @@ static void show(const struct run *r, bool begins)
                               .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
-    mill_progress_show(r->options->display, &p);
+    mill_progress_show(&r->order->display, &p);
 }
 
 /* The mill as the deck or the state says, and a file that holds what is known so far */
 static enum mill_status prepare(struct run *r)
 {
-    static enum mill_status (*const steps[])(struct run *) = {build, open_output, make_observers,
-                                                              take_up, open_observers};
     const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
-    enum mill_status status = MILL_OK;
-    for (size_t i = 0; i < sizeof steps / sizeof *steps && status == MILL_OK; i++)
-        status = steps[i](r);
+    enum mill_status status = build(r);
+    if (status == MILL_OK)
+        status = open_output(r);
+    if (status == MILL_OK && r->resumes)
+        status = take_up(r);
+    if (status == MILL_OK)
+        status = mill_observers_open(&r->observers, r->file, r->sim, r->error);
     if (status != MILL_OK)
         return status;
     show(r, true);
-    if (r->resumes) {
-        say(r, "resuming at t = %.6g s", mill_sim_time(r->sim));
-        return MILL_OK;
-    }
-    if (frames > 1e6) /* rather from a slip in a unit than from a wish */
-        say(r, "output.frames = %g s makes %.3g frames, %.3g GB or more", interval, frames,
-            frames * r->world->balls * 9 * sizeof(float) / 1e9);
+    if (r->resumes)
+        mill_error_set(&r->note, MILL_OK, "%s: resuming at t = %.6g s", r->output,
+                       mill_sim_time(r->sim));
+    else if (frames > 1e6) /* rather from a slip in a unit than from a wish */
+        mill_error_set(&r->note, MILL_OK,
+                       "%s: output.frames = %g s makes %.3g frames, %.3g GB or more", r->output,
+                       interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
+    say(r);
     /* what --force replaces stays until there are results to put in its place */
-    if (r->options->asked->given[MILL_FORCE] && access(r->output, F_OK) == 0)
+    if (r->resumes || (r->given[MILL_FORCE] && access(r->output, F_OK) == 0))
         return MILL_OK;
     /* a disk that cannot be written is told now, and a killed run leaves a file */
     return mill_h5_flush(r->file, r->error);
@@ -236,7 +229,7 @@ static struct mill_facts facts_of(const struct run *r, const char *status)
                                .end = r->deck->time,
                                .cost = cost_of(r),
                                .peak_memory = mill_record_peak_memory(),
-                               .deck = r->options->asked->deck,
+                               .deck = r->order->asked->deck,
                                .output = r->output,
                                .version = mill_version};
 }
@@ -269,7 +262,6 @@ static enum mill_status save(struct run *r)
     keep(r);
     const enum mill_status status = mill_h5_flush(r->file, r->error);
     mill_checkpoint_remove(r->file); /* its room in the file is free for what comes */
-    r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
     const double now = wall_time();
     r->cost.checkpoints++;
@@ -278,8 +270,7 @@ static enum mill_status save(struct run *r)
     return status;
 }
 
-/* Runs in slices of events, sized by the clock so that progress moves on whatever an event costs.
- */
+/* Runs in slices of events, sized by the clock so that progress moves whatever an event costs. */
 static enum mill_status advance(struct run *r)
 {
     const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->checkpoint), end = r->deck->time;
@@ -288,7 +279,7 @@ static enum mill_status advance(struct run *r)
     r->due = wall_time() + r->deck->checkpoint;
     while (status == MILL_OK) {
         const double before = wall_time(), reached = mill_sim_time(r->sim);
-        status = mill_sim_run(r->sim, end, slice, r->options->stop, r->error);
+        status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
         const double took = wall_time() - before;
         const bool whole = mill_sim_time(r->sim) < end; /* the slice: it was not cut off */
         show(r, false);
@@ -311,8 +302,8 @@ static enum mill_status advance(struct run *r)
 static bool goes_on(void *self, double done, double all)
 {
     const struct run *r = self;
-    mill_progress_stage(r->options->display, "writing /VTKHDF", (int32_t)done, (int32_t)all);
-    return !*r->options->stop;
+    mill_progress_stage(&r->order->display, "writing /VTKHDF", (int32_t)done, (int32_t)all);
+    return !*r->order->stop;
 }
 
 /* The run has ended: everything into the file, which is published and closed, also after a stop or
@@ -349,15 +340,17 @@ static enum mill_status carry_out(struct run *r)
 {
     struct mill_error later = {""};
     enum mill_status status = MILL_OK;
-    if (r->options->asked->given[MILL_PARANOID])
+    if (r->given[MILL_PARANOID])
         status = mill_sim_paranoid(r->sim, true, r->error);
     if (status == MILL_OK && !r->complete)
         status = advance(r);
     /* a checkpoint that failed is no end of the run: the one before it stands */
-    const enum mill_status written = r->unsaved ? MILL_FAILED : conclude(r, status, &later);
+    enum mill_status written = mill_h5_status(r->file, &later);
+    if (written == MILL_OK)
+        written = conclude(r, status, &later);
     if (written == MILL_OK)
         return status;
-    if (!r->unsaved && (status == MILL_OK || status == MILL_STOPPED))
+    if (status == MILL_OK || status == MILL_STOPPED)
         *r->error = later;
     later = *r->error;
     if (written == MILL_FAILED && access(r->output, F_OK) == 0)
@@ -369,11 +362,10 @@ static enum mill_status carry_out(struct run *r)
     return written;
 }
 
-enum mill_status mill_run(const struct mill_deck *deck, struct mill_run_options *options,
-                          struct mill_error *error)
+enum mill_status mill_run(struct mill_run_order *order, struct mill_error *error)
 {
-    const struct mill_command *asked = options->asked;
-    struct run r = {deck, options, asked->output, error, .started = wall_time()};
+    const struct mill_command *asked = order->asked;
+    struct run r = {order, asked->given, order->deck, asked->output, error, .started = wall_time()};
     struct mill_error later = {""};
     enum mill_status status = asked->given[MILL_RESUME] ? look(&r) : MILL_OK;
     if (status != MILL_OK || (r.complete && !r.resumes))
@@ -384,12 +376,12 @@ enum mill_status mill_run(const struct mill_deck *deck, struct mill_run_options 
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        if (mill_summary_write(options->summary, asked->given[MILL_JSON], r.world, &r.observers,
-                               &facts, &later) != MILL_OK)
+        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .notes = 0};
+        if (mill_summary_write(&s, asked->given[MILL_JSON], &later) != MILL_OK)
             status = mill_error_set(error, MILL_FAILED, "%s", later.text);
     }
     if (r.sim)
-        options->checks = mill_sim_checks(r.sim);
+        order->checks = mill_sim_checks(r.sim);
     mill_observers_free(&r.observers);
     mill_sim_free(r.sim);
     mill_world_free(r.world);

@@ -9,20 +9,21 @@
 
 #include <signal.h>
 
-struct mill_run_options {
+/* What is to be run, and who is told */
+struct mill_run_order {
     const struct mill_command *asked;
+    const struct mill_deck *deck;
     const volatile sig_atomic_t *stop;
     volatile sig_atomic_t *begun; /* set to 1 once there are results to save */
-    struct mill_progress_display *display;
+    struct mill_progress_display display;
     void (*say)(const char *line); /* what --resume finds */
-    FILE *summary;                 /* where the summary goes */
+    FILE *page;                    /* where the summary goes */
     struct mill_sim_checks checks; /* how often --paranoid has checked */
 };
 
 /* Runs the deck and writes the output file and the summary. Polls *stop and shows progress a few
  * times a second; MILL_STOPPED when *stop became non-zero: the file then holds everything up to
  * that moment, and the state to go on from. */
-enum mill_status mill_run(const struct mill_deck *deck, struct mill_run_options *options,
-                          struct mill_error *error);
+enum mill_status mill_run(struct mill_run_order *order, struct mill_error *error);
 
 #endif

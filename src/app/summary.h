@@ -10,32 +10,26 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* World and observers are those at facts->time. The caller asks `out` for errors. MILL_FAILED: out
- * of memory. */
-enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_world *world,
-                                    const struct mill_observers *observers,
-                                    const struct mill_facts *facts, struct mill_error *error);
-
-/* How well the results are known by now: "median +- 1.3 %, power +- 0.9 %", "warming up", or ""
- * where run.precision is not asked for. It stands until a number or two more are written. */
-const char *mill_summary_known(const struct mill_observers *observers);
-
-/* ---- what it is made of ---- */
-
 struct mill_summary {
     FILE *out;
-    const struct mill_world *world;
+    const struct mill_world *world; /* world and observers are those at facts->time */
     const struct mill_observers *observers;
     const struct mill_facts *facts;
+    /* ---- filled in ---- */
     struct mill_tally_results *results; /* of the tally among the observers */
     int notes;
     char note[7][256]; /* what a reader of the numbers ought to know, one sentence each */
 };
 
+/* The caller asks `out` for errors. MILL_FAILED: out of memory. */
+enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error);
+
+/* For that, with its results and notes: the JSON object. */
 enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error);
 
-/* Adds the notes. */
-void mill_summary_note(struct mill_summary *s);
+/* How well the results are known by now: "median +- 1.3 %, power +- 0.9 %", "warming up", or ""
+ * where run.precision is not asked for. It stands until a number or two more are written. */
+const char *mill_summary_known(const struct mill_observers *observers);
 
 /* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. It stands until some
  * more numbers are written: they take turns, so that one call of printf can have several. */

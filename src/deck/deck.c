@@ -66,3 +66,8 @@ void mill_deck_print(const struct mill_deck *deck, FILE *out)
     fprintf(out, "# The full deck, defaults filled in, in SI units\n");
     mill_deck_each(deck, print_entry, &page);
 }
+
+const char *mill_deck_file(const struct mill_deck *deck)
+{
+    return deck->text->file;
+}

@@ -88,6 +88,9 @@ void mill_deck_free(struct mill_deck *deck);
 /* The drum in numbers; a circle has no buckles, and these no height. */
 struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck);
 
+/* The deck's file as its user named it. */
+const char *mill_deck_file(const struct mill_deck *deck);
+
 /* Sets "FILE:LINE: [section] key: ..." for a fault found later (the start does not fit, balls
  * overlap): a key that came by --set or by default is named accordingly. Returns MILL_BAD_DECK. */
 enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error *error,
