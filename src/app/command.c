@@ -127,11 +127,10 @@ static enum mill_status read_options(int argc, char **argv, struct mill_command 
 /* `more`: the words that are no options, NULL behind them */
 static enum mill_status check(struct mill_command *a, char *const *more, struct mill_error *error)
 {
-    static const enum mill_option named[] = {MILL_OUTPUT, MILL_EXPORT_START};
-    for (int i = 0; i < 2; i++)
-        if (a->given[named[i]] && !a->given[named[i]][0])
+    for (int k = 0; k < MILL_OPTIONS; k++)
+        if (rows[k].value && !strcmp(rows[k].value, "FILE") && a->given[k] && !a->given[k][0])
             return mill_error_set(error, MILL_BAD_DECK, "option '--%s' needs the name of a file",
-                                  rows[named[i]].name);
+                                  rows[k].name);
     for (size_t i = 0; i < sizeof exclusions / sizeof *exclusions; i++)
         for (int k = 0; a->given[exclusions[i].one] && k < MILL_OPTIONS; k++)
             if (a->given[k] && strstr(exclusions[i].others, rows[k].name))

@@ -29,9 +29,8 @@ struct mill_command {
     int sets, values;
     const char *deck; /* NULL: no run is asked for */
     char *line;       /* the command line as a shell would read it back */
-    /* The file to be written: as given, or "some/mill.ini" -> "mill.h5". Longer than any path that
-     * the system takes: what is cut is refused. */
-    char output[4104];
+    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5"; what is cut is refused */
+    char output[4104]; /* longer than any path that the system takes */
 };
 
 /* Reads the arguments; MILL_BAD_DECK with a line that says what is wrong. */

@@ -20,11 +20,8 @@
 
 #define IMPATIENCE 2 /* [s] between two signals that mean one */
 
-/* The signal that asked for an end; 0: none */
-static volatile sig_atomic_t stop;
-
-/* Results exist that a signal must not lose */
-static volatile sig_atomic_t begun;
+static volatile sig_atomic_t stop;  /* the signal that asked for an end; 0: none */
+static volatile sig_atomic_t begun; /* results exist that a signal must not lose */
 
 /* The first signal ends the run in good order, or at once when there is nothing to save yet. An
  * impatient second one within seconds changes nothing, nor does SIGXCPU, which comes again with
@@ -82,16 +79,16 @@ static bool same_file(const char *one, const char *other)
 }
 
 /* Neither the output nor what stands beside it while it is written is an input, by any name. */
-static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend,
-                                     struct mill_error *error)
+static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend)
 {
     const char *const input[] = {o->asked->deck, o->deck->start}, *output = o->asked->output;
     struct mill_draft *draft = mill_draft_create(output, NULL);
-    enum mill_status status = draft ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
+    enum mill_status status =
+        draft ? MILL_OK : mill_error_set(o->error, MILL_FAILED, "out of memory");
     for (int i = 0; i < 2 && input[i] && status == MILL_OK; i++) {
         const bool beside = mill_draft_replaces(draft, input[i]);
         if (beside || same_file(output, input[i]))
-            status = mill_error_set(error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
+            status = mill_error_set(o->error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
                                     output, beside ? "its draft or lock file is" : "is",
                                     i == 0 ? " itself" : "'s start file", mend);
     }
@@ -100,29 +97,29 @@ static enum mill_status check_inputs(const struct mill_run_order *o, const char 
 }
 
 /* Can the run write there? Asked before it begins, not hours later. */
-static enum mill_status check_output(const struct mill_run_order *o, struct mill_error *error)
+static enum mill_status check_output(const struct mill_run_order *o)
 {
     const char *const *given = o->asked->given, *output = o->asked->output;
     const bool start = given[MILL_EXPORT_START] != NULL;
     const char *mend = start ? "give it" : "use -o for", *slash = strrchr(output, '/');
     struct stat found;
-    const enum mill_status status = check_inputs(o, mend, error);
+    const enum mill_status status = check_inputs(o, mend);
     if (status != MILL_OK)
         return status;
     if (stat(output, &found) == 0) {
         if (S_ISDIR(found.st_mode))
-            return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
+            return mill_error_set(o->error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
                                   output, start ? "give" : "use -o with");
         if (!S_ISREG(found.st_mode))
-            return mill_error_set(error, MILL_BAD_DECK,
+            return mill_error_set(o->error, MILL_BAD_DECK,
                                   "%s: is not a regular file; %s another name", output, mend);
         if (!given[MILL_FORCE] && !given[MILL_RESUME])
-            return mill_error_set(error, MILL_BAD_DECK,
+            return mill_error_set(o->error, MILL_BAD_DECK,
                                   "%s: exists already; %s--force overwrites it%s", output,
                                   start ? "" : "--resume goes on with an interrupted run, ",
                                   start ? "" : ", -o gives another name");
         if (access(output, W_OK) != 0)
-            return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
+            return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
                                   strerror(errno));
     }
     /* results are written beside the output file and take its place */
@@ -130,18 +127,18 @@ static enum mill_status check_output(const struct mill_run_order *o, struct mill
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - output) + 1 : 1,
              slash ? output : ".");
     if (slash && !slash[1])
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is not the name of a file", output);
+        return mill_error_set(o->error, MILL_BAD_DECK, "%s: is not the name of a file", output);
     if (access(folder, W_OK | X_OK) != 0)
-        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
+        return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
                               strerror(errno));
     return MILL_OK;
 }
 
 /* Runs the deck; the progress line is ended when it returns. */
-static enum mill_status run(struct mill_run_order *o, struct mill_error *error)
+static enum mill_status run(struct mill_run_order *o)
 {
     const struct mill_sim_checks *c = &o->checks;
-    const enum mill_status status = mill_run(o, error);
+    const enum mill_status status = mill_run(o);
     mill_progress_end(&o->display);
     if (c->predictions && (status == MILL_OK || status == MILL_STOPPED))
         fprintf(stderr,
@@ -151,8 +148,8 @@ static enum mill_status run(struct mill_run_order *o, struct mill_error *error)
                 (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
                 (unsigned long long)c->samples, (unsigned long long)c->entries,
                 (unsigned long long)c->places, (unsigned long long)c->accounts);
-    if (status == MILL_STOPPED && !error->text[0])
-        mill_error_set(error, status,
+    if (status == MILL_STOPPED && !o->error->text[0])
+        mill_error_set(o->error, status,
                        "stopped by signal %d; %s holds everything up to then, and --resume goes on",
                        (int)stop, o->asked->output);
     return status;
@@ -160,17 +157,17 @@ static enum mill_status run(struct mill_run_order *o, struct mill_error *error)
 
 /* Makes the start, and writes it or prints the deck. --check means all of it: balls that do not fit
  * or overlap show only when the mill is built. */
-static enum mill_status make_start(struct mill_run_order *o, struct mill_error *error)
+static enum mill_status make_start(struct mill_run_order *o)
 {
     const struct mill_command *a = o->asked;
     const struct mill_start_watch watch = {mill_progress_stage, &o->display};
     struct mill_world *world = NULL;
-    enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, error);
+    enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, o->error);
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
     } else if (status == MILL_OK) {
         begun = 1; /* a signal waits: writing takes a moment, and would leave its draft */
-        status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], error);
+        status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], o->error);
     }
     mill_progress_end(&o->display);
     mill_world_free(world);
@@ -181,7 +178,8 @@ static enum mill_status make_start(struct mill_run_order *o, struct mill_error *
 static enum mill_status act(const struct mill_command *a, FILE *page, struct mill_error *error)
 {
     const bool check = a->given[MILL_CHECK] != NULL;
-    struct mill_run_order order = {a, .stop = &stop, .begun = &begun, .say = say, .page = page};
+    struct mill_run_order order = {a,          .stop = &stop, .begun = &begun,
+                                   .say = say, .page = page,  .error = error};
     struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
@@ -192,10 +190,9 @@ static enum mill_status act(const struct mill_command *a, FILE *page, struct mil
     enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, error);
     order.deck = deck;
     if (status == MILL_OK && !check)
-        status = check_output(&order, error);
+        status = check_output(&order);
     if (status == MILL_OK)
-        status =
-            check || a->given[MILL_EXPORT_START] ? make_start(&order, error) : run(&order, error);
+        status = check || a->given[MILL_EXPORT_START] ? make_start(&order) : run(&order);
     mill_deck_free(deck);
     return status;
 }

@@ -1,7 +1,6 @@
 /* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
- * place and fitted to its width; in a log file a line comes after 2 s and then at gaps that grow
- * from 10 s to 10 min, so a week's run does not fill it. Rates are those of the last 5 to 10 s,
- * since a mill slows down as it fills. */
+ * place and fitted to its width; in a log file one comes after 2 s and then at gaps that grow from
+ * 10 s to 10 min. Rates are those of the last 5 to 10 s, since a mill slows down as it fills. */
 #include "app/progress.h"
 
 #include "app/record.h"
@@ -56,8 +55,7 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[3], FIELD, "%.3g s/s", speed);
         format_left(speed > 0.0 ? (now->end - now->time) / speed : HUGE_VAL, field[4], FIELD);
     }
-    if (now->known)
-        snprintf(field[5], FIELD, "%s", now->known);
+    snprintf(field[5], FIELD, "%s", now->known ? now->known : "");
     for (int given = 0; given == 0 || (given < FIELDS && strlen(whole) > room); given++) {
         whole[0] = '\0';
         for (int i = 0; i < FIELDS; i++)

@@ -6,9 +6,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-enum { MILL_PROGRESS_LINE = 160 };
-
-#define MILL_PROGRESS_EVERY 0.25 /* [s] of wall time between two reports */
+enum { MILL_PROGRESS_LINE = 160 }; /* characters */
+#define MILL_PROGRESS_EVERY 0.25   /* [s] of wall time between two reports */
 
 struct mill_progress {
     double time, end; /* [s] simulated */

@@ -19,30 +19,6 @@
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
 
-void mill_record_start(struct mill_h5 *file, const char *command)
-{
-    char hdf5[32], started[32] = "unknown";
-    const time_t now = time(NULL);
-    struct tm utc;
-    mill_h5_version(hdf5, sizeof hdf5);
-    if (gmtime_r(&now, &utc))
-        strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    const struct {
-        const char *path, *text, *meaning;
-    } table[] = {
-        {"/run/version", mill_version, "version of millsim"},
-        {"/run/compiler", mill_version_compiler, "compiler that built it"},
-        {"/run/flags", mill_version_flags, "flags it was built with"},
-        {"/run/hdf5", hdf5, "version of the HDF5 library"},
-        {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
-        {"/run/command", command, "command line"},
-        {"/run/started", started, "when the run was started, UTC"},
-        {"/run/status", "running", status_meaning},
-    };
-    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
-        mill_h5_write_text(file, table[i].path, table[i].text, table[i].meaning);
-}
-
 struct mill_totals mill_record_add(const struct mill_world *world, double local)
 {
     const struct mill_counts *counts = &world->counts;
@@ -69,7 +45,7 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const uint64_t 
 static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
                          const struct mill_totals *totals)
 {
-    const struct mill_counts *counts = &world->counts;
+    const struct mill_counts *c = &world->counts;
     const double turnover = totals->turnover;
     if (!sink->full) {
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
@@ -84,34 +60,33 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
     mill_tell_number(sink, "energy_turnover", turnover, "J",
                      "energy turned over: what the balance's error is measured against");
     mill_tell_count(
-        sink, "not_closing", counts->not_closing,
+        sink, "not_closing", c->not_closing,
         "anomaly: a contact that was due found itself opening; the rebound floor was applied");
-    mill_tell_count(sink, "reliefs", counts->reliefs,
+    mill_tell_count(sink, "reliefs", c->reliefs,
                     "anomaly: balls let go by the blades because they were pinched");
-    mill_tell_count(sink, "smoothed", counts->smoothed,
+    mill_tell_count(sink, "smoothed", c->smoothed,
                     "anomaly: contacts made frictionless because time stood still at them");
-    mill_tell_count(sink, "overlaps", counts->overlaps,
+    mill_tell_count(sink, "overlaps", c->overlaps,
                     "anomaly: balls found deeper than 1e-9 m in another body");
-    mill_tell_number(sink, "largest_overlap", counts->largest_overlap, "m",
+    mill_tell_number(sink, "largest_overlap", c->largest_overlap, "m",
                      "largest overlap seen at a contact or an audit");
 }
 
 static void tell_events(struct mill_sink *sink, const struct mill_world *world)
 {
-    const struct mill_counts *counts = &world->counts;
+    const struct mill_counts *c = &world->counts;
     if (sink->full)
         sink->open(sink, "events");
     tell_kinds(sink, "collisions", world->account.collisions, "impacts of this kind, from t = 0");
     if (!sink->full)
         return;
-    mill_tell_count(sink, "cell_crossings", counts->cell_crossings, "balls changing their cell");
-    mill_tell_count(sink, "stale", counts->stale,
+    mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
+    mill_tell_count(sink, "stale", c->stale,
                     "events dropped: the partner had changed course, or a search is to go on");
-    mill_tell_count(sink, "predictions", counts->predictions,
-                    "full predictions of a ball's next event");
-    mill_tell_count(sink, "pair_tests", counts->pair_tests, "pairs of balls tested for a contact");
-    mill_tell_count(sink, "quartics", counts->quartics.solves, "quartic equations solved");
-    mill_tell_count(sink, "quartic_fallbacks", counts->quartics.fallbacks,
+    mill_tell_count(sink, "predictions", c->predictions, "full predictions of a ball's next event");
+    mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
+    mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
+    mill_tell_count(sink, "quartic_fallbacks", c->quartics.fallbacks,
                     "of these: the closed form was not trusted and a Sturm sequence took over");
     sink->close(sink);
 }
@@ -204,16 +179,29 @@ static char *print_deck(const struct mill_deck *deck)
     return NULL;
 }
 
-void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
+void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command)
 {
+    char hdf5[32], started[32] = "unknown", *text = print_deck(deck);
+    const time_t now = time(NULL);
+    struct tm utc;
+    mill_h5_version(hdf5, sizeof hdf5);
+    if (gmtime_r(&now, &utc))
+        strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
     mill_deck_each(deck, write_entry, file);
-    char *text = print_deck(deck);
     if (text)
         mill_h5_write_text(file, "/deck/text", text,
                            "the deck as run, with all defaults; itself a deck");
     else
         mill_h5_spend(file, "out of memory for the deck's text");
     free(text);
+    mill_h5_write_text(file, "/run/version", mill_version, "version of millsim");
+    mill_h5_write_text(file, "/run/compiler", mill_version_compiler, "compiler that built it");
+    mill_h5_write_text(file, "/run/flags", mill_version_flags, "flags it was built with");
+    mill_h5_write_text(file, "/run/hdf5", hdf5, "version of the HDF5 library");
+    mill_h5_write_text(file, "/run/gsl", gsl_version, "version of the GNU Scientific Library");
+    mill_h5_write_text(file, "/run/command", command, "command line");
+    mill_h5_write_text(file, "/run/started", started, "when the run was started, UTC");
+    mill_h5_write_text(file, "/run/status", "running", status_meaning);
 }
 
 /* The next line that says something of the run, without the comment behind it: neither empty, nor
@@ -274,11 +262,11 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
     return status;
 }
 
-/* ---- the start, as a file that mill_deck_start_read makes the same balls of, to the last bit ----
- * The order is that of the world's rows, which is all that a random start leaves behind: its balls
- * were numbered by place within each kind, and a start file's are taken as they come. */
+/* ---- the start ---- */
 
-/* 0 or an errno. 17 digits bring every double back. */
+/* 0 or an errno. 17 digits bring every double back. The order is that of the world's rows, which is
+ * all that a random start leaves behind: its balls were numbered by place within each kind, and a
+ * start file's are taken as they come. */
 static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
 {
     bool spins = false;

@@ -37,19 +37,16 @@ struct mill_totals {
 };
 struct mill_totals mill_record_add(const struct mill_world *world, double local);
 
-/* Writes /deck: every entry of the deck with all defaults as a text /deck/SECTION/KEY, and the
- * whole, a deck itself, as /deck/text. */
-void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
+/* Writes what is known before the first event. /deck: every entry of the deck with all defaults as
+ * a text /deck/SECTION/KEY, and the whole, a deck itself, as /deck/text. /run: version, compiler,
+ * flags, libraries, command (the line, quoted), started (UTC, ISO 8601), status "running". */
+void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command);
 
 /* Is the file's run of this deck? MILL_BAD_DECK with a line that names the first difference, or
  * MILL_FAILED when the file holds no deck. The interval of checkpoints and the folder of a start
  * file may differ. name: of the file, for messages. */
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                      const struct mill_deck *deck, struct mill_error *error);
-
-/* Writes into /run what is known before the first event: version, compiler, flags, libraries,
- * command, started (UTC, ISO 8601), status "running". command: the command line, quoted. */
-void mill_record_start(struct mill_h5 *file, const char *command);
 
 /* Tells how it went: what stands in /run, or a summary's "run". */
 void mill_record_tell(const struct mill_world *world, const struct mill_facts *facts,

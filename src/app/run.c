@@ -31,23 +31,19 @@ struct run {
     bool resumes;               /* there is a state to go on from */
     bool complete;              /* the end is reached, also where the file has yet to be finished */
     struct mill_error ended_by; /* what ended it: "time", or as an observer says */
-    double started;             /* [s] of wall time */
     double due;                 /* [s] of wall time, the next checkpoint */
     struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
     bool saved;                   /* there is a checkpoint to come back to */
     struct mill_error note;       /* what --resume found, to be said once the file is ours */
 };
 
-static double wall_time(void)
-{
-    return mill_record_clock(CLOCK_MONOTONIC);
-}
-
 /* Says what is noted, once. */
 static void say(struct run *r)
 {
+    struct mill_error line;
+    mill_error_set(&line, MILL_OK, "%s: %s", r->output, r->note.text);
     if (r->note.text[0] && !r->given[MILL_QUIET])
-        r->order->say(r->note.text);
+        r->order->say(line.text);
     r->note.text[0] = '\0';
 }
 
@@ -77,26 +73,23 @@ static enum mill_status look_into(struct run *r, struct mill_h5 *file)
 /* What --resume finds: a state to go on from, or none; a complete run without has nothing left. */
 static enum mill_status look(struct run *r)
 {
-    struct mill_h5 *file;
+    struct mill_h5 *file = NULL;
     if (access(r->output, F_OK) != 0) {
-        mill_error_set(&r->note, MILL_OK, "%s: does not exist yet: starting from the beginning",
-                       r->output);
+        mill_error_set(&r->note, MILL_OK, "does not exist yet: starting from the beginning");
         return MILL_OK;
     }
     enum mill_status status = mill_h5_create(r->output, MILL_H5_READ, &file, r->error);
-    if (status != MILL_OK)
-        return status;
-    status = mill_record_compare(file, r->output, r->deck, r->error);
+    if (status == MILL_OK)
+        status = mill_record_compare(file, r->output, r->deck, r->error);
     if (status == MILL_OK)
         status = look_into(r, file);
     if (status == MILL_OK && r->complete && !r->resumes) {
         mill_draft_clear(r->output);
-        mill_error_set(&r->note, MILL_OK, "%s: is complete: nothing to resume", r->output);
+        mill_error_set(&r->note, MILL_OK, "is complete: nothing to resume");
         say(r);
     } else if (!r->resumes) {
         mill_error_set(&r->note, MILL_OK,
-                       "%s: ended before its first checkpoint: starting from the beginning",
-                       r->output);
+                       "ended before its first checkpoint: starting from the beginning");
     }
     mill_h5_close(file, NULL);
     return status;
@@ -138,8 +131,7 @@ static enum mill_status open_output(struct run *r)
     *r->order->begun = 1;
     enum mill_status status = mill_h5_create(r->output, how, &r->file, r->error);
     if (status == MILL_OK && !r->resumes) {
-        mill_record_deck(r->file, r->deck);
-        mill_record_start(r->file, r->order->asked->line);
+        mill_record_start(r->file, r->deck, r->order->asked->line);
         status = mill_h5_status(r->file, r->error);
     }
     if (status == MILL_OK)
@@ -168,11 +160,9 @@ static enum mill_status take_up(struct run *r)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {.time = mill_sim_time(r->sim),
-                              .end = r->deck->time,
-                              .wall = wall_time() - r->started,
-                              .begins = begins,
-                              .known = mill_summary_known(&r->observers)};
+    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time,
+                              .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
+                              .begins = begins, .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     mill_progress_show(&r->order->display, &p);
@@ -193,11 +183,9 @@ static enum mill_status prepare(struct run *r)
         return status;
     show(r, true);
     if (r->resumes)
-        mill_error_set(&r->note, MILL_OK, "%s: resuming at t = %.6g s", r->output,
-                       mill_sim_time(r->sim));
+        mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
     else if (frames > 1e6) /* rather from a slip in a unit than from a wish */
-        mill_error_set(&r->note, MILL_OK,
-                       "%s: output.frames = %g s makes %.3g frames, %.3g GB or more", r->output,
+        mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
                        interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
     say(r);
     /* what --force replaces stays until there are results to put in its place */
@@ -213,7 +201,7 @@ static enum mill_status prepare(struct run *r)
 static struct mill_record_cost cost_of(const struct run *r)
 {
     struct mill_record_cost cost = r->cost;
-    cost.wall += wall_time() - r->started;
+    cost.wall += mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began;
     cost.cpu += mill_record_clock(CLOCK_PROCESS_CPUTIME_ID);
     return cost;
 }
@@ -257,13 +245,13 @@ static void write_results(const struct run *r, const char *status)
 /* Publishes all results up to now, as if the run ended here, together with the state. */
 static enum mill_status save(struct run *r)
 {
-    const double before = wall_time();
+    const double before = mill_record_clock(CLOCK_MONOTONIC);
     write_results(r, "running");
     keep(r);
     const enum mill_status status = mill_h5_flush(r->file, r->error);
     mill_checkpoint_remove(r->file); /* its room in the file is free for what comes */
     r->saved = r->saved || status == MILL_OK;
-    const double now = wall_time();
+    const double now = mill_record_clock(CLOCK_MONOTONIC);
     r->cost.checkpoints++;
     r->cost.saving += now - before;
     r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
@@ -276,17 +264,17 @@ static enum mill_status advance(struct run *r)
     const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->checkpoint), end = r->deck->time;
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
-    r->due = wall_time() + r->deck->checkpoint;
+    r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->checkpoint;
     while (status == MILL_OK) {
-        const double before = wall_time(), reached = mill_sim_time(r->sim);
+        const double before = mill_record_clock(CLOCK_MONOTONIC), reached = mill_sim_time(r->sim);
         status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
-        const double took = wall_time() - before;
+        const double took = mill_record_clock(CLOCK_MONOTONIC) - before;
         const bool whole = mill_sim_time(r->sim) < end; /* the slice: it was not cut off */
         show(r, false);
         /* the end was reached before this slice too: nothing was left that is due at it */
         if (!whole && reached >= end)
             break;
-        if (status == MILL_OK && wall_time() > r->due)
+        if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
             status = save(r);
         if (whole)
             slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
@@ -338,35 +326,33 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
 /* From the prepared run to its closed file */
 static enum mill_status carry_out(struct run *r)
 {
-    struct mill_error later = {""};
     enum mill_status status = MILL_OK;
     if (r->given[MILL_PARANOID])
         status = mill_sim_paranoid(r->sim, true, r->error);
     if (status == MILL_OK && !r->complete)
         status = advance(r);
+    r->order->checks = mill_sim_checks(r->sim);
+    /* what went wrong first is told */
+    struct mill_error *why = status == MILL_OK || status == MILL_STOPPED ? r->error : NULL;
     /* a checkpoint that failed is no end of the run: the one before it stands */
-    enum mill_status written = mill_h5_status(r->file, &later);
+    enum mill_status written = mill_h5_status(r->file, why);
     if (written == MILL_OK)
-        written = conclude(r, status, &later);
+        written = conclude(r, status, why);
     if (written == MILL_OK)
         return status;
-    if (status == MILL_OK || status == MILL_STOPPED)
-        *r->error = later;
-    later = *r->error;
+    const struct mill_error what = *r->error;
     if (written == MILL_FAILED && access(r->output, F_OK) == 0)
-        mill_error_set(r->error, MILL_FAILED, "%s; %s", later.text,
-                       r->saved ? "the file is as at its last checkpoint, and --resume goes on "
-                                  "from there"
-                                : "there is no checkpoint yet, so --resume starts from the "
-                                  "beginning");
+        mill_error_set(r->error, MILL_FAILED, "%s; %s --resume %s", what.text,
+                       r->saved ? "the file is as at its last checkpoint, and"
+                                : "there is no checkpoint yet, so",
+                       r->saved ? "goes on from there" : "starts from the beginning");
     return written;
 }
 
-enum mill_status mill_run(struct mill_run_order *order, struct mill_error *error)
+enum mill_status mill_run(struct mill_run_order *order)
 {
     const struct mill_command *asked = order->asked;
-    struct run r = {order, asked->given, order->deck, asked->output, error, .started = wall_time()};
-    struct mill_error later = {""};
+    struct run r = {order, asked->given, order->deck, asked->output, order->error, .due = 0.0};
     enum mill_status status = asked->given[MILL_RESUME] ? look(&r) : MILL_OK;
     if (status != MILL_OK || (r.complete && !r.resumes))
         return status;
@@ -377,11 +363,9 @@ enum mill_status mill_run(struct mill_run_order *order, struct mill_error *error
     if (status == MILL_OK || status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
         struct mill_summary s = {order->page, r.world, &r.observers, &facts, .notes = 0};
-        if (mill_summary_write(&s, asked->given[MILL_JSON], &later) != MILL_OK)
-            status = mill_error_set(error, MILL_FAILED, "%s", later.text);
+        if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
+            status = MILL_FAILED;
     }
-    if (r.sim)
-        order->checks = mill_sim_checks(r.sim);
     mill_observers_free(&r.observers);
     mill_sim_free(r.sim);
     mill_world_free(r.world);

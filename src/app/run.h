@@ -18,12 +18,13 @@ struct mill_run_order {
     struct mill_progress_display display;
     void (*say)(const char *line); /* what --resume finds */
     FILE *page;                    /* where the summary goes */
+    struct mill_error *error;
     struct mill_sim_checks checks; /* how often --paranoid has checked */
 };
 
 /* Runs the deck and writes the output file and the summary. Polls *stop and shows progress a few
  * times a second; MILL_STOPPED when *stop became non-zero: the file then holds everything up to
  * that moment, and the state to go on from. */
-enum mill_status mill_run(struct mill_run_order *order, struct mill_error *error);
+enum mill_status mill_run(struct mill_run_order *order);
 
 #endif

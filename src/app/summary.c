@@ -4,7 +4,6 @@
 #include "app/summary.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,7 +41,7 @@ static bool fits(double value, struct scale *scale)
     return true;
 }
 
-const char *mill_summary_number(double value, const char *unit)
+const char *mill_summary_si(double value, const char *unit)
 {
     struct scale scale;
     char *text = room();
@@ -73,13 +72,9 @@ static const char *error_of(const struct mill_precision_mean *mean)
     return text;
 }
 
-static const char *say_known(double asked, bool settled, const struct mill_precision_known *known)
+static const char *say_known(const struct mill_precision_known *known)
 {
     char *text = room();
-    if (asked == 0)
-        return "";
-    if (!settled || !known->enough)
-        return "warming up";
     snprintf(text, TEXT, "median %s%s%s", error_of(&known->median), known->idle ? "" : ", power ",
              known->idle ? "" : error_of(&known->power));
     return text;
@@ -89,19 +84,20 @@ const char *mill_summary_known(const struct mill_observers *observers)
 {
     const struct mill_tally *tally =
         (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
-    return say_known(tally->precision, tally->at.settled, &tally->at.known);
+    if (tally->precision == 0)
+        return "";
+    return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "warming up";
 }
 
-/* A line that says what was cut off and why the run ended where it did; nothing where only its time
- * could end it. */
+/* What was cut off, and why the run ended; nothing where only its time could end it. */
 static void print_end(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    const char *time = mill_summary_number(s->facts->time, "s");
+    const char *time = mill_summary_si(s->facts->time, "s");
     if (r->tally->tick == 0)
         return;
     if (r->tally->search)
-        fprintf(s->out, "cut the first %s (%s by MSER-5), ", mill_summary_number(r->begin, "s"),
+        fprintf(s->out, "cut the first %s (%s by MSER-5), ", mill_summary_si(r->begin, "s"),
                 r->settled ? "warm-up" : "best cut");
     if (r->tally->at.ended == MILL_TALLY_PRECISION)
         fprintf(s->out, "ended at %s", time);
@@ -109,13 +105,13 @@ static void print_end(const struct mill_summary *s)
         fprintf(s->out, "stopped at %s", time);
     else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
         fprintf(s->out, "run.max_collisions = %s reached at %s",
-                mill_summary_number((double)r->tally->collisions, ""), time);
+                mill_summary_si((double)r->tally->collisions, ""), time);
     else
         fprintf(s->out, "run.time = %s reached", time);
     if (r->tally->precision > 0)
         fprintf(s->out, ": %s",
                 r->settled && r->known.enough
-                    ? say_known(r->tally->precision, r->settled, &r->known)
+                    ? say_known(&r->known)
                     : "not settled, so neither median nor power is known");
     if (r->tally->precision > 0 && !mill_tally_reached(r))
         fprintf(s->out, "; %.2g %% asked", 100 * r->tally->precision);
@@ -129,26 +125,24 @@ static void print_row(FILE *out, const struct mill_tally_results *r, int row)
     const struct mill_spectrum_grid *grid = &r->tally->grid;
     const struct mill_spectrum *normal = &r->impacts[row].normal;
     const uint64_t count = mill_spectrum_count(normal, 0);
-    const double power = mill_tally_per_second(r, mill_spectrum_dissipation(normal, 0));
     const double share = mill_tally_floor_share(r, row);
     char floored[TEXT] = "-";
     if (!isnan(share))
         snprintf(floored, sizeof floored, "%.1f %%", 100 * share);
-    fprintf(
-        out, "%-10s %12llu %11s %12s %12s %12s %9s %11s\n", mill_tally_name(row),
-        (unsigned long long)count,
-        mill_summary_number(mill_tally_per_second(r, (double)count), "/s"),
-        mill_summary_number(mill_spectrum_quantile(grid, normal, 0, 0.5), "m/s"),
-        mill_summary_number(mill_spectrum_quantile(grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
-        mill_summary_number(mill_spectrum_mean(normal), "m/s"), floored,
-        mill_summary_number(power, "W"));
+    fprintf(out, "%-10s %12llu %11s %12s %12s %12s %9s %11s\n", mill_tally_name(row),
+            (unsigned long long)count,
+            mill_summary_si(mill_tally_per_second(r, (double)count), "/s"),
+            mill_summary_si(mill_spectrum_quantile(grid, normal, 0, 0.5), "m/s"),
+            mill_summary_si(mill_spectrum_quantile(grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
+            mill_summary_si(mill_spectrum_mean(normal), "m/s"), floored,
+            mill_summary_si(mill_tally_per_second(r, mill_spectrum_dissipation(normal, 0)), "W"));
 }
 
 static void print_contacts(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
-    fprintf(s->out, "sampled for %s, from %s to %s\n", mill_summary_number(r->duration, "s"),
-            mill_summary_number(r->begin, "s"), mill_summary_number(r->begin + r->duration, "s"));
+    fprintf(s->out, "sampled for %s, from %s to %s\n", mill_summary_si(r->duration, "s"),
+            mill_summary_si(r->begin, "s"), mill_summary_si(r->begin + r->duration, "s"));
     print_end(s);
     fprintf(s->out, "\n%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
@@ -160,25 +154,27 @@ static void print_contacts(const struct mill_summary *s)
     if (r->tally->pairs.window > 0) {
         const double strikes = (double)mill_spectrum_count(&r->strikes[MILL_TALLY_ALL].normal, 0);
         fprintf(s->out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
-                "strikes", strikes, mill_summary_number(mill_tally_per_second(r, strikes), "/s"),
-                mill_summary_number(r->tally->pairs.window, "s"));
+                "strikes", strikes, mill_summary_si(mill_tally_per_second(r, strikes), "/s"),
+                mill_summary_si(r->tally->pairs.window, "s"));
     }
     fputc('\n', s->out);
 }
 
-/* The mean and its error on one scale: "8.213 +- 0.090 N m" */
-static void print_mean(FILE *out, const char *label, double mean, double error, const char *unit,
-                       const struct mill_rotorstat *stat)
+/* The mean and its error on one scale: "8.213 +- 0.090 N m"; block: the means of single blocks */
+static void print_mean(const struct mill_summary *s, const char *label, double mean,
+                       const double *block, const char *unit)
 {
     struct scale scale;
+    const struct mill_rotorstat *stat = &s->results->rotor;
+    const double error = mill_rotorstat_error(block, stat->blocks);
     const double revolutions = (double)stat->blocks * stat->revolutions;
-    fprintf(out, "%-*s ", LABEL, label);
+    fprintf(s->out, "%-*s ", LABEL, label);
     if (!isnan(mean) && !isnan(error) && fits(mean, &scale))
-        fprintf(out, "%.*f +- %.*f %s%s", scale.decimals, mean / scale.one, scale.decimals,
+        fprintf(s->out, "%.*f +- %.*f %s%s", scale.decimals, mean / scale.one, scale.decimals,
                 error / scale.one, scale.prefix, unit);
     else
-        fprintf(out, "%s", mill_summary_number(mean, unit));
-    fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
+        fprintf(s->out, "%s", mill_summary_si(mean, unit));
+    fprintf(s->out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
             isnan(error)                ? ": too few for an error"
             : stat->blocks < FEW_BLOCKS ? ": the error is rough"
                                         : "");
@@ -202,25 +198,22 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
             comma = ", ";
         }
     if (counts->overlaps > 0)
-        fprintf(out, " (up to %s)", mill_summary_number(counts->largest_overlap, "m"));
+        fprintf(out, " (up to %s)", mill_summary_si(counts->largest_overlap, "m"));
     fprintf(out, *comma ? "\n" : "none\n");
 }
 
 static void print_state(const struct mill_summary *s, const struct mill_totals *totals)
 {
-    const struct mill_rotorstat *stat = &s->results->rotor;
+    const struct mill_tally_results *r = s->results;
     if (s->world->rotor_speed != 0) {
-        print_mean(s->out, "rotor power", mill_tally_power(s->results),
-                   mill_rotorstat_error(stat->power, stat->blocks), "W", stat);
-        print_mean(s->out, "rotor torque", mill_tally_torque(s->results),
-                   mill_rotorstat_error(stat->torque, stat->blocks), "N m", stat);
+        print_mean(s, "rotor power", mill_tally_power(r), r->rotor.power, "W");
+        print_mean(s, "rotor torque", mill_tally_torque(r), r->rotor.torque, "N m");
     }
     fprintf(s->out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
-            mill_summary_number(totals->energy.kinetic, "J"),
-            mill_summary_number(totals->energy.rotational, "J"));
+            mill_summary_si(totals->energy.kinetic, "J"),
+            mill_summary_si(totals->energy.rotational, "J"));
     fprintf(s->out, "%-*s %s of %s turned over", LABEL, "energy error",
-            mill_summary_number(totals->balance_error, "J"),
-            mill_summary_number(totals->turnover, "J"));
+            mill_summary_si(totals->balance_error, "J"), mill_summary_si(totals->turnover, "J"));
     if (totals->turnover > 0)
         fprintf(s->out, " (%.1e)", totals->balance_error / totals->turnover);
     fputc('\n', s->out);
@@ -257,11 +250,11 @@ static void print_all(const struct mill_summary *s)
     print_contacts(s);
     print_state(s, &totals);
     fprintf(s->out, "%-*s %s contacts per CPU second, %.4g simulated s per wall s\n", LABEL,
-            "speed", mill_summary_number(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
+            "speed", mill_summary_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
             wall > 0 ? facts->time / wall : (double)NAN);
     fprintf(s->out, "%-*s %s wall, %s CPU, %s memory at most\n", LABEL, "cost",
-            mill_summary_number(wall, "s"), mill_summary_number(cpu, "s"),
-            mill_summary_number(facts->peak_memory, "B"));
+            mill_summary_si(wall, "s"), mill_summary_si(cpu, "s"),
+            mill_summary_si(facts->peak_memory, "B"));
     fprintf(s->out, "%-*s ", LABEL, "output");
     print_name(s->out, facts->output);
     fputc('\n', s->out);
@@ -270,8 +263,8 @@ static void print_all(const struct mill_summary *s)
     fprintf(s->out, "\nmillsim %s ", facts->version);
     print_name(s->out, facts->deck);
     fprintf(s->out, ": %.6g s in %s wall, %s contacts, %s, ", facts->time,
-            mill_summary_number(wall, "s"), mill_summary_number((double)totals.contacts, ""),
-            mill_summary_number(facts->peak_memory, "B"));
+            mill_summary_si(wall, "s"), mill_summary_si((double)totals.contacts, ""),
+            mill_summary_si(facts->peak_memory, "B"));
     if (totals.anomalies > 0)
         fprintf(s->out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
     else
@@ -325,16 +318,6 @@ static bool unsteady(const struct mill_world *world, const struct mill_tally_res
            fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
 }
 
-/* The next note, to be filled */
-__attribute__((format(printf, 2, 3))) static void add(struct mill_summary *s, const char *format,
-                                                      ...)
-{
-    va_list list;
-    va_start(list, format);
-    vsnprintf(s->note[s->notes++], sizeof s->note[0], format, list);
-    va_end(list);
-}
-
 /* What should a reader of the summary be warned of? Rules with stated bounds, from the books alone.
  * A pinch relieved: the 30 000 contacts before it are in the statistics. Restitution of 0.6 or less
  * together with friction, or three tenths of the ball-ball contacts at the rebound floor: the
@@ -351,35 +334,41 @@ static void take_notes(struct mill_summary *s)
              world->law[kind].restitution <= 0.6))
         kind++;
     if (strcmp(s->facts->status, "stopped") == 0)
-        add(s, "stopped at %.6g s of %.6g s; the file holds everything up to then.", s->facts->time,
-            s->facts->end);
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "stopped at %.6g s of %.6g s; the file holds everything up to then.",
+                 s->facts->time, s->facts->end);
     if (!(r->duration > 0))
-        add(s, "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
-            r->tally->begin);
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
+                 r->tally->begin);
     if (ring != 0)
-        add(s,
-            "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
-            "speed%s.",
-            100 * ring / world->rotor_speed,
-            world->law[MILL_BALL_DRUM].friction > 0
-                ? ""
-                : ": nothing brakes the balls in a smooth drum without friction");
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
+                 "speed%s.",
+                 100 * ring / world->rotor_speed,
+                 world->law[MILL_BALL_DRUM].friction > 0
+                     ? ""
+                     : ": nothing brakes the balls in a smooth drum without friction");
     else if (unsteady(world, r))
-        add(s, "not steady: the rotor's power and the dissipated power differ by more than 5 %% "
-               "over the sampled window. Sample later or for longer.");
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "not steady: the rotor's power and the dissipated power differ by more than 5 %% "
+                 "over the sampled window. Sample later or for longer.");
     if (kind < MILL_KINDS)
-        add(s,
+        snprintf(
+            s->note[s->notes++], sizeof s->note[0],
             "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; "
             "in dense beds below that their power no longer agrees with soft spheres.",
             mill_kind_name[kind], world->law[kind].restitution);
     if (world->counts.reliefs > 0)
-        add(s,
+        snprintf(
+            s->note[s->notes++], sizeof s->note[0],
             "pinched balls were let go %llu times. The thousands of contacts before each spoil "
             "counts and medians (strikes less); wider gaps around the blades help, though chains "
             "of balls may still be pressed.",
             (unsigned long long)world->counts.reliefs);
     if (floored > 0.3)
-        add(s,
+        snprintf(
+            s->note[s->notes++], sizeof s->note[0],
             "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
             "depend on it; rather use those above 50 mm/s.",
             100 * floored);

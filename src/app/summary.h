@@ -33,6 +33,6 @@ const char *mill_summary_known(const struct mill_observers *observers);
 
 /* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. It stands until some
  * more numbers are written: they take turns, so that one call of printf can have several. */
-const char *mill_summary_number(double value, const char *unit);
+const char *mill_summary_si(double value, const char *unit);
 
 #endif

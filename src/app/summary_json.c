@@ -13,8 +13,7 @@ struct json {
     int depth;  /* of its indentation */
 };
 
-/* Bytes of the UTF-8 character that starts here; 0 when there is none (file names may hold
- * anything) */
+/* Bytes of the UTF-8 character that starts here; 0: there is none (names of files hold anything) */
 static int character(const unsigned char *p)
 {
     static const unsigned lowest[5] = {0, 0, 0x80, 0x800, 0x10000};
@@ -27,8 +26,8 @@ static int character(const unsigned char *p)
             return 0;
         code = code << 6 | (p[i] & 0x3fu);
     }
-    const bool surrogate = code >> 11 == 0x1b;
-    return code >= lowest[bytes] && code <= 0x10ffff && !surrogate ? bytes : 0;
+    /* 0x1b: surrogates */
+    return code >= lowest[bytes] && code <= 0x10ffff && code >> 11 != 0x1b ? bytes : 0;
 }
 
 static void text_value(struct json *json, const char *text)
