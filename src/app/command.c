@@ -87,12 +87,10 @@ static enum mill_status refuse_option(int result, char *const *argv, struct mill
     const bool is_long = strncmp(word, "--", 2) == 0, lacks = result == ':';
     const bool excess = !lacks && is_long && optopt;
     const char *name = is_long ? word : letter;
+    const char *fault = lacks ? " needs a value" : excess ? " takes no value" : "";
     return mill_error_set(error, MILL_BAD_DECK, "%soption '%.*s'%s; see millsim --help",
-                          lacks || excess ? "" : "unknown ", (int)strcspn(name, excess ? "=" : ""),
-                          name,
-                          lacks    ? " needs a value"
-                          : excess ? " takes no value"
-                                   : "");
+                          *fault ? "" : "unknown ", (int)strcspn(name, excess ? "=" : ""), name,
+                          fault);
 }
 
 /* Takes options until there are no more or one ends the program. */

@@ -24,6 +24,7 @@ struct run {
     const struct mill_deck *deck;
     const char *output; /* path */
     struct mill_error *error;
+    struct mill_observe observe; /* what the deck asks of the observers */
     struct mill_world *world;
     struct mill_sim *sim;
     struct mill_h5 *file;
@@ -101,7 +102,7 @@ static enum mill_status build(struct run *r)
     const struct mill_deck *deck = r->deck;
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
     const struct mill_setup_drum drum = mill_deck_drum(deck);
-    const struct mill_observe asked = {
+    r->observe = (struct mill_observe){
         .end = deck->time,
         .sample_from = deck->sample_from,
         .sample_found = deck->sample_found,
@@ -118,7 +119,7 @@ static enum mill_status build(struct run *r)
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)
-        status = mill_observers_create(&asked, r->world, &r->observers, r->error);
+        status = mill_observers_create(&r->observe, r->world, &r->observers, r->error);
     return status;
 }
 
