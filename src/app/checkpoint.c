@@ -17,15 +17,12 @@ struct carrier {
     const char *owner; /* of the fields */
 };
 
-static const enum mill_h5_type type_of[] = {
-    [MILL_FIELD_F64] = MILL_H5_F64,
-    [MILL_FIELD_I32] = MILL_H5_I32,
-    [MILL_FIELD_WORD] = MILL_H5_U64,
-};
-
 static void carry(struct mill_state *state, const char *name, enum mill_field type, size_t count,
                   void *at)
 {
+    static const enum mill_h5_type type_of[] = {[MILL_FIELD_F64] = MILL_H5_F64,
+                                                [MILL_FIELD_I32] = MILL_H5_I32,
+                                                [MILL_FIELD_WORD] = MILL_H5_U64};
     struct carrier *carrier = (struct carrier *)state;
     char path[128];
     snprintf(path, sizeof path, PATH "/%s/%s", carrier->owner, name);
@@ -71,14 +68,14 @@ enum mill_status mill_checkpoint_find(struct mill_h5 *file, const char *name, bo
                                       struct mill_error *error)
 {
     char *build = NULL;
-    enum mill_status status = MILL_OK;
     *found = mill_h5_exists(file, PATH);
     if (!*found)
         return mill_h5_status(file, error);
-    if (mill_h5_read_text(file, PATH "/build", &build, NULL) != MILL_OK)
-        status = mill_error_set(
-            error, MILL_FAILED,
-            "%s: its checkpoint is none of this program; start again with --force", name);
+    enum mill_status status = mill_h5_read_text(file, PATH "/build", &build, NULL);
+    if (status != MILL_OK)
+        mill_error_set(error, status,
+                       "%s: its checkpoint is none of this program; start again with --force",
+                       name);
     else if (strcmp(build, mill_version_build) != 0)
         status = mill_error_set(error, MILL_FAILED,
                                 "%s: its checkpoint was written by another build of millsim "
@@ -93,9 +90,10 @@ enum mill_status mill_checkpoint_load(const struct mill_checkpoint *to, struct m
                                       const char *name, struct mill_error *error)
 {
     struct mill_error why = {""};
-    if (carry_all(to, file, true, &why) == MILL_OK)
+    const enum mill_status status = carry_all(to, file, true, &why);
+    const bool placed = strstr(why.text, PATH) != NULL; /* it names file and dataset */
+    if (status == MILL_OK)
         return MILL_OK;
-    return mill_error_set(error, MILL_FAILED, "%s%s%s; start again with --force",
-                          strstr(why.text, PATH) ? "" : name,
-                          strstr(why.text, PATH) ? "" : ": its checkpoint: ", why.text);
+    return mill_error_set(error, status, "%s%s%s; start again with --force", placed ? "" : name,
+                          placed ? "" : ": its checkpoint: ", why.text);
 }

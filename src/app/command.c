@@ -55,8 +55,12 @@ static const struct {
     {MILL_VALUE, "output check resume json paranoid set force export-start", told},
 };
 
-static void print_help(FILE *out)
+bool mill_command_answer(const struct mill_command *a, FILE *out)
 {
+    if (!a->given[MILL_HELP]) {
+        fputs(a->given[MILL_VERSION_LINE] ? mill_version_line : "", out);
+        return a->given[MILL_VERSION_LINE];
+    }
     fputs("Usage: millsim [options] DECK\n"
           "Simulates the balls of a high-energy ball mill, contact by contact.\n\n",
           out);
@@ -72,15 +76,7 @@ static void print_help(FILE *out)
           "signal N (INT, TERM, HUP or XCPU), with everything up to then in the output file, for\n"
           "--resume.\n",
           out);
-}
-
-bool mill_command_answer(const struct mill_command *a, FILE *out)
-{
-    if (a->given[MILL_HELP])
-        print_help(out);
-    else if (a->given[MILL_VERSION_LINE])
-        fputs(mill_version_line, out);
-    return a->given[MILL_HELP] || a->given[MILL_VERSION_LINE];
+    return true;
 }
 
 /* What getopt_long refused, as a usage error. */
@@ -88,15 +84,13 @@ static enum mill_status refuse_option(int result, char *const *argv, struct mill
 {
     const char *word = argv[optind - 1];
     const char letter[] = {'-', (char)optopt, '\0'};
-    const bool is_long = strncmp(word, "--", 2) == 0;
+    const bool is_long = strncmp(word, "--", 2) == 0, lacks = result == ':';
+    const bool excess = !lacks && is_long && optopt;
     const char *name = is_long ? word : letter;
-    if (result == ':')
-        return mill_error_set(error, MILL_BAD_DECK, "option '%s' needs a value; see millsim --help",
-                              name);
-    const bool known = is_long && optopt;
+    const char *fault = lacks ? " needs a value" : excess ? " takes no value" : "";
     return mill_error_set(error, MILL_BAD_DECK, "%soption '%.*s'%s; see millsim --help",
-                          known ? "" : "unknown ", (int)strcspn(name, known ? "=" : ""), name,
-                          known ? " takes no value" : "");
+                          *fault ? "" : "unknown ", (int)strcspn(name, excess ? "=" : ""), name,
+                          fault);
 }
 
 /* Takes options until there are no more or one ends the program. */
@@ -128,35 +122,26 @@ static enum mill_status read_options(int argc, char **argv, struct mill_command 
     return MILL_OK;
 }
 
-static enum mill_status check_options(const struct mill_command *a, struct mill_error *error)
+/* `more`: the words that are no options, NULL behind them */
+static enum mill_status check(struct mill_command *a, char *const *more, struct mill_error *error)
 {
-    static const enum mill_option named[] = {MILL_OUTPUT, MILL_EXPORT_START};
-    for (int i = 0; i < 2; i++)
-        if (a->given[named[i]] && !a->given[named[i]][0])
+    for (int k = 0; k < MILL_OPTIONS; k++)
+        if (rows[k].value && !strcmp(rows[k].value, "FILE") && a->given[k] && !a->given[k][0])
             return mill_error_set(error, MILL_BAD_DECK, "option '--%s' needs the name of a file",
-                                  rows[named[i]].name);
+                                  rows[k].name);
     for (size_t i = 0; i < sizeof exclusions / sizeof *exclusions; i++)
         for (int k = 0; a->given[exclusions[i].one] && k < MILL_OPTIONS; k++)
             if (a->given[k] && strstr(exclusions[i].others, rows[k].name))
                 return mill_error_set(
                     error, MILL_BAD_DECK, "options '--%s' and '--%s' exclude each other: %s",
                     rows[exclusions[i].one].name, rows[k].name, exclusions[i].why);
-    return MILL_OK;
-}
-
-/* `more`: the words that are no options, NULL behind them */
-static enum mill_status take_deck(struct mill_command *a, char *const *more,
-                                  struct mill_error *error)
-{
     if (a->values && more[0])
         return mill_error_set(error, MILL_BAD_DECK,
                               "option '--value' and '%.200s' exclude each other: %s", more[0],
                               told);
-    if (a->values)
-        return MILL_OK;
-    if (!more[0])
+    if (!a->values && !more[0])
         return mill_error_set(error, MILL_BAD_DECK, "no deck given; see millsim --help");
-    if (more[1])
+    if (more[0] && more[1])
         return mill_error_set(error, MILL_BAD_DECK,
                               "one deck at a time, got '%s' and '%s'; see millsim --help", more[0],
                               more[1]);
@@ -164,21 +149,17 @@ static enum mill_status take_deck(struct mill_command *a, char *const *more,
     return MILL_OK;
 }
 
-/* NULL: out of memory */
-static char *output_name(const struct mill_command *a)
+static void name_output(struct mill_command *a)
 {
     const char *start = a->given[MILL_EXPORT_START];
     const char *given = start ? start : a->given[MILL_OUTPUT];
-    if (given)
-        return strdup(given);
-    const char *slash = strrchr(a->deck, '/');
-    const char *base = slash ? slash + 1 : a->deck;
+    const char *slash = strrchr(a->deck, '/'), *base = slash ? slash + 1 : a->deck;
     const char *dot = strrchr(base, '.');
     const size_t stem = dot && dot > base ? (size_t)(dot - base) : strlen(base);
-    char *name = malloc(stem + sizeof ".h5");
-    if (name)
-        sprintf(name, "%.*s.h5", (int)stem, base);
-    return name;
+    if (given)
+        snprintf(a->output, sizeof a->output, "%s", given);
+    else
+        snprintf(a->output, sizeof a->output, "%.*s.h5", (int)stem, base);
 }
 
 /* NULL: out of memory */
@@ -211,17 +192,14 @@ enum mill_status mill_command_read(int argc, char **argv, struct mill_command *a
     enum mill_status status = read_options(argc, argv, a, error);
     if (status != MILL_OK || a->given[MILL_HELP] || a->given[MILL_VERSION_LINE])
         return status;
-    status = check_options(a, error);
-    if (status == MILL_OK)
-        status = take_deck(a, argv + optind, error);
-    if (status == MILL_OK && a->deck && !(a->output = output_name(a)))
-        status = mill_error_set(error, MILL_FAILED, "out of memory");
+    status = check(a, argv + optind, error);
+    if (status == MILL_OK && a->deck)
+        name_output(a);
     return status;
 }
 
 void mill_command_free(struct mill_command *a)
 {
     free(a->set);
-    free(a->output);
     free(a->line);
 }

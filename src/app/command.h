@@ -24,22 +24,20 @@ enum mill_option {
 };
 
 struct mill_command {
-    const char
-        *given[MILL_OPTIONS]; /* an option's value, or "" where it has none; NULL: not given */
-    const char **set;         /* all values of --set */
-    int sets;
-    const char **value; /* and of --value */
-    int values;
+    const char *given[MILL_OPTIONS]; /* its value, or "" where it has none; NULL: not given */
+    const char **set, **value;       /* all values of --set, and of --value */
+    int sets, values;
     const char *deck; /* NULL: no run is asked for */
-    char *output;     /* the file to be written: as given, or "some/mill.ini" -> "mill.h5" */
     char *line;       /* the command line as a shell would read it back */
+    /* the file to be written: as given, or "some/mill.ini" -> "mill.h5"; what is cut is refused */
+    char output[4104]; /* longer than any path that the system takes */
 };
 
 /* Reads the arguments; MILL_BAD_DECK with a line that says what is wrong. */
 enum mill_status mill_command_read(int argc, char **argv, struct mill_command *command,
                                    struct mill_error *error);
 
-/* Frees what it owns: lists, output and line. */
+/* Frees what it owns: lists and line. */
 void mill_command_free(struct mill_command *command);
 
 /* Prints what --help or --version ask for; false: neither was given. */

@@ -1,17 +1,14 @@
 /* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
-#include "app/command.h"
-#include "app/progress.h"
+#include "app/record.h"
 #include "app/run.h"
 #include "deck/deck.h"
-#include "millsim/world.h"
 #include "store/draft.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <gsl/gsl_errno.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -23,11 +20,8 @@
 
 #define IMPATIENCE 2 /* [s] between two signals that mean one */
 
-/* The signal that asked for an end; 0: none */
-static volatile sig_atomic_t stop;
-
-/* Results exist that a signal must not lose */
-static volatile sig_atomic_t begun;
+static volatile sig_atomic_t stop;  /* the signal that asked for an end; 0: none */
+static volatile sig_atomic_t begun; /* results exist that a signal must not lose */
 
 /* The first signal ends the run in good order, or at once when there is nothing to save yet. An
  * impatient second one within seconds changes nothing, nor does SIGXCPU, which comes again with
@@ -67,15 +61,6 @@ static void occupy_standard_streams(void)
             _exit(MILL_FAILED);
 }
 
-static void set_up_libraries(void)
-{
-    gsl_set_error_handler_off(); /* its own handler would abort */
-#ifdef M_MMAP_THRESHOLD
-    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
-    mallopt(M_MMAP_THRESHOLD, 1 << 20);
-#endif
-}
-
 static void say(const char *line)
 {
     fprintf(stderr, "millsim: %s\n", line);
@@ -86,143 +71,119 @@ static void warn(const char *line)
     fprintf(stderr, "millsim: warning: %s\n", line);
 }
 
-/* By whatever name: neither the output nor what stands beside it while it is written is an input.
- */
-static enum mill_status check_inputs(const struct mill_command *a, const struct mill_deck *deck,
-                                     const char *mend, struct mill_error *error)
+/* Neither the output nor what stands beside it while it is written is an input, by any name. */
+static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend)
 {
-    const char *const input[] = {a->deck, deck->start};
+    const char *const input[] = {o->asked->deck, o->deck->start}, *output = o->asked->output;
     struct mill_draft draft;
-    mill_draft_init(&draft, a->output, NULL);
+    mill_draft_init(&draft, output, NULL);
     for (int i = 0; i < 2 && input[i]; i++) {
         const char *met = mill_draft_meets(&draft, input[i]);
         if (met)
-            return mill_error_set(error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
-                                  a->output, met == draft.path ? "is" : "its draft or lock file is",
+            return mill_error_set(o->error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
+                                  output, met == draft.path ? "is" : "its draft or lock file is",
                                   i == 0 ? " itself" : "'s start file", mend);
     }
     return MILL_OK;
 }
 
-/* Results are written beside the output file and take its place. */
-static enum mill_status check_folder(const char *output, struct mill_error *error)
-{
-    const char *slash = strrchr(output, '/');
-    char *folder = slash ? strndup(output, (size_t)(slash - output) + 1) : strdup(".");
-    enum mill_status status = MILL_OK;
-    if (!folder)
-        status = mill_error_set(error, MILL_FAILED, "out of memory");
-    else if (slash && !slash[1])
-        status = mill_error_set(error, MILL_BAD_DECK, "%s: is not the name of a file", output);
-    else if (access(folder, W_OK | X_OK) != 0)
-        status = mill_error_set(error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
-                                strerror(errno));
-    free(folder);
-    return status;
-}
-
 /* Can the run write there? Asked before it begins, not hours later. */
-static enum mill_status check_output(const struct mill_command *a, const struct mill_deck *deck,
-                                     struct mill_error *error)
+static enum mill_status check_output(const struct mill_run_order *o)
 {
-    const bool start = a->given[MILL_EXPORT_START] != NULL;
-    const char *mend = start ? "give it" : "use -o for";
+    const char *const *given = o->asked->given, *output = o->asked->output;
+    const bool start = given[MILL_EXPORT_START] != NULL;
+    const char *mend = start ? "give it" : "use -o for", *slash = strrchr(output, '/');
     struct stat found;
-    const enum mill_status status = check_inputs(a, deck, mend, error);
+    const enum mill_status status = check_inputs(o, mend);
     if (status != MILL_OK)
         return status;
-    if (stat(a->output, &found) != 0)
-        return check_folder(a->output, error);
-    if (S_ISDIR(found.st_mode))
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
-                              a->output, start ? "give" : "use -o with");
-    if (!S_ISREG(found.st_mode))
-        return mill_error_set(error, MILL_BAD_DECK, "%s: is not a regular file; %s another name",
-                              a->output, mend);
-    if (!a->given[MILL_FORCE] && !a->given[MILL_RESUME])
-        return mill_error_set(error, MILL_BAD_DECK, "%s: exists already; %s--force overwrites it%s",
-                              a->output, start ? "" : "--resume goes on with an interrupted run, ",
-                              start ? "" : ", -o gives another name");
-    if (access(a->output, W_OK) != 0)
-        return mill_error_set(error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", a->output,
+    if (stat(output, &found) == 0) {
+        if (S_ISDIR(found.st_mode))
+            return mill_error_set(o->error, MILL_BAD_DECK, "%s: is a folder; %s the name of a file",
+                                  output, start ? "give" : "use -o with");
+        if (!S_ISREG(found.st_mode))
+            return mill_error_set(o->error, MILL_BAD_DECK,
+                                  "%s: is not a regular file; %s another name", output, mend);
+        if (!given[MILL_FORCE] && !given[MILL_RESUME])
+            return mill_error_set(o->error, MILL_BAD_DECK,
+                                  "%s: exists already; %s--force overwrites it%s", output,
+                                  start ? "" : "--resume goes on with an interrupted run, ",
+                                  start ? "" : ", -o gives another name");
+        if (access(output, W_OK) != 0)
+            return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
+                                  strerror(errno));
+    }
+    /* results are written beside the output file and take its place */
+    char folder[sizeof o->asked->output];
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - output) + 1 : 1,
+             slash ? output : ".");
+    if (slash && !slash[1])
+        return mill_error_set(o->error, MILL_BAD_DECK, "%s: is not the name of a file", output);
+    if (access(folder, W_OK | X_OK) != 0)
+        return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be made: its folder: %s", output,
                               strerror(errno));
-    return check_folder(a->output, error);
+    return MILL_OK;
 }
 
-static void tell_checks(const struct mill_sim_checks *c)
+/* Runs the deck; the progress line is ended when it returns. */
+static enum mill_status run(struct mill_run_order *o)
 {
-    fprintf(stderr,
-            "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), %llu "
-            "calendar entries, %llu cells, %llu balances: all held\n",
-            (unsigned long long)c->events, (unsigned long long)c->predictions,
-            (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
-            (unsigned long long)c->samples, (unsigned long long)c->entries,
-            (unsigned long long)c->places, (unsigned long long)c->accounts);
-}
-
-/* Runs the deck, or makes the start only; the progress line is ended when it returns. */
-static enum mill_status run(const struct mill_command *a, const struct mill_deck *deck, FILE *page,
-                            struct mill_error *error)
-{
-    struct mill_sim_checks checks = {0};
-    struct mill_progress_display display;
-    const bool quiet = a->given[MILL_QUIET] != NULL;
-    const struct mill_run_options options = {
-        .output = a->output,
-        .force = a->given[MILL_FORCE] != NULL,
-        .resume = a->given[MILL_RESUME] != NULL,
-        .quiet = quiet,
-        .command = a->line,
-        .stop = &stop,
-        .begun = &begun,
-        .progress = quiet ? NULL : mill_progress_show,
-        .self = &display,
-        .say = quiet ? NULL : say,
-        .summary = page,
-        .json = a->given[MILL_JSON] != NULL,
-        .paranoid = a->given[MILL_PARANOID] ? &checks : NULL,
-    };
-    mill_progress_init(&display, stderr, isatty(STDERR_FILENO));
-    const enum mill_status status = a->given[MILL_EXPORT_START]
-                                        ? mill_run_export(deck, &options, error)
-                                        : mill_run(deck, &options, error);
-    mill_progress_end(&display);
-    if (checks.predictions && (status == MILL_OK || status == MILL_STOPPED))
-        tell_checks(&checks);
-    if (status == MILL_STOPPED && !error->text[0])
-        mill_error_set(error, status,
+    const struct mill_sim_checks *c = &o->checks;
+    const enum mill_status status = mill_run(o);
+    mill_progress_end(&o->display);
+    if (c->predictions && (status == MILL_OK || status == MILL_STOPPED))
+        fprintf(stderr,
+                "paranoid: %llu events, %llu predictions, %llu pairs, %llu surfaces (%llu gaps), "
+                "%llu calendar entries, %llu cells, %llu balances: all held\n",
+                (unsigned long long)c->events, (unsigned long long)c->predictions,
+                (unsigned long long)c->pairs, (unsigned long long)c->surfaces,
+                (unsigned long long)c->samples, (unsigned long long)c->entries,
+                (unsigned long long)c->places, (unsigned long long)c->accounts);
+    if (status == MILL_STOPPED && !o->error->text[0])
+        mill_error_set(o->error, status,
                        "stopped by signal %d; %s holds everything up to then, and --resume goes on",
-                       (int)stop, a->output);
+                       (int)stop, o->asked->output);
     return status;
 }
 
-/* --check means all of it: balls that do not fit or overlap show only when the mill is built. */
-static enum mill_status check(const struct mill_deck *deck, FILE *page, struct mill_error *error)
+/* Makes the start, and writes it or prints the deck. --check means all of it: balls that do not fit
+ * or overlap show only when the mill is built. */
+static enum mill_status make_start(struct mill_run_order *o)
 {
+    const struct mill_command *a = o->asked;
+    const struct mill_start_watch watch = {mill_progress_stage, &o->display};
     struct mill_world *world = NULL;
-    const enum mill_status status = mill_deck_setup_world(deck, NULL, &world, error);
+    enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, o->error);
+    if (status == MILL_OK && a->given[MILL_CHECK]) {
+        mill_deck_print(o->deck, o->page);
+    } else if (status == MILL_OK) {
+        begun = 1; /* a signal waits: writing takes a moment, and would leave its draft */
+        status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], o->error);
+    }
+    mill_progress_end(&o->display);
     mill_world_free(world);
-    if (status == MILL_OK)
-        mill_deck_print(deck, page);
     return status;
 }
 
 /* What is to be printed goes to the page. */
 static enum mill_status act(const struct mill_command *a, FILE *page, struct mill_error *error)
 {
+    const bool check = a->given[MILL_CHECK] != NULL;
+    struct mill_run_order order = {a,          .stop = &stop, .begun = &begun,
+                                   .say = say, .page = page,  .error = error};
+    struct mill_deck *deck = NULL;
     if (mill_command_answer(a, page))
         return MILL_OK;
     if (a->values)
         return mill_deck_tell(a->values, a->value, page, error);
-    struct mill_deck *deck = NULL;
+    mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
+                       isatty(STDERR_FILENO));
     enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, error);
-    if (status == MILL_OK && a->given[MILL_CHECK]) {
-        status = check(deck, page, error);
-    } else if (status == MILL_OK) {
-        status = check_output(a, deck, error);
-        if (status == MILL_OK)
-            status = run(a, deck, page, error);
-    }
+    order.deck = deck;
+    if (status == MILL_OK && !check)
+        status = check_output(&order);
+    if (status == MILL_OK)
+        status = check || a->given[MILL_EXPORT_START] ? make_start(&order) : run(&order);
     mill_deck_free(deck);
     return status;
 }
@@ -245,14 +206,17 @@ int main(int argc, char **argv)
     size_t size = 0;
     occupy_standard_streams();
     catch_signals();
-    set_up_libraries();
+    gsl_set_error_handler_off(); /* its own handler would abort */
+#ifdef M_MMAP_THRESHOLD
+    /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
     FILE *page = open_memstream(&text, &size);
     enum mill_status status = mill_command_read(argc, argv, &a, &error);
     if (status == MILL_OK && page)
         status = act(&a, page, &error);
-    bool whole = page && !ferror(page);
-    whole = page && fclose(page) == 0 && whole;
-    if (!whole)
+    const bool printed = page && !ferror(page);
+    if (!page || fclose(page) != 0 || !printed)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
     /* all of it or nothing: what failed prints only why */

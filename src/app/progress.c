@@ -1,8 +1,9 @@
 /* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
- * place and fitted to its width; in a log file a line comes after 2 s and then at growing gaps of
- * 10 s and more, so a week's run does not fill it. Rates are those of the last 5 to 10 s, since a
- * mill slows down as it fills. */
+ * place and fitted to its width; in a log file one comes after 2 s and then at gaps that grow from
+ * 10 s to 10 min. Rates are those of the last 5 to 10 s, since a mill slows down as it fills. */
 #include "app/progress.h"
+
+#include "app/record.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,19 +12,10 @@
 
 enum { FIELDS = 6, FIELD = 64, GAP = 3 }; /* of the line, and characters of each and between */
 
-static const double window = 5.0; /* [s] wall */
-
 void mill_progress_init(struct mill_progress_display *display, FILE *out, bool terminal)
 {
-    *display =
-        (struct mill_progress_display){.out = out, .terminal = terminal, .due = 2.0, .gap = 10.0};
-}
-
-static int terminal_width(FILE *out)
-{
-    enum { USUAL = 80 };
-    struct winsize size;
-    return ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : USUAL;
+    const double now = mill_record_clock(CLOCK_MONOTONIC);
+    *display = (struct mill_progress_display){out, terminal, .began = now, .due = 2.0, .gap = 10.0};
 }
 
 static void format_left(double seconds, char *out, size_t size)
@@ -41,22 +33,11 @@ static void format_left(double seconds, char *out, size_t size)
         snprintf(out, size, "%.0f s left", ceil(seconds));
 }
 
-/* The fields that are not empty, side by side */
-static void join(char field[FIELDS][FIELD], char whole[FIELDS * (FIELD + GAP)])
-{
-    whole[0] = '\0';
-    for (int i = 0; i < FIELDS; i++) {
-        if (field[i][0] && whole[0])
-            strcat(whole, "   ");
-        strcat(whole, field[i]);
-    }
-}
-
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE])
 {
     /* the order in which fields are given up when the line is too long */
-    static const int given_up[FIELDS - 1] = {3, 2, 0, 4, 5};
+    static const int given_up[FIELDS] = {3, 2, 0, 4, 5, 1};
     char field[FIELDS][FIELD] = {""}, whole[FIELDS * (FIELD + GAP)];
     const double wall = now->stage ? 0.0 : now->wall - then->wall;
     const double speed = wall > 0.0 ? (now->time - then->time) / wall : 0.0;
@@ -74,49 +55,52 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[3], FIELD, "%.3g s/s", speed);
         format_left(speed > 0.0 ? (now->end - now->time) / speed : HUGE_VAL, field[4], FIELD);
     }
-    if (now->known)
-        snprintf(field[5], FIELD, "%s", now->known);
-    join(field, whole);
-    for (int i = 0; i < FIELDS - 1 && strlen(whole) > room; i++) {
-        field[given_up[i]][0] = '\0';
-        join(field, whole);
+    snprintf(field[5], FIELD, "%s", now->known ? now->known : "");
+    for (int given = 0; given == 0 || (given < FIELDS && strlen(whole) > room); given++) {
+        whole[0] = '\0';
+        for (int i = 0; i < FIELDS; i++)
+            if (field[i][0])
+                strcat(strcat(whole, whole[0] ? "   " : ""), field[i]);
+        field[given_up[given]][0] = '\0';
     }
     snprintf(line, room + 1, "%s", whole);
 }
 
-/* Moves the older states on, so that then[0] stays 5 to 10 s behind. */
-static void remember(struct mill_progress_display *display, const struct mill_progress *now)
+void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now)
 {
-    if (now->wall - display->then[1].wall < window)
+    struct winsize size;
+    char line[MILL_PROGRESS_LINE];
+    if (now->begins)
+        display->then[0] = display->then[1] = *now;
+    if (now->begins || !display->out)
         return;
-    display->then[0] = display->then[1];
+    if (display->terminal) {
+        const bool told = ioctl(fileno(display->out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+        /* the last column stays free: many terminals wrap as soon as it is written */
+        mill_progress_format(&display->then[0], now, (told ? size.ws_col : 80) - 1, line);
+        fprintf(display->out, "\r%-*s", display->shown, line);
+        display->shown = (int)strlen(line);
+    } else if (now->wall >= display->due) {
+        mill_progress_format(&display->then[0], now, MILL_PROGRESS_LINE, line);
+        fprintf(display->out, "millsim: %s\n", line);
+        display->due = now->wall + display->gap;
+        display->gap = fmin(2.0 * display->gap, 600.0);
+    }
+    fflush(display->out);
+    if (now->stage || now->wall - display->then[1].wall < 5.0)
+        return;
+    display->then[0] = display->then[1]; /* stays 5 to 10 s behind */
     display->then[1] = *now;
 }
 
-void mill_progress_show(void *self, const struct mill_progress *now)
+void mill_progress_stage(void *self, const char *what, int32_t done, int32_t all)
 {
     struct mill_progress_display *display = self;
-    char line[MILL_PROGRESS_LINE];
-    if (now->begins) {
-        display->then[0] = display->then[1] = *now;
+    const double wall = mill_record_clock(CLOCK_MONOTONIC) - display->began;
+    if (wall < display->stage + MILL_PROGRESS_EVERY)
         return;
-    }
-    if (display->terminal) {
-        /* the last column stays free: many terminals wrap as soon as it is written */
-        mill_progress_format(&display->then[0], now, terminal_width(display->out) - 1, line);
-        fprintf(display->out, "\r%-*s", display->shown, line);
-        display->shown = (int)strlen(line);
-        fflush(display->out);
-    } else if (now->wall >= display->due) {
-        enum { LONGEST_GAP = 600 };
-        mill_progress_format(&display->then[0], now, MILL_PROGRESS_LINE, line);
-        fprintf(display->out, "millsim: %s\n", line);
-        fflush(display->out);
-        display->due = now->wall + display->gap;
-        display->gap = fmin(2.0 * display->gap, LONGEST_GAP);
-    }
-    if (!now->stage)
-        remember(display, now);
+    display->stage = wall;
+    mill_progress_show(display, &(struct mill_progress){done, all, .wall = wall, .stage = what});
 }
 
 void mill_progress_end(struct mill_progress_display *display)

@@ -2,33 +2,45 @@
 #ifndef MILLSIM_PROGRESS_H
 #define MILLSIM_PROGRESS_H
 
-#include "app/run.h"
-
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 
-enum { MILL_PROGRESS_LINE = 160 };
+enum { MILL_PROGRESS_LINE = 160 }; /* characters */
+#define MILL_PROGRESS_EVERY 0.25   /* [s] of wall time between two reports */
+
+struct mill_progress {
+    double time, end; /* [s] simulated */
+    uint64_t collisions;
+    double wall;       /* [s] of this leg */
+    bool begins;       /* the run stands here: rates count from now on */
+    const char *stage; /* NULL, or this is being done, and `time` of `end` are what is done of it */
+    const char *known; /* how well the results are known by now; NULL or "": nothing to be said */
+};
 
 struct mill_progress_display {
-    FILE *out;
+    FILE *out;                    /* NULL: nothing is shown */
     bool terminal;                /* one line rewritten in place; else a plain line now and then */
     int shown;                    /* columns of the line standing on the terminal; 0: none */
-    double due;                   /* [s] wall time of the next plain line */
-    double gap;                   /* [s] from it to the one after */
+    double began, stage;          /* [s] wall time of its making; from then, of the last stage */
+    double due, gap;              /* [s] wall time of the next plain line; to the one after */
     struct mill_progress then[2]; /* older states, to take rates from: 5 to 10 s ago */
 };
 
 /* out: usually stderr; terminal: whether it is one. */
 void mill_progress_init(struct mill_progress_display *display, FILE *out, bool terminal);
 
-/* Shows `now` when its turn has come; fits mill_run_options.progress with the display as self. */
-void mill_progress_show(void *display, const struct mill_progress *now);
+/* Shows `now` when its turn has come. */
+void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now);
+
+/* The same for what is done before the run and after it; fits mill_start_watch.tell with the
+ * display as self. */
+void mill_progress_stage(void *display, const char *what, int32_t done, int32_t all);
 
 /* Ends the line on the terminal: to be called before anything else is printed. */
 void mill_progress_end(struct mill_progress_display *display);
 
-/* One line without newline, at most `width` characters: what does not fit is left out, rates first.
- */
+/* One line without newline, at most `width` characters: what does not fit is left out. */
 void mill_progress_format(const struct mill_progress *then, const struct mill_progress *now,
                           int width, char line[MILL_PROGRESS_LINE]);
 

@@ -1,42 +1,23 @@
-/* Writes what a reader needs to trust a run: the program, its counts and its anomalies (/run). Only
- * /run may differ between two runs of one deck: it alone holds times and names of the machine's
- * libraries. */
+/* What a reader needs to trust a run: the program, its counts and its anomalies (/run); and to
+ * repeat it: the deck as run (/deck), entry by entry and as a text that is itself a deck; its start
+ * as a start file. Only /run may differ between two runs of one deck: it alone holds times and
+ * names of the machine's libraries. */
 #include "app/record.h"
 
 #include "base/version.h"
+#include "store/draft.h"
 
+#include <errno.h>
 #include <gsl/gsl_version.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <sys/resource.h>
-#include <time.h>
+#include <unistd.h>
 
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
-
-void mill_record_start(struct mill_h5 *file, const char *command)
-{
-    char hdf5[32], started[32] = "unknown";
-    const time_t now = time(NULL);
-    struct tm utc;
-    mill_h5_version(hdf5, sizeof hdf5);
-    if (gmtime_r(&now, &utc))
-        strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
-    const struct {
-        const char *path, *text, *meaning;
-    } table[] = {
-        {"/run/version", mill_version, "version of millsim"},
-        {"/run/compiler", mill_version_compiler, "compiler that built it"},
-        {"/run/flags", mill_version_flags, "flags it was built with"},
-        {"/run/hdf5", hdf5, "version of the HDF5 library"},
-        {"/run/gsl", gsl_version, "version of the GNU Scientific Library"},
-        {"/run/command", command, "command line"},
-        {"/run/started", started, "when the run was started, UTC"},
-        {"/run/status", "running", status_meaning},
-    };
-    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
-        mill_h5_write_text(file, table[i].path, table[i].text, table[i].meaning);
-}
 
 struct mill_totals mill_record_add(const struct mill_world *world, double local)
 {
@@ -61,9 +42,11 @@ static void tell_kinds(struct mill_sink *sink, const char *name, const uint64_t 
     sink->close(sink);
 }
 
-static void tell_energies(struct mill_sink *sink, const struct mill_world *world,
-                          const struct mill_totals *totals)
+static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
+                         const struct mill_totals *totals)
 {
+    const struct mill_counts *c = &world->counts;
+    const double turnover = totals->turnover;
     if (!sink->full) {
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
         mill_tell_number(sink, "rotational_energy", totals->energy.rotational, "J", "");
@@ -72,45 +55,38 @@ static void tell_energies(struct mill_sink *sink, const struct mill_world *world
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",
-                     totals->turnover > 0 ? totals->balance_error / totals->turnover : 0, "1",
+                     turnover > 0 ? totals->balance_error / turnover : 0, "1",
                      "|rotor work - change of energy - dissipation| over the energy turned over");
-    mill_tell_number(sink, "energy_turnover", totals->turnover, "J",
+    mill_tell_number(sink, "energy_turnover", turnover, "J",
                      "energy turned over: what the balance's error is measured against");
-}
-
-static void tell_anomalies(struct mill_sink *sink, const struct mill_counts *counts)
-{
     mill_tell_count(
-        sink, "not_closing", counts->not_closing,
+        sink, "not_closing", c->not_closing,
         "anomaly: a contact that was due found itself opening; the rebound floor was applied");
-    mill_tell_count(sink, "reliefs", counts->reliefs,
+    mill_tell_count(sink, "reliefs", c->reliefs,
                     "anomaly: balls let go by the blades because they were pinched");
-    mill_tell_count(sink, "smoothed", counts->smoothed,
+    mill_tell_count(sink, "smoothed", c->smoothed,
                     "anomaly: contacts made frictionless because time stood still at them");
-    mill_tell_count(sink, "overlaps", counts->overlaps,
+    mill_tell_count(sink, "overlaps", c->overlaps,
                     "anomaly: balls found deeper than 1e-9 m in another body");
-    mill_tell_number(sink, "largest_overlap", counts->largest_overlap, "m",
+    mill_tell_number(sink, "largest_overlap", c->largest_overlap, "m",
                      "largest overlap seen at a contact or an audit");
 }
 
 static void tell_events(struct mill_sink *sink, const struct mill_world *world)
 {
-    static const char collisions[] = "impacts of this kind, from t = 0";
-    const struct mill_counts *counts = &world->counts;
-    if (!sink->full) {
-        tell_kinds(sink, "collisions", world->account.collisions, collisions);
+    const struct mill_counts *c = &world->counts;
+    if (sink->full)
+        sink->open(sink, "events");
+    tell_kinds(sink, "collisions", world->account.collisions, "impacts of this kind, from t = 0");
+    if (!sink->full)
         return;
-    }
-    sink->open(sink, "events");
-    tell_kinds(sink, "collisions", world->account.collisions, collisions);
-    mill_tell_count(sink, "cell_crossings", counts->cell_crossings, "balls changing their cell");
-    mill_tell_count(sink, "stale", counts->stale,
+    mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
+    mill_tell_count(sink, "stale", c->stale,
                     "events dropped: the partner had changed course, or a search is to go on");
-    mill_tell_count(sink, "predictions", counts->predictions,
-                    "full predictions of a ball's next event");
-    mill_tell_count(sink, "pair_tests", counts->pair_tests, "pairs of balls tested for a contact");
-    mill_tell_count(sink, "quartics", counts->quartics.solves, "quartic equations solved");
-    mill_tell_count(sink, "quartic_fallbacks", counts->quartics.fallbacks,
+    mill_tell_count(sink, "predictions", c->predictions, "full predictions of a ball's next event");
+    mill_tell_count(sink, "pair_tests", c->pair_tests, "pairs of balls tested for a contact");
+    mill_tell_count(sink, "quartics", c->quartics.solves, "quartic equations solved");
+    mill_tell_count(sink, "quartic_fallbacks", c->quartics.fallbacks,
                     "of these: the closed form was not trusted and a Sturm sequence took over");
     sink->close(sink);
 }
@@ -148,8 +124,7 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
     tell_events(sink, world);
     tell_kinds(sink, "floored", world->account.floored,
                "impacts of this kind, from t = 0, that left with no more than the rebound floor");
-    tell_energies(sink, world, &totals);
-    tell_anomalies(sink, &world->counts);
+    tell_balance(sink, world, &totals);
     tell_cost(sink, facts, totals.contacts);
 }
 
@@ -157,22 +132,194 @@ double mill_record_peak_memory(void)
 {
     /* Linux hands ru_maxrss of the process before exec on, so ask for this program's own first */
     FILE *status = fopen("/proc/self/status", "r");
+    struct rusage usage;
     char line[128];
     long kilobyte = 0;
     while (status && kilobyte == 0 && fgets(line, sizeof line, status))
         sscanf(line, "VmHWM: %ld", &kilobyte);
     if (status)
         fclose(status);
-    if (kilobyte > 0)
-        return 1024.0 * (double)kilobyte;
-    struct rusage usage;
-    return getrusage(RUSAGE_SELF, &usage) == 0 ? 1024.0 * (double)usage.ru_maxrss : 0;
+    if (kilobyte <= 0 && getrusage(RUSAGE_SELF, &usage) == 0)
+        kilobyte = usage.ru_maxrss;
+    return 1024.0 * (double)kilobyte;
 }
 
-double mill_record_cpu_time(void)
+double mill_record_clock(clockid_t clock)
 {
-    struct timespec now;
-    if (clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now) != 0)
-        return 0;
+    struct timespec now = {0};
+    clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- the deck ---- */
+
+static void write_entry(void *self, const char *section, const char *key, const char *value,
+                        const char *meaning)
+{
+    char path[4 * MILL_NAME_LENGTH];
+    char *name = path + strlen("/deck/");
+    snprintf(path, sizeof path, "/deck/%s|%s", section, key);
+    for (; *name; name++) /* a name from the deck must not become a path of its own */
+        *name = *name == '/' ? '_' : *name;
+    *strrchr(path, '|') = '/';
+    mill_h5_write_text(self, path, value, meaning);
+}
+
+/* NULL: out of memory. Owner: the caller. */
+static char *print_deck(const struct mill_deck *deck)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    if (stream)
+        mill_deck_print(deck, stream);
+    if (stream && fclose(stream) == 0)
+        return text;
+    free(text);
+    return NULL;
+}
+
+void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command)
+{
+    char hdf5[32], started[32] = "unknown", *text = print_deck(deck);
+    const time_t now = time(NULL);
+    struct tm utc;
+    mill_h5_version(hdf5, sizeof hdf5);
+    if (gmtime_r(&now, &utc))
+        strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    mill_deck_each(deck, write_entry, file);
+    if (text)
+        mill_h5_write_text(file, "/deck/text", text,
+                           "the deck as run, with all defaults; itself a deck");
+    else
+        mill_h5_spend(file, "out of memory for the deck's text");
+    free(text);
+    mill_h5_write_text(file, "/run/version", mill_version, "version of millsim");
+    mill_h5_write_text(file, "/run/compiler", mill_version_compiler, "compiler that built it");
+    mill_h5_write_text(file, "/run/flags", mill_version_flags, "flags it was built with");
+    mill_h5_write_text(file, "/run/hdf5", hdf5, "version of the HDF5 library");
+    mill_h5_write_text(file, "/run/gsl", gsl_version, "version of the GNU Scientific Library");
+    mill_h5_write_text(file, "/run/command", command, "command line");
+    mill_h5_write_text(file, "/run/started", started, "when the run was started, UTC");
+    mill_h5_write_text(file, "/run/status", "running", status_meaning);
+}
+
+/* The next line that says something of the run, without the comment behind it: neither empty, nor
+ * where the checkpoints' interval is set, which changes nothing; of a start file the name without
+ * its folder, which may have moved. "" at the end of the text. */
+static void next_line(const char **text, char *line, size_t size)
+{
+    do {
+        const size_t length = strcspn(*text, "\n");
+        snprintf(line, size, "%.*s", (int)length, *text);
+        *text += length + ((*text)[length] == '\n');
+        char *comment = strstr(line, " #");
+        if (comment)
+            *comment = '\0';
+        for (size_t end = strlen(line); end > 0 && line[end - 1] == ' '; end--)
+            line[end - 1] = '\0';
+        const char *folder = strrchr(line, '/');
+        if (folder && strncmp(line, "start = /", 9) == 0)
+            memmove(line + strlen("start = "), folder + 1, strlen(folder));
+        if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0)
+            line[0] = '\0';
+    } while (!line[0] && **text);
+}
+
+enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
+                                     const struct mill_deck *deck, struct mill_error *error)
+{
+    enum { LINE = 4500 }; /* a path, and what stands around it */
+    char there[LINE] = "", here[LINE] = "", section[LINE] = "";
+    char *old = NULL, *new = print_deck(deck);
+    struct mill_error what;
+    if (!new)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the deck's text");
+    enum mill_status status = mill_h5_read_text(file, "/deck/text", &old, NULL);
+    if (status != MILL_OK)
+        mill_error_set(error, status, "%s: is not an output file of millsim", name);
+    const char *from = old, *to = new;
+    while (status == MILL_OK && (*from || *to) && strcmp(there, here) == 0) {
+        next_line(&from, there, LINE);
+        next_line(&to, here, LINE);
+        if (here[0] == '[' || !here[0])
+            strcpy(section, here);
+    }
+    if (there[0] == '[' && !strstr(new, there))
+        mill_error_set(&what, MILL_OK, "it has a section %s, and this one has none", there);
+    else if (here[0] == '[' && !strstr(old, here))
+        mill_error_set(&what, MILL_OK, "it has no section %s, and this one has", here);
+    else
+        mill_error_set(&what, MILL_OK, "%s '%.400s' there, '%.400s' here", section,
+                       there[0] ? there : "nothing more", here[0] ? here : "nothing more");
+    if (strcmp(there, here) != 0)
+        status = mill_error_set(error, MILL_BAD_DECK,
+                                "%s: is of another deck: %s; resume it with its own deck, or start "
+                                "again with --force",
+                                name, what.text);
+    free(old);
+    free(new);
+    return status;
+}
+
+/* ---- the start ---- */
+
+/* 0 or an errno. 17 digits bring every double back. The order is that of the world's rows, which is
+ * all that a random start leaves behind: its balls were numbered by place within each kind, and a
+ * start file's are taken as they come. */
+static int write_rows(const struct mill_world *world, const char *deck, FILE *out)
+{
+    bool spins = false;
+    for (int32_t i = 0; i < world->balls && !spins; i++) {
+        const vec3 w = world->spin[i];
+        spins =
+            w.x != 0.0 || w.y != 0.0 || w.z != 0.0 || signbit(w.x) || signbit(w.y) || signbit(w.z);
+    }
+    errno = 0;
+    fprintf(out, "# x y z [m] vx vy vz [m/s]%s, one ball a line: start of ",
+            spins ? " wx wy wz [rad/s]" : "");
+    for (const char *p = deck; *p; p++) /* its name may hold anything, and this is one line */
+        putc((unsigned char)*p < 32 || *p == 127 ? '?' : *p, out);
+    putc('\n', out);
+    for (int32_t i = 0; i < world->balls && !ferror(out); i++) {
+        const vec3 r = world->ball[i].r, v = world->ball[i].v, w = world->spin[i];
+        fprintf(out, "%.17g %.17g %.17g %.17g %.17g %.17g", r.x, r.y, r.z, v.x, v.y, v.z);
+        if (spins)
+            fprintf(out, " %.17g %.17g %.17g", w.x, w.y, w.z);
+        putc('\n', out);
+    }
+    if (fflush(out) == 0 && !ferror(out))
+        return 0;
+    return errno ? errno : EIO;
+}
+
+/* 0 or an errno: into the open draft, which is published. */
+static int write_draft(const struct mill_world *world, const char *deck, struct mill_draft *draft)
+{
+    const int fd = dup(draft->fd);
+    FILE *out = fd < 0 ? NULL : fdopen(fd, "w");
+    int failed = out ? write_rows(world, deck, out) : errno;
+    if (out && fclose(out) != 0 && !failed)
+        failed = errno;
+    if (!out && fd >= 0)
+        close(fd);
+    return failed ? failed : mill_draft_publish(draft, true);
+}
+
+enum mill_status mill_record_export(const struct mill_world *world, const char *deck,
+                                    const char *path, bool over, struct mill_error *error)
+{
+    struct mill_draft draft;
+    enum mill_status status = MILL_OK;
+    mill_draft_init(&draft, path, NULL);
+    int failed = mill_draft_open(&draft, over ? MILL_DRAFT_FORCE : MILL_DRAFT_EMPTY);
+    if (!failed && !over && access(path, F_OK) == 0)
+        status =
+            mill_error_set(error, MILL_BAD_DECK, "%s: exists already; --force overwrites it", path);
+    else if (!failed)
+        failed = write_draft(world, deck, &draft);
+    if (failed)
+        status = mill_draft_tell(&draft, path, "write", failed, error);
+    mill_draft_end(&draft);
+    return status;
 }

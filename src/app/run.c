@@ -2,8 +2,11 @@
  * they are wired together. */
 #include "app/run.h"
 
-#include "app/run_private.h"
+#include "app/checkpoint.h"
 #include "app/summary.h"
+#include "base/version.h"
+#include "deck/deck.h"
+#include "geometry/shapes.h"
 #include "store/draft.h"
 
 #include <math.h>
@@ -11,87 +14,95 @@
 #include <string.h>
 #include <unistd.h>
 
-#define MOST_SHARE 0.02 /* of the wall time goes into checkpoints, whatever their interval */
+#define MOST_SHARE 0.02   /* of the wall time goes into checkpoints, whatever their interval */
+#define MANY_FRAMES 10000 /* from here on /VTKHDF takes long */
 
-static void say(const struct mill_run *r, const char *what)
+/* One run from its begin to its end */
+struct run {
+    struct mill_run_order *order;
+    const char *const *given; /* options */
+    const struct mill_deck *deck;
+    const char *output; /* path */
+    struct mill_error *error;
+    struct mill_observe observe; /* what the deck asks of the observers */
+    struct mill_world *world;
+    struct mill_sim *sim;
+    struct mill_h5 *file;
+    struct mill_observers observers;
+    bool resumes;               /* there is a state to go on from */
+    bool complete;              /* the end is reached, also where the file has yet to be finished */
+    struct mill_error ended_by; /* what ended it: "time", or as an observer says */
+    double due;                 /* [s] of wall time, the next checkpoint */
+    struct mill_record_cost cost; /* of earlier legs of the run; checkpoints also of this one */
+    bool saved;                   /* there is a checkpoint to come back to */
+    struct mill_error note;       /* what --resume found, to be said once the file is ours */
+};
+
+/* Says what is noted, once. */
+static void say(struct run *r)
 {
     struct mill_error line;
-    mill_error_set(&line, MILL_OK, "%s: %s", r->options->output, what);
-    if (r->options->say)
-        r->options->say(line.text);
+    mill_error_set(&line, MILL_OK, "%s: %s", r->output, r->note.text);
+    if (r->note.text[0] && !r->given[MILL_QUIET])
+        r->order->say(line.text);
+    r->note.text[0] = '\0';
 }
 
+/* ---- the begin ---- */
+
 /* Is the file's run complete, what ended it, and is there a state to go on from? */
-static enum mill_status look_into(struct mill_run *r, struct mill_h5 *file,
-                                  struct mill_error *error)
+static enum mill_status look_into(struct run *r, struct mill_h5 *file)
 {
-    const char *name = r->options->output;
-    char *text = NULL;
-    enum mill_status status = mill_h5_read_text(file, "/run/status", &text, error);
+    char *text = NULL, *ended_by = NULL;
+    enum mill_status status = mill_h5_read_text(file, "/run/status", &text, r->error);
     if (status == MILL_OK && strcmp(text, "failed") == 0)
-        status = mill_error_set(error, MILL_FAILED,
+        status = mill_error_set(r->error, MILL_FAILED,
                                 "%s: its run failed and would fail again; change the deck and "
                                 "start again with --force",
-                                name);
+                                r->output);
     r->complete = status == MILL_OK && strcmp(text, "complete") == 0;
-    free(text);
-    text = NULL;
     if (status == MILL_OK)
-        status = mill_checkpoint_find(file, name, &r->resumes, error);
+        status = mill_checkpoint_find(file, r->output, &r->resumes, r->error);
     if (status == MILL_OK && r->complete && mill_h5_exists(file, "/run/ended_by"))
-        status = mill_h5_read_text(file, "/run/ended_by", &text, error);
-    mill_error_set(&r->ended_by, MILL_OK, "%s", text ? text : "time");
+        status = mill_h5_read_text(file, "/run/ended_by", &ended_by, r->error);
+    mill_error_set(&r->ended_by, MILL_OK, "%s", ended_by ? ended_by : "time");
     free(text);
+    free(ended_by);
     return status;
 }
 
-/* What --resume finds: `done` where nothing is left to do, a state to go on from, or none. */
-static enum mill_status look(struct mill_run *r, bool *done, struct mill_error *error)
+/* What --resume finds: a state to go on from, or none; a complete run without has nothing left. */
+static enum mill_status look(struct run *r)
 {
-    const char *name = r->options->output;
-    struct mill_h5 *file;
-    if (access(name, F_OK) != 0) {
-        r->note = "does not exist yet: starting from the beginning";
+    struct mill_h5 *file = NULL;
+    if (access(r->output, F_OK) != 0) {
+        mill_error_set(&r->note, MILL_OK, "does not exist yet: starting from the beginning");
         return MILL_OK;
     }
-    enum mill_status status = mill_h5_create(name, MILL_H5_READ, &file, error);
-    if (status != MILL_OK)
-        return status;
-    status = mill_record_compare(file, name, r->deck, error);
+    enum mill_status status = mill_h5_create(r->output, MILL_H5_READ, &file, r->error);
     if (status == MILL_OK)
-        status = look_into(r, file, error);
-    *done = status == MILL_OK && r->complete && !r->resumes;
-    if (*done) {
-        mill_draft_clear(name);
-        say(r, "is complete: nothing to resume");
-    } else if (status == MILL_OK && !r->resumes) {
-        r->note = "ended before its first checkpoint: starting from the beginning";
+        status = mill_record_compare(file, r->output, r->deck, r->error);
+    if (status == MILL_OK)
+        status = look_into(r, file);
+    if (status == MILL_OK && r->complete && !r->resumes) {
+        mill_draft_clear(r->output);
+        mill_error_set(&r->note, MILL_OK, "is complete: nothing to resume");
+        say(r);
+    } else if (!r->resumes) {
+        mill_error_set(&r->note, MILL_OK,
+                       "ended before its first checkpoint: starting from the beginning");
     }
     mill_h5_close(file, NULL);
     return status;
 }
 
-static enum mill_status open_output(struct mill_run *r, struct mill_error *error)
+/* The mill and who watches it, at t = 0 */
+static enum mill_status build(struct run *r)
 {
-    const char *name = r->options->output;
-    if (r->resumes)
-        return mill_h5_create(name, MILL_H5_UPDATE, &r->file, error);
-    const enum mill_h5_open how = r->options->force    ? MILL_H5_OVERWRITE
-                                  : r->options->resume ? MILL_H5_RESTART
-                                                       : MILL_H5_NEW;
-    const enum mill_status status = mill_h5_create(name, how, &r->file, error);
-    if (status != MILL_OK)
-        return status;
-    mill_record_deck(r->file, r->deck);
-    mill_record_start(r->file, r->options->command);
-    return mill_h5_status(r->file, error);
-}
-
-/* What the deck asks of the observers */
-static struct mill_observe asked_by(const struct mill_deck *deck)
-{
-    const double radius = deck->drum_radius;
-    return (struct mill_observe){
+    const struct mill_deck *deck = r->deck;
+    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    r->observe = (struct mill_observe){
         .end = deck->time,
         .sample_from = deck->sample_from,
         .sample_found = deck->sample_found,
@@ -102,206 +113,262 @@ static struct mill_observe asked_by(const struct mill_deck *deck)
         .series = deck->series,
         .log_impacts = deck->log_impacts,
         .rotor_angle = deck->rotor_angle,
-        .drum = deck->wavy ? mill_profile_make((int)deck->buckles, radius, deck->buckle_height,
-                                               deck->buckle_angle)
-                           : mill_profile_make(2, radius, 0.0, 0.0),
+        .drum = mill_shapes_chamber(&drum).drum,
     };
+    enum mill_status status = mill_deck_setup_world(deck, &watch, &r->world, r->error);
+    if (status == MILL_OK)
+        status = mill_sim_create(r->world, &r->sim, r->error);
+    if (status == MILL_OK)
+        status = mill_observers_create(&r->observe, r->world, &r->observers, r->error);
+    return status;
 }
 
-static void show(const struct mill_run *r, bool begins)
+static enum mill_status open_output(struct run *r)
 {
-    char known[MILL_SUMMARY_KNOWN];
-    struct mill_progress p = {mill_sim_time(r->sim),
-                              r->deck->time,
-                              0,
-                              mill_run_clock() - r->started,
-                              begins,
-                              NULL,
-                              known};
-    mill_summary_known(known, &r->observers);
-    for (int k = 0; k < MILL_KINDS; k++)
-        p.collisions += r->world->account.collisions[k];
-    if (r->options->progress)
-        r->options->progress(r->options->self, &p);
+    const enum mill_h5_open how = r->resumes              ? MILL_H5_UPDATE
+                                  : r->given[MILL_FORCE]  ? MILL_H5_OVERWRITE
+                                  : r->given[MILL_RESUME] ? MILL_H5_RESTART
+                                                          : MILL_H5_NEW;
+    *r->order->begun = 1;
+    enum mill_status status = mill_h5_create(r->output, how, &r->file, r->error);
+    if (status == MILL_OK && !r->resumes) {
+        mill_record_start(r->file, r->deck, r->order->asked->line);
+        status = mill_h5_status(r->file, r->error);
+    }
+    if (status == MILL_OK)
+        say(r);
+    return status;
 }
 
 /* Loop and observers take up the state, of a file that nobody else writes to any more; it is then
  * that of a run that goes on. */
-static enum mill_status take_up(struct mill_run *r, struct mill_error *error)
+static enum mill_status take_up(struct run *r)
 {
     const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
-    enum mill_status status = look_into(r, r->file, error);
+    enum mill_status status = look_into(r, r->file);
     if (status == MILL_OK && !r->resumes)
-        status = mill_error_set(error, MILL_FAILED,
+        status = mill_error_set(r->error, MILL_FAILED,
                                 "%s: another run has written to it meanwhile; see whether it still "
                                 "needs --resume",
-                                r->options->output);
+                                r->output);
     if (status == MILL_OK)
-        status = mill_checkpoint_load(&to, r->file, r->options->output, error);
+        status = mill_checkpoint_load(&to, r->file, r->output, r->error);
     if (status == MILL_OK)
         mill_checkpoint_remove(r->file);
     r->saved = true;
     return status;
 }
 
-/* New observers, or those of the state */
-static enum mill_status add_observers(struct mill_run *r, struct mill_error *error)
+static void show(const struct run *r, bool begins)
 {
-    const struct mill_observe asked = asked_by(r->deck);
-    enum mill_status status = mill_observers_create(&asked, r->world, &r->observers, error);
-    if (status == MILL_OK && r->resumes)
-        status = take_up(r, error);
+    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time,
+                              .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
+                              .begins = begins, .known = mill_summary_known(&r->observers)};
+    for (int k = 0; k < MILL_KINDS; k++)
+        p.collisions += r->world->account.collisions[k];
+    mill_progress_show(&r->order->display, &p);
+}
+
+/* The mill as the deck or the state says, and a file that holds what is known so far */
+static enum mill_status prepare(struct run *r)
+{
+    const double interval = r->deck->frames, frames = interval > 0 ? r->deck->time / interval : 0;
+    enum mill_status status = build(r);
     if (status == MILL_OK)
-        status = mill_observers_open(&r->observers, &asked, r->file, r->sim, error);
-    return status;
+        status = open_output(r);
+    if (status == MILL_OK && r->resumes)
+        status = take_up(r);
+    if (status == MILL_OK)
+        status = mill_observers_open(&r->observers, &r->observe, r->file, r->sim, r->error);
+    if (status != MILL_OK)
+        return status;
+    show(r, true);
+    if (r->resumes)
+        mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
+    else if (frames > 1e6) /* rather from a slip in a unit than from a wish */
+        mill_error_set(&r->note, MILL_OK, "output.frames = %g s makes %.3g frames, %.3g GB or more",
+                       interval, frames, frames * r->world->balls * 9 * sizeof(float) / 1e9);
+    say(r);
+    /* what --force replaces stays until there are results to put in its place */
+    if (r->resumes || (r->given[MILL_FORCE] && access(r->output, F_OK) == 0))
+        return MILL_OK;
+    /* a disk that cannot be written is told now, and a killed run leaves a file */
+    return mill_h5_flush(r->file, r->error);
+}
+
+/* ---- what is known, into the file ---- */
+
+/* What all legs of the run have cost up to now */
+static struct mill_record_cost cost_of(const struct run *r)
+{
+    struct mill_record_cost cost = r->cost;
+    cost.wall += mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began;
+    cost.cpu += mill_record_clock(CLOCK_PROCESS_CPUTIME_ID);
+    return cost;
+}
+
+static struct mill_facts facts_of(const struct run *r, const char *status)
+{
+    const bool asked = r->deck->precision > 0 || r->deck->max_collisions > 0;
+    const char *by = strcmp(status, "complete") == 0 ? r->ended_by.text : "none";
+    return (struct mill_facts){.status = status,
+                               .ended_by = asked ? by : NULL,
+                               .time = mill_sim_time(r->sim),
+                               .local = mill_sim_local_time(r->sim),
+                               .end = r->deck->time,
+                               .cost = cost_of(r),
+                               .peak_memory = mill_record_peak_memory(),
+                               .deck = r->order->asked->deck,
+                               .output = r->output,
+                               .version = mill_version};
+}
+
+/* The state that the run can go on from */
+static void keep(const struct run *r)
+{
+    struct mill_record_cost cost = cost_of(r);
+    mill_checkpoint_write(&(struct mill_checkpoint){r->sim, &r->observers, &cost}, r->file);
+}
+
+/* All results; status: of the run */
+static void write_results(const struct run *r, const char *status)
+{
+    const struct mill_facts facts = facts_of(r, status);
+    struct mill_sink_file to;
+    struct mill_error error;
+    mill_sink_file(&to, r->file, "");
+    if (mill_observers_results(&r->observers, r->world, facts.local, &to.sink, &error) != MILL_OK)
+        mill_h5_spend(r->file, error.text);
+    mill_sink_file(&to, r->file, "/run");
+    mill_record_tell(r->world, &facts, &to.sink);
 }
 
 /* Publishes all results up to now, as if the run ended here, together with the state. */
-static enum mill_status save(struct mill_run *r, struct mill_error *error)
+static enum mill_status save(struct run *r)
 {
-    const double before = mill_run_clock();
-    mill_run_write(r, "running");
-    mill_run_keep(r);
-    const enum mill_status status = mill_h5_flush(r->file, error);
+    const double before = mill_record_clock(CLOCK_MONOTONIC);
+    write_results(r, "running");
+    keep(r);
+    const enum mill_status status = mill_h5_flush(r->file, r->error);
     mill_checkpoint_remove(r->file); /* its room in the file is free for what comes */
-    r->unsaved = status != MILL_OK;
     r->saved = r->saved || status == MILL_OK;
-    const double now = mill_run_clock();
+    const double now = mill_record_clock(CLOCK_MONOTONIC);
     r->cost.checkpoints++;
     r->cost.saving += now - before;
     r->due = now + fmax(r->deck->checkpoint, (now - before) * (1.0 / MOST_SHARE - 1.0));
     return status;
 }
 
-/* Runs in slices of events, sized by the clock so that progress moves on whatever an event costs.
- */
-static enum mill_status advance(struct mill_run *r, struct mill_error *error)
+/* Runs in slices of events, sized by the clock so that progress moves whatever an event costs. */
+static enum mill_status advance(struct run *r)
 {
-    const double aim = fmin(MILL_RUN_SHOW_EVERY, r->deck->checkpoint);
+    const double aim = fmin(MILL_PROGRESS_EVERY, r->deck->checkpoint), end = r->deck->time;
     uint64_t slice = 1000;
     enum mill_status status = MILL_OK;
-    double shown = mill_run_clock();
-    r->due = shown + r->deck->checkpoint;
+    r->due = mill_record_clock(CLOCK_MONOTONIC) + r->deck->checkpoint;
     while (status == MILL_OK) {
-        const double end = r->deck->time;
-        const double before = mill_run_clock();
-        const double reached = mill_sim_time(r->sim);
-        status = mill_sim_run(r->sim, end, slice, r->options->stop, error);
-        const double now = mill_run_clock(), took = now - before;
+        const double before = mill_record_clock(CLOCK_MONOTONIC), reached = mill_sim_time(r->sim);
+        status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
+        const double took = mill_record_clock(CLOCK_MONOTONIC) - before;
         const bool whole = mill_sim_time(r->sim) < end; /* the slice: it was not cut off */
-        if (whole || now - shown >= aim || mill_sim_time(r->sim) >= end) {
-            show(r, false);
-            shown = now;
-        }
+        show(r, false);
         /* the end was reached before this slice too: nothing was left that is due at it */
-        if (mill_sim_time(r->sim) >= end && reached >= end)
+        if (!whole && reached >= end)
             break;
-        if (status == MILL_OK && mill_run_clock() > r->due)
-            status = save(r, error);
+        if (status == MILL_OK && mill_record_clock(CLOCK_MONOTONIC) > r->due)
+            status = save(r);
         if (whole)
             slice = (uint64_t)fmin(fmax((double)slice * aim / fmax(took, 1e-6), 100.0), 1e8);
     }
-    mill_error_set(&r->ended_by, MILL_OK, "%s", status == MILL_ENDED ? error->text : "time");
+    mill_error_set(&r->ended_by, MILL_OK, "%s", status == MILL_ENDED ? r->error->text : "time");
     r->complete = status == MILL_OK || status == MILL_ENDED;
     return r->complete ? MILL_OK : status;
 }
 
-static void release(struct mill_run *r)
+/* ---- the end ---- */
+
+/* Shown as a stage of its own, and left when a signal asks for it */
+static bool goes_on(void *self, double done, double all)
 {
-    mill_observers_free(&r->observers);
-    mill_sim_free(r->sim);
-    mill_world_free(r->world);
+    const struct run *r = self;
+    mill_progress_stage(&r->order->display, "writing /VTKHDF", (int32_t)done, (int32_t)all);
+    return !*r->order->stop;
 }
 
-/* Frames by the million rather come from a slip in a unit than from a wish. */
-static void warn_of_frames(const struct mill_run *r)
+/* The run has ended: everything into the file, which is published and closed, also after a stop or
+ * a failure. What only a finished file has may take minutes where frames are many: the results are
+ * then published before, with the state, so that --resume can add what is missing. MILL_STOPPED: it
+ * has to. */
+static enum mill_status conclude(struct run *r, enum mill_status ended, struct mill_error *error)
 {
-    const double frames = r->deck->frames > 0 ? r->deck->time / r->deck->frames : 0;
-    const double bytes = frames * r->world->balls * 9 * sizeof(float);
-    char text[120];
-    snprintf(text, sizeof text, "output.frames = %g s makes %.3g frames, %.3g GB or more",
-             r->deck->frames, frames, bytes / 1e9);
-    if (frames > 1e6)
-        say(r, text);
-}
-
-static void say_resuming(const struct mill_run *r)
-{
-    char text[80];
-    snprintf(text, sizeof text, "resuming at t = %.6g s", mill_sim_time(r->sim));
-    say(r, text);
-}
-
-/* The mill as the deck or the state says, and a file that holds what is known so far. */
-static enum mill_status prepare(struct mill_run *r, struct mill_error *error)
-{
-    enum mill_status status = mill_run_build(r->deck, r->options, &r->world, error);
-    if (status == MILL_OK)
-        status = mill_sim_create(r->world, &r->sim, error);
-    if (status == MILL_OK && r->options->begun)
-        *r->options->begun = 1;
-    if (status == MILL_OK)
-        status = open_output(r, error);
-    if (status == MILL_OK && r->note)
-        say(r, r->note);
-    if (status == MILL_OK)
-        status = add_observers(r, error);
+    const struct mill_going going = {goes_on, r};
+    const bool many = r->deck->frames > 0 && mill_sim_time(r->sim) / r->deck->frames > MANY_FRAMES;
+    const bool slow = many && ended == MILL_OK;
+    if (ended == MILL_STOPPED || slow)
+        keep(r);
+    mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */
+    write_results(r, ended == MILL_OK ? "complete" : ended == MILL_STOPPED ? "stopped" : "failed");
+    const enum mill_status status = slow ? mill_h5_flush(r->file, error) : MILL_OK;
     if (status != MILL_OK)
         return status;
-    if (r->resumes)
-        say_resuming(r);
-    else
-        warn_of_frames(r);
-    show(r, true);
-    if (r->resumes)
-        return MILL_OK;
-    /* what --force replaces stays until there are results to put in its place */
-    if (r->options->force && access(r->options->output, F_OK) == 0)
-        return MILL_OK;
-    /* a disk that cannot be written is told now, and a killed run leaves a file */
-    return mill_h5_flush(r->file, error);
+    r->saved = r->saved || slow;
+    if ((slow || !many) && !mill_observers_finish(&r->observers, r->world, slow ? &going : NULL))
+        return mill_error_set(error, MILL_STOPPED,
+                              "stopped by a signal; %s holds all results, but for /VTKHDF, which "
+                              "--resume adds",
+                              r->output);
+    if (slow)
+        mill_checkpoint_remove(r->file);
+    struct mill_h5 *file = r->file;
+    r->file = NULL;
+    return mill_h5_close(file, error);
 }
 
 /* From the prepared run to its closed file */
-static enum mill_status carry_out(struct mill_run *r, struct mill_error *error)
+static enum mill_status carry_out(struct run *r)
 {
-    struct mill_error later = {""};
-    enum mill_status status =
-        r->options->paranoid ? mill_sim_paranoid(r->sim, true, error) : MILL_OK;
+    enum mill_status status = MILL_OK;
+    if (r->given[MILL_PARANOID])
+        status = mill_sim_paranoid(r->sim, true, r->error);
     if (status == MILL_OK && !r->complete)
-        status = advance(r, error);
+        status = advance(r);
+    r->order->checks = mill_sim_checks(r->sim);
+    /* what went wrong first is told */
+    struct mill_error *why = status == MILL_OK || status == MILL_STOPPED ? r->error : NULL;
     /* a checkpoint that failed is no end of the run: the one before it stands */
-    const enum mill_status written =
-        r->unsaved ? MILL_FAILED : mill_run_conclude(r, status, &later);
+    enum mill_status written = mill_h5_status(r->file, why);
+    if (written == MILL_OK)
+        written = conclude(r, status, why);
     if (written == MILL_OK)
         return status;
-    if (!r->unsaved && (status == MILL_OK || status == MILL_STOPPED))
-        *error = later;
-    if (written == MILL_FAILED)
-        mill_run_explain(r, error);
+    const struct mill_error what = *r->error;
+    if (written == MILL_FAILED && access(r->output, F_OK) == 0)
+        mill_error_set(r->error, MILL_FAILED, "%s; %s --resume %s", what.text,
+                       r->saved ? "the file is as at its last checkpoint, and"
+                                : "there is no checkpoint yet, so",
+                       r->saved ? "goes on from there" : "starts from the beginning");
     return written;
 }
 
-enum mill_status mill_run(const struct mill_deck *deck, const struct mill_run_options *options,
-                          struct mill_error *error)
+enum mill_status mill_run(struct mill_run_order *order)
 {
-    struct mill_run r = {.deck = deck, .options = options, .started = mill_run_clock()};
-    struct mill_error later = {""};
-    bool done = false;
-    enum mill_status status = options->resume ? look(&r, &done, error) : MILL_OK;
-    if (status != MILL_OK || done)
+    const struct mill_command *asked = order->asked;
+    struct run r = {order, asked->given, order->deck, asked->output, order->error, .due = 0.0};
+    enum mill_status status = asked->given[MILL_RESUME] ? look(&r) : MILL_OK;
+    if (status != MILL_OK || (r.complete && !r.resumes))
         return status;
-    status = prepare(&r, error);
+    status = prepare(&r);
     if (status == MILL_OK)
-        status = carry_out(&r, error);
+        status = carry_out(&r);
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
-    if ((status == MILL_OK || status == MILL_STOPPED) &&
-        mill_run_summarise(&r, &later) != MILL_OK) {
-        *error = later;
-        status = MILL_FAILED;
+    if (status == MILL_OK || status == MILL_STOPPED) {
+        const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
+        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .notes = 0};
+        if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
+            status = MILL_FAILED;
     }
-    if (options->paranoid && r.sim)
-        *options->paranoid = mill_sim_checks(r.sim);
-    release(&r);
+    mill_observers_free(&r.observers);
+    mill_sim_free(r.sim);
+    mill_world_free(r.world);
     return status;
 }

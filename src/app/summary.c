@@ -7,254 +7,217 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 100, LABEL = 18, FEW_BLOCKS = 8 };
+enum { WIDTH = 100, LABEL = 18, FEW_BLOCKS = 8, TEXT = 64 };
 
-/* How a number of four significant digits is written: times 1000^-thousands, with these decimals.
- */
+/* Room for a piece of text, until eight more are asked for */
+static char *room(void)
+{
+    static char texts[8][TEXT];
+    static unsigned turn;
+    return texts[turn++ % 8];
+}
+
+/* How a number of four significant digits is written: in units of `one`, with these decimals */
 struct scale {
-    int thousands, decimals;
+    double one;
+    const char *prefix;
+    int decimals;
 };
 
 static bool fits(double value, struct scale *scale)
 {
-    char digits[MILL_SUMMARY_NUMBER];
+    static const char *const prefix[] = {"p", "n", "u", "m", "", "k", "M", "G", "T"};
+    char digits[TEXT];
     if (isinf(value))
         return false;
     snprintf(digits, sizeof digits, "%.3e", value); /* rounded first: 999.96 is 1.000 k */
     const int exponent = value == 0 ? 0 : atoi(strchr(digits, 'e') + 1);
-    scale->thousands = (exponent + 15) / 3 - 5; /* rounded down, from -15 up */
-    scale->decimals = 3 - (exponent - 3 * scale->thousands);
-    return exponent >= -12 && exponent <= 14;
+    if (exponent < -12 || exponent > 14)
+        return false;
+    const int thousands = (exponent + 15) / 3 - 5; /* rounded down */
+    *scale = (struct scale){.one = pow(10, 3 * thousands),
+                            .prefix = prefix[thousands + 4],
+                            .decimals = 3 - (exponent - 3 * thousands)};
+    return true;
 }
 
-/* " kW": a blank, the prefix, the unit; nothing where there is neither */
-static const char *scaled_unit(char text[MILL_SUMMARY_NUMBER], struct scale scale, const char *unit)
-{
-    static const char *const prefix[] = {"p", "n", "u", "m", "", "k", "M", "G", "T"};
-    const char *sign = prefix[scale.thousands + 4];
-    snprintf(text, MILL_SUMMARY_NUMBER, "%s%s%s", *sign || *unit ? " " : "", sign, unit);
-    return text;
-}
-
-const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit)
+const char *mill_summary_si(double value, const char *unit)
 {
     struct scale scale;
-    char tail[MILL_SUMMARY_NUMBER];
+    char *text = room();
     if (isnan(value))
-        snprintf(text, MILL_SUMMARY_NUMBER, "-");
+        snprintf(text, TEXT, "-");
     else if (value == 0)
-        snprintf(text, MILL_SUMMARY_NUMBER, "0%s%s", *unit ? " " : "", unit);
+        snprintf(text, TEXT, "0%s%s", *unit ? " " : "", unit);
     else if (!*unit && value < 1000 && value == floor(value)) /* a count */
-        snprintf(text, MILL_SUMMARY_NUMBER, "%.0f", value);
+        snprintf(text, TEXT, "%.0f", value);
     else if (!fits(value, &scale))
-        snprintf(text, MILL_SUMMARY_NUMBER, "%.3e %s", value, unit);
+        snprintf(text, TEXT, "%.3e %s", value, unit);
     else
-        snprintf(text, MILL_SUMMARY_NUMBER, "%.*f%.12s", scale.decimals,
-                 value / pow(10, 3 * scale.thousands), scaled_unit(tail, scale, unit));
+        snprintf(text, TEXT, "%.*f%s%s%s", scale.decimals, value / scale.one,
+                 *scale.prefix || *unit ? " " : "", scale.prefix, unit);
     return text;
 }
 
 /* ---- how well the results are known: said of a run with run.precision ---- */
 
-/* Relative standard error; NaN: not known, or of nothing. */
-static double relative(const struct mill_precision_mean *mean)
+/* "+- 1.3 %" */
+static const char *error_of(const struct mill_precision_mean *mean)
 {
-    return mean->value != 0 ? mean->error / fabs(mean->value) : (double)NAN;
-}
-
-/* "median +- 1.3 %" */
-static int say_error(char *text, size_t room, const char *what,
-                     const struct mill_precision_mean *mean)
-{
-    const double error = relative(mean);
-    if (isnan(error))
-        return snprintf(text, room, "%s unknown", what);
-    return snprintf(text, room, error < 10 ? "%s +- %.2g %%" : "%s +- %.0f %%", what, 100 * error);
-}
-
-static const char *say_known(char text[MILL_SUMMARY_KNOWN], double asked, bool settled,
-                             const struct mill_precision_known *known)
-{
-    text[0] = '\0';
-    if (asked == 0)
-        return text;
-    if (!settled || !known->enough)
-        return strcpy(text, "warming up");
-    int used = say_error(text, MILL_SUMMARY_KNOWN, "median", &known->median);
-    if (!known->idle && used < MILL_SUMMARY_KNOWN) {
-        used += snprintf(text + used, MILL_SUMMARY_KNOWN - (size_t)used, ", ");
-        if (used < MILL_SUMMARY_KNOWN)
-            say_error(text + used, MILL_SUMMARY_KNOWN - (size_t)used, "power", &known->power);
-    }
+    const double error = mean->value != 0 ? mean->error / fabs(mean->value) : (double)NAN;
+    char *text = room();
+    if (isnan(error)) /* not known, or of nothing */
+        return "unknown";
+    snprintf(text, TEXT, error < 10 ? "+- %.2g %%" : "+- %.0f %%", 100 * error);
     return text;
 }
 
-const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
-                               const struct mill_observers *observers)
+static const char *say_known(const struct mill_precision_known *known)
+{
+    char *text = room();
+    snprintf(text, TEXT, "median %s%s%s", error_of(&known->median), known->idle ? "" : ", power ",
+             known->idle ? "" : error_of(&known->power));
+    return text;
+}
+
+const char *mill_summary_known(const struct mill_observers *observers)
 {
     const struct mill_tally *tally =
         (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
-    return say_known(text, tally->precision, tally->at.settled, &tally->at.known);
+    if (tally->precision == 0)
+        return "";
+    return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "warming up";
 }
 
-/* Why it ended where it did; without the full stop */
-static void say_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
+/* What was cut off, and why the run ended; nothing where only its time could end it. */
+static void print_end(const struct mill_summary *s)
 {
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], known[MILL_SUMMARY_KNOWN];
-    mill_summary_number(a, facts->time, "s");
-    if (r->tally->at.ended == MILL_TALLY_PRECISION)
-        fprintf(out, "ended at %s", a);
-    else if (strcmp(facts->status, "stopped") == 0)
-        fprintf(out, "stopped at %s", a);
-    else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
-        fprintf(out, "run.max_collisions = %s reached at %s",
-                mill_summary_number(b, (double)r->tally->collisions, ""), a);
-    else
-        fprintf(out, "run.time = %s reached", a);
-    if (r->tally->precision == 0)
-        return;
-    if (!r->at.settled || !r->at.known.enough)
-        fprintf(out, ": not settled, so neither median nor power is known");
-    else
-        fprintf(out, ": %s", say_known(known, r->tally->precision, r->at.settled, &r->at.known));
-    if (!r->reached)
-        fprintf(out, "; %.2g %% asked", 100 * r->tally->precision);
-}
-
-/* A line that says what was cut off and why the run ended; nothing where only its time could end
- * it. */
-static void print_end(FILE *out, const struct mill_tally_results *r, const struct mill_facts *facts)
-{
-    char a[MILL_SUMMARY_NUMBER];
+    const struct mill_tally_results *r = s->results;
+    const char *time = mill_summary_si(s->facts->time, "s");
     if (r->tally->tick == 0)
         return;
     if (r->tally->search)
-        fprintf(out, "cut the first %s (%s by MSER-5), ", mill_summary_number(a, r->begin, "s"),
+        fprintf(s->out, "cut the first %s (%s by MSER-5), ", mill_summary_si(r->begin, "s"),
                 r->at.settled ? "warm-up" : "best cut");
-    say_end(out, r, facts);
-    fprintf(out, "\n");
+    if (r->tally->at.ended == MILL_TALLY_PRECISION)
+        fprintf(s->out, "ended at %s", time);
+    else if (strcmp(s->facts->status, "stopped") == 0)
+        fprintf(s->out, "stopped at %s", time);
+    else if (r->tally->at.ended == MILL_TALLY_COLLISIONS)
+        fprintf(s->out, "run.max_collisions = %s reached at %s",
+                mill_summary_si((double)r->tally->collisions, ""), time);
+    else
+        fprintf(s->out, "run.time = %s reached", time);
+    if (r->tally->precision > 0)
+        fprintf(s->out, ": %s",
+                r->at.settled && r->at.known.enough
+                    ? say_known(&r->at.known)
+                    : "not settled, so neither median nor power is known");
+    if (r->tally->precision > 0 && !r->reached)
+        fprintf(s->out, "; %.2g %% asked", 100 * r->tally->precision);
+    fputc('\n', s->out);
 }
 
 /* ---- the table ---- */
 
 static void print_row(FILE *out, const struct mill_tally_results *r, int row)
 {
+    const struct mill_spectrum_grid *grid = &r->tally->grid;
     const struct mill_spectrum *normal = &r->impacts[row].normal;
-    const uint64_t count = mill_spectrum_total(normal, 0).count;
-    const double power = mill_tally_per_second(r, mill_spectrum_total(normal, 0).dissipation);
+    const struct mill_spectrum_slot all = mill_spectrum_total(normal, 0);
     const double share = r->floor_share[row];
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    char d[MILL_SUMMARY_NUMBER], e[MILL_SUMMARY_NUMBER], f[MILL_SUMMARY_NUMBER] = "-";
+    char floored[TEXT] = "-";
     if (!isnan(share))
-        snprintf(f, sizeof f, "%.1f %%", 100 * share);
+        snprintf(floored, sizeof floored, "%.1f %%", 100 * share);
     fprintf(out, "%-10s %12llu %11s %12s %12s %12s %9s %11s\n", mill_tally_name(row),
-            (unsigned long long)count,
-            mill_summary_number(a, mill_tally_per_second(r, (double)count), "/s"),
-            mill_summary_number(b, mill_spectrum_quantile(&r->tally->grid, normal, 0, 0.5), "m/s"),
-            mill_summary_number(
-                c, mill_spectrum_quantile(&r->tally->grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
-            mill_summary_number(d, mill_spectrum_mean(normal), "m/s"), f,
-            mill_summary_number(e, power, "W"));
+            (unsigned long long)all.count,
+            mill_summary_si(mill_tally_per_second(r, (double)all.count), "/s"),
+            mill_summary_si(mill_spectrum_quantile(grid, normal, 0, 0.5), "m/s"),
+            mill_summary_si(mill_spectrum_quantile(grid, normal, MILL_SPECTRUM_FAST, 0.5), "m/s"),
+            mill_summary_si(mill_spectrum_mean(normal), "m/s"), floored,
+            mill_summary_si(mill_tally_per_second(r, all.dissipation), "W"));
 }
 
-static void print_contacts(FILE *out, const struct mill_tally_results *r,
-                           const struct mill_facts *facts)
+static void print_contacts(const struct mill_summary *s)
 {
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    const double duration = r->duration;
-    fprintf(out, "sampled for %s, from %s to %s\n", mill_summary_number(a, duration, "s"),
-            mill_summary_number(b, r->begin, "s"),
-            mill_summary_number(c, r->begin + duration, "s"));
-    print_end(out, r, facts);
-    fputc('\n', out);
-    fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
+    const struct mill_tally_results *r = s->results;
+    fprintf(s->out, "sampled for %s, from %s to %s\n", mill_summary_si(r->duration, "s"),
+            mill_summary_si(r->begin, "s"), mill_summary_si(r->begin + r->duration, "s"));
+    print_end(s);
+    fprintf(s->out, "\n%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
-    fprintf(out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate", "of all",
-            "> 50 mm/s", "of all", "floor", "power");
+    fprintf(s->out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate",
+            "of all", "> 50 mm/s", "of all", "floor", "power");
     for (int row = 0; row < MILL_TALLY_ROWS; row++)
         if (row == MILL_TALLY_ALL || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0)
-            print_row(out, r, row);
+            print_row(s->out, r, row);
     if (r->tally->pairs.window > 0) {
         const double strikes =
             (double)mill_spectrum_total(&r->strikes[MILL_TALLY_ALL].normal, 0).count;
-        fprintf(out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
-                "strikes", strikes, mill_summary_number(a, mill_tally_per_second(r, strikes), "/s"),
-                mill_summary_number(b, r->tally->pairs.window, "s"));
+        fprintf(s->out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
+                "strikes", strikes, mill_summary_si(mill_tally_per_second(r, strikes), "/s"),
+                mill_summary_si(r->tally->pairs.window, "s"));
     }
-    fputc('\n', out);
+    fputc('\n', s->out);
 }
 
 /* The mean and its error on one scale: "8.213 +- 0.090 N m" */
-static void print_mean(FILE *out, const char *label, double mean, double error, const char *unit,
-                       const struct mill_tally_results *r)
+static void print_mean(const struct mill_summary *s, const char *label, double mean, double error,
+                       const char *unit)
 {
     struct scale scale;
-    char text[MILL_SUMMARY_NUMBER];
+    const struct mill_tally_results *r = s->results;
     const double revolutions = (double)r->blocks * r->revolutions;
-    fprintf(out, "%-*s ", LABEL, label);
-    if (!isnan(mean) && !isnan(error) && fits(mean, &scale)) {
-        const double one = pow(10, 3 * scale.thousands);
-        fprintf(out, "%.*f +- %.*f%s", scale.decimals, mean / one, scale.decimals, error / one,
-                scaled_unit(text, scale, unit));
-    } else {
-        fprintf(out, "%s", mill_summary_number(text, mean, unit));
-    }
-    const char *remark = "";
-    if (isnan(error))
-        remark = ": too few for an error";
-    else if (r->blocks < FEW_BLOCKS)
-        remark = ": the error is rough";
-    fprintf(out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
-            remark);
+    fprintf(s->out, "%-*s ", LABEL, label);
+    if (!isnan(mean) && !isnan(error) && fits(mean, &scale))
+        fprintf(s->out, "%.*f +- %.*f %s%s", scale.decimals, mean / scale.one, scale.decimals,
+                error / scale.one, scale.prefix, unit);
+    else
+        fprintf(s->out, "%s", mill_summary_si(mean, unit));
+    fprintf(s->out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
+            isnan(error)             ? ": too few for an error"
+            : r->blocks < FEW_BLOCKS ? ": the error is rough"
+                                     : "");
 }
 
-static void print_anomalies(FILE *out, const struct mill_world *world,
-                            const struct mill_totals *totals)
+static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)
 {
-    const struct mill_counts *counts = &world->counts;
-    char a[MILL_SUMMARY_NUMBER];
-    fprintf(out, "%-*s ", LABEL, "anomalies");
-    if (totals->anomalies == 0) {
-        fprintf(out, "none\n");
-        return;
-    }
     const struct {
         uint64_t count;
         const char *what;
     } list[] = {{counts->not_closing, "contacts found opening"},
                 {counts->reliefs, "pinched balls let go"},
                 {counts->smoothed, "contacts made smooth"},
-                {!isfinite(totals->balance_error), "energies that are no numbers"},
+                {!isfinite(balance_error), "energies that are no numbers"},
                 {counts->overlaps, "overlaps"}};
     const char *comma = "";
+    fprintf(out, "%-*s ", LABEL, "anomalies");
     for (size_t i = 0; i < sizeof list / sizeof *list; i++)
         if (list[i].count > 0) {
             fprintf(out, "%s%s: %llu", comma, list[i].what, (unsigned long long)list[i].count);
             comma = ", ";
         }
     if (counts->overlaps > 0)
-        fprintf(out, " (up to %s)", mill_summary_number(a, counts->largest_overlap, "m"));
-    fputc('\n', out);
+        fprintf(out, " (up to %s)", mill_summary_si(counts->largest_overlap, "m"));
+    fprintf(out, *comma ? "\n" : "none\n");
 }
 
-static void print_state(FILE *out, const struct mill_world *world,
-                        const struct mill_tally_results *r, const struct mill_totals *totals)
+static void print_state(const struct mill_summary *s, const struct mill_totals *totals)
 {
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER];
-    if (world->rotor_speed != 0) {
-        print_mean(out, "rotor power", r->power, r->power_error, "W", r);
-        print_mean(out, "rotor torque", r->torque, r->torque_error, "N m", r);
+    const struct mill_tally_results *r = s->results;
+    if (s->world->rotor_speed != 0) {
+        print_mean(s, "rotor power", r->power, r->power_error, "W");
+        print_mean(s, "rotor torque", r->torque, r->torque_error, "N m");
     }
-    fprintf(out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
-            mill_summary_number(a, totals->energy.kinetic, "J"),
-            mill_summary_number(b, totals->energy.rotational, "J"));
-    fprintf(out, "%-*s %s of %s turned over", LABEL, "energy error",
-            mill_summary_number(a, totals->balance_error, "J"),
-            mill_summary_number(b, totals->turnover, "J"));
+    fprintf(s->out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
+            mill_summary_si(totals->energy.kinetic, "J"),
+            mill_summary_si(totals->energy.rotational, "J"));
+    fprintf(s->out, "%-*s %s of %s turned over", LABEL, "energy error",
+            mill_summary_si(totals->balance_error, "J"), mill_summary_si(totals->turnover, "J"));
     if (totals->turnover > 0)
-        fprintf(out, " (%.1e)", totals->balance_error / totals->turnover);
-    fputc('\n', out);
-    print_anomalies(out, world, totals);
+        fprintf(s->out, " (%.1e)", totals->balance_error / totals->turnover);
+    fputc('\n', s->out);
+    print_anomalies(s->out, &s->world->counts, totals->balance_error);
 }
 
 /* Of a file, which may hold anything: control characters are replaced, as in messages. */
@@ -262,22 +225,6 @@ static void print_name(FILE *out, const char *name)
 {
     for (; *name; name++)
         fputc((unsigned char)*name < 32 || *name == 127 ? '?' : *name, out);
-}
-
-static void print_cost(FILE *out, const struct mill_facts *facts, uint64_t contacts)
-{
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    const double per_cpu = facts->cost.cpu > 0 ? (double)contacts / facts->cost.cpu : (double)NAN;
-    const double per_wall = facts->cost.wall > 0 ? facts->time / facts->cost.wall : (double)NAN;
-    fprintf(out, "%-*s %s contacts per CPU second, %.4g simulated s per wall s\n", LABEL, "speed",
-            mill_summary_number(a, per_cpu, ""), per_wall);
-    fprintf(out, "%-*s %s wall, %s CPU, %s memory at most\n", LABEL, "cost",
-            mill_summary_number(a, facts->cost.wall, "s"),
-            mill_summary_number(b, facts->cost.cpu, "s"),
-            mill_summary_number(c, facts->peak_memory, "B"));
-    fprintf(out, "%-*s ", LABEL, "output");
-    print_name(out, facts->output);
-    fputc('\n', out);
 }
 
 /* "note: ...", broken between words */
@@ -295,42 +242,151 @@ static void print_note(FILE *out, const char *text)
     fputc('\n', out);
 }
 
-static void print_all(FILE *out, const struct mill_world *world, const struct mill_tally_results *r,
-                      const struct mill_facts *facts)
+static void print_all(const struct mill_summary *s)
 {
-    const struct mill_totals totals = mill_record_add(world, facts->local);
-    char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
-    char a[MILL_SUMMARY_NUMBER], b[MILL_SUMMARY_NUMBER], c[MILL_SUMMARY_NUMBER];
-    const int notes = mill_summary_notes(world, r, facts, note);
-    print_contacts(out, r, facts);
-    print_state(out, world, r, &totals);
-    print_cost(out, facts, totals.contacts);
-    for (int i = 0; i < notes; i++)
-        print_note(out, note[i]);
-    fprintf(out, "\nmillsim %s ", facts->version);
-    print_name(out, facts->deck);
-    fprintf(out, ": %.6g s in %s wall, %s contacts, %s, ", facts->time,
-            mill_summary_number(a, facts->cost.wall, "s"),
-            mill_summary_number(b, (double)totals.contacts, ""),
-            mill_summary_number(c, facts->peak_memory, "B"));
+    const struct mill_facts *facts = s->facts;
+    const struct mill_totals totals = mill_record_add(s->world, facts->local);
+    const double wall = facts->cost.wall, cpu = facts->cost.cpu;
+    print_contacts(s);
+    print_state(s, &totals);
+    fprintf(s->out, "%-*s %s contacts per CPU second, %.4g simulated s per wall s\n", LABEL,
+            "speed", mill_summary_si(cpu > 0 ? (double)totals.contacts / cpu : (double)NAN, ""),
+            wall > 0 ? facts->time / wall : (double)NAN);
+    fprintf(s->out, "%-*s %s wall, %s CPU, %s memory at most\n", LABEL, "cost",
+            mill_summary_si(wall, "s"), mill_summary_si(cpu, "s"),
+            mill_summary_si(facts->peak_memory, "B"));
+    fprintf(s->out, "%-*s ", LABEL, "output");
+    print_name(s->out, facts->output);
+    fputc('\n', s->out);
+    for (int i = 0; i < s->notes; i++)
+        print_note(s->out, s->note[i]);
+    fprintf(s->out, "\nmillsim %s ", facts->version);
+    print_name(s->out, facts->deck);
+    fprintf(s->out, ": %.6g s in %s wall, %s contacts, %s, ", facts->time,
+            mill_summary_si(wall, "s"), mill_summary_si((double)totals.contacts, ""),
+            mill_summary_si(facts->peak_memory, "B"));
     if (totals.anomalies > 0)
-        fprintf(out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
+        fprintf(s->out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
     else
-        fprintf(out, "no anomalies\n");
+        fprintf(s->out, "no anomalies\n");
 }
 
-enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_world *world,
-                                    const struct mill_observers *observers,
-                                    const struct mill_facts *facts, struct mill_error *error)
+/* ---- notes ---- */
+
+/* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. In the last
+ * tenth of the window the rotor had at most one in 200 of all contacts; nine tenths of the kinetic
+ * energy are in the charge's turning about the axis, L^2 / 2I with angular momentum L and moment of
+ * inertia I; and it turns so fast that it stays up, w^2 r > g with w = L / I, r^2 = I / m. A smooth
+ * drum without friction ends like that, as nothing brakes the balls: a thick ring at nearly the
+ * rotor's speed, a thin one slower, once the rotor does not reach it any more. */
+static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
+                         double t)
 {
-    const struct mill_observer *tally = mill_observers_find(observers, &mill_tally_type);
-    struct mill_tally_results *results;
-    enum mill_status status = mill_tally_results_make((const struct mill_tally *)tally, world,
-                                                      facts->local, &results, error);
-    if (status == MILL_OK && json)
-        status = mill_summary_json(out, world, results, observers, facts, error);
-    else if (status == MILL_OK)
-        print_all(out, world, results, facts);
-    mill_tally_results_free(results);
+    if (world->rotor_speed == 0 || !r->at.late)
+        return 0;
+    uint64_t all = 0, rotor = 0; /* contacts in the last tenth */
+    for (int kind = 0; kind < MILL_KINDS; kind++) {
+        const uint64_t late = r->at.at_end.collisions[kind] - r->at.at_late.collisions[kind];
+        all += late;
+        rotor += kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE ? late : 0;
+    }
+    if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
+        return 0;
+    double mass = 0, inertia = 0, momentum = 0;
+    for (int32_t i = 0; i < world->balls; i++) {
+        const double m = world->species[world->ball[i].species].mass;
+        const vec3 x = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
+        mass += m;
+        inertia += m * (x.y * x.y + x.z * x.z);
+        momentum += m * (x.y * v.z - x.z * v.y);
+    }
+    const double speed = momentum / inertia, gravity = hypot(world->g.y, world->g.z);
+    const bool turning =
+        0.5 * momentum * speed >= 0.9 * mill_world_energy(world, t).kinetic && speed != 0;
+    return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
+}
+
+/* Over the window the rotor's power and the dissipation differ by more than a twentieth. */
+static bool unsteady(const struct mill_world *world, const struct mill_tally_results *r)
+{
+    double dissipated = 0;
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        dissipated += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
+    dissipated = mill_tally_per_second(r, dissipated);
+    const double power = r->power;
+    return world->rotor_speed != 0 && r->duration > 0 &&
+           fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
+}
+
+/* What should a reader of the summary be warned of? Rules with stated bounds, from the books alone.
+ * A pinch relieved: the 30 000 contacts before it are in the statistics. Restitution of 0.6 or less
+ * together with friction, or three tenths of the ball-ball contacts at the rebound floor: the
+ * charge collapses inelastically and the floor shapes the result. */
+static void take_notes(struct mill_summary *s)
+{
+    const struct mill_world *world = s->world;
+    const struct mill_tally_results *r = s->results;
+    const double floored = r->floor_share[MILL_BALL_BALL];
+    const double ring = ring_speed(world, r, s->facts->local);
+    int kind = 0;
+    while (kind < MILL_KINDS &&
+           !(world->account.collisions[kind] > 0 && world->law[kind].friction > 0 &&
+             world->law[kind].restitution <= 0.6))
+        kind++;
+    if (strcmp(s->facts->status, "stopped") == 0)
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "stopped at %.6g s of %.6g s; the file holds everything up to then.",
+                 s->facts->time, s->facts->end);
+    if (!(r->duration > 0))
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
+                 r->tally->begin);
+    if (ring != 0)
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
+                 "speed%s.",
+                 100 * ring / world->rotor_speed,
+                 world->law[MILL_BALL_DRUM].friction > 0
+                     ? ""
+                     : ": nothing brakes the balls in a smooth drum without friction");
+    else if (unsteady(world, r))
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "not steady: the rotor's power and the dissipated power differ by more than 5 %% "
+                 "over the sampled window. Sample later or for longer.");
+    if (kind < MILL_KINDS)
+        snprintf(
+            s->note[s->notes++], sizeof s->note[0],
+            "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; "
+            "in dense beds below that their power no longer agrees with soft spheres.",
+            mill_kind_name[kind], world->law[kind].restitution);
+    if (world->counts.reliefs > 0)
+        snprintf(
+            s->note[s->notes++], sizeof s->note[0],
+            "pinched balls were let go %llu times. The thousands of contacts before each spoil "
+            "counts and medians (strikes less); wider gaps around the blades help, though chains "
+            "of balls may still be pressed.",
+            (unsigned long long)world->counts.reliefs);
+    if (floored > 0.3)
+        snprintf(
+            s->note[s->notes++], sizeof s->note[0],
+            "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
+            "depend on it; rather use those above 50 mm/s.",
+            100 * floored);
+}
+
+enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error)
+{
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(s->observers, &mill_tally_type);
+    enum mill_status status =
+        mill_tally_results_make(tally, s->world, s->facts->local, &s->results, error);
+    if (status != MILL_OK)
+        return status;
+    take_notes(s);
+    if (json)
+        status = mill_summary_json(s, error);
+    else
+        print_all(s);
+    mill_tally_results_free(s->results);
     return status;
 }

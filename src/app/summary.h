@@ -10,33 +10,29 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* World and observers are those at facts->time. The caller asks `out` for errors. MILL_FAILED: out
- * of memory. */
-enum mill_status mill_summary_write(FILE *out, bool json, const struct mill_world *world,
-                                    const struct mill_observers *observers,
-                                    const struct mill_facts *facts, struct mill_error *error);
+struct mill_summary {
+    FILE *out;
+    const struct mill_world *world; /* world and observers are those at facts->time */
+    const struct mill_observers *observers;
+    const struct mill_facts *facts;
+    /* ---- filled in ---- */
+    struct mill_tally_results *results; /* of the tally among the observers */
+    int notes;
+    char note[7][256]; /* what a reader of the numbers ought to know, one sentence each */
+};
+
+/* The caller asks `out` for errors. MILL_FAILED: out of memory. */
+enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error);
+
+/* For that, with its results and notes: the JSON object. */
+enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error);
 
 /* How well the results are known by now: "median +- 1.3 %, power +- 0.9 %", "warming up", or ""
- * where run.precision is not asked for. */
-enum { MILL_SUMMARY_KNOWN = 64 };
-const char *mill_summary_known(char text[MILL_SUMMARY_KNOWN],
-                               const struct mill_observers *observers);
+ * where run.precision is not asked for. It stands until a number or two more are written. */
+const char *mill_summary_known(const struct mill_observers *observers);
 
-/* ---- what it is made of; results: of the tally among the observers ---- */
-
-enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
-                                   const struct mill_tally_results *results,
-                                   const struct mill_observers *observers,
-                                   const struct mill_facts *facts, struct mill_error *error);
-
-enum { MILL_SUMMARY_NOTES = 7, MILL_SUMMARY_NOTE = 256, MILL_SUMMARY_NUMBER = 32 };
-
-/* What a reader of the numbers ought to know, one sentence each; returns how many. */
-int mill_summary_notes(const struct mill_world *world, const struct mill_tally_results *r,
-                       const struct mill_facts *facts,
-                       char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE]);
-
-/* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. Returns `text`. */
-const char *mill_summary_number(char text[MILL_SUMMARY_NUMBER], double value, const char *unit);
+/* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. It stands until some
+ * more numbers are written: they take turns, so that one call of printf can have several. */
+const char *mill_summary_si(double value, const char *unit);
 
 #endif

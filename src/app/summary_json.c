@@ -13,8 +13,7 @@ struct json {
     int depth;  /* of its indentation */
 };
 
-/* Bytes of the UTF-8 character that starts here; 0 when there is none (file names may hold
- * anything) */
+/* Bytes of the UTF-8 character that starts here; 0: there is none (names of files hold anything) */
 static int character(const unsigned char *p)
 {
     static const unsigned lowest[5] = {0, 0, 0x80, 0x800, 0x10000};
@@ -27,8 +26,8 @@ static int character(const unsigned char *p)
             return 0;
         code = code << 6 | (p[i] & 0x3fu);
     }
-    const bool surrogate = code >> 11 == 0x1b;
-    return code >= lowest[bytes] && code <= 0x10ffff && !surrogate ? bytes : 0;
+    /* 0x1b: surrogates */
+    return code >= lowest[bytes] && code <= 0x10ffff && code >> 11 != 0x1b ? bytes : 0;
 }
 
 static void text_value(struct json *json, const char *text)
@@ -48,14 +47,6 @@ static void text_value(struct json *json, const char *text)
         p += bytes ? bytes : 1;
     }
     fputc('"', json->out);
-}
-
-static void number_value(struct json *json, double value)
-{
-    if (isfinite(value))
-        fprintf(json->out, "%.17g", value);
-    else
-        fprintf(json->out, "null");
 }
 
 /* On to the next member; name: NULL within an array. */
@@ -86,14 +77,6 @@ static void close_group(struct mill_sink *sink)
     fprintf(json->out, "\n%*s}", 2 * json->depth, "");
 }
 
-static void one_value(struct json *json, enum mill_h5_type type, const void *values, size_t i)
-{
-    if (type == MILL_H5_U64)
-        fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)values)[i]);
-    else
-        number_value(json, ((const double *)values)[i]);
-}
-
 /* A summary is told whole numbers, numbers and short rows of them. */
 static void values(struct mill_sink *sink, const char *name, enum mill_h5_type type, int rank,
                    const size_t *dims, const void *values, const char *unit, const char *meaning)
@@ -103,14 +86,17 @@ static void values(struct mill_sink *sink, const char *name, enum mill_h5_type t
     (void)meaning;
     assert((type == MILL_H5_U64 || type == MILL_H5_F64) && rank <= 1);
     next(json, name);
-    if (rank == 0)
-        one_value(json, type, values, 0);
-    for (size_t i = 0; rank == 1 && i < dims[0]; i++) {
-        fprintf(json->out, i ? ", " : "[");
-        one_value(json, type, values, i);
+    fputs(rank > 0 ? "[" : "", json->out);
+    for (size_t i = 0; i < (rank > 0 ? dims[0] : 1); i++) {
+        fputs(i > 0 ? ", " : "", json->out);
+        if (type == MILL_H5_U64)
+            fprintf(json->out, "%llu", (unsigned long long)((const uint64_t *)values)[i]);
+        else if (isfinite(((const double *)values)[i]))
+            fprintf(json->out, "%.17g", ((const double *)values)[i]);
+        else
+            fputs("null", json->out);
     }
-    if (rank == 1)
-        fputc(']', json->out);
+    fputs(rank > 0 ? "]" : "", json->out);
 }
 
 static void text(struct mill_sink *sink, const char *name, const char *value, const char *meaning)
@@ -121,36 +107,33 @@ static void text(struct mill_sink *sink, const char *name, const char *value, co
     text_value(json, value);
 }
 
-enum mill_status mill_summary_json(FILE *out, const struct mill_world *world,
-                                   const struct mill_tally_results *r,
-                                   const struct mill_observers *observers,
-                                   const struct mill_facts *facts, struct mill_error *error)
+enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error)
 {
-    struct json json = {{false, open_group, close_group, values, text, NULL, NULL}, out, true, 1};
+    struct json json = {
+        {false, open_group, close_group, values, text, NULL, NULL}, s->out, true, 1};
     struct mill_sink *sink = &json.sink;
-    char note[MILL_SUMMARY_NOTES][MILL_SUMMARY_NOTE];
-    const int notes = mill_summary_notes(world, r, facts, note);
-    fputc('{', out);
+    const struct mill_facts *facts = s->facts;
+    fputc('{', s->out);
     text(sink, "version", facts->version, "");
     text(sink, "deck", facts->deck, "");
     text(sink, "output", facts->output, "");
     next(&json, "stopped");
-    fprintf(out, strcmp(facts->status, "stopped") == 0 ? "true" : "false");
+    fputs(strcmp(facts->status, "stopped") == 0 ? "true" : "false", s->out);
     mill_tell_number(sink, "time", facts->time, "s", "");
-    mill_tell_number(sink, "sample_from", r->begin, "s", "");
+    mill_tell_number(sink, "sample_from", s->results->begin, "s", "");
     open_group(sink, "run");
-    mill_record_tell(world, facts, sink);
+    mill_record_tell(s->world, facts, sink);
     close_group(sink);
     const enum mill_status status =
-        mill_observers_results(observers, world, facts->local, sink, error);
+        mill_observers_results(s->observers, s->world, facts->local, sink, error);
     next(&json, "notes");
-    fputc('[', out);
+    fputc('[', s->out);
     json.first = true;
     json.depth++;
-    for (int i = 0; i < notes; i++) {
+    for (int i = 0; i < s->notes; i++) {
         next(&json, NULL);
-        text_value(&json, note[i]);
+        text_value(&json, s->note[i]);
     }
-    fprintf(out, "]\n}\n");
+    fputs("]\n}\n", s->out);
     return status;
 }

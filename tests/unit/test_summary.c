@@ -50,7 +50,8 @@ static const char *printed(bool json)
     fixture_wait(&f, facts.time);
     const struct mill_observers observers = {1, {&f.tally->observer}};
     out = open_memstream(&text, &size);
-    ck_assert_int_eq(mill_summary_write(out, json, &f.world, &observers, &facts, NULL), MILL_OK);
+    struct mill_summary summary = {out, &f.world, &observers, &facts, .notes = 0};
+    ck_assert_int_eq(mill_summary_write(&summary, json, NULL), MILL_OK);
     fclose(out);
     return text;
 }
@@ -97,10 +98,8 @@ START_TEST(numbers_have_four_digits_and_the_prefix_that_fits)
         {(double)NAN, "W", "-"},
         {INFINITY, "W", "inf W"},
     };
-    char buffer[MILL_SUMMARY_NUMBER];
     for (size_t i = 0; i < sizeof list / sizeof *list; i++)
-        ck_assert_str_eq(mill_summary_number(buffer, list[i].value, list[i].unit),
-                         list[i].expected);
+        ck_assert_str_eq(mill_summary_si(list[i].value, list[i].unit), list[i].expected);
 }
 END_TEST
 
