@@ -340,7 +340,7 @@ enum mill_status mill_sim_paranoid_ball(struct mill_sim_paranoid *p, int32_t i, 
     }
     if (status == MILL_OK && w->counts.quartics.refuted > 0)
         status = mill_error_set(error, MILL_FAILED,
-                                "paranoid: the closed form of a quartic refutes a contact of ball "
+                                "paranoid: the turns of a quartic refute a contact of ball "
                                 "%ld, or that there is none, at t = %.17g s",
                                 (long)i, w->base + now);
     w->counts.quartics = counts; /* the searches of the run alone are counted */
