@@ -25,6 +25,10 @@ bool mill_poly_agrees(const double c[5], double t_end, bool at_root, double t);
  * allowed. */
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi);
 
+/* First rise (see below) of a polynomial with f[0] != 0, where f[0] > 0 means that f is falling at
+ * 0, with roots isolated by Sturm counts: microseconds, not nanoseconds. */
+double mill_poly_sturm_rise(const double f[5], double t_end);
+
 /* First t in [0, t_end] at which p(t) >= 0 and p is rising (the first derivative that does not
  * vanish is positive), INFINITY when there is none. p(0) >= 0 and rising gives 0; p(0) >= 0 and
  * falling waits until p is next rising with p >= 0. With at_root, p(0) is zero by construction (a

@@ -12,7 +12,6 @@
 #include <float.h>
 #include <math.h>
 
-#include "base/poly_sturm.h"
 #include "millsim/poly.h"
 
 /* Horner's rule with derivative needs 5 eps; the rest covers curvature taken as zero by rounding.

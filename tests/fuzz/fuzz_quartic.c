@@ -4,7 +4,6 @@
  * opinion of --paranoid agrees. */
 #include "fuzz.h"
 
-#include "base/poly_sturm.h"
 #include "exact.h"
 #include "millsim/poly.h"
 

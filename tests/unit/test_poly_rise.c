@@ -1,5 +1,4 @@
 /* When a contact polynomial first closes: flights with known answers, oracles, extreme input. */
-#include "base/poly_sturm.h"
 #include "millsim/poly.h"
 #include "poly_cases.h"
 #include "unit.h"
