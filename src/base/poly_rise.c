@@ -13,6 +13,7 @@
 #include <math.h>
 
 #include "millsim/poly.h"
+#include "millsim/vec3.h"
 
 /* Horner's rule with derivative needs 5 eps; the rest covers curvature taken as zero by rounding.
  */
@@ -32,14 +33,28 @@ struct sample {
     double t, p, slope, p_error, slope_error;
 };
 
+static inline double value_at(const double f[5], double t)
+{
+    return (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
+}
+
+static inline double slope_at(const double f[5], double t)
+{
+    return ((4.0 * f[4] * t + 3.0 * f[3]) * t + 2.0 * f[2]) * t + f[1];
+}
+
+/* Of the terms that change, together; t >= 0 */
+static inline double size_at(const double f[5], double t)
+{
+    return (((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t + fabs(f[1])) * t;
+}
+
 static struct sample sample_at(const double f[5], double t)
 {
-    double s3 = 4.0 * f[4], s2 = 3.0 * f[3], s1 = 2.0 * f[2];
-    double p = (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
-    double slope = ((s3 * t + s2) * t + s1) * t + f[1];
-    double slopes = ((fabs(s3) * t + fabs(s2)) * t + fabs(s1)) * t + fabs(f[1]);
-    double values = ((((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t) + fabs(f[1])) * t;
-    return (struct sample){t, p, slope, ROUNDING * (values + fabs(f[0])) + UNDERFLOW_ERROR,
+    const double slopes =
+        ((4.0 * fabs(f[4]) * t + 3.0 * fabs(f[3])) * t + 2.0 * fabs(f[2])) * t + fabs(f[1]);
+    return (struct sample){t, value_at(f, t), slope_at(f, t),
+                           ROUNDING * (size_at(f, t) + fabs(f[0])) + UNDERFLOW_ERROR,
                            ROUNDING * slopes + UNDERFLOW_ERROR};
 }
 
@@ -76,20 +91,18 @@ static inline double refine(const double f[5], double lo, double at_lo, double s
     if (!(t > lo && t < hi))
         t = hi;
     for (;;) {
-        double p = (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
-        double slope = ((4.0 * f[4] * t + 3.0 * f[3]) * t + 2.0 * f[2]) * t + f[1];
-        double noise = (((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t + fabs(f[1])) * t;
-        if (fabs(p) <= 0.5 * DBL_EPSILON * (noise + fabs(f[0])))
+        const double p = value_at(f, t), slope = slope_at(f, t);
+        if (fabs(p) <= 0.5 * DBL_EPSILON * (size_at(f, t) + fabs(f[0])))
             return t;
-        double inverse = 1.0 / slope, newton = p * inverse;
-        double second = curvature(f, t) * inverse * newton;
-        double third = (4.0 * f[4] * t + f[3]) * inverse * newton * newton;
-        double step = newton * (1.0 + second), next = t - step;
+        const double inverse = 1.0 / slope, newton = p * inverse;
+        const double second = curvature(f, t) * inverse * newton;
+        const double third = (4.0 * f[4] * t + f[3]) * inverse * newton * newton;
+        const double left = fabs(newton) * (2.0 * second * second + fabs(third));
+        double next = t - newton * (1.0 + second);
         if (p < 0.0)
             lo = t;
         else
             hi = t;
-        double left = fabs(newton) * (2.0 * second * second + fabs(third));
         if (slope > 0.0 && left <= 0.25 * DBL_EPSILON * t)
             return next < lo ? lo : next > hi ? hi : next;
         if (!(slope > 0.0 && next > lo && next < hi)) {
@@ -99,11 +112,6 @@ static inline double refine(const double f[5], double lo, double at_lo, double s
         }
         t = next;
     }
-}
-
-static double refine_from(const double f[5], const struct sample *a, double hi)
-{
-    return refine(f, a->t, a->p, a->slope, curvature(f, a->t), hi);
 }
 
 /* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b: does it touch zero
@@ -121,7 +129,7 @@ static enum verdict probe(const double f[5], struct sample a, struct sample b, d
             return UNSURE;
         struct sample s = sample_at(f, top);
         if (s.p > s.p_error) {
-            *t = refine_from(f, &a, s.t);
+            *t = refine(f, a.t, a.p, a.slope, curvature(f, a.t), s.t);
             return FOUND;
         }
         if (s.p >= -s.p_error)
@@ -141,7 +149,7 @@ static enum verdict search_piece(const double f[5], const struct sample *a, cons
                                  double *t)
 {
     if (b->p > b->p_error) {
-        *t = refine_from(f, a, b->t);
+        *t = refine(f, a->t, a->p, a->slope, curvature(f, a->t), b->t);
         return FOUND;
     }
     if (b->p >= -b->p_error)
@@ -161,9 +169,8 @@ static inline enum verdict plain_rise(const double f[5], double hi, double *t)
     bool convex = bend >= 0.0 && middle >= 0.0 && last >= 0.0;
     if (!convex && !(bend <= 0.0 && middle <= 0.0 && last <= 0.0))
         return UNSURE;
-    double p = (((f[4] * hi + f[3]) * hi + f[2]) * hi + f[1]) * hi + f[0];
-    double values = ((((fabs(f[4]) * hi + fabs(f[3])) * hi + fabs(f[2])) * hi) + fabs(f[1])) * hi;
-    double error = ROUNDING * (values - f[0]) + UNDERFLOW_ERROR;
+    const double p = value_at(f, hi);
+    const double error = ROUNDING * (size_at(f, hi) - f[0]) + UNDERFLOW_ERROR;
     if (p > error) {
         *t = refine(f, 0.0, f[0], f[1], bend, hi);
         return FOUND;
@@ -229,17 +236,12 @@ static bool is_tame(const double f[5], double t_end)
     return sum <= LARGEST_COEFFICIENT && t_end <= LONGEST_WINDOW;
 }
 
-static double above_zero(double x)
-{
-    return x > 0.0 ? x : 0.0;
-}
-
 /* An upper bound of f over [0, t_end] that is below zero, in a few operations: what can raise f,
  * summed at t_end. Nine roundings of positive terms, of half an eps each, are within its margin. */
 static bool stays_below(const double f[5], double t_end)
 {
-    double rise = above_zero(f[3]) + t_end * above_zero(f[4]);
-    rise = t_end * (above_zero(f[1]) + t_end * (above_zero(f[2]) + t_end * rise));
+    double rise = mill_greatest(f[3], 0.0) + t_end * mill_greatest(f[4], 0.0);
+    rise = t_end * (mill_greatest(f[1], 0.0) + t_end * (mill_greatest(f[2], 0.0) + t_end * rise));
     return rise * (1.0 + 16.0 * DBL_EPSILON) + UNDERFLOW_ERROR < -f[0];
 }
 

@@ -206,19 +206,17 @@ static struct mill_shape_gaps gaps(const void *form, const struct mill_shape_fit
     };
 }
 
-static struct mill_shape *create(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
+    struct blade *b = (struct blade *)shape;
+    const struct mill_motion *motion = shape->motion;
     const struct mill_blade *is = form;
     const struct mill_heading angle = mill_elementary_heading(is->angle);
     const struct mill_heading pitch = mill_elementary_heading(is->pitch);
     const vec3 radial = {0.0, angle.cos, angle.sin}, around = {0.0, -angle.sin, angle.cos};
     const vec3 along = {1.0, 0.0, 0.0};
-    struct blade *b = mill_shape_allocate(base, sizeof *b);
-    if (!b)
-        return NULL;
-    b->convex.bounds = mill_motion_bounds(base->motion);
-    b->convex.reach = mill_motion_reach(base->motion, chamber->drum.radius + chamber->drum.height,
+    b->convex.bounds = mill_motion_bounds(motion);
+    b->convex.reach = mill_motion_reach(motion, chamber->drum.radius + chamber->drum.height,
                                         chamber->half_length);
     b->half_w = 0.5 * is->width;
     b->half_s = 0.5 * is->tip_radius;
@@ -231,9 +229,9 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
     b->across = extent.across;
     b->reach_x = extent.along;
     b->reach_rho = extent.reach;
-    if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
+    if (motion && !mill_motion_pose(motion, 0.0).about_x)
         b->reach_x = b->reach_rho = INFINITY;
-    return &b->convex.base;
+    return true;
 }
 
 /* clang-format off */
@@ -264,8 +262,8 @@ const struct mill_shape_type mill_blade_type = {
     .form = sizeof(struct mill_blade),
     .fault = fault,
     .gaps = gaps,
+    .size = sizeof(struct blade),
     .create = create,
-    .free = mill_shape_free,
     .next_contact = next_contact,
     .gap = gap,
     .contact = contact,

@@ -84,22 +84,14 @@ static void draw_shaft(const struct mill_shape *shape, const struct mill_chamber
     mill_mesh_lid(mesh, &circle, end, 1.0, tolerance);
 }
 
-static struct mill_shape *create(const struct mill_shape *base, double radius, double inward)
+/* The shaft has a form, the drum none. */
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
-    struct cylinder *c = mill_shape_allocate(base, sizeof *c);
-    if (!c)
-        return NULL;
-    c->base.hollow = inward > 0.0 ? radius : 0.0;
-    c->radius = radius;
-    c->inward = inward;
-    return &c->base;
-}
-
-static struct mill_shape *create_drum(const struct mill_shape *base, const void *form,
-                                      const struct mill_chamber *chamber)
-{
-    (void)form;
-    return create(base, chamber->drum.radius, 1.0);
+    struct cylinder *c = (struct cylinder *)shape;
+    c->radius = form ? ((const struct mill_shaft *)form)->radius : chamber->drum.radius;
+    c->inward = form ? -1.0 : 1.0;
+    shape->hollow = form ? 0.0 : c->radius;
+    return true;
 }
 
 static bool is_sound(const void *form)
@@ -108,31 +100,24 @@ static bool is_sound(const void *form)
     return is->radius > 0.0 && isfinite(is->radius);
 }
 
-static struct mill_shape *create_shaft(const struct mill_shape *base, const void *form,
-                                       const struct mill_chamber *chamber)
-{
-    (void)chamber;
-    return create(base, ((const struct mill_shaft *)form)->radius, -1.0);
-}
-
 const struct mill_shape_type mill_cylinder_drum_type = {
     .name = "drum",
     .kind = MILL_BALL_DRUM,
-    .create = create_drum,
-    .free = mill_shape_free,
+    .size = sizeof(struct cylinder),
+    .create = create,
     .next_contact = next_contact,
     .gap = gap,
     .contact = contact,
     .reachable = reachable,
-    .draw = mill_shape_draw_drum,
+    .draw = mill_mesh_drum,
 };
 
 const struct mill_shape_type mill_cylinder_shaft_type = {
     .name = "shaft",
     .kind = MILL_BALL_SHAFT,
     .is_sound = is_sound,
-    .create = create_shaft,
-    .free = mill_shape_free,
+    .size = sizeof(struct cylinder),
+    .create = create,
     .next_contact = next_contact,
     .gap = gap,
     .contact = contact,

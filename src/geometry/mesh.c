@@ -139,6 +139,13 @@ void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, doub
     }
 }
 
+void mill_mesh_drum(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                    double tolerance, struct mill_mesh *mesh)
+{
+    (void)shape;
+    mill_mesh_mantle(mesh, &chamber->drum, chamber->half_length, tolerance, true);
+}
+
 /* The points on the line from an outer centre to the axis: the centre itself, those on rays from
  * the inner centre to its arc's corners (law of sines), and the axis, which is there already. */
 static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x,

@@ -3,8 +3,7 @@
 #ifndef MILL_MESH_H
 #define MILL_MESH_H
 
-#include "base/profile.h"
-#include "millsim/vec3.h"
+#include "geometry/shape.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -31,6 +30,11 @@ void mill_mesh_triangle(struct mill_mesh *mesh, int64_t a, int64_t b, int64_t c)
  * nor than a hundredth of an arc's radius. */
 void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *profile,
                       double half_length, double tolerance, bool within);
+
+/* What a drum draws (`draw` of struct mill_shape_type), whatever its profile: the chamber's wall.
+ */
+void mill_mesh_drum(const struct mill_shape *, const struct mill_chamber *, double tolerance,
+                    struct mill_mesh *mesh);
 
 /* The plane x = `x` as far as it lies within the profile, seen from where x is greater (side > 0)
  * or less. It meets the mantle of the same profile and tolerance corner by corner, to the bit. */

@@ -62,23 +62,20 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
     mill_mesh_lid(mesh, &chamber->drum, w->x, w->inward, tolerance);
 }
 
-static struct mill_shape *create(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
-    struct plate *w = mill_shape_allocate(base, sizeof *w);
+    struct plate *w = (struct plate *)shape;
     (void)form;
-    if (!w)
-        return NULL;
-    w->inward = base->number == 0 ? 1.0 : -1.0;
+    w->inward = shape->number == 0 ? 1.0 : -1.0;
     w->x = -chamber->half_length * w->inward;
-    return &w->base;
+    return true;
 }
 
 const struct mill_shape_type mill_plate_type = {
     .name = "end wall",
     .kind = MILL_BALL_WALL,
+    .size = sizeof(struct plate),
     .create = create,
-    .free = mill_shape_free,
     .next_contact = next_contact,
     .gap = gap,
     .contact = contact,

@@ -116,11 +116,11 @@ struct mill_shape_type {
     /* Of all kinds: */
     /* Do these numbers, a struct of this kind, make a shape? NULL: the drum's own have none */
     bool (*is_sound)(const void *form);
-    /* base: what all shapes have, to be copied; form: sound numbers. NULL: out of memory. Owner:
-     * the caller. */
-    struct mill_shape *(*create)(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber);
-    void (*free)(struct mill_shape *);
+    size_t size; /* of its struct */
+    /* Fills its struct, of zeros but for what all shapes have; form: sound numbers. false: out of
+     * memory; freed in any case. */
+    bool (*create)(struct mill_shape *, const void *form, const struct mill_chamber *chamber);
+    void (*free)(struct mill_shape *); /* what it holds, besides its struct; NULL: nothing */
     /* The first contact within `horizon` [s] of local time `now` [s], the horizon included.
      * touching: the ball has just been in contact with this shape, now. */
     struct mill_hit (*next_contact)(const struct mill_shape *, const struct mill_flight *,
@@ -177,10 +177,6 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
     return k;
 }
 
-/* What a drum draws, whatever its profile: it is the chamber's wall. */
-void mill_shape_draw_drum(const struct mill_shape *, const struct mill_chamber *, double tolerance,
-                          struct mill_mesh *);
-
 /* [s] until a ball's centre first touches the circular cylinder of radius rho about the line
  * (y0, z0) along x, from within (s = 1) or from outside (s = -1). In the plane across x a flight is
  * a parabola p(t), and |p|^2 = rho^2 a quartic with leading coefficient g^2/4 (a quadratic where
@@ -199,11 +195,5 @@ static inline double mill_shape_circle(const struct mill_flight *f, double y0, d
     };
     return mill_poly_first_rise(p, horizon, touching, counts);
 }
-
-/* A copy of `base` at the beginning of `size` zero bytes. NULL: out of memory. */
-void *mill_shape_allocate(const struct mill_shape *base, size_t size);
-
-/* For shapes that hold no memory of their own */
-void mill_shape_free(struct mill_shape *);
 
 #endif

@@ -11,6 +11,7 @@
  * arc is known, and mill_poly_first_rise tells when its gap, a quartic, first closes. The pieces
  * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
  * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
+#include "geometry/mesh.h"
 #include "geometry/shapes.h"
 #include "geometry/wavy_private.h"
 
@@ -277,7 +278,6 @@ static void release(struct mill_shape *shape)
 {
     free(((struct wavy *)shape)->arc);
     free(((struct wavy *)shape)->outer_at);
-    free(shape);
 }
 
 /* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
@@ -304,22 +304,17 @@ static void find_pitches(struct wavy *w)
     }
 }
 
-static struct mill_shape *create(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
+    struct wavy *w = (struct wavy *)shape;
     const struct mill_profile *profile = &chamber->drum;
     const int arcs = 2 * profile->buckles;
-    struct wavy *w = mill_shape_allocate(base, sizeof *w);
     (void)form;
-    if (!w)
-        return NULL;
     w->sectors = SECTORS * profile->buckles;
     w->arc = calloc((size_t)arcs, sizeof *w->arc);
     w->outer_at = calloc((size_t)w->sectors, sizeof *w->outer_at);
-    if (!w->arc || !w->outer_at) {
-        release(&w->base);
-        return NULL;
-    }
+    if (!w->arc || !w->outer_at)
+        return false;
     w->base.hollow = profile->arc;
     w->radius = profile->arc;
     w->far = profile->radius + profile->height;
@@ -344,12 +339,13 @@ static struct mill_shape *create(const struct mill_shape *base, const void *form
         set_edge(&w->arc[j], 1, &w->arc[(j + 1) % arcs]);
     }
     find_pitches(w);
-    return &w->base;
+    return true;
 }
 
 const struct mill_shape_type mill_wavy_type = {
     .name = "drum",
     .kind = MILL_BALL_DRUM,
+    .size = sizeof(struct wavy),
     .create = create,
     .free = release,
     .next_contact = next_contact,
@@ -358,5 +354,5 @@ const struct mill_shape_type mill_wavy_type = {
     .reachable = reachable,
     .parts = mill_wavy_parts,
     .beside = beside,
-    .draw = mill_shape_draw_drum,
+    .draw = mill_mesh_drum,
 };

@@ -3,6 +3,7 @@
  * time returned the ball is nowhere inside the wall, and at that time it touches and does not move
  * away; where none is returned it never is inside. Then the ball rebounds, and the same is asked of
  * its next flight, which begins at the wall. */
+#include "../unit/lone_shape.h"
 #include "fuzz.h"
 
 #include "geometry/shapes.h"
@@ -341,12 +342,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             continue;
         const struct mill_chamber chamber = {s.profile, s.profile.radius};
         const struct mill_shape base = {.type = &mill_wavy_type, .number = -1};
-        s.drum = mill_wavy_type.create(&base, NULL, &chamber);
+        s.drum = lone_shape(&base, NULL, &chamber);
         fuzz_require(s.drum != NULL, "out of memory");
         if (fuzz_shown())
             show(&s);
         check_shot(&s);
-        s.drum->type->free(s.drum);
+        lone_shape_free(s.drum);
     }
     return 0;
 }
