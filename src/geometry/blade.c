@@ -75,12 +75,6 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     return mill_convex_search(&b->convex, view, f, radius, now, horizon);
 }
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    return view((const struct mill_convex *)shape, mill_pose_in(pose, centre)).d - radius;
-}
-
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
                                    const struct mill_pose *pose)
 {
@@ -265,7 +259,6 @@ const struct mill_shape_type mill_blade_type = {
     .size = sizeof(struct blade),
     .create = create,
     .next_contact = next_contact,
-    .gap = gap,
     .contact = contact,
     .reachable = reachable,
     .sector = sector,

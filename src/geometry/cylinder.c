@@ -23,15 +23,6 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
                                          touching, shape->counts));
 }
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    const struct cylinder *c = (const struct cylinder *)shape;
-    (void)pose;
-    return c->inward *
-           (contact_radius(c, radius) - sqrt(centre.y * centre.y + centre.z * centre.z));
-}
-
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
                                    const struct mill_pose *pose)
 {
@@ -106,7 +97,6 @@ const struct mill_shape_type mill_cylinder_drum_type = {
     .size = sizeof(struct cylinder),
     .create = create,
     .next_contact = next_contact,
-    .gap = gap,
     .contact = contact,
     .reachable = reachable,
     .draw = mill_mesh_drum,
@@ -119,7 +109,6 @@ const struct mill_shape_type mill_cylinder_shaft_type = {
     .size = sizeof(struct cylinder),
     .create = create,
     .next_contact = next_contact,
-    .gap = gap,
     .contact = contact,
     .reachable = reachable,
     .draw = draw_shaft,

@@ -9,14 +9,6 @@ struct plate {
     double inward; /* +1 or -1: x component of the normal into the mill */
 };
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    const struct plate *w = (const struct plate *)shape;
-    (void)pose;
-    return w->inward * (centre.x - w->x) - radius;
-}
-
 static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                                     double radius, double now, double horizon, bool touching)
 {
@@ -41,11 +33,10 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                    const struct mill_pose *pose)
 {
     const struct plate *w = (const struct plate *)shape;
-    const struct mill_contact k = {{w->inward, 0.0, 0.0},
-                                   {w->x, centre.y, centre.z},
-                                   {0.0, 0.0, 0.0},
-                                   gap(shape, centre, radius, pose)};
-    return k;
+    (void)pose;
+    return (struct mill_contact){.normal = {w->inward, 0.0, 0.0},
+                                 .point = {w->x, centre.y, centre.z},
+                                 .gap = w->inward * (centre.x - w->x) - radius};
 }
 
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
@@ -77,7 +68,6 @@ const struct mill_shape_type mill_plate_type = {
     .size = sizeof(struct plate),
     .create = create,
     .next_contact = next_contact,
-    .gap = gap,
     .contact = contact,
     .reachable = reachable,
     .draw = draw,

@@ -125,8 +125,7 @@ struct mill_shape_type {
      * touching: the ball has just been in contact with this shape, now. */
     struct mill_hit (*next_contact)(const struct mill_shape *, const struct mill_flight *,
                                     double radius, double now, double horizon, bool touching);
-    /* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */
-    double (*gap)(const struct mill_shape *, vec3 centre, double radius, const struct mill_pose *);
+    /* With whatever is nearest of the shape, at any distance. */
     struct mill_contact (*contact)(const struct mill_shape *, vec3 centre, double radius,
                                    const struct mill_pose *);
     /* false: no ball of this radius with its centre in the box [lo, hi] ever touches the shape,
@@ -161,6 +160,13 @@ struct mill_shape {
 static inline struct mill_pose mill_shape_pose(const struct mill_shape *shape, double t)
 {
     return mill_motion_pose(shape->motion, t);
+}
+
+/* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */
+static inline double mill_shape_gap(const struct mill_shape *shape, vec3 centre, double radius,
+                                    const struct mill_pose *pose)
+{
+    return shape->type->contact(shape, centre, radius, pose).gap;
 }
 
 /* The contact of a ball that is due to meet the shape: of two places that it touches, the one that

@@ -122,16 +122,6 @@ static int nearest(const struct wavy *w, double y, double z, int *beside)
 
 /* ---- contacts ---- */
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    const struct wavy *w = (const struct wavy *)shape;
-    const int arc = nearest(w, centre.y, centre.z, NULL);
-    const double s = inward(arc), d = distance(&w->arc[arc], centre.y, centre.z);
-    (void)pose;
-    return s * (w->radius - s * radius - d);
-}
-
 static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 centre, double radius)
 {
     const struct arc *a = &w->arc[arc];
@@ -442,7 +432,6 @@ const struct mill_shape_type mill_wavy_type = {.name = "drum",
                                                .create = create,
                                                .free = release,
                                                .next_contact = next_contact,
-                                               .gap = gap,
                                                .contact = contact,
                                                .reachable = reachable,
                                                .parts = arcs_in_reach,

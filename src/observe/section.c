@@ -27,7 +27,7 @@ static const struct mill_shape *odd_drum(const struct mill_world *world)
             const double angle = 2 * MILL_PI * k / ANGLES;
             const struct mill_heading at = mill_elementary_heading(angle);
             const vec3 p = vec3_make(0, radius * at.cos, radius * at.sin);
-            if (!(fabs(shape->type->gap(shape, p, 0, &mill_pose_still)) < 1e-9 * radius))
+            if (!(fabs(mill_shape_gap(shape, p, 0, &mill_pose_still)) < 1e-9 * radius))
                 return shape;
         }
     }
@@ -36,7 +36,7 @@ static const struct mill_shape *odd_drum(const struct mill_world *world)
 
 static double gap_at(const struct mill_shape *drum, double y, double z)
 {
-    return drum->type->gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
+    return mill_shape_gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
 }
 
 double mill_section_radius(const struct mill_world *world)

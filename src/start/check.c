@@ -33,7 +33,7 @@ static enum mill_fault_code check_shapes(const struct mill_world *w, struct mill
         for (int k = 0; k < w->shapes; k++) {
             const struct mill_shape *s = w->shape[k];
             const struct mill_pose pose = mill_shape_pose(s, 0.0);
-            const double gap = s->type->gap(s, w->ball[i].r, radius_of(w, i), &pose);
+            const double gap = mill_shape_gap(s, w->ball[i].r, radius_of(w, i), &pose);
             if (gap >= -SLACK)
                 continue;
             fault->ball = i;

@@ -57,7 +57,7 @@ static void look_at(struct mill_fill_room *room, int shape, const int32_t first[
     for (at[0] = first[0]; at[0] <= last[0]; at[0]++) {
         for (at[1] = first[1]; at[1] <= last[1]; at[1]++) {
             for (at[2] = first[2]; at[2] <= last[2]; at[2]++) {
-                const double gap = s->type->gap(s, centre_of(room, at), 0.0, &room->pose[shape]);
+                const double gap = mill_shape_gap(s, centre_of(room, at), 0.0, &room->pose[shape]);
                 *cell_at(room, at) |= (uint64_t)(gap < near) << shape % 64;
                 if (!(gap > 0.0))
                     clear[at[0] - first[0]][at[1] - first[1]][at[2] - first[2]] = false;
@@ -149,8 +149,7 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
     const struct mill_world *w = room->world;
     const uint64_t mask = shapes_near(room, r);
     for (int k = 0; mask && k < w->shapes; k++) {
-        if (mask >> k % 64 & 1 &&
-            !(w->shape[k]->type->gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
+        if (mask >> k % 64 & 1 && !(mill_shape_gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
             return false;
     }
     return true;

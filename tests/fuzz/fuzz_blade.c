@@ -24,7 +24,7 @@ static double gap_at(const struct shot *s, double t)
 {
     const vec3 r = vec3_fly(s->flight.r, s->flight.v, s->flight.g, t);
     const struct mill_pose pose = mill_shape_pose(s->blade, t);
-    return s->blade->type->gap(s->blade, r, s->radius, &pose);
+    return mill_shape_gap(s->blade, r, s->radius, &pose);
 }
 
 /* The distance to the box, by a way of its own: the nearest point of the box by clamping in its own

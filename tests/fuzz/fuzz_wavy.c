@@ -252,7 +252,7 @@ static void check_wall(const struct shot *s, vec3 r)
 {
     const double d = depth(s, r) - s->radius, small = 1e-13 * s->profile.radius;
     const struct mill_contact k = s->drum->type->contact(s->drum, r, s->radius, &mill_pose_still);
-    require(s, fabs(s->drum->type->gap(s->drum, r, s->radius, &mill_pose_still) - d) <= small,
+    require(s, fabs(mill_shape_gap(s->drum, r, s->radius, &mill_pose_still) - d) <= small,
             "the gap is not the distance %.17g (%g)", d, 0.0);
     require(s, fabs(k.gap - d) <= small, "a contact's gap is not the distance %.17g (%g)", d, 0.0);
     require(s, fabs(vec3_norm(k.normal) - 1.0) <= 1e-14, "a normal of %.17g (%g)",
