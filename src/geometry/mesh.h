@@ -15,15 +15,10 @@ struct mill_mesh {
     int64_t (*corner)[3]; /* of each triangle: numbers of points, counter-clockwise as seen from the
                              side on which the balls are */
     bool failed;          /* out of memory: what came since is missing */
-    size_t point_room, triangle_room;
 };
 
 /* Starts empty as {0}. */
 void mill_mesh_free(struct mill_mesh *mesh);
-
-/* Number of the new point. */
-int64_t mill_mesh_point(struct mill_mesh *mesh, vec3 point);
-void mill_mesh_triangle(struct mill_mesh *mesh, int64_t a, int64_t b, int64_t c);
 
 /* The side of a prism over a profile, from x = -half_length to +half_length, seen from within or
  * from outside. Its corners lie on the profile, no flat is farther from it than the tolerance [m],
