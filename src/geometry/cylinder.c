@@ -29,38 +29,28 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     const struct cylinder *c = (const struct cylinder *)shape;
     const double rho = sqrt(centre.y * centre.y + centre.z * centre.z);
     /* only a shaft without thickness has no direction at its axis; any will do there */
-    const double uy = rho > 0.0 ? centre.y / rho : 1.0;
-    const double uz = rho > 0.0 ? centre.z / rho : 0.0;
-    struct mill_contact k;
-    k.normal = vec3_make(0.0, -c->inward * uy, -c->inward * uz);
-    k.point = vec3_make(centre.x, c->radius * uy, c->radius * uz);
-    k.velocity = mill_pose_velocity(pose, k.point);
-    k.gap = c->inward * (contact_radius(c, radius) - rho);
-    return k;
+    const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
+    const vec3 point = {centre.x, c->radius * uy, c->radius * uz};
+    return (struct mill_contact){.normal = {0.0, -c->inward * uy, -c->inward * uz},
+                                 .point = point,
+                                 .velocity = mill_pose_velocity(pose, point),
+                                 .gap = c->inward * (contact_radius(c, radius) - rho)};
 }
 
-/* Least and greatest |c| over an interval */
-static double least(double lo, double hi)
+/* The drum is near what is far from the axis, the shaft what is near it. */
+static double nearest(const struct cylinder *c, double lo, double hi)
 {
+    if (c->inward > 0.0)
+        return fmax(fabs(lo), fabs(hi));
     return lo > 0.0 ? lo : (hi < 0.0 ? -hi : 0.0);
-}
-
-static double greatest(double lo, double hi)
-{
-    return fmax(fabs(lo), fabs(hi));
 }
 
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
-    const double rho = contact_radius(c, radius);
-    const double margin = 1e-6 * c->radius + 1e-3 * radius;
-    if (c->inward > 0.0) {
-        const double y = greatest(lo.y, hi.y), z = greatest(lo.z, hi.z);
-        return sqrt(y * y + z * z) >= rho - margin;
-    }
-    const double y = least(lo.y, hi.y), z = least(lo.z, hi.z);
-    return sqrt(y * y + z * z) <= rho + margin;
+    const double y = nearest(c, lo.y, hi.y), z = nearest(c, lo.z, hi.z);
+    const double gap = c->inward * (contact_radius(c, radius) - sqrt(y * y + z * z));
+    return gap <= 1e-6 * c->radius + 1e-3 * radius;
 }
 
 /* From end wall to end wall, and its ends, so that it is a body */
@@ -91,25 +81,21 @@ static bool is_sound(const void *form)
     return is->radius > 0.0 && isfinite(is->radius);
 }
 
-const struct mill_shape_type mill_cylinder_drum_type = {
-    .name = "drum",
-    .kind = MILL_BALL_DRUM,
-    .size = sizeof(struct cylinder),
-    .create = create,
-    .next_contact = next_contact,
-    .contact = contact,
-    .reachable = reachable,
-    .draw = mill_mesh_drum,
-};
+const struct mill_shape_type mill_cylinder_drum_type = {.name = "drum",
+                                                        .kind = MILL_BALL_DRUM,
+                                                        .size = sizeof(struct cylinder),
+                                                        .create = create,
+                                                        .next_contact = next_contact,
+                                                        .contact = contact,
+                                                        .reachable = reachable,
+                                                        .draw = mill_mesh_drum};
 
-const struct mill_shape_type mill_cylinder_shaft_type = {
-    .name = "shaft",
-    .kind = MILL_BALL_SHAFT,
-    .is_sound = is_sound,
-    .size = sizeof(struct cylinder),
-    .create = create,
-    .next_contact = next_contact,
-    .contact = contact,
-    .reachable = reachable,
-    .draw = draw_shaft,
-};
+const struct mill_shape_type mill_cylinder_shaft_type = {.name = "shaft",
+                                                         .kind = MILL_BALL_SHAFT,
+                                                         .is_sound = is_sound,
+                                                         .size = sizeof(struct cylinder),
+                                                         .create = create,
+                                                         .next_contact = next_contact,
+                                                         .contact = contact,
+                                                         .reachable = reachable,
+                                                         .draw = draw_shaft};

@@ -5,10 +5,6 @@
 
 #include "geometry/shape.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 struct mill_mesh {
     size_t points, triangles;
     vec3 *point;          /* [m] */

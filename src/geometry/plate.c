@@ -62,13 +62,11 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     return true;
 }
 
-const struct mill_shape_type mill_plate_type = {
-    .name = "end wall",
-    .kind = MILL_BALL_WALL,
-    .size = sizeof(struct plate),
-    .create = create,
-    .next_contact = next_contact,
-    .contact = contact,
-    .reachable = reachable,
-    .draw = draw,
-};
+const struct mill_shape_type mill_plate_type = {.name = "end wall",
+                                                .kind = MILL_BALL_WALL,
+                                                .size = sizeof(struct plate),
+                                                .create = create,
+                                                .next_contact = next_contact,
+                                                .contact = contact,
+                                                .reachable = reachable,
+                                                .draw = draw};

@@ -10,10 +10,7 @@
 #include "millsim/kinds.h"
 #include "millsim/motion.h"
 #include "millsim/poly.h"
-#include "millsim/vec3.h"
 
-#include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 /* Some of a shape's parts: `count` of them from number `first` on, the first coming after the last.
@@ -30,10 +27,8 @@ struct mill_sector {
 
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
 struct mill_flight {
-    vec3 r;      /* [m] */
-    vec3 v;      /* [m/s] */
-    vec3 g;      /* [m/s^2] */
-    double pull; /* [m/s^2] length of g */
+    vec3 r, v, g; /* [m], [m/s], [m/s^2] */
+    double pull;  /* [m/s^2] length of g */
     /* In the frame of the shape's motion as it was lately: the ball's centre, and how much farther
      * than its radius it may reach until the horizon, whatever the motion has done since [m].
      * INFINITY: not known. */
@@ -57,8 +52,7 @@ struct mill_hit {
 /* A contact at t, or none where t is INFINITY */
 static inline struct mill_hit mill_hit_at(double t)
 {
-    const struct mill_hit hit = {t < (double)INFINITY ? MILL_HIT_CONTACT : MILL_HIT_NONE, t};
-    return hit;
+    return (struct mill_hit){t < (double)INFINITY ? MILL_HIT_CONTACT : MILL_HIT_NONE, t};
 }
 
 struct mill_contact {
