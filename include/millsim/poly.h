@@ -34,9 +34,9 @@ double mill_poly_sturm_rise(const double f[5], double t_end);
  * falling waits until p is next rising with p >= 0. With at_root, p(0) is zero by construction (a
  * contact has just happened): c[0] is taken as exactly zero whatever its value and t = 0 is divided
  * out, so the contact that was just resolved can return only if p rises at once. t_end may be
- * INFINITY. counts may be NULL. None is missed, and none invented, where the coefficients other
- * than zero lie between 1e-30 and 1e30, nor for any flight; beyond that a rise may hide behind
- * terms that differ by hundreds of orders of magnitude. */
+ * INFINITY (then by Sturm counts). counts may be NULL. None is missed, and none invented, where the
+ * coefficients other than zero lie between 1e-30 and 1e30, nor for any flight; beyond that a rise
+ * may hide behind terms that differ by hundreds of orders of magnitude. */
 double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
                             struct mill_poly_counts *counts);
 

@@ -22,8 +22,6 @@
 #define LARGEST_COEFFICIENT 1e60
 #define LONGEST_WINDOW 1e20
 #define UNDERFLOW_ERROR 1e-240
-/* A longer window is first cut behind the outermost root. */
-#define LONGEST_UNCUT 1.0
 #define MOST_PROBES 16
 
 enum verdict { NONE, FOUND, UNSURE };
@@ -214,22 +212,6 @@ static enum verdict wait_for_rise(const double f[5], double hi, double *t)
     return lowest.p < -lowest.p_error ? first_up(f, *t, hi, t) : UNSURE;
 }
 
-/* No root of f, real or complex, and so none of its derivatives, lies farther out than this
- * (Fujiwara 1916), in powers of two. */
-static double outermost_root(const double f[5])
-{
-    int n = 4, e = -5000;
-    while (n > 0 && f[n] == 0.0)
-        n--;
-    for (int k = 0; k < n; k++)
-        if (f[k] != 0.0) {
-            int d = ilogb(f[k]) - ilogb(f[n]) + 1, m = n - k;
-            d = d > 0 ? (d + m - 1) / m : -(-d / m);
-            e = d > e ? d : e;
-        }
-    return ldexp(1.0, e + 1);
-}
-
 static bool is_tame(const double f[5], double t_end)
 {
     double sum = fabs(f[0]) + fabs(f[1]) + fabs(f[2]) + fabs(f[3]) + fabs(f[4]);
@@ -254,8 +236,8 @@ static int direction(const double f[5])
     return 0;
 }
 
-/* The general case: a polynomial that is positive or next to zero at 0 or at the end, bends both
- * ways, or has a long window. Only what the end's value has not told comes here. */
+/* The general case: a polynomial that is positive or next to zero at 0 or at the end, or bends both
+ * ways. Only what the end's value has not told comes here. */
 static double search(const double c[5], double t_end, bool at_root, struct mill_poly_counts *counts)
 {
     double f[6] = {c[0], c[1], c[2], c[3], at_root ? 0.0 : c[4], 0.0};
@@ -273,10 +255,10 @@ static double search(const double c[5], double t_end, bool at_root, struct mill_
         return INFINITY;
     if (counts)
         counts->solves++;
-    double t, end = t_end > LONGEST_UNCUT ? fmin(t_end, outermost_root(f)) : t_end;
+    double t;
     enum verdict v = UNSURE;
-    if (is_tame(f, end))
-        v = f[0] > 0.0 ? wait_for_rise(f, end, &t) : first_up(f, 0.0, end, &t);
+    if (is_tame(f, t_end))
+        v = f[0] > 0.0 ? wait_for_rise(f, t_end, &t) : first_up(f, 0.0, t_end, &t);
     if (v != UNSURE)
         return v == FOUND ? t : (double)INFINITY;
     if (counts)
@@ -291,7 +273,7 @@ static double first_rise(const double c[5], double t_end, bool at_root,
     const double f[5] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4]};
     if (stays_below(f, t_end) || !(t_end >= 0.0))
         return INFINITY;
-    if (!(f[0] < -2.0 * UNDERFLOW_ERROR && t_end <= LONGEST_UNCUT && is_tame(f, t_end)))
+    if (!(f[0] < -2.0 * UNDERFLOW_ERROR && is_tame(f, t_end)))
         return search(from, t_end, at_root, counts);
     double t;
     enum verdict v = plain_rise(f, t_end, &t);
