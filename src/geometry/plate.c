@@ -1,5 +1,4 @@
-/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel to
- * it. On a straight line one division settles when, and whether in time. */
+/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel. */
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
@@ -15,17 +14,7 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     const struct plate *w = (const struct plate *)shape;
     (void)now;
     const double away = w->inward * (f->r.x - w->x) - radius, closing = -w->inward * f->v.x;
-    const double pull = -0.5 * w->inward * f->g.x;
-    if (pull == 0.0 && (touching || away > 0.0)) {
-        if (closing <= 0.0)
-            return mill_hit_at(INFINITY);
-        /* a quotient is rounded to the nearest double, so where it is not the horizon itself it
-         * lies on the right side of it */
-        const double t = away / closing;
-        if (!touching && t != horizon)
-            return mill_hit_at(t < horizon ? t : (double)INFINITY);
-    }
-    const double p[5] = {-away, closing, pull, 0.0, 0.0};
+    const double p[5] = {-away, closing, -0.5 * w->inward * f->g.x};
     return mill_hit_at(mill_poly_first_rise(p, horizon, touching, NULL));
 }
 
