@@ -255,7 +255,7 @@ static double search(const double c[5], double t_end, bool at_root, struct mill_
         return INFINITY;
     if (counts)
         counts->solves++;
-    double t;
+    double t = INFINITY;
     enum verdict v = UNSURE;
     if (is_tame(f, t_end))
         v = f[0] > 0.0 ? wait_for_rise(f, t_end, &t) : first_up(f, 0.0, t_end, &t);
