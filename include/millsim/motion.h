@@ -6,8 +6,6 @@
 
 #include "millsim/pose.h"
 
-#include <stdbool.h>
-
 struct mill_motion;
 
 /* At most, at any time */
@@ -43,10 +41,8 @@ struct mill_motion {
 
 /* A turn at constant speed about an axis through `centre`, right-handed: angle + speed t. */
 struct mill_turn {
-    vec3 centre;  /* [m] */
-    vec3 axis;    /* need not be of length 1 */
-    double speed; /* [rad/s] */
-    double angle; /* [rad] at t = 0 */
+    vec3 centre, axis;   /* [m]; need not be of length 1 */
+    double speed, angle; /* [rad/s]; [rad] at t = 0 */
 };
 extern const struct mill_motion_type mill_turn_type;
 

@@ -4,21 +4,17 @@
 #ifndef MILLSIM_OBSERVER_H
 #define MILLSIM_OBSERVER_H
 
-#include "millsim/status.h"
 #include "millsim/world.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 
 struct mill_impact {
     double time; /* [s] simulated */
     enum mill_kind kind;
-    int32_t ball;
-    int32_t partner; /* the other ball (> ball), blade or end wall number, else -1 */
-    vec3 position;   /* [m] of the contact */
-    vec3 normal;     /* unit, into the ball `ball` */
-    vec3 impulse;    /* [N s] given to the ball `ball` */
-    vec3 slip;       /* [m/s] of its surface relative to the partner's just before, along them */
+    int32_t ball, partner; /* the other ball (> ball), blade or end wall number, else -1 */
+    vec3 position;         /* [m] of the contact */
+    vec3 normal, impulse;  /* unit, into the ball `ball`; [N s] given to it */
+    vec3 slip; /* [m/s] of its surface relative to the partner's just before, along them */
     double normal_speed, tangential_speed;  /* [m/s] just before */
     double dissipation, dissipation_normal; /* [J] */
 };
@@ -59,8 +55,7 @@ struct mill_observer_type {
                                const struct mill_world *, struct mill_error *);
     /* Tells its state, or takes up one that was saved. */
     void (*state)(struct mill_observer *, struct mill_state *);
-    /* Makes what it writes to, or goes on behind what its state knows of. The file must outlive it.
-     */
+    /* Makes what it writes to, or goes on behind what its state knows; the file outlives it. */
     void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
                  const struct mill_world *);
     /* What it has gathered by now comes to, as if the run ended at local time t; it goes on. */

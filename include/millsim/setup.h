@@ -4,7 +4,6 @@
 #define MILLSIM_SETUP_H
 
 #include "millsim/impact.h"
-#include "millsim/kinds.h"
 #include "millsim/motion.h"
 
 #include <stdint.h>
@@ -12,16 +11,13 @@
 /* Balls of one kind */
 struct mill_setup_balls {
     const char *name;
-    double diameter; /* [m] */
-    double density;  /* [kg/m^3] */
+    double diameter, density; /* [m], [kg/m^3] */
     int32_t count;
 };
 
 /* One ball as it starts */
 struct mill_setup_ball {
-    vec3 position; /* [m] */
-    vec3 velocity; /* [m/s] */
-    vec3 spin;     /* [rad/s] */
+    vec3 position, velocity, spin; /* [m], [m/s], [rad/s] */
 };
 
 /* The drum with its two flat end walls. Its axis is x, its centre the origin. */
@@ -56,12 +52,11 @@ extern const struct mill_shape_type mill_cylinder_shaft_type;
 /* A box from the x axis of its motion's frame outwards, turned by `pitch` about its radial mid-line
  * (positive pitch turns the +x edge towards increasing angle). */
 struct mill_blade {
-    double position;   /* [m] x of its centre */
-    double angle;      /* [rad] from +y towards +z */
-    double tip_radius; /* [m] */
-    double width;      /* [m] along the axis before pitching */
-    double thickness;  /* [m] around the axis before pitching */
-    double pitch;      /* [rad] */
+    double position;         /* [m] x of its centre */
+    double angle;            /* [rad] from +y towards +z */
+    double tip_radius;       /* [m] */
+    double width, thickness; /* [m] along and around the axis before pitching */
+    double pitch;            /* [rad] */
 };
 extern const struct mill_shape_type mill_blade_type;
 

@@ -4,12 +4,8 @@
 
 #include "millsim/observer.h"
 #include "millsim/state.h"
-#include "millsim/status.h"
-#include "millsim/world.h"
 
 #include <signal.h>
-#include <stdbool.h>
-#include <stddef.h>
 
 struct mill_sim;
 
@@ -59,9 +55,7 @@ enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_er
 struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim);
 
 const struct mill_world *mill_sim_world(const struct mill_sim *sim);
-
-/* Simulated time reached [s]; local time of the same. */
-double mill_sim_time(const struct mill_sim *sim);
-double mill_sim_local_time(const struct mill_sim *sim);
+double mill_sim_time(const struct mill_sim *sim);       /* [s] simulated time reached */
+double mill_sim_local_time(const struct mill_sim *sim); /* the same as local time */
 
 #endif

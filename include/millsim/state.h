@@ -10,11 +10,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum mill_field {
-    MILL_FIELD_F64,
-    MILL_FIELD_I32,
-    MILL_FIELD_WORD /* 8 bytes of a struct */
-};
+enum mill_field { MILL_FIELD_F64, MILL_FIELD_I32, MILL_FIELD_WORD /* 8 bytes of a struct */ };
 
 struct mill_state {
     /* Saves `count` > 0 elements, or fills them with those that were saved under this name. A

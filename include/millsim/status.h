@@ -5,8 +5,7 @@
 
 enum mill_status {
     MILL_OK = 0,
-    MILL_FAILED =
-        1, /* the run failed: disk full, out of memory, file unreadable, time stands still */
+    MILL_FAILED = 1,   /* disk full, out of memory, file unreadable, time stands still */
     MILL_BAD_DECK = 2, /* wrong usage or a wrong deck */
     MILL_STOPPED = 3,  /* stopped by a signal; everything up to then is good */
     MILL_ENDED = 4     /* an observer has seen enough; the error's text says why */

@@ -23,8 +23,7 @@ static inline double mill_greatest(double a, double b)
 
 static inline vec3 vec3_make(double x, double y, double z)
 {
-    vec3 v = {x, y, z};
-    return v;
+    return (vec3){x, y, z};
 }
 
 static inline vec3 vec3_add(vec3 a, vec3 b)

@@ -4,28 +4,23 @@
 #define MILLSIM_WORLD_H
 
 #include "millsim/impact.h"
-#include "millsim/kinds.h"
 #include "millsim/motion.h"
 #include "millsim/poly.h"
 #include "millsim/status.h"
-#include "millsim/vec3.h"
 
 #include <stdint.h>
 
 /* The hot record: one cache line. The ball is at r with v at its own time t and flies on freely. */
 struct mill_ball {
-    vec3 r;            /* [m] */
-    vec3 v;            /* [m/s] */
-    double t;          /* [s] local time of r and v */
+    vec3 r, v;         /* [m], [m/s] */
+    double t;          /* [s] local time of these */
     uint32_t contacts; /* so far, modulo 2^32: tells a stale prediction */
     int32_t species;
 };
 
 struct mill_species {
     char name[64];
-    double radius;  /* [m] */
-    double mass;    /* [kg] */
-    double inertia; /* [kg m^2] about any diameter */
+    double radius, mass, inertia; /* [m], [kg], [kg m^2] about any diameter */
 };
 
 /* Impacts are fast from these normal speeds on [m/s]: counted apart, because rates of fast impacts
@@ -38,13 +33,11 @@ struct mill_account {
     double rotor_work;       /* [J] done on the balls */
     double rotor_work_gross; /* [J] sum of |work| of the single impacts */
     double rotor_impulse;    /* [N m s] angular impulse about +x given to the balls by the rotor */
-    double dissipation[MILL_KINDS];        /* [J] */
-    double dissipation_normal[MILL_KINDS]; /* [J] its normal part */
-    double dissipation_gross;              /* [J] sum of |dissipation| */
+    double dissipation[MILL_KINDS], dissipation_normal[MILL_KINDS]; /* [J] all, its normal part */
+    double dissipation_gross;                                       /* [J] sum of |dissipation| */
     double incident; /* [J] sum of the energies of normal approach, m* v_n^2 / 2 */
-    uint64_t collisions[MILL_KINDS];
-    uint64_t floored[MILL_KINDS];               /* of these: the rebound floor acted */
-    uint64_t fast[MILL_KINDS][MILL_WORLD_FAST]; /* of these: at or above mill_world_fast */
+    uint64_t collisions[MILL_KINDS], floored[MILL_KINDS]; /* of these: the rebound floor acted */
+    uint64_t fast[MILL_KINDS][MILL_WORLD_FAST];           /* and: at or above mill_world_fast */
 };
 
 struct mill_counts {
@@ -61,9 +54,7 @@ struct mill_counts {
 };
 
 struct mill_energy {
-    double kinetic;    /* [J] translational */
-    double rotational; /* [J] */
-    double potential;  /* [J] 0 for a ball at the origin */
+    double kinetic, rotational, potential; /* [J]; the last 0 for a ball at the origin */
 };
 
 struct mill_shape;
@@ -98,8 +89,7 @@ vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);
 /* Energies of all balls at local time t. */
 struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 
-/* |rotor work - change of energy - dissipation| and the energy turned over until local time t [J].
- */
+/* [J] |rotor work - change of energy - dissipation|, the energy turned over until local time t. */
 void mill_world_balance(const struct mill_world *world, double t, double *error, double *turnover);
 
 #endif

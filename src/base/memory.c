@@ -12,10 +12,8 @@ void *mill_memory_get(size_t count, size_t size)
 {
     assert(size > 0);
     void *memory = NULL;
-    if (size > 0 && count > (SIZE_MAX - LINE) / size)
-        return NULL;
-    const size_t bytes = count * size > 0 ? count * size : LINE;
-    if (posix_memalign(&memory, LINE, bytes) != 0)
+    const size_t bytes = count > 0 ? count * size : LINE;
+    if (count > (SIZE_MAX - LINE) / size || posix_memalign(&memory, LINE, bytes) != 0)
         return NULL;
     return memset(memory, 0, bytes);
 }

@@ -12,8 +12,8 @@
 #include <float.h>
 #include <math.h>
 
-#include "base/poly_sturm.h"
 #include "millsim/poly.h"
+#include "millsim/vec3.h"
 
 /* Horner's rule with derivative needs 5 eps; the rest covers curvature taken as zero by rounding.
  */
@@ -22,8 +22,6 @@
 #define LARGEST_COEFFICIENT 1e60
 #define LONGEST_WINDOW 1e20
 #define UNDERFLOW_ERROR 1e-240
-/* A longer window is first cut behind the outermost root. */
-#define LONGEST_UNCUT 1.0
 #define MOST_PROBES 16
 
 enum verdict { NONE, FOUND, UNSURE };
@@ -33,14 +31,28 @@ struct sample {
     double t, p, slope, p_error, slope_error;
 };
 
+static inline double value_at(const double f[5], double t)
+{
+    return (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
+}
+
+static inline double slope_at(const double f[5], double t)
+{
+    return ((4.0 * f[4] * t + 3.0 * f[3]) * t + 2.0 * f[2]) * t + f[1];
+}
+
+/* Of the terms that change, together; t >= 0 */
+static inline double size_at(const double f[5], double t)
+{
+    return (((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t + fabs(f[1])) * t;
+}
+
 static struct sample sample_at(const double f[5], double t)
 {
-    double s3 = 4.0 * f[4], s2 = 3.0 * f[3], s1 = 2.0 * f[2];
-    double p = (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
-    double slope = ((s3 * t + s2) * t + s1) * t + f[1];
-    double slopes = ((fabs(s3) * t + fabs(s2)) * t + fabs(s1)) * t + fabs(f[1]);
-    double values = ((((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t) + fabs(f[1])) * t;
-    return (struct sample){t, p, slope, ROUNDING * (values + fabs(f[0])) + UNDERFLOW_ERROR,
+    const double slopes =
+        ((4.0 * fabs(f[4]) * t + 3.0 * fabs(f[3])) * t + 2.0 * fabs(f[2])) * t + fabs(f[1]);
+    return (struct sample){t, value_at(f, t), slope_at(f, t),
+                           ROUNDING * (size_at(f, t) + fabs(f[0])) + UNDERFLOW_ERROR,
                            ROUNDING * slopes + UNDERFLOW_ERROR};
 }
 
@@ -77,20 +89,18 @@ static inline double refine(const double f[5], double lo, double at_lo, double s
     if (!(t > lo && t < hi))
         t = hi;
     for (;;) {
-        double p = (((f[4] * t + f[3]) * t + f[2]) * t + f[1]) * t + f[0];
-        double slope = ((4.0 * f[4] * t + 3.0 * f[3]) * t + 2.0 * f[2]) * t + f[1];
-        double noise = (((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t + fabs(f[1])) * t;
-        if (fabs(p) <= 0.5 * DBL_EPSILON * (noise + fabs(f[0])))
+        const double p = value_at(f, t), slope = slope_at(f, t);
+        if (fabs(p) <= 0.5 * DBL_EPSILON * (size_at(f, t) + fabs(f[0])))
             return t;
-        double inverse = 1.0 / slope, newton = p * inverse;
-        double second = curvature(f, t) * inverse * newton;
-        double third = (4.0 * f[4] * t + f[3]) * inverse * newton * newton;
-        double step = newton * (1.0 + second), next = t - step;
+        const double inverse = 1.0 / slope, newton = p * inverse;
+        const double second = curvature(f, t) * inverse * newton;
+        const double third = (4.0 * f[4] * t + f[3]) * inverse * newton * newton;
+        const double left = fabs(newton) * (2.0 * second * second + fabs(third));
+        double next = t - newton * (1.0 + second);
         if (p < 0.0)
             lo = t;
         else
             hi = t;
-        double left = fabs(newton) * (2.0 * second * second + fabs(third));
         if (slope > 0.0 && left <= 0.25 * DBL_EPSILON * t)
             return next < lo ? lo : next > hi ? hi : next;
         if (!(slope > 0.0 && next > lo && next < hi)) {
@@ -100,11 +110,6 @@ static inline double refine(const double f[5], double lo, double at_lo, double s
         }
         t = next;
     }
-}
-
-static double refine_from(const double f[5], const struct sample *a, double hi)
-{
-    return refine(f, a->t, a->p, a->slope, curvature(f, a->t), hi);
 }
 
 /* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b: does it touch zero
@@ -122,7 +127,7 @@ static enum verdict probe(const double f[5], struct sample a, struct sample b, d
             return UNSURE;
         struct sample s = sample_at(f, top);
         if (s.p > s.p_error) {
-            *t = refine_from(f, &a, s.t);
+            *t = refine(f, a.t, a.p, a.slope, curvature(f, a.t), s.t);
             return FOUND;
         }
         if (s.p >= -s.p_error)
@@ -142,7 +147,7 @@ static enum verdict search_piece(const double f[5], const struct sample *a, cons
                                  double *t)
 {
     if (b->p > b->p_error) {
-        *t = refine_from(f, a, b->t);
+        *t = refine(f, a->t, a->p, a->slope, curvature(f, a->t), b->t);
         return FOUND;
     }
     if (b->p >= -b->p_error)
@@ -162,9 +167,8 @@ static inline enum verdict plain_rise(const double f[5], double hi, double *t)
     bool convex = bend >= 0.0 && middle >= 0.0 && last >= 0.0;
     if (!convex && !(bend <= 0.0 && middle <= 0.0 && last <= 0.0))
         return UNSURE;
-    double p = (((f[4] * hi + f[3]) * hi + f[2]) * hi + f[1]) * hi + f[0];
-    double values = ((((fabs(f[4]) * hi + fabs(f[3])) * hi + fabs(f[2])) * hi) + fabs(f[1])) * hi;
-    double error = ROUNDING * (values - f[0]) + UNDERFLOW_ERROR;
+    const double p = value_at(f, hi);
+    const double error = ROUNDING * (size_at(f, hi) - f[0]) + UNDERFLOW_ERROR;
     if (p > error) {
         *t = refine(f, 0.0, f[0], f[1], bend, hi);
         return FOUND;
@@ -208,39 +212,18 @@ static enum verdict wait_for_rise(const double f[5], double hi, double *t)
     return lowest.p < -lowest.p_error ? first_up(f, *t, hi, t) : UNSURE;
 }
 
-/* No root of f, real or complex, and so none of its derivatives, lies farther out than this
- * (Fujiwara 1916), in powers of two. */
-static double outermost_root(const double f[5])
-{
-    int n = 4, e = -5000;
-    while (n > 0 && f[n] == 0.0)
-        n--;
-    for (int k = 0; k < n; k++)
-        if (f[k] != 0.0) {
-            int d = ilogb(f[k]) - ilogb(f[n]) + 1, m = n - k;
-            d = d > 0 ? (d + m - 1) / m : -(-d / m);
-            e = d > e ? d : e;
-        }
-    return ldexp(1.0, e + 1);
-}
-
 static bool is_tame(const double f[5], double t_end)
 {
     double sum = fabs(f[0]) + fabs(f[1]) + fabs(f[2]) + fabs(f[3]) + fabs(f[4]);
     return sum <= LARGEST_COEFFICIENT && t_end <= LONGEST_WINDOW;
 }
 
-static double above_zero(double x)
-{
-    return x > 0.0 ? x : 0.0;
-}
-
 /* An upper bound of f over [0, t_end] that is below zero, in a few operations: what can raise f,
  * summed at t_end. Nine roundings of positive terms, of half an eps each, are within its margin. */
 static bool stays_below(const double f[5], double t_end)
 {
-    double rise = above_zero(f[3]) + t_end * above_zero(f[4]);
-    rise = t_end * (above_zero(f[1]) + t_end * (above_zero(f[2]) + t_end * rise));
+    double rise = mill_greatest(f[3], 0.0) + t_end * mill_greatest(f[4], 0.0);
+    rise = t_end * (mill_greatest(f[1], 0.0) + t_end * (mill_greatest(f[2], 0.0) + t_end * rise));
     return rise * (1.0 + 16.0 * DBL_EPSILON) + UNDERFLOW_ERROR < -f[0];
 }
 
@@ -253,8 +236,8 @@ static int direction(const double f[5])
     return 0;
 }
 
-/* The general case: a polynomial that is positive or next to zero at 0 or at the end, bends both
- * ways, or has a long window. Only what the end's value has not told comes here. */
+/* The general case: a polynomial that is positive or next to zero at 0 or at the end, or bends both
+ * ways. Only what the end's value has not told comes here. */
 static double search(const double c[5], double t_end, bool at_root, struct mill_poly_counts *counts)
 {
     double f[6] = {c[0], c[1], c[2], c[3], at_root ? 0.0 : c[4], 0.0};
@@ -272,10 +255,10 @@ static double search(const double c[5], double t_end, bool at_root, struct mill_
         return INFINITY;
     if (counts)
         counts->solves++;
-    double t, end = t_end > LONGEST_UNCUT ? fmin(t_end, outermost_root(f)) : t_end;
+    double t = INFINITY;
     enum verdict v = UNSURE;
-    if (is_tame(f, end))
-        v = f[0] > 0.0 ? wait_for_rise(f, end, &t) : first_up(f, 0.0, end, &t);
+    if (is_tame(f, t_end))
+        v = f[0] > 0.0 ? wait_for_rise(f, t_end, &t) : first_up(f, 0.0, t_end, &t);
     if (v != UNSURE)
         return v == FOUND ? t : (double)INFINITY;
     if (counts)
@@ -290,7 +273,7 @@ static double first_rise(const double c[5], double t_end, bool at_root,
     const double f[5] = {from[0], from[1], from[2], from[3], at_root ? 0.0 : c[4]};
     if (stays_below(f, t_end) || !(t_end >= 0.0))
         return INFINITY;
-    if (!(f[0] < -2.0 * UNDERFLOW_ERROR && t_end <= LONGEST_UNCUT && is_tame(f, t_end)))
+    if (!(f[0] < -2.0 * UNDERFLOW_ERROR && is_tame(f, t_end)))
         return search(from, t_end, at_root, counts);
     double t;
     enum verdict v = plain_rise(f, t_end, &t);
@@ -307,6 +290,6 @@ double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
     assert(t_end >= 0.0);
     const double t = first_rise(c, t_end, at_root, counts);
     if (counts && counts->checked)
-        counts->refuted += !mill_poly_quartic_agrees(c, t_end, at_root, t);
+        counts->refuted += !mill_poly_agrees(c, t_end, at_root, t);
     return t;
 }

@@ -5,14 +5,13 @@
  * and signs are those of the given doubles. A vanishing element takes the sign it has just to the
  * right, which makes the count hold at multiple roots too, and the interval open at lo and closed
  * at hi. */
-#include "base/poly_sturm.h"
+#include "millsim/poly.h"
 
 #include <assert.h>
 #include <float.h>
 #include <math.h>
 
 #include "base/poly_wide.h"
-#include "millsim/poly.h"
 
 struct poly {
     int degree;
@@ -26,89 +25,77 @@ struct chain {
 
 static void drop_leading_zeros(struct poly *p)
 {
-    while (p->degree >= 0 && wide_sign(&p->c[p->degree]) == 0)
+    while (p->degree >= 0 && wide_sign(p->c[p->degree]) == 0)
         p->degree--;
 }
 
-static void poly_from(const double *c, int degree, struct poly *p)
+static struct poly poly_from(const double *c, int degree)
 {
-    p->degree = degree;
+    struct poly p = {.degree = degree};
     for (int k = 0; k <= degree; k++)
-        p->c[k] = wide_from(c[k]);
-    drop_leading_zeros(p);
+        p.c[k] = wide_from(c[k]);
+    drop_leading_zeros(&p);
+    return p;
 }
 
-static void derivative(const struct poly *p, struct poly *d)
+static struct poly derivative(const struct poly *p)
 {
-    d->degree = p->degree - 1;
-    for (int k = 1; k <= p->degree; k++) {
-        struct wide factor = wide_from(k);
-        d->c[k - 1] = wide_product(&factor, &p->c[k]);
-    }
-}
-
-/* a mod b times a positive number, in place: a <- |lead b| a - (+-lead a) x^k b until it is shorter
- */
-static void reduce(struct poly *a, const struct poly *b)
-{
-    struct wide scale = b->c[b->degree];
-    int sign = scale.sign;
-    scale.sign = 1;
-    while (a->degree >= b->degree) {
-        int shift = a->degree - b->degree;
-        struct wide lead = a->c[a->degree];
-        lead.sign *= -sign;
-        for (int k = 0; k < a->degree; k++) {
-            a->c[k] = wide_product(&scale, &a->c[k]);
-            if (k >= shift) {
-                struct wide term = wide_product(&lead, &b->c[k - shift]);
-                a->c[k] = wide_sum(&a->c[k], &term);
-            }
-        }
-        a->degree--;
-        drop_leading_zeros(a);
-    }
+    struct poly d = {.degree = p->degree - 1};
+    for (int k = 1; k <= p->degree; k++)
+        d.c[k - 1] = wide_product(wide_from(k), p->c[k]);
+    return d;
 }
 
 /* n p - x p', which leaves the same remainder by p' as n p does, but is a degree lower */
-static void shortened(const struct poly *p, struct poly *e)
+static struct poly shortened(const struct poly *p)
 {
-    e->degree = p->degree - 1;
-    for (int k = 0; k <= e->degree; k++) {
-        struct wide factor = wide_from(p->degree - k);
-        e->c[k] = wide_product(&factor, &p->c[k]);
+    struct poly e = {.degree = p->degree - 1};
+    for (int k = 0; k <= e.degree; k++)
+        e.c[k] = wide_product(wide_from(p->degree - k), p->c[k]);
+    drop_leading_zeros(&e);
+    return e;
+}
+
+/* -(a mod b) times a positive number: a <- |lead b| a - (+-lead a) x^k b until it is shorter */
+static struct poly negative_rest(struct poly a, const struct poly *b)
+{
+    struct wide scale = b->c[b->degree];
+    const int sign = scale.sign;
+    scale.sign = 1;
+    while (a.degree >= b->degree) {
+        const int shift = a.degree - b->degree;
+        struct wide lead = a.c[a.degree--];
+        lead.sign *= -sign;
+        for (int k = 0; k <= a.degree; k++) {
+            a.c[k] = wide_product(scale, a.c[k]);
+            if (k >= shift)
+                a.c[k] = wide_sum(a.c[k], wide_product(lead, b->c[k - shift]));
+        }
+        drop_leading_zeros(&a);
     }
-    drop_leading_zeros(e);
+    for (int k = 0; k <= a.degree; k++)
+        a.c[k].sign *= -1;
+    return a;
 }
 
 static void chain_of(const struct poly *p, struct chain *s)
 {
     s->p[0] = *p;
-    s->length = 1;
-    if (p->degree < 1)
-        return;
-    derivative(p, &s->p[1]);
-    for (s->length = 2; s->p[s->length - 1].degree > 0; s->length++) {
+    s->p[1] = derivative(p);
+    for (s->length = p->degree < 1 ? 1 : 2; s->p[s->length - 1].degree > 0; s->length++) {
         struct poly *rest = &s->p[s->length];
-        if (s->length == 2)
-            shortened(p, rest);
-        else
-            *rest = s->p[s->length - 2];
-        reduce(rest, &s->p[s->length - 1]);
+        *rest = negative_rest(s->length == 2 ? shortened(p) : rest[-2], &rest[-1]);
         if (rest->degree < 0)
             return;
-        for (int k = 0; k <= rest->degree; k++)
-            rest->c[k] = wide_negative(&rest->c[k]);
     }
 }
 
 static struct wide value(const struct poly *p, double x)
 {
-    struct wide at = wide_from(x), v = p->c[p->degree];
-    for (int k = p->degree - 1; k >= 0; k--) {
-        v = wide_product(&v, &at);
-        v = wide_sum(&v, &p->c[k]);
-    }
+    const struct wide at = wide_from(x);
+    struct wide v = p->c[p->degree];
+    for (int k = p->degree - 1; k >= 0; k--)
+        v = wide_sum(wide_product(v, at), p->c[k]);
     return v;
 }
 
@@ -117,23 +104,19 @@ static int sign_at(const struct poly *p, double x)
     if (p->degree < 0)
         return 0;
     if (isinf(x)) {
-        int lead = wide_sign(&p->c[p->degree]);
+        const int lead = wide_sign(p->c[p->degree]);
         return x < 0.0 && (p->degree & 1) ? -lead : lead;
     }
-    struct wide v = value(p, x);
-    return wide_sign(&v);
+    return wide_sign(value(p, x));
 }
 
 /* sign of p just to the right of x */
 static int sign_after(const struct poly *p, double x)
 {
     int sign = sign_at(p, x);
-    if (sign != 0 || p->degree < 1)
-        return sign;
     struct poly d = *p;
     while (sign == 0 && d.degree > 0) {
-        struct poly of = d;
-        derivative(&of, &d);
+        d = derivative(&d);
         sign = sign_at(&d, x);
     }
     return sign;
@@ -153,13 +136,10 @@ static int sign_changes(const struct chain *s, double x)
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi)
 {
     assert(degree >= 0 && degree <= 4);
-    struct poly p;
+    const struct poly p = poly_from(c, degree);
     struct chain s;
-    poly_from(c, degree, &p);
-    if (p.degree < 1 || !(lo < hi))
-        return 0;
     chain_of(&p, &s);
-    return sign_changes(&s, lo) - sign_changes(&s, hi);
+    return lo < hi ? sign_changes(&s, lo) - sign_changes(&s, hi) : 0;
 }
 
 /* For 0 <= lo < hi: by exponents while they differ, then halfway */
@@ -194,28 +174,27 @@ static double isolate(const struct chain *s, double *lo, double hi, int from, in
 /* a / b, also where a or b lies beyond the range of doubles */
 static double ratio(struct wide a, struct wide b)
 {
-    const int shift = (a.exponent + a.size) - (b.exponent + b.size);
+    const int shift = wide_top(a) - wide_top(b);
     a.exponent = -a.size;
     b.exponent = -b.size;
-    return ldexp(wide_to_double(&a) / wide_to_double(&b), 32 * shift);
+    return ldexp(wide_to_double(a) / wide_to_double(b), 32 * shift);
 }
 
 /* The only root of p in (lo, hi], where p turns positive: Newton on exact values, bisection where
  * it strays. hi may be INFINITY. */
 static double refine(const struct poly *p, double lo, double hi)
 {
-    struct poly slope;
-    derivative(p, &slope);
+    const struct poly slope = derivative(p);
     double x = middle(lo, hi), last = INFINITY;
     while (x > lo && x < hi) {
-        struct wide v = value(p, x), d = value(&slope, x);
-        if (wide_sign(&v) == 0)
+        const struct wide v = value(p, x);
+        if (wide_sign(v) == 0)
             return x;
-        if (wide_sign(&v) < 0)
+        if (wide_sign(v) < 0)
             lo = x;
         else
             hi = x;
-        double step = ratio(v, d), next = x - step;
+        double step = ratio(v, value(&slope, x)), next = x - step;
         if (fabs(step) <= 0.5 * DBL_EPSILON * x && next >= lo && next <= hi)
             return next;
         if (!(next > lo && next < hi && fabs(step) <= 0.5 * last)) {
@@ -234,8 +213,6 @@ static double first_up(const struct poly *p, double lo, double hi)
     struct chain s;
     chain_of(p, &s);
     int from = sign_changes(&s, lo), to = sign_changes(&s, hi);
-    if (p->degree < 1 || from <= to)
-        return INFINITY;
     while (from > to) {
         double end = isolate(&s, &lo, hi, from, to);
         if (sign_after(p, end) > 0)
@@ -248,13 +225,12 @@ static double first_up(const struct poly *p, double lo, double hi)
 
 double mill_poly_sturm_rise(const double f[5], double t_end)
 {
-    struct poly p, slope;
-    poly_from(f, 4, &p);
-    if (f[0] < 0.0)
-        return first_up(&p, 0.0, t_end);
-    derivative(&p, &slope);
-    double lowest = first_up(&slope, 0.0, t_end);
-    if (isinf(lowest) || sign_at(&p, lowest) >= 0)
-        return lowest;
-    return first_up(&p, lowest, t_end);
+    const struct poly p = poly_from(f, 4), slope = derivative(&p);
+    double from = 0.0;
+    if (f[0] > 0.0) {
+        from = first_up(&slope, 0.0, t_end);
+        if (isinf(from) || sign_at(&p, from) >= 0)
+            return from;
+    }
+    return first_up(&p, from, t_end);
 }

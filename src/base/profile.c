@@ -18,20 +18,21 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
     const double q = 2.0 * s * s, h = height;
     const double rest = q * radius * radius - 2.0 * h * h;
     const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
-    struct mill_profile p;
-    p.buckles = buckles;
-    p.radius = radius;
-    p.height = height;
-    p.angle = angle;
-    p.arc = u + h;
     /* R - u, which cancels where h is small, from the equation of u */
-    p.outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
-    p.inner = radius + u;
+    const double outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
+    const double inner = radius + u;
     /* at an inner centre, between the axis and the next outer centre */
     const struct mill_heading half = mill_elementary_heading(half_pitch);
-    p.half_inner = mill_elementary_atan2(p.outer * half.sin, p.inner - p.outer * half.cos);
-    p.half_outer = p.half_inner + half_pitch;
-    return p;
+    const double half_inner = mill_elementary_atan2(outer * half.sin, inner - outer * half.cos);
+    return (struct mill_profile){.buckles = buckles,
+                                 .radius = radius,
+                                 .height = height,
+                                 .angle = angle,
+                                 .arc = u + h,
+                                 .outer = outer,
+                                 .inner = inner,
+                                 .half_outer = half_inner + half_pitch,
+                                 .half_inner = half_inner};
 }
 
 /* An arc meets its mirror image in the neighbouring half pitch where it spans the direction square

@@ -219,7 +219,7 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
         if (!s->type->pinches)
             continue;
         const struct mill_pose pose = mill_shape_pose(s, now);
-        if (s->type->gap(s, w->ball[i].r, radius, &pose) <= CLEAR * radius)
+        if (mill_shape_gap(s, w->ball[i].r, radius, &pose) <= CLEAR * radius)
             return false;
     }
     return true;
@@ -386,7 +386,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
         const struct mill_shape *s = w->shape[k];
         const struct mill_pose pose = mill_shape_pose(s, t);
         if (!p->plan[i].let_go || !s->type->pinches)
-            deepest = fmax(deepest, -s->type->gap(s, r, radius, &pose));
+            deepest = fmax(deepest, -mill_shape_gap(s, r, radius, &pose));
     }
     return deepest;
 }

@@ -170,7 +170,7 @@ enum mill_status mill_sim_paranoid_met(const struct mill_sim_paranoid *p, int32_
     } else {
         const struct mill_shape *shape = w->shape[due->shape];
         const struct mill_pose pose = mill_shape_pose(shape, now);
-        const double gap = shape->type->gap(shape, place(w, i, now), radius_of(w, i), &pose);
+        const double gap = mill_shape_gap(shape, place(w, i, now), radius_of(w, i), &pose);
         if (!(gap <= MILL_SHAPE_CLOSED + surface_slack(p->schedule, i, now, now)))
             return mill_error_set(error, MILL_FAILED,
                                   "paranoid: ball %ld met a surface (%s) with a gap of %.3g m at t "
@@ -247,8 +247,8 @@ struct pass {
 static double gap_at(const struct pass *k, double t)
 {
     const struct mill_pose pose = mill_shape_pose(k->shape, t);
-    return k->shape->type->gap(k->shape, place(k->world, k->ball, t), radius_of(k->world, k->ball),
-                               &pose);
+    return mill_shape_gap(k->shape, place(k->world, k->ball, t), radius_of(k->world, k->ball),
+                          &pose);
 }
 
 /* The surface's own search until it says when, or `end` is passed. */
@@ -340,7 +340,7 @@ enum mill_status mill_sim_paranoid_ball(struct mill_sim_paranoid *p, int32_t i, 
     }
     if (status == MILL_OK && w->counts.quartics.refuted > 0)
         status = mill_error_set(error, MILL_FAILED,
-                                "paranoid: the closed form of a quartic refutes a contact of ball "
+                                "paranoid: the turns of a quartic refute a contact of ball "
                                 "%ld, or that there is none, at t = %.17g s",
                                 (long)i, w->base + now);
     w->counts.quartics = counts; /* the searches of the run alone are counted */

@@ -10,19 +10,37 @@
 /* Of the drum's length: a blade may just touch the end walls. */
 #define ROUNDING 1e-12
 
+/* A blade turned by its pitch p is w |cos p| + t |sin p| long along the axis and w |sin p| + t |cos
+ * p| wide around it, and its corners reach further out than tip_radius. */
+struct extent {
+    double along, across; /* [m] half of its length along the axis, and around it */
+    double reach;         /* [m] of its corners from the axis */
+};
+
 struct blade {
     struct mill_convex convex;
-    vec3 centre;  /* [m] of the box, in the motion's frame */
-    vec3 w, s, h; /* unit, in that frame: along the width, radial, along the thickness */
-    double half_w, half_s, half_h; /* [m] */
-    double across;                 /* [m] half extent around the axis */
-    double reach_x, reach_rho; /* [m] extent along the x axis from the centre, and from that axis;
-                                  INFINITY: it moves otherwise */
+    vec3 centre;          /* [m] of the box, in the motion's frame */
+    vec3 w, s, h;         /* unit, in that frame: along the width, radial, along the thickness */
+    vec3 half;            /* [m] along these */
+    struct extent extent; /* along and reach: INFINITY where it moves otherwise than about x */
 };
 
 static double clamp_out(double q, double half)
 {
     return q > half ? q - half : (q < -half ? q + half : 0.0);
+}
+
+/* A place along the box's own axes, and how far out of the box that is */
+static inline vec3 to_box(const struct blade *b, vec3 place)
+{
+    const vec3 q = vec3_sub(place, b->centre);
+    return vec3_make(vec3_dot(b->w, q), vec3_dot(b->s, q), vec3_dot(b->h, q));
+}
+
+static inline vec3 beyond(const struct blade *b, vec3 q)
+{
+    return vec3_make(clamp_out(q.x, b->half.x), clamp_out(q.y, b->half.y),
+                     clamp_out(q.z, b->half.z));
 }
 
 /* Along the box's own axes to the motion's frame */
@@ -34,51 +52,33 @@ static vec3 to_frame(const struct blade *b, double w, double s, double h)
 MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 place)
 {
     const struct blade *b = (const struct blade *)convex;
-    const vec3 q = vec3_sub(place, b->centre);
-    const double w = vec3_dot(b->w, q), s = vec3_dot(b->s, q), h = vec3_dot(b->h, q);
-    const double ow = clamp_out(w, b->half_w);
-    const double os = clamp_out(s, b->half_s);
-    const double oh = clamp_out(h, b->half_h);
-    const double square = ow * ow + os * os + oh * oh;
+    const vec3 q = to_box(b, place), out = beyond(b, q);
+    const double square = vec3_dot(out, out);
     if (square > 0.0) {
         const double d = sqrt(square);
-        return (struct mill_view){d, to_frame(b, ow / d, os / d, oh / d)};
+        return (struct mill_view){d, to_frame(b, out.x / d, out.y / d, out.z / d)};
     }
     /* the centre is inside: only a pinched ball gets here; out through the nearest face */
-    const double dw = fabs(w) - b->half_w, ds = fabs(s) - b->half_s, dh = fabs(h) - b->half_h;
-    const double d = fmax(dw, fmax(ds, dh));
+    const double dw = fabs(q.x) - b->half.x, ds = fabs(q.y) - b->half.y;
+    const double dh = fabs(q.z) - b->half.z, d = fmax(dw, fmax(ds, dh));
     if (d == dw)
-        return (struct mill_view){d, to_frame(b, w < 0.0 ? -1.0 : 1.0, 0.0, 0.0)};
+        return (struct mill_view){d, to_frame(b, q.x < 0.0 ? -1.0 : 1.0, 0.0, 0.0)};
     if (d == dh)
-        return (struct mill_view){d, to_frame(b, 0.0, 0.0, h < 0.0 ? -1.0 : 1.0)};
-    return (struct mill_view){d, to_frame(b, 0.0, s < 0.0 ? -1.0 : 1.0, 0.0)};
-}
-
-/* Certainly no contact: a sphere that holds the ball and all its way misses the box. */
-static bool is_out_of_reach(const struct blade *b, const struct mill_flight *f, double radius)
-{
-    const vec3 q = vec3_sub(f->place, b->centre);
-    const double w = clamp_out(vec3_dot(b->w, q), b->half_w);
-    const double s = clamp_out(vec3_dot(b->s, q), b->half_s);
-    const double h = clamp_out(vec3_dot(b->h, q), b->half_h);
-    const double far = radius + f->travel;
-    return w * w + s * s + h * h > far * far;
+        return (struct mill_view){d, to_frame(b, 0.0, 0.0, q.z < 0.0 ? -1.0 : 1.0)};
+    return (struct mill_view){d, to_frame(b, 0.0, q.y < 0.0 ? -1.0 : 1.0, 0.0)};
 }
 
 static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                                     double radius, double now, double horizon, bool touching)
 {
     const struct blade *b = (const struct blade *)shape;
-    if (is_out_of_reach(b, f, radius)) /* most are */
-        return mill_hit_at(INFINITY);
+    const vec3 out = beyond(b, to_box(b, f->place));
+    const double far = radius + f->travel;
     (void)touching;
+    /* most: a sphere that holds the ball and all its way misses the box */
+    if (vec3_dot(out, out) > far * far)
+        return mill_hit_at(INFINITY);
     return mill_convex_search(&b->convex, view, f, radius, now, horizon);
-}
-
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    return view((const struct mill_convex *)shape, mill_pose_in(pose, centre)).d - radius;
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
@@ -92,11 +92,11 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
 {
     const struct blade *b = (const struct blade *)shape;
     const double far = radius * (1.0 + 1e-3) + 1e-6 * b->convex.reach;
-    if (lo.x > b->centre.x + b->reach_x + far || hi.x < b->centre.x - b->reach_x - far)
+    if (lo.x > b->centre.x + b->extent.along + far || hi.x < b->centre.x - b->extent.along - far)
         return false;
     const double y = lo.y > 0.0 ? lo.y : (hi.y < 0.0 ? hi.y : 0.0);
     const double z = lo.z > 0.0 ? lo.z : (hi.z < 0.0 ? hi.z : 0.0);
-    return sqrt(y * y + z * z) <= b->reach_rho + far;
+    return sqrt(y * y + z * z) <= b->extent.reach + far;
 }
 
 /* Seen from the axis a ball of the box lies within `wide` of the direction of the box's middle, and
@@ -110,7 +110,7 @@ static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 h
     const double z0 = fmax(lo.z, -far), z1 = fmin(hi.z, far);
     const double y = 0.5 * (y0 + y1), z = 0.5 * (z0 + z1), rho = sqrt(y * y + z * z);
     const double half = 0.5 * sqrt((y1 - y0) * (y1 - y0) + (z1 - z0) * (z1 - z0)) + margin;
-    const double across = b->across + radius + margin;
+    const double across = b->extent.across + radius + margin;
     if (!(rho - half > across)) /* a box beyond the grid has no middle */
         return any;
     const double wide = mill_elementary_asin(half / rho);
@@ -128,9 +128,9 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
     (void)chamber;
     (void)tolerance;
     for (int i = 0; i < 8; i++)
-        corner[i] = vec3_add(b->centre, to_frame(b, i & 1 ? b->half_w : -b->half_w,
-                                                 i & 2 ? b->half_s : -b->half_s,
-                                                 i & 4 ? b->half_h : -b->half_h));
+        corner[i] = vec3_add(b->centre, to_frame(b, i & 1 ? b->half.x : -b->half.x,
+                                                 i & 2 ? b->half.y : -b->half.y,
+                                                 i & 4 ? b->half.z : -b->half.z));
     mill_mesh_box(mesh, corner);
 }
 
@@ -142,23 +142,14 @@ static bool is_sound(const void *form)
            isfinite(is->position + is->angle + is->pitch);
 }
 
-/* A blade turned by its pitch p is w |cos p| + t |sin p| long along the axis and w |sin p| + t |cos
- * p| wide around it, and its corners reach further out than tip_radius. */
-struct extent {
-    double along, across; /* [m] half of its length along the axis, and around it */
-    double reach;         /* [m] of its corners from the axis */
-};
-
 static struct extent extent_of(const struct mill_blade *is)
 {
     const struct mill_heading pitch = mill_elementary_heading(is->pitch);
     const double half_w = 0.5 * is->width, half_h = 0.5 * is->thickness;
     const double across = fabs(pitch.sin) * half_w + fabs(pitch.cos) * half_h;
-    return (struct extent){
-        .across = across,
-        .along = fabs(pitch.cos) * half_w + fabs(pitch.sin) * half_h,
-        .reach = sqrt(is->tip_radius * is->tip_radius + across * across),
-    };
+    return (struct extent){.along = fabs(pitch.cos) * half_w + fabs(pitch.sin) * half_h,
+                           .across = across,
+                           .reach = sqrt(is->tip_radius * is->tip_radius + across * across)};
 }
 
 static const char *fault(const void *form, const struct mill_shape_fit *fit,
@@ -198,42 +189,33 @@ static struct mill_shape_gaps gaps(const void *form, const struct mill_shape_fit
     const struct mill_blade *is = form;
     const struct extent extent = extent_of(is);
     const double wall = 0.5 * fit->length - fabs(is->position) - extent.along;
-    return (struct mill_shape_gaps){
-        .drum = fit->bore - extent.reach,
-        .drum_key = "tip_radius",
-        .wall = wall > ROUNDING * fit->length ? wall : 0.0,
-        .wall_key = fit->spread ? "width" : "position",
-    };
+    return (struct mill_shape_gaps){.drum = fit->bore - extent.reach,
+                                    .drum_key = "tip_radius",
+                                    .wall = wall > ROUNDING * fit->length ? wall : 0.0,
+                                    .wall_key = fit->spread ? "width" : "position"};
 }
 
-static struct mill_shape *create(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
+    struct blade *b = (struct blade *)shape;
+    const struct mill_motion *motion = shape->motion;
     const struct mill_blade *is = form;
     const struct mill_heading angle = mill_elementary_heading(is->angle);
     const struct mill_heading pitch = mill_elementary_heading(is->pitch);
     const vec3 radial = {0.0, angle.cos, angle.sin}, around = {0.0, -angle.sin, angle.cos};
     const vec3 along = {1.0, 0.0, 0.0};
-    struct blade *b = mill_shape_allocate(base, sizeof *b);
-    if (!b)
-        return NULL;
-    b->convex.bounds = mill_motion_bounds(base->motion);
-    b->convex.reach = mill_motion_reach(base->motion, chamber->drum.radius + chamber->drum.height,
+    b->convex.bounds = mill_motion_bounds(motion);
+    b->convex.reach = mill_motion_reach(motion, chamber->drum.radius + chamber->drum.height,
                                         chamber->half_length);
-    b->half_w = 0.5 * is->width;
-    b->half_s = 0.5 * is->tip_radius;
-    b->half_h = 0.5 * is->thickness;
+    b->half = vec3_make(0.5 * is->width, 0.5 * is->tip_radius, 0.5 * is->thickness);
     b->w = vec3_axpy(vec3_scale(along, pitch.cos), pitch.sin, around);
     b->s = radial;
     b->h = vec3_axpy(vec3_scale(along, -pitch.sin), pitch.cos, around);
-    b->centre = vec3_make(is->position, b->half_s * angle.cos, b->half_s * angle.sin);
-    const struct extent extent = extent_of(is);
-    b->across = extent.across;
-    b->reach_x = extent.along;
-    b->reach_rho = extent.reach;
-    if (base->motion && !mill_motion_pose(base->motion, 0.0).about_x)
-        b->reach_x = b->reach_rho = INFINITY;
-    return &b->convex.base;
+    b->centre = vec3_make(is->position, b->half.y * angle.cos, b->half.y * angle.sin);
+    b->extent = extent_of(is);
+    if (motion && !mill_motion_pose(motion, 0.0).about_x)
+        b->extent.along = b->extent.reach = INFINITY;
+    return true;
 }
 
 /* clang-format off */
@@ -254,22 +236,19 @@ const struct mill_key mill_blade_key[] = {
 };
 /* clang-format on */
 
-const struct mill_shape_type mill_blade_type = {
-    .name = "blade",
-    .kind = MILL_BALL_BLADE,
-    .pinches = true,
-    .is_sound = is_sound,
-    .on_rotor = true,
-    .key = mill_blade_key,
-    .form = sizeof(struct mill_blade),
-    .fault = fault,
-    .gaps = gaps,
-    .create = create,
-    .free = mill_shape_free,
-    .next_contact = next_contact,
-    .gap = gap,
-    .contact = contact,
-    .reachable = reachable,
-    .sector = sector,
-    .draw = draw,
-};
+const struct mill_shape_type mill_blade_type = {.name = "blade",
+                                                .kind = MILL_BALL_BLADE,
+                                                .pinches = true,
+                                                .is_sound = is_sound,
+                                                .on_rotor = true,
+                                                .key = mill_blade_key,
+                                                .form = sizeof(struct mill_blade),
+                                                .fault = fault,
+                                                .gaps = gaps,
+                                                .size = sizeof(struct blade),
+                                                .create = create,
+                                                .next_contact = next_contact,
+                                                .contact = contact,
+                                                .reachable = reachable,
+                                                .sector = sector,
+                                                .draw = draw};

@@ -23,53 +23,34 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
                                          touching, shape->counts));
 }
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    const struct cylinder *c = (const struct cylinder *)shape;
-    (void)pose;
-    return c->inward *
-           (contact_radius(c, radius) - sqrt(centre.y * centre.y + centre.z * centre.z));
-}
-
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
                                    const struct mill_pose *pose)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
     const double rho = sqrt(centre.y * centre.y + centre.z * centre.z);
     /* only a shaft without thickness has no direction at its axis; any will do there */
-    const double uy = rho > 0.0 ? centre.y / rho : 1.0;
-    const double uz = rho > 0.0 ? centre.z / rho : 0.0;
-    struct mill_contact k;
-    k.normal = vec3_make(0.0, -c->inward * uy, -c->inward * uz);
-    k.point = vec3_make(centre.x, c->radius * uy, c->radius * uz);
-    k.velocity = mill_pose_velocity(pose, k.point);
-    k.gap = c->inward * (contact_radius(c, radius) - rho);
-    return k;
+    const double uy = rho > 0.0 ? centre.y / rho : 1.0, uz = rho > 0.0 ? centre.z / rho : 0.0;
+    const vec3 point = {centre.x, c->radius * uy, c->radius * uz};
+    return (struct mill_contact){.normal = {0.0, -c->inward * uy, -c->inward * uz},
+                                 .point = point,
+                                 .velocity = mill_pose_velocity(pose, point),
+                                 .gap = c->inward * (contact_radius(c, radius) - rho)};
 }
 
-/* Least and greatest |c| over an interval */
-static double least(double lo, double hi)
+/* The drum is near what is far from the axis, the shaft what is near it. */
+static double nearest(const struct cylinder *c, double lo, double hi)
 {
+    if (c->inward > 0.0)
+        return fmax(fabs(lo), fabs(hi));
     return lo > 0.0 ? lo : (hi < 0.0 ? -hi : 0.0);
-}
-
-static double greatest(double lo, double hi)
-{
-    return fmax(fabs(lo), fabs(hi));
 }
 
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
     const struct cylinder *c = (const struct cylinder *)shape;
-    const double rho = contact_radius(c, radius);
-    const double margin = 1e-6 * c->radius + 1e-3 * radius;
-    if (c->inward > 0.0) {
-        const double y = greatest(lo.y, hi.y), z = greatest(lo.z, hi.z);
-        return sqrt(y * y + z * z) >= rho - margin;
-    }
-    const double y = least(lo.y, hi.y), z = least(lo.z, hi.z);
-    return sqrt(y * y + z * z) <= rho + margin;
+    const double y = nearest(c, lo.y, hi.y), z = nearest(c, lo.z, hi.z);
+    const double gap = c->inward * (contact_radius(c, radius) - sqrt(y * y + z * z));
+    return gap <= 1e-6 * c->radius + 1e-3 * radius;
 }
 
 /* From end wall to end wall, and its ends, so that it is a body */
@@ -84,22 +65,14 @@ static void draw_shaft(const struct mill_shape *shape, const struct mill_chamber
     mill_mesh_lid(mesh, &circle, end, 1.0, tolerance);
 }
 
-static struct mill_shape *create(const struct mill_shape *base, double radius, double inward)
+/* The shaft has a form, the drum none. */
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
-    struct cylinder *c = mill_shape_allocate(base, sizeof *c);
-    if (!c)
-        return NULL;
-    c->base.hollow = inward > 0.0 ? radius : 0.0;
-    c->radius = radius;
-    c->inward = inward;
-    return &c->base;
-}
-
-static struct mill_shape *create_drum(const struct mill_shape *base, const void *form,
-                                      const struct mill_chamber *chamber)
-{
-    (void)form;
-    return create(base, chamber->drum.radius, 1.0);
+    struct cylinder *c = (struct cylinder *)shape;
+    c->radius = form ? ((const struct mill_shaft *)form)->radius : chamber->drum.radius;
+    c->inward = form ? -1.0 : 1.0;
+    shape->hollow = form ? 0.0 : c->radius;
+    return true;
 }
 
 static bool is_sound(const void *form)
@@ -108,34 +81,21 @@ static bool is_sound(const void *form)
     return is->radius > 0.0 && isfinite(is->radius);
 }
 
-static struct mill_shape *create_shaft(const struct mill_shape *base, const void *form,
-                                       const struct mill_chamber *chamber)
-{
-    (void)chamber;
-    return create(base, ((const struct mill_shaft *)form)->radius, -1.0);
-}
+const struct mill_shape_type mill_cylinder_drum_type = {.name = "drum",
+                                                        .kind = MILL_BALL_DRUM,
+                                                        .size = sizeof(struct cylinder),
+                                                        .create = create,
+                                                        .next_contact = next_contact,
+                                                        .contact = contact,
+                                                        .reachable = reachable,
+                                                        .draw = mill_mesh_drum};
 
-const struct mill_shape_type mill_cylinder_drum_type = {
-    .name = "drum",
-    .kind = MILL_BALL_DRUM,
-    .create = create_drum,
-    .free = mill_shape_free,
-    .next_contact = next_contact,
-    .gap = gap,
-    .contact = contact,
-    .reachable = reachable,
-    .draw = mill_shape_draw_drum,
-};
-
-const struct mill_shape_type mill_cylinder_shaft_type = {
-    .name = "shaft",
-    .kind = MILL_BALL_SHAFT,
-    .is_sound = is_sound,
-    .create = create_shaft,
-    .free = mill_shape_free,
-    .next_contact = next_contact,
-    .gap = gap,
-    .contact = contact,
-    .reachable = reachable,
-    .draw = draw_shaft,
-};
+const struct mill_shape_type mill_cylinder_shaft_type = {.name = "shaft",
+                                                         .kind = MILL_BALL_SHAFT,
+                                                         .is_sound = is_sound,
+                                                         .size = sizeof(struct cylinder),
+                                                         .create = create,
+                                                         .next_contact = next_contact,
+                                                         .contact = contact,
+                                                         .reachable = reachable,
+                                                         .draw = draw_shaft};

@@ -13,54 +13,44 @@
 
 /* ---- growing ---- */
 
-/* Room for one more; NULL when out of memory, and the old array stays. */
-static void *more(void *array, size_t count, size_t *room, size_t size)
+/* The array with room for one more: it doubles where its count is a power of two. NULL when out of
+ * memory, and the old array stays. */
+static void *more(void *array, size_t count, size_t size)
 {
-    if (count < *room)
-        return array;
-    const size_t larger = *room ? 2 * *room : 64;
-    void *grown = realloc(array, larger * size);
-    if (grown)
-        *room = larger;
-    return grown;
+    const bool full = (count & (count - 1)) == 0;
+    return full ? realloc(array, (count > 0 ? 2 * count : 1) * size) : array;
 }
 
-int64_t mill_mesh_point(struct mill_mesh *mesh, vec3 point)
+/* Number of the new point */
+static int64_t add_point(struct mill_mesh *mesh, vec3 point)
 {
-    vec3 *grown = more(mesh->point, mesh->points, &mesh->point_room, sizeof *grown);
-    if (!grown) {
-        mesh->failed = true;
+    vec3 *grown = more(mesh->point, mesh->points, sizeof *grown);
+    mesh->failed = mesh->failed || !grown;
+    if (!grown)
         return 0;
-    }
     mesh->point = grown;
     mesh->point[mesh->points] = point;
     return (int64_t)mesh->points++;
 }
 
-void mill_mesh_triangle(struct mill_mesh *mesh, int64_t a, int64_t b, int64_t c)
+/* Counter-clockwise, or the other way round */
+static void triangle(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c)
 {
-    int64_t(*grown)[3] = more(mesh->corner, mesh->triangles, &mesh->triangle_room, sizeof *grown);
-    if (!grown) {
-        mesh->failed = true;
+    int64_t(*grown)[3] = more(mesh->corner, mesh->triangles, sizeof *grown);
+    mesh->failed = mesh->failed || !grown;
+    if (!grown)
         return;
-    }
     mesh->corner = grown;
     int64_t *corner = mesh->corner[mesh->triangles++];
     corner[0] = a;
-    corner[1] = b;
-    corner[2] = c;
+    corner[1] = turned ? c : b;
+    corner[2] = turned ? b : c;
 }
 
 void mill_mesh_free(struct mill_mesh *mesh)
 {
     free(mesh->point);
     free(mesh->corner);
-}
-
-/* Counter-clockwise, or the other way round */
-static void triangle(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c)
-{
-    mill_mesh_triangle(mesh, a, turned ? c : b, turned ? b : c);
 }
 
 static void quad(struct mill_mesh *mesh, bool turned, int64_t a, int64_t b, int64_t c, int64_t d)
@@ -84,11 +74,11 @@ static int chords(double half, double widest)
 
 static struct cut cut(const struct mill_profile *p, double tolerance)
 {
+    assert(tolerance > 0.0);
     const double share = fmin(tolerance / p->arc, 0.01);
     const double widest = 4.0 * mill_elementary_asin(sqrt(0.5 * share));
-    struct cut c = {chords(p->half_outer, widest), chords(p->half_inner, widest), 0};
-    c.pitch = 2 * (c.outer + c.inner);
-    return c;
+    const int outer = chords(p->half_outer, widest), inner = chords(p->half_inner, widest);
+    return (struct cut){outer, inner, 2 * (outer + inner)};
 }
 
 static vec3 polar(double x, double radius, double angle)
@@ -119,17 +109,15 @@ static vec3 corner(const struct mill_profile *p, struct cut c, double x, int pit
 static int64_t ring(struct mill_mesh *mesh, const struct mill_profile *p, struct cut c, double x)
 {
     const int64_t first = (int64_t)mesh->points;
-    for (int k = 0; k < p->buckles; k++) {
+    for (int k = 0; k < p->buckles; k++)
         for (int j = 0; j < c.pitch; j++)
-            mill_mesh_point(mesh, corner(p, c, x, k, j));
-    }
+            add_point(mesh, corner(p, c, x, k, j));
     return first;
 }
 
 void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, double half_length,
                       double tolerance, bool within)
 {
-    assert(tolerance > 0.0);
     const struct cut c = cut(p, tolerance);
     const int64_t count = (int64_t)p->buckles * c.pitch;
     const int64_t low = ring(mesh, p, c, -half_length), high = ring(mesh, p, c, half_length);
@@ -137,6 +125,13 @@ void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *p, doub
         const int64_t next = (k + 1) % count;
         quad(mesh, within, low + k, low + next, high + next, high + k);
     }
+}
+
+void mill_mesh_drum(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                    double tolerance, struct mill_mesh *mesh)
+{
+    (void)shape;
+    mill_mesh_mantle(mesh, &chamber->drum, chamber->half_length, tolerance, true);
 }
 
 /* The points on the line from an outer centre to the axis: the centre itself, those on rays from
@@ -148,18 +143,17 @@ static void rung(struct mill_mesh *mesh, const struct mill_profile *p, struct cu
         const double at = p->half_inner * i / c.inner;
         const double way =
             2.0 * p->arc * mill_elementary_sin(at) / mill_elementary_sin(p->half_outer - at);
-        mill_mesh_point(mesh, polar(x, p->outer - way, direction(p, pitch)));
+        add_point(mesh, polar(x, p->outer - way, direction(p, pitch)));
     }
 }
 
 void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *p, double x, double side,
                    double tolerance)
 {
-    assert(tolerance > 0.0);
     const struct cut c = cut(p, tolerance);
     const int64_t count = (int64_t)p->buckles * c.pitch;
     const bool turned = side < 0.0;
-    const int64_t axis = mill_mesh_point(mesh, vec3_make(x, 0.0, 0.0));
+    const int64_t axis = add_point(mesh, vec3_make(x, 0.0, 0.0));
     const int64_t rim = ring(mesh, p, c, x);
     for (int k = 0; k < p->buckles; k++) {
         /* a circle's arcs have the axis for a centre, and no line to it */
@@ -185,7 +179,7 @@ void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner_of[8])
                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
     const int64_t first = (int64_t)mesh->points;
     for (int i = 0; i < 8; i++)
-        mill_mesh_point(mesh, corner_of[i]);
+        add_point(mesh, corner_of[i]);
     for (int i = 0; i < 6; i++)
         quad(mesh, false, first + face[i][0], first + face[i][1], first + face[i][2],
              first + face[i][3]);

@@ -1,5 +1,4 @@
-/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel to
- * it. On a straight line one division settles when, and whether in time. */
+/* The flat end walls: the gap is a parabola of time, a straight line where gravity is parallel. */
 #include "geometry/mesh.h"
 #include "geometry/shapes.h"
 
@@ -9,31 +8,13 @@ struct plate {
     double inward; /* +1 or -1: x component of the normal into the mill */
 };
 
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    const struct plate *w = (const struct plate *)shape;
-    (void)pose;
-    return w->inward * (centre.x - w->x) - radius;
-}
-
 static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                                     double radius, double now, double horizon, bool touching)
 {
     const struct plate *w = (const struct plate *)shape;
     (void)now;
     const double away = w->inward * (f->r.x - w->x) - radius, closing = -w->inward * f->v.x;
-    const double pull = -0.5 * w->inward * f->g.x;
-    if (pull == 0.0 && (touching || away > 0.0)) {
-        if (closing <= 0.0)
-            return mill_hit_at(INFINITY);
-        /* a quotient is rounded to the nearest double, so where it is not the horizon itself it
-         * lies on the right side of it */
-        const double t = away / closing;
-        if (!touching && t != horizon)
-            return mill_hit_at(t < horizon ? t : (double)INFINITY);
-    }
-    const double p[5] = {-away, closing, pull, 0.0, 0.0};
+    const double p[5] = {-away, closing, -0.5 * w->inward * f->g.x};
     return mill_hit_at(mill_poly_first_rise(p, horizon, touching, NULL));
 }
 
@@ -41,11 +22,10 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                    const struct mill_pose *pose)
 {
     const struct plate *w = (const struct plate *)shape;
-    const struct mill_contact k = {{w->inward, 0.0, 0.0},
-                                   {w->x, centre.y, centre.z},
-                                   {0.0, 0.0, 0.0},
-                                   gap(shape, centre, radius, pose)};
-    return k;
+    (void)pose;
+    return (struct mill_contact){.normal = {w->inward, 0.0, 0.0},
+                                 .point = {w->x, centre.y, centre.z},
+                                 .gap = w->inward * (centre.x - w->x) - radius};
 }
 
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
@@ -62,26 +42,20 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
     mill_mesh_lid(mesh, &chamber->drum, w->x, w->inward, tolerance);
 }
 
-static struct mill_shape *create(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
-    struct plate *w = mill_shape_allocate(base, sizeof *w);
+    struct plate *w = (struct plate *)shape;
     (void)form;
-    if (!w)
-        return NULL;
-    w->inward = base->number == 0 ? 1.0 : -1.0;
+    w->inward = shape->number == 0 ? 1.0 : -1.0;
     w->x = -chamber->half_length * w->inward;
-    return &w->base;
+    return true;
 }
 
-const struct mill_shape_type mill_plate_type = {
-    .name = "end wall",
-    .kind = MILL_BALL_WALL,
-    .create = create,
-    .free = mill_shape_free,
-    .next_contact = next_contact,
-    .gap = gap,
-    .contact = contact,
-    .reachable = reachable,
-    .draw = draw,
-};
+const struct mill_shape_type mill_plate_type = {.name = "end wall",
+                                                .kind = MILL_BALL_WALL,
+                                                .size = sizeof(struct plate),
+                                                .create = create,
+                                                .next_contact = next_contact,
+                                                .contact = contact,
+                                                .reachable = reachable,
+                                                .draw = draw};

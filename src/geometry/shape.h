@@ -10,10 +10,7 @@
 #include "millsim/kinds.h"
 #include "millsim/motion.h"
 #include "millsim/poly.h"
-#include "millsim/vec3.h"
 
-#include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 /* Some of a shape's parts: `count` of them from number `first` on, the first coming after the last.
@@ -30,10 +27,8 @@ struct mill_sector {
 
 /* A ball's free flight from "now" on: r + v t + g t^2 / 2 */
 struct mill_flight {
-    vec3 r;      /* [m] */
-    vec3 v;      /* [m/s] */
-    vec3 g;      /* [m/s^2] */
-    double pull; /* [m/s^2] length of g */
+    vec3 r, v, g; /* [m], [m/s], [m/s^2] */
+    double pull;  /* [m/s^2] length of g */
     /* In the frame of the shape's motion as it was lately: the ball's centre, and how much farther
      * than its radius it may reach until the horizon, whatever the motion has done since [m].
      * INFINITY: not known. */
@@ -57,8 +52,7 @@ struct mill_hit {
 /* A contact at t, or none where t is INFINITY */
 static inline struct mill_hit mill_hit_at(double t)
 {
-    const struct mill_hit hit = {t < (double)INFINITY ? MILL_HIT_CONTACT : MILL_HIT_NONE, t};
-    return hit;
+    return (struct mill_hit){t < (double)INFINITY ? MILL_HIT_CONTACT : MILL_HIT_NONE, t};
 }
 
 struct mill_contact {
@@ -116,17 +110,16 @@ struct mill_shape_type {
     /* Of all kinds: */
     /* Do these numbers, a struct of this kind, make a shape? NULL: the drum's own have none */
     bool (*is_sound)(const void *form);
-    /* base: what all shapes have, to be copied; form: sound numbers. NULL: out of memory. Owner:
-     * the caller. */
-    struct mill_shape *(*create)(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber);
-    void (*free)(struct mill_shape *);
+    size_t size; /* of its struct */
+    /* Fills its struct, of zeros but for what all shapes have; form: sound numbers. false: out of
+     * memory; freed in any case. */
+    bool (*create)(struct mill_shape *, const void *form, const struct mill_chamber *chamber);
+    void (*free)(struct mill_shape *); /* what it holds, besides its struct; NULL: nothing */
     /* The first contact within `horizon` [s] of local time `now` [s], the horizon included.
      * touching: the ball has just been in contact with this shape, now. */
     struct mill_hit (*next_contact)(const struct mill_shape *, const struct mill_flight *,
                                     double radius, double now, double horizon, bool touching);
-    /* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */
-    double (*gap)(const struct mill_shape *, vec3 centre, double radius, const struct mill_pose *);
+    /* With whatever is nearest of the shape, at any distance. */
     struct mill_contact (*contact)(const struct mill_shape *, vec3 centre, double radius,
                                    const struct mill_pose *);
     /* false: no ball of this radius with its centre in the box [lo, hi] ever touches the shape,
@@ -163,6 +156,13 @@ static inline struct mill_pose mill_shape_pose(const struct mill_shape *shape, d
     return mill_motion_pose(shape->motion, t);
 }
 
+/* Distance of the ball's surface from the shape [m], < 0: they overlap by that much. */
+static inline double mill_shape_gap(const struct mill_shape *shape, vec3 centre, double radius,
+                                    const struct mill_pose *pose)
+{
+    return shape->type->contact(shape, centre, radius, pose).gap;
+}
+
 /* The contact of a ball that is due to meet the shape: of two places that it touches, the one that
  * it is closing on. */
 static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape, vec3 r, vec3 v,
@@ -176,10 +176,6 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
         return other;
     return k;
 }
-
-/* What a drum draws, whatever its profile: it is the chamber's wall. */
-void mill_shape_draw_drum(const struct mill_shape *, const struct mill_chamber *, double tolerance,
-                          struct mill_mesh *);
 
 /* [s] until a ball's centre first touches the circular cylinder of radius rho about the line
  * (y0, z0) along x, from within (s = 1) or from outside (s = -1). In the plane across x a flight is
@@ -199,11 +195,5 @@ static inline double mill_shape_circle(const struct mill_flight *f, double y0, d
     };
     return mill_poly_first_rise(p, horizon, touching, counts);
 }
-
-/* A copy of `base` at the beginning of `size` zero bytes. NULL: out of memory. */
-void *mill_shape_allocate(const struct mill_shape *base, size_t size);
-
-/* For shapes that hold no memory of their own */
-void mill_shape_free(struct mill_shape *);
 
 #endif

@@ -21,9 +21,10 @@ struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum)
 
 void mill_shapes_free(struct mill_shape **shapes, int count)
 {
-    for (int k = 0; k < count; k++) {
-        if (shapes[k])
+    for (int k = 0; shapes && k < count && shapes[k]; k++) {
+        if (shapes[k]->type->free)
             shapes[k]->type->free(shapes[k]);
+        free(shapes[k]);
     }
     free(shapes);
 }
@@ -32,33 +33,27 @@ bool mill_shapes_create(const struct mill_setup *setup, struct mill_motion *cons
                         struct mill_poly_counts *counts, struct mill_shape ***shapes, int *count)
 {
     const struct mill_chamber chamber = mill_shapes_chamber(&setup->drum);
+    const bool wavy = chamber.drum.height > 0.0;
     const struct mill_setup_surface drum[] = {
-        {.type = chamber.drum.height > 0.0 ? &mill_wavy_type : &mill_cylinder_drum_type,
-         .number = -1,
-         .motion = MILL_STILL},
-        {.type = &mill_plate_type, .number = 0, .motion = MILL_STILL},
-        {.type = &mill_plate_type, .number = 1, .motion = MILL_STILL},
+        {wavy ? &mill_wavy_type : &mill_cylinder_drum_type, NULL, -1, MILL_STILL},
+        {&mill_plate_type, NULL, 0, MILL_STILL},
+        {&mill_plate_type, NULL, 1, MILL_STILL},
     };
     const int own = sizeof drum / sizeof *drum;
-    bool good = true;
     *count = own + setup->surfaces;
     *shapes = calloc((size_t)*count, sizeof **shapes);
-    for (int k = 0; *shapes && k < *count; k++) {
+    bool good = *shapes != NULL;
+    for (int k = 0; good && k < *count; k++) {
         const struct mill_setup_surface *s = k < own ? &drum[k] : &setup->surface[k - own];
+        struct mill_shape *shape = (*shapes)[k] = calloc(1, s->type->size);
+        if (!shape)
+            return false;
         assert(s->motion == MILL_STILL || (s->motion >= 0 && s->motion < setup->motions));
-        const struct mill_shape base = {
-            .type = s->type,
-            .motion = s->motion == MILL_STILL ? NULL : motion[s->motion],
-            .number = s->number,
-            .counts = counts,
-        };
-        (*shapes)[k] = s->type->create(&base, s->form, &chamber);
-        good = good && (*shapes)[k];
+        shape->type = s->type;
+        shape->motion = s->motion == MILL_STILL ? NULL : motion[s->motion];
+        shape->number = s->number;
+        shape->counts = counts;
+        good = s->type->create(shape, s->form, &chamber);
     }
-    if (*shapes && good)
-        return true;
-    mill_shapes_free(*shapes, *shapes ? *count : 0);
-    *shapes = NULL;
-    *count = 0;
-    return false;
+    return good;
 }

@@ -19,7 +19,7 @@ extern const struct mill_key mill_blade_key[];
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum);
 
 /* Drum, end walls, then the setup's surfaces: *shapes[*count]. counts: where solvers count; may be
- * NULL. false: out of memory. Owner: the caller. */
+ * NULL. false: out of memory. Owner: the caller, in any case. */
 bool mill_shapes_create(const struct mill_setup *setup, struct mill_motion *const *motion,
                         struct mill_poly_counts *counts, struct mill_shape ***shapes, int *count);
 void mill_shapes_free(struct mill_shape **shapes, int count);

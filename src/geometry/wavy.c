@@ -11,10 +11,9 @@
  * arc is known, and mill_poly_first_rise tells when its gap, a quartic, first closes. The pieces
  * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
  * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
-#include "geometry/shapes.h"
-#include "geometry/wavy_private.h"
-
 #include "base/elementary.h"
+#include "geometry/mesh.h"
+#include "geometry/shapes.h"
 
 #include <stdlib.h>
 
@@ -23,6 +22,52 @@
  */
 #define SNUG 1e-12
 #define SECTORS 8 /* a buckle: a guess at the pitch, by one division */
+#define DEPTH 3   /* quarterings of a box before an arc counts as in reach */
+
+/* Outer (even) or inner (odd) */
+struct arc {
+    double y, z;                 /* [m] its centre */
+    double uy, uz;               /* direction of that from the axis */
+    double edge_y[2], edge_z[2]; /* outer ones: normals of the lines to the inner centres before and
+                                    after, towards the wedge */
+};
+
+struct wavy {
+    struct mill_shape base;
+    double radius;             /* [m] of the arcs */
+    double far;                /* [m] bound of a coordinate in the drum */
+    double angle;              /* [rad] of arc 0 */
+    double half_pitch;         /* [rad] between an arc and the next */
+    struct mill_heading pitch; /* of half_pitch */
+    bool overhangs;            /* an outer arc's wedge is wider than 180 degrees */
+    int arcs;
+    struct arc *arc;
+    int sectors;       /* of the directions, four or more to a pitch */
+    int16_t *outer_at; /* the outer arc in whose pitch each begins */
+};
+
+/* +1: met from inside (outer arcs), -1: from outside (inner arcs) */
+static double inward(int arc)
+{
+    return arc % 2 == 0 ? 1.0 : -1.0;
+}
+
+/* Of a number that is less than twice as large: no division */
+static int wrap(const struct wavy *w, int arc)
+{
+    return arc < w->arcs ? arc : arc - w->arcs;
+}
+
+/* > 0: on the wedge's side of that edge [m] */
+static double beyond_edge(const struct arc *a, int edge, double y, double z)
+{
+    return a->edge_y[edge] * (y - a->y) + a->edge_z[edge] * (z - a->z);
+}
+
+static double distance(const struct arc *a, double y, double z)
+{
+    return sqrt((y - a->y) * (y - a->y) + (z - a->z) * (z - a->z));
+}
 
 /* ---- which arc is near? ---- */
 
@@ -37,7 +82,7 @@ static bool in_wedge(const struct wavy *w, const struct arc *a, double y, double
 static bool in_pitch(const struct wavy *w, const struct arc *a, double y, double z)
 {
     const double along = y * a->uy + z * a->uz, across = fabs(z * a->uy - y * a->uz);
-    return across * w->cos_pitch <= along * w->sin_pitch;
+    return across * w->pitch.cos <= along * w->pitch.sin;
 }
 
 /* Is the place in the half turn after the arc's direction? */
@@ -77,20 +122,6 @@ static int nearest(const struct wavy *w, double y, double z, int *beside)
 
 /* ---- contacts ---- */
 
-static double gap_to(const struct wavy *w, int arc, double y, double z, double radius)
-{
-    const double s = inward(arc);
-    return s * (w->radius - s * radius - distance(&w->arc[arc], y, z));
-}
-
-static double gap(const struct mill_shape *shape, vec3 centre, double radius,
-                  const struct mill_pose *pose)
-{
-    const struct wavy *w = (const struct wavy *)shape;
-    (void)pose;
-    return gap_to(w, nearest(w, centre.y, centre.z, NULL), centre.y, centre.z, radius);
-}
-
 static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 centre, double radius)
 {
     const struct arc *a = &w->arc[arc];
@@ -98,13 +129,9 @@ static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 cent
     /* at its very centre an outer arc is everywhere alike; the axis is the way out */
     const double uy = d > 0.0 ? (centre.y - a->y) / d : a->uy;
     const double uz = d > 0.0 ? (centre.z - a->z) / d : a->uz;
-    const struct mill_contact k = {
-        {0.0, -s * uy, -s * uz},
-        {centre.x, a->y + w->radius * uy, a->z + w->radius * uz},
-        {0.0, 0.0, 0.0},
-        gap_to(w, arc, centre.y, centre.z, radius),
-    };
-    return k;
+    return (struct mill_contact){.normal = {0.0, -s * uy, -s * uz},
+                                 .point = {centre.x, a->y + w->radius * uy, a->z + w->radius * uz},
+                                 .gap = s * (w->radius - s * radius - d)};
 }
 
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
@@ -147,10 +174,9 @@ static double next_edge(const struct wavy *w, const struct mill_flight *f, struc
                 continue;
             double t[2];
             const int roots = mill_poly_quadratic(half_g, 0.5 * b, c, t);
-            for (int k = 0; k < roots; k++) {
+            for (int k = 0; k < roots; k++)
                 if (t[k] > from && t[k] < to)
                     to = t[k];
-            }
         }
     }
     return to;
@@ -189,9 +215,8 @@ static int inner_at(const struct wavy *w, struct mill_span parts, double y, doub
 static double rise(const struct wavy *w, int arc, const struct mill_flight *f, double radius,
                    double horizon, bool touching)
 {
-    const struct arc *a = &w->arc[arc];
-    const double s = inward(arc);
-    return mill_shape_circle(f, a->y, a->z, w->radius - s * radius, s, horizon, touching,
+    const double s = inward(arc), rho = w->radius - s * radius;
+    return mill_shape_circle(f, w->arc[arc].y, w->arc[arc].z, rho, s, horizon, touching,
                              w->base.counts);
 }
 
@@ -207,10 +232,8 @@ static double piece_contact(const struct wavy *w, int outer, const struct mill_f
     for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
         const int arc = wrap(w, parts.first + i);
         const double t = rise(w, arc, f, radius, horizon, arc == touched);
-        if (t < first) {
-            first = t;
-            horizon = t;
-        }
+        if (t < first)
+            first = horizon = t;
     }
     return first;
 }
@@ -266,9 +289,79 @@ static struct mill_hit next_contact(const struct mill_shape *shape, const struct
     }
 }
 
+/* ---- which arcs can a ball in a cell touch? ---- */
+
+/* The part of the y-z plane that a box takes, no more than the drum needs */
+struct patch {
+    double y, z, half_y, half_z; /* [m] centre and half sides */
+};
+
+static bool outer_in_reach(const struct wavy *w, const struct arc *a, struct patch p, double rho,
+                           int depth)
+{
+    const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z);
+    const bool before = beyond_edge(a, 0, p.y, p.z) > -half;
+    const bool after = beyond_edge(a, 1, p.y, p.z) > -half;
+    if (w->overhangs ? !before && !after : !before || !after)
+        return false;
+    if (distance(a, p.y, p.z) + half < rho)
+        return false;
+    if (depth == 0)
+        return true;
+    for (int quarter = 0; quarter < 4; quarter++) {
+        const double y = p.y + (quarter % 2 ? 0.5 : -0.5) * p.half_y;
+        const double z = p.z + (quarter / 2 ? 0.5 : -0.5) * p.half_z;
+        const struct patch part = {y, z, 0.5 * p.half_y, 0.5 * p.half_z};
+        if (outer_in_reach(w, a, part, rho, depth - 1))
+            return true;
+    }
+    return false;
+}
+
+static bool arc_in_reach(const struct wavy *w, int arc, struct patch p, double radius)
+{
+    const struct arc *a = &w->arc[arc];
+    const double margin = 1e-6 * w->far + 1e-3 * radius;
+    if (inward(arc) > 0.0)
+        return outer_in_reach(w, a, p, w->radius - radius - margin, DEPTH);
+    const double y = fmax(fabs(p.y - a->y) - p.half_y, 0.0);
+    const double z = fmax(fabs(p.z - a->z) - p.half_z, 0.0);
+    return sqrt(y * y + z * z) <= w->radius + radius + margin;
+}
+
+/* Arcs between the directions in which the box lies, less those at either end that are too far. */
+static struct mill_span arcs_in_reach(const struct mill_shape *shape, vec3 lo, vec3 hi,
+                                      double radius)
+{
+    const struct wavy *w = (const struct wavy *)shape;
+    const double far = 1.5 * w->far;
+    const double y0 = fmin(fmax(lo.y, -far), far), y1 = fmin(fmax(hi.y, -far), far);
+    const double z0 = fmin(fmax(lo.z, -far), far), z1 = fmin(fmax(hi.z, -far), far);
+    const struct patch p = {0.5 * (y0 + y1), 0.5 * (z0 + z1), 0.5 * (y1 - y0), 0.5 * (z1 - z0)};
+    const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z) * (1.0 + 1e-9);
+    const double away = sqrt(p.y * p.y + p.z * p.z);
+    int first = 0, count = w->arcs;
+    if (away > half) {
+        const double at = (mill_elementary_atan2(p.z, p.y) - w->angle) / w->half_pitch;
+        const double wide = mill_elementary_asin(half / away) / w->half_pitch + 1e-6;
+        const double from = floor(at - wide), to = ceil(at + wide);
+        if (to - from + 1.0 < w->arcs) {
+            first = (int)(from - w->arcs * floor(from / w->arcs)) % w->arcs;
+            count = (int)(to - from) + 1;
+        }
+    }
+    while (count > 0 && !arc_in_reach(w, first, p, radius)) {
+        first = (first + 1) % w->arcs;
+        count--;
+    }
+    while (count > 0 && !arc_in_reach(w, (first + count - 1) % w->arcs, p, radius))
+        count--;
+    return (struct mill_span){(int16_t)first, (int16_t)count};
+}
+
 static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
 {
-    return mill_wavy_parts(shape, lo, hi, radius).count > 0;
+    return arcs_in_reach(shape, lo, hi, radius).count > 0;
 }
 
 /* ---- making it ---- */
@@ -277,7 +370,6 @@ static void release(struct mill_shape *shape)
 {
     free(((struct wavy *)shape)->arc);
     free(((struct wavy *)shape)->outer_at);
-    free(shape);
 }
 
 /* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
@@ -304,59 +396,44 @@ static void find_pitches(struct wavy *w)
     }
 }
 
-static struct mill_shape *create(const struct mill_shape *base, const void *form,
-                                 const struct mill_chamber *chamber)
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
-    const struct mill_profile *profile = &chamber->drum;
-    const int arcs = 2 * profile->buckles;
-    struct wavy *w = mill_shape_allocate(base, sizeof *w);
+    struct wavy *w = (struct wavy *)shape;
+    const struct mill_profile *p = &chamber->drum;
+    const int arcs = w->arcs = 2 * p->buckles;
     (void)form;
-    if (!w)
-        return NULL;
-    w->sectors = SECTORS * profile->buckles;
+    w->sectors = SECTORS * p->buckles;
     w->arc = calloc((size_t)arcs, sizeof *w->arc);
     w->outer_at = calloc((size_t)w->sectors, sizeof *w->outer_at);
-    if (!w->arc || !w->outer_at) {
-        release(&w->base);
-        return NULL;
-    }
-    w->base.hollow = profile->arc;
-    w->radius = profile->arc;
-    w->far = profile->radius + profile->height;
-    w->angle = fmod(profile->angle, 2.0 * MILL_PI);
-    w->half_pitch = MILL_PI / profile->buckles;
-    const struct mill_heading half = mill_elementary_heading(w->half_pitch);
-    w->cos_pitch = half.cos;
-    w->sin_pitch = half.sin;
-    w->overhangs = profile->half_outer > 0.5 * MILL_PI;
-    w->arcs = arcs;
+    if (!w->arc || !w->outer_at)
+        return false;
+    w->base.hollow = w->radius = p->arc;
+    w->far = p->radius + p->height;
+    w->angle = fmod(p->angle, 2.0 * MILL_PI);
+    w->half_pitch = MILL_PI / p->buckles;
+    w->pitch = mill_elementary_heading(w->half_pitch);
+    w->overhangs = p->half_outer > 0.5 * MILL_PI;
     for (int j = 0; j < arcs; j++) {
-        struct arc *a = &w->arc[j];
-        const double far = inward(j) > 0.0 ? profile->outer : profile->inner;
-        const struct mill_heading ray = mill_elementary_heading(w->angle + j * w->half_pitch);
-        a->uy = ray.cos;
-        a->uz = ray.sin;
-        a->y = far * a->uy;
-        a->z = far * a->uz;
+        const double far = inward(j) > 0.0 ? p->outer : p->inner;
+        const struct mill_heading u = mill_elementary_heading(w->angle + j * w->half_pitch);
+        w->arc[j] = (struct arc){.y = far * u.cos, .z = far * u.sin, .uy = u.cos, .uz = u.sin};
     }
     for (int j = 0; j < arcs; j += 2) {
         set_edge(&w->arc[j], 0, &w->arc[(j + arcs - 1) % arcs]);
         set_edge(&w->arc[j], 1, &w->arc[(j + 1) % arcs]);
     }
     find_pitches(w);
-    return &w->base;
+    return true;
 }
 
-const struct mill_shape_type mill_wavy_type = {
-    .name = "drum",
-    .kind = MILL_BALL_DRUM,
-    .create = create,
-    .free = release,
-    .next_contact = next_contact,
-    .gap = gap,
-    .contact = contact,
-    .reachable = reachable,
-    .parts = mill_wavy_parts,
-    .beside = beside,
-    .draw = mill_shape_draw_drum,
-};
+const struct mill_shape_type mill_wavy_type = {.name = "drum",
+                                               .kind = MILL_BALL_DRUM,
+                                               .size = sizeof(struct wavy),
+                                               .create = create,
+                                               .free = release,
+                                               .next_contact = next_contact,
+                                               .contact = contact,
+                                               .reachable = reachable,
+                                               .parts = arcs_in_reach,
+                                               .beside = beside,
+                                               .draw = mill_mesh_drum};

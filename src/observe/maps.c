@@ -23,7 +23,7 @@ enum {
 
 static double gap_at(const struct mill_shape *drum, double y, double z)
 {
-    return drum->type->gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
+    return mill_shape_gap(drum, vec3_make(0, y, z), 0, &mill_pose_still);
 }
 
 /* At distance r from the axis, in the k-th of the directions */

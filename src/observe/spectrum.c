@@ -5,12 +5,11 @@
 #include "observe/spectrum.h"
 
 #include "base/elementary.h"
-#include "base/poly_dd.h"
 
 #include <math.h>
 
-/* 20^(1/152) */
-static const struct dd ratio = {0x1.05187226d4515p+0, 0x1.780f2c237233dp-54};
+/* 20^(1/152), to 106 bits as a sum */
+static const double ratio = 0x1.05187226d4515p+0, ratio_rest = 0x1.780f2c237233dp-54;
 
 /* 20^(k/152) [m/s], correctly rounded */
 static double edge_speed(int k)
@@ -20,10 +19,14 @@ static double edge_speed(int k)
         whole *= 20;
     for (; k < 0; k += MILL_SPECTRUM_DECADE)
         divisor *= 20;
-    struct dd part = dd_from(1);
-    for (; k > 0; k--)
-        part = dd_mul(part, ratio);
-    return whole * part.hi / divisor;
+    double part = 1, rest = 0; /* to 106 bits as a sum */
+    for (; k > 0; k--) {
+        const double product = part * ratio, exactly = fma(part, ratio, -product);
+        const double below = exactly + (part * ratio_rest + rest * ratio);
+        part = product + below;
+        rest = below - (part - product);
+    }
+    return whole * part / divisor;
 }
 
 void mill_spectrum_grid_init(struct mill_spectrum_grid *grid)

@@ -78,7 +78,7 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], c
         if (!s->type->reachable(s, centre[0], centre[cells - 1], near))
             continue;
         for (int i = 0; i < cells; i++) {
-            const double gap = s->type->gap(s, centre[i], 0.0, &room->pose[k]);
+            const double gap = mill_shape_gap(s, centre[i], 0.0, &room->pose[k]);
             *cell[i] |= (uint64_t)(gap < near) << k % 64;
             clear[i] = clear[i] && gap > 0.0;
         }
@@ -133,8 +133,7 @@ bool mill_fill_room_clear(const struct mill_fill_room *room, vec3 r, double radi
     const struct mill_world *w = room->world;
     const uint64_t mask = room->near[cell_of(&room->lattice, r)];
     for (int k = 0; mask && k < w->shapes; k++) {
-        if (mask >> k % 64 & 1 &&
-            !(w->shape[k]->type->gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
+        if (mask >> k % 64 & 1 && !(mill_shape_gap(w->shape[k], r, radius, &room->pose[k]) > 0.0))
             return false;
     }
     return true;

@@ -130,7 +130,7 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
         for (int k = 0; k < w->shapes && fault->code == MILL_FAULT_NONE; k++) {
             const struct mill_shape *s = w->shape[k];
             const struct mill_pose pose = mill_shape_pose(s, 0.0);
-            const double gap = s->type->gap(s, w->ball[i].r, radius_of(w, i), &pose);
+            const double gap = mill_shape_gap(s, w->ball[i].r, radius_of(w, i), &pose);
             if (!(gap >= -SLACK))
                 *fault = (struct mill_fault){.code = MILL_FAULT_BALL_IN_SHAPE,
                                              .ball = i,

@@ -2,6 +2,7 @@
  * a bound of its speed (Lipschitz): before the time returned the ball is nowhere inside the blade,
  * and at that time it touches and does not move away; where none is returned it never is inside. A
  * search may give up, and says so; then nothing may have happened before. */
+#include "../unit/lone_shape.h"
 #include "fuzz.h"
 
 #include "geometry/shapes.h"
@@ -23,7 +24,7 @@ static double gap_at(const struct shot *s, double t)
 {
     const vec3 r = vec3_fly(s->flight.r, s->flight.v, s->flight.g, t);
     const struct mill_pose pose = mill_shape_pose(s->blade, t);
-    return s->blade->type->gap(s->blade, r, s->radius, &pose);
+    return mill_shape_gap(s->blade, r, s->radius, &pose);
 }
 
 /* The distance to the box, by a way of its own: the nearest point of the box by clamping in its own
@@ -116,7 +117,7 @@ static void open_blade(struct shot *s)
     const struct mill_chamber chamber = mill_shapes_chamber(&drum);
     s->rotor = mill_turn_type.create(&turn);
     const struct mill_shape base = {.type = &mill_blade_type, .motion = s->rotor};
-    s->blade = mill_blade_type.create(&base, &s->spec, &chamber);
+    s->blade = lone_shape(&base, &s->spec, &chamber);
     fuzz_require(s->rotor && s->blade, "out of memory");
 }
 
@@ -230,7 +231,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (fuzz_shown())
             show(&s);
         check_shot(&s);
-        s.blade->type->free(s.blade);
+        lone_shape_free(s.blade);
         free(s.rotor);
     }
     return 0;

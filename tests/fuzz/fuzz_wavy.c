@@ -3,6 +3,7 @@
  * time returned the ball is nowhere inside the wall, and at that time it touches and does not move
  * away; where none is returned it never is inside. Then the ball rebounds, and the same is asked of
  * its next flight, which begins at the wall. */
+#include "../unit/lone_shape.h"
 #include "fuzz.h"
 
 #include "geometry/shapes.h"
@@ -251,7 +252,7 @@ static void check_wall(const struct shot *s, vec3 r)
 {
     const double d = depth(s, r) - s->radius, small = 1e-13 * s->profile.radius;
     const struct mill_contact k = s->drum->type->contact(s->drum, r, s->radius, &mill_pose_still);
-    require(s, fabs(s->drum->type->gap(s->drum, r, s->radius, &mill_pose_still) - d) <= small,
+    require(s, fabs(mill_shape_gap(s->drum, r, s->radius, &mill_pose_still) - d) <= small,
             "the gap is not the distance %.17g (%g)", d, 0.0);
     require(s, fabs(k.gap - d) <= small, "a contact's gap is not the distance %.17g (%g)", d, 0.0);
     require(s, fabs(vec3_norm(k.normal) - 1.0) <= 1e-14, "a normal of %.17g (%g)",
@@ -341,12 +342,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             continue;
         const struct mill_chamber chamber = {s.profile, s.profile.radius};
         const struct mill_shape base = {.type = &mill_wavy_type, .number = -1};
-        s.drum = mill_wavy_type.create(&base, NULL, &chamber);
+        s.drum = lone_shape(&base, NULL, &chamber);
         fuzz_require(s.drum != NULL, "out of memory");
         if (fuzz_shown())
             show(&s);
         check_shot(&s);
-        s.drum->type->free(s.drum);
+        lone_shape_free(s.drum);
     }
     return 0;
 }

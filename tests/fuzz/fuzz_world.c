@@ -248,7 +248,7 @@ static bool is_free(const struct placing *p, vec3 r, double radius)
 {
     for (int k = 0; k < p->shapes; k++) {
         const struct mill_pose pose = mill_shape_pose(p->shape[k], 0.0);
-        if (!(p->shape[k]->type->gap(p->shape[k], r, radius, &pose) >= -1e-12))
+        if (!(mill_shape_gap(p->shape[k], r, radius, &pose) >= -1e-12))
             return false;
     }
     for (int i = 0; i < p->balls; i++)

@@ -32,7 +32,7 @@ static inline void mill_check_surfaces(const struct mill_world *w, const struct 
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
         const struct mill_pose pose = mill_shape_pose(s, t);
-        const double gap = s->type->gap(s, r, radius, &pose);
+        const double gap = mill_shape_gap(s, r, radius, &pose);
         if (mill_let_go(sim, i) && s->type->pinches)
             continue;
         fuzz_require(gap >= -mill_deepest(w, sim),

@@ -94,7 +94,7 @@ static inline double world_gap(const struct mill_world *w, vec3 r, double radius
     double least = INFINITY;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_pose pose = mill_shape_pose(w->shape[k], t);
-        least = fmin(least, w->shape[k]->type->gap(w->shape[k], r, radius, &pose));
+        least = fmin(least, mill_shape_gap(w->shape[k], r, radius, &pose));
     }
     return least;
 }

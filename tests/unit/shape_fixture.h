@@ -53,7 +53,7 @@ static inline void mill_demolish(struct mill *m)
 static inline double gap_of(const struct mill_shape *s, vec3 r, double radius, double t)
 {
     const struct mill_pose pose = mill_shape_pose(s, t);
-    return s->type->gap(s, r, radius, &pose);
+    return mill_shape_gap(s, r, radius, &pose);
 }
 
 static inline struct mill_contact contact_of(const struct mill_shape *s, vec3 r, double radius,

@@ -115,17 +115,18 @@ START_TEST(a_cut_cell_has_the_area_inside_the_circle)
 END_TEST
 
 /* A drum with four lobes, r = R + h cos(4 phi). Half the radial distance never passes the wall. */
-static double lobes(const struct mill_shape *shape, vec3 p, double radius,
-                    const struct mill_pose *pose)
+static struct mill_contact lobes(const struct mill_shape *shape, vec3 p, double radius,
+                                 const struct mill_pose *pose)
 {
     (void)shape;
     (void)pose;
-    return 0.5 * (0.075 + 0.004 * cos(4 * atan2(p.z, p.y)) - hypot(p.y, p.z)) - radius;
+    const double wall = 0.075 + 0.004 * cos(4 * atan2(p.z, p.y));
+    return (struct mill_contact){.gap = 0.5 * (wall - hypot(p.y, p.z)) - radius};
 }
 
 START_TEST(a_drum_that_is_no_circle_is_measured_by_its_gap)
 {
-    const struct mill_shape_type type = {.kind = MILL_BALL_DRUM, .gap = lobes};
+    const struct mill_shape_type type = {.kind = MILL_BALL_DRUM, .contact = lobes};
     struct mill_shape shape = {.type = &type};
     struct mill_shape *list[1] = {&shape};
     struct mill_maps other;

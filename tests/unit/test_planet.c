@@ -2,6 +2,7 @@
  * wobbling stirrer: the first contact is closed, closing, and nothing comes before it, by a march
  * along the gap that knows nothing but the greatest speed of the box. */
 #include "geometry/convex.h"
+#include "lone_shape.h"
 #include "shape_fixture.h"
 
 #define CLOSED 1e-12 /* [m] */
@@ -43,13 +44,13 @@ static void open_planet(uint64_t *seed, struct planet *p, int kind)
     p->wheel = mill_turn_type.create(&wheel);
     p->wheel->on = p->sun;
     const struct mill_shape base = {.type = &mill_blade_type, .motion = p->wheel};
-    p->box = mill_blade_type.create(&base, &box, &chamber);
+    p->box = lone_shape(&base, &box, &chamber);
     ck_assert_ptr_nonnull(p->box);
 }
 
 static void close_planet(struct planet *p)
 {
-    p->box->type->free(p->box);
+    lone_shape_free(p->box);
     free(p->wheel);
     free(p->sun);
 }

@@ -58,7 +58,7 @@ static inline void build_random(uint64_t *seed, struct wavy_mill *m)
 
 static inline double wall_gap(const struct wavy_mill *m, vec3 r, double radius)
 {
-    return m->drum->type->gap(m->drum, r, radius, &mill_pose_still);
+    return mill_shape_gap(m->drum, r, radius, &mill_pose_still);
 }
 
 static inline vec3 random_place(uint64_t *seed, const struct wavy_mill *m)
