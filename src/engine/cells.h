@@ -51,6 +51,14 @@ int32_t mill_cells_count(const struct mill_cells *cells);
 /* The cell of a point; points beyond the box belong to the outermost inner cells. */
 int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
 
+/* Its place along x, y, z. */
+static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, int32_t index[3])
+{
+    index[0] = cell / c->n[2] / c->n[1];
+    index[1] = cell / c->n[2] % c->n[1];
+    index[2] = cell % c->n[2];
+}
+
 /* The box of a cell; outermost inner cells reach to infinity. */
 void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3 *hi);
 

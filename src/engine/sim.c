@@ -75,7 +75,7 @@ static void end_epoch(struct mill_sim *sim)
         return;
     begin_epoch(sim);
     if (sim->paranoid)
-        sim->status = mill_sim_paranoid_all(sim->paranoid, sim->now, true, sim->error);
+        mill_sim_paranoid_all(sim, true);
 }
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
@@ -375,9 +375,7 @@ static void take_samples(struct mill_sim *sim, double due)
 /* One event: ball i's, at local time t. */
 static void take_event(struct mill_sim *sim, int32_t i, double t)
 {
-    if (sim->paranoid)
-        sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, sim->error);
-    if (sim->status != MILL_OK)
+    if (sim->paranoid && !mill_sim_paranoid_before(sim, i, t))
         return;
     /* rounding may put an event a hair before the last one: time never runs backwards */
     sim->now = mill_greatest(t, sim->now);
@@ -386,7 +384,7 @@ static void take_event(struct mill_sim *sim, int32_t i, double t)
     happen(sim, i);
     watch_time(sim, i, t);
     if (sim->paranoid && sim->status == MILL_OK)
-        sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, sim->error);
+        mill_sim_paranoid_after(sim, i);
 }
 
 /* All events before local time `limit`, as far as the budget goes: it is then 0. */
@@ -425,7 +423,7 @@ static void run_on(struct mill_sim *sim, double until, uint64_t budget,
             take_samples(sim, sample);
         } else {
             if (sim->paranoid)
-                sim->status = mill_sim_paranoid_account(sim->paranoid, sim->now, sim->error);
+                mill_sim_paranoid_account(sim);
             return;
         }
         if (sim->status == MILL_OK && stop && *stop)

@@ -17,10 +17,10 @@ static bool is_inner(const struct mill_cells *cells, int32_t cell)
 {
     if (cell < 0 || cell >= mill_cells_count(cells))
         return false;
-    const int32_t *n = cells->n;
-    const int32_t at[3] = {cell / n[2] / n[1], cell / n[2] % n[1], cell % n[2]};
+    int32_t at[3];
+    mill_cells_index(cells, cell, at);
     for (int axis = 0; axis < 3; axis++)
-        if (at[axis] == 0 || at[axis] == n[axis] - 1)
+        if (at[axis] == 0 || at[axis] == cells->n[axis] - 1)
             return false;
     return true;
 }
