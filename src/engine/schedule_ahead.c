@@ -27,41 +27,25 @@ static int32_t partner_of(const struct mill_plan *plan)
     return plan->next == MILL_NEXT_PAIR ? plan->partner : MILL_NOBODY;
 }
 
-/* The ball and its partner; its plan has just come. */
-static void fetch_balls(const struct mill_schedule *p, int32_t i)
+/* The rows of `count` cells that a search will look into (offsets from `cell`, in words), and the
+ * list of surfaces there */
+static void fetch_cells(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
+                        int32_t count)
 {
-    const int32_t partner = partner_of(&p->plan[i]);
-    fetch_ball(p, i);
-    if (partner >= 0) {
-        fetch_ball(p, partner);
-        fetch(&p->plan[partner]);
-    }
-}
-
-/* Cells that a search will look into: offsets from a cell, in words */
-struct region {
-    int32_t cell, count;
-    const int64_t *offset;
-};
-
-/* Their rows, and the list of surfaces there. */
-static void fetch_cells(const struct mill_schedule *p, const struct region *region)
-{
-    const struct mill_cells *c = &p->cells;
-    const size_t word = mill_cells_word_size(c);
-    const char *base = (const char *)c->bucket + (size_t)region->cell * (size_t)c->row * word;
-    for (int32_t k = 0; k < region->count; k++)
-        fetch(base + region->offset[k] * (int64_t)word);
-    fetch(&p->surface_start[region->cell]);
+    const size_t word = mill_cells_word_size(&p->cells);
+    const char *row = (const char *)p->cells.bucket + (size_t)cell * (size_t)p->cells.row * word;
+    for (int32_t k = 0; k < count; k++)
+        fetch(row + offset[k] * (int64_t)word);
+    fetch(&p->surface_start[cell]);
 }
 
 /* The balls in them. Their numbers are copied first, without a branch: to go through the rows, of
  * which most hold none or one, would be mispredicted at every second. */
-static void fetch_neighbours(const struct mill_schedule *p, const struct region *region)
+static void fetch_neighbours(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
+                             int32_t count)
 {
-    int32_t *near = p->pairs.near;
-    const int32_t n =
-        mill_cells_gather(&p->cells, region->cell, region->offset, region->count, 1, near);
+    const int32_t *near = p->pairs.near;
+    const int32_t n = mill_cells_gather(&p->cells, cell, offset, count, 1, p->pairs.near);
     for (int32_t k = 0; k < n; k++)
         fetch(&p->world->ball[near[k]]);
 }
@@ -69,22 +53,19 @@ static void fetch_neighbours(const struct mill_schedule *p, const struct region 
 /* Where ball i's event will look: around the ball and, where that is another cell, around its
  * partner; after a crossing only into the cells that came near. */
 static void look(const struct mill_schedule *p, int32_t i,
-                 void (*fetch_region)(const struct mill_schedule *, const struct region *))
+                 void (*fetch_these)(const struct mill_schedule *, int32_t, const int64_t *,
+                                     int32_t))
 {
     const struct mill_plan *plan = &p->plan[i];
     const struct mill_cells *c = &p->cells;
     const int32_t cell = c->cell[i], partner = partner_of(plan);
     if (plan->next == MILL_NEXT_EXIT) {
-        const struct region new = {cell + mill_cells_step(c, plan->face), 9, c->ahead[plan->face]};
-        fetch_region(p, &new);
+        fetch_these(p, cell + mill_cells_step(c, plan->face), c->ahead[plan->face], 9);
         return;
     }
-    const struct region here = {cell, 27, c->around};
-    fetch_region(p, &here);
-    if (partner >= 0 && c->cell[partner] != cell) {
-        const struct region there = {c->cell[partner], 27, c->around};
-        fetch_region(p, &there);
-    }
+    fetch_these(p, cell, c->around, 27);
+    if (partner >= 0 && c->cell[partner] != cell)
+        fetch_these(p, c->cell[partner], c->around, 27);
 }
 
 /* Takes the next item of the calendar's walk through all steps; false when there is none. */
@@ -97,7 +78,12 @@ static bool foresee(struct mill_schedule *p)
     const int32_t second = p->foreseen[(slot - STEP) % MILL_SCHEDULE_FORESEEN];
     const int32_t third = p->foreseen[(slot - 2 * STEP) % MILL_SCHEDULE_FORESEEN];
     p->foreseen[slot % MILL_SCHEDULE_FORESEEN] = next;
-    fetch_balls(p, next);
+    const int32_t partner = partner_of(&p->plan[next]); /* its plan has just come */
+    fetch_ball(p, next);
+    if (partner >= 0) {
+        fetch_ball(p, partner);
+        fetch(&p->plan[partner]);
+    }
     if (second >= 0)
         look(p, second, fetch_cells);
     if (third >= 0)
