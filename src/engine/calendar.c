@@ -183,15 +183,19 @@ static void file_waiting(struct mill_calendar *c)
         file(c, item);
 }
 
-/* Files the events of a list again. */
+/* Files the events of a list again: of the overflow, or those of the day that today is now. */
 static void refile(struct mill_calendar *c, int32_t list)
 {
     int32_t item = c->head[list];
     c->head[list] = -1;
     while (item >= 0) {
         const int32_t next = event_of(c, item)->next;
-        c->in_year -= list < c->days;
-        file(c, item);
+        if (list == c->days) {
+            file(c, item);
+        } else {
+            c->in_year--;
+            join_today(c, item);
+        }
         item = next;
     }
 }
