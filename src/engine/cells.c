@@ -151,10 +151,9 @@ void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi
 }
 
 /* Sets the bits of `mask` in a word of a row. */
-static void set_word(struct mill_cells *c, int64_t at, uint32_t mask, int32_t bits)
+static void set_word(struct mill_cells *c, int64_t at, uint32_t mask, uint32_t bits)
 {
-    uint32_t word = mill_cells_word(c->bucket, c->form, at);
-    word = (word & ~mask) | (uint32_t)bits;
+    const uint32_t word = (mill_cells_word(c, c->form, at) & ~mask) | bits;
     if (c->form == MILL_CELLS_SHORT)
         ((uint16_t *)c->bucket)[at] = (uint16_t)word;
     else
@@ -163,18 +162,17 @@ static void set_word(struct mill_cells *c, int64_t at, uint32_t mask, int32_t bi
 
 static void set_ball(struct mill_cells *c, int32_t cell, int32_t k, int32_t ball)
 {
-    const bool packed = c->form == MILL_CELLS_PACKED;
-    set_word(c, (int64_t)cell * c->row + k, packed ? MILL_CELLS_BALL : UINT32_MAX, ball);
+    const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
+    set_word(c, (int64_t)cell * c->row + k, mask, (uint32_t)ball);
 }
 
 static void set_held(struct mill_cells *c, int32_t cell, int32_t held)
 {
     const int64_t first = (int64_t)cell * c->row;
     if (c->form == MILL_CELLS_PACKED)
-        set_word(c, first, ~(uint32_t)MILL_CELLS_BALL,
-                 (int32_t)((uint32_t)held << MILL_CELLS_BITS));
+        set_word(c, first, ~(uint32_t)MILL_CELLS_BALL, (uint32_t)held << MILL_CELLS_BITS);
     else
-        set_word(c, first + c->row - 1, UINT32_MAX, held);
+        set_word(c, first + c->row - 1, UINT32_MAX, (uint32_t)held);
 }
 
 /* Twice the room for every cell, seldom: mixtures of very unequal balls may need it, and packed

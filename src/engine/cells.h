@@ -71,38 +71,32 @@ static inline size_t mill_cells_word_size(const struct mill_cells *c)
     return c->form == MILL_CELLS_SHORT ? sizeof(uint16_t) : sizeof(uint32_t);
 }
 
-/* A word of a bucket: a ball (beside the count, if it is the first of a packed row), or a count */
-static inline uint32_t mill_cells_word(const void *bucket, enum mill_cells_form form, int64_t at)
+/* Word `at` of the rows: a ball (beside the count, in the first one of a packed row), or a count */
+static inline uint32_t mill_cells_word(const struct mill_cells *c, enum mill_cells_form form,
+                                       int64_t at)
 {
-    return form == MILL_CELLS_SHORT ? ((const uint16_t *)bucket)[at]
-                                    : ((const uint32_t *)bucket)[at];
+    return form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
+                                    : ((const uint32_t *)c->bucket)[at];
 }
 
-/* How many balls the row of `row` words from `first` on holds. */
-static inline int32_t mill_cells_count_of(const void *bucket, enum mill_cells_form form,
+/* How many balls are in the row of `row` words that begins at word `first`. */
+static inline int32_t mill_cells_row_held(const struct mill_cells *c, enum mill_cells_form form,
                                           int32_t row, int64_t first)
 {
-    return form == MILL_CELLS_PACKED
-               ? (int32_t)(mill_cells_word(bucket, form, first) >> MILL_CELLS_BITS)
-               : (int32_t)mill_cells_word(bucket, form, first + row - 1);
-}
-
-/* The ball that is word `at`. */
-static inline int32_t mill_cells_ball_of(const void *bucket, enum mill_cells_form form, int64_t at)
-{
-    const uint32_t mask = form == MILL_CELLS_PACKED ? (uint32_t)MILL_CELLS_BALL : UINT32_MAX;
-    return (int32_t)(mill_cells_word(bucket, form, at) & mask);
+    return (int32_t)(form == MILL_CELLS_PACKED ? mill_cells_word(c, form, first) >> MILL_CELLS_BITS
+                                               : mill_cells_word(c, form, first + row - 1));
 }
 
 /* How many balls a cell holds; the kth of them. */
 static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
 {
-    return mill_cells_count_of(c->bucket, c->form, c->row, (int64_t)cell * c->row);
+    return mill_cells_row_held(c, c->form, c->row, (int64_t)cell * c->row);
 }
 
 static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, int32_t k)
 {
-    return mill_cells_ball_of(c->bucket, c->form, (int64_t)cell * c->row + k);
+    const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
+    return (int32_t)(mill_cells_word(c, c->form, (int64_t)cell * c->row + k) & mask);
 }
 
 /* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
@@ -120,18 +114,19 @@ bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 /* Whole rows at a time whatever the count: no branch to mispredict. To be inlined, for a form and
  * a length of the rows that the compiler knows. */
 static inline __attribute__((always_inline)) int32_t
-mill_cells_copy(const struct mill_cells *cells, enum mill_cells_form form, int32_t row, int64_t at,
+mill_cells_copy(const struct mill_cells *c, enum mill_cells_form form, int32_t row, int64_t at,
                 const int64_t *restrict offset, int32_t count, int32_t scale, int32_t *restrict out)
 {
     const int32_t whole = form == MILL_CELLS_PACKED ? MILL_CELLS_PACK : MILL_CELL_ROW;
+    const uint32_t mask = form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
     int64_t n = 0; /* of the width of addresses: the next store waits for it */
     for (int32_t k = 0; k < count; k++) {
         const int64_t first = at + offset[k];
-        const int32_t held = mill_cells_count_of(cells->bucket, form, row, first);
+        const int32_t held = mill_cells_row_held(c, form, row, first);
         for (int32_t m = 0; m < whole; m++)
-            out[n + m] = mill_cells_ball_of(cells->bucket, form, first + m) * scale;
+            out[n + m] = (int32_t)(mill_cells_word(c, form, first + m) & mask) * scale;
         for (int32_t m = whole; row > whole && m < held; m++)
-            out[n + m] = mill_cells_ball_of(cells->bucket, form, first + m) * scale;
+            out[n + m] = (int32_t)(mill_cells_word(c, form, first + m) & mask) * scale;
         n += held;
     }
     return (int32_t)n;
