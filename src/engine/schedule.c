@@ -101,7 +101,8 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
 static bool build(struct mill_schedule *p)
 {
     const struct mill_world *w = p->world;
-    const size_t n = (size_t)w->balls + MILL_PAIRS_ROOM;
+    /* whole cache lines, so that no vector of the search lies across two */
+    const size_t n = ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
     double widest = 0.0, thinnest = INFINITY;
     for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
         p->foreseen[k] = MILL_NOBODY;
@@ -111,7 +112,7 @@ static bool build(struct mill_schedule *p)
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
-    p->scratch = malloc(n * (3 * sizeof(double) + 2 * sizeof(int32_t)));
+    p->scratch = mill_memory_get(n, 3 * sizeof(double) + 2 * sizeof(int32_t));
     if (!p->lately || !p->radius || !p->calendar || !p->scratch)
         return false;
     for (int k = 0; k < w->species_count; k++) {
