@@ -29,21 +29,15 @@ static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, in
 /* Offsets of the 27 neighbours, and of the 9 new ones behind each face, in words. */
 static void make_offsets(struct mill_cells *c)
 {
-    int32_t all = 0;
     int32_t ahead[6] = {0};
-    for (int32_t i = -1; i <= 1; i++) {
-        for (int32_t j = -1; j <= 1; j++) {
-            for (int32_t k = -1; k <= 1; k++) {
-                const int32_t d[3] = {i, j, k};
-                const int64_t offset = (int64_t)cell_index(c, i, j, k) * c->row;
-                c->around[all++] = offset;
-                for (int32_t axis = 0; axis < 3; axis++) {
-                    if (d[axis] == 0)
-                        continue;
-                    const int32_t face = 2 * axis + (d[axis] > 0);
-                    c->ahead[face][ahead[face]++] = offset;
-                }
-            }
+    for (int32_t all = 0; all < 27; all++) {
+        const int32_t d[3] = {all / 9 - 1, all / 3 % 3 - 1, all % 3 - 1};
+        const int64_t offset = (int64_t)cell_index(c, d[0], d[1], d[2]) * c->row;
+        c->around[all] = offset;
+        for (int32_t axis = 0; axis < 3; axis++) {
+            const int32_t face = 2 * axis + (d[axis] > 0);
+            if (d[axis] != 0)
+                c->ahead[face][ahead[face]++] = offset;
         }
     }
 }
@@ -115,11 +109,6 @@ void mill_cells_release(struct mill_cells *c)
     for (int axis = 0; axis < 3; axis++)
         free(c->edge[axis]);
     memset(c, 0, sizeof *c);
-}
-
-int32_t mill_cells_count(const struct mill_cells *c)
-{
-    return c->n[0] * c->n[1] * c->n[2];
 }
 
 int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
@@ -221,7 +210,7 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
 
 /* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at
  * or beyond it), reaches the face moving outwards; v, g counted positive outwards, g not 0. */
-static double reach_face(double gap, double v, double g)
+static inline double reach_face(double gap, double v, double g)
 {
     if (gap == HUGE_VAL)
         return HUGE_VAL;
@@ -285,12 +274,6 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     try_axis(&best, 2, r.y, v.y, g.y, y);
     try_axis(&best, 4, r.z, v.z, g.z, z);
     return best;
-}
-
-int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
-{
-    const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
-    return face % 2 ? step[face / 2] : -step[face / 2];
 }
 
 bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)

@@ -46,7 +46,10 @@ bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, double diameter
                      double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);
 
-int32_t mill_cells_count(const struct mill_cells *cells);
+static inline int32_t mill_cells_count(const struct mill_cells *c)
+{
+    return c->n[0] * c->n[1] * c->n[2];
+}
 
 /* The cell of a point; points beyond the box belong to the outermost inner cells. */
 int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
@@ -106,7 +109,11 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t ce
                                       vec3 g, double window);
 
 /* From a cell to the one behind its face. */
-int32_t mill_cells_step(const struct mill_cells *cells, int32_t face);
+static inline int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
+{
+    const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
+    return face % 2 ? step[face / 2] : -step[face / 2];
+}
 
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);

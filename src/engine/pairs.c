@@ -39,14 +39,14 @@ typedef int64_t flags2 __attribute__((vector_size(16)));
         a = PICK(flags2, p, q, 0, 2);                                                              \
         b = PICK(flags2, p, q, 1, 3);                                                              \
     } while (0)
-#define TRANSPOSE2()                                                                               \
+#define TRANSPOSE()                                                                                \
     do {                                                                                           \
         COLUMNS2(0, x, y);                                                                         \
         COLUMNS2(2, z, vx);                                                                        \
         COLUMNS2(4, vy, vz);                                                                       \
         COLUMNS2(6, t, rest);                                                                      \
     } while (0)
-#define SPLAT2(x) ((lanes2){x, x})
+#define SPLAT(x) ((lanes2){x, x})
 
 /* Writes the numbers from k on whose flag is set (all bits), returns how many. */
 INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
@@ -83,8 +83,6 @@ INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mil
 #define LANES 2
 #define LANES_T lanes2
 #define FLAGS_T flags2
-#define SPLAT SPLAT2
-#define TRANSPOSE TRANSPOSE2
 #define KEEP keep2
 #include "engine/pairs_lanes.h"
 
@@ -112,12 +110,12 @@ typedef int64_t flags4 __attribute__((vector_size(32)));
         c = PICK(flags4, pq0, rs0, 2, 3, 6, 7);                                                    \
         d = PICK(flags4, pq1, rs1, 2, 3, 6, 7);                                                    \
     } while (0)
-#define TRANSPOSE4()                                                                               \
+#define TRANSPOSE()                                                                                \
     do {                                                                                           \
         COLUMNS4(0, x, y, z, vx);                                                                  \
         COLUMNS4(4, vy, vz, t, rest);                                                              \
     } while (0)
-#define SPLAT4(x) ((lanes4){x, x, x, x})
+#define SPLAT(x) ((lanes4){x, x, x, x})
 
 /* The places of the bits that are set in a number below 16, first ones first */
 static const int32_t places[16][4] = {
@@ -142,8 +140,6 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 #define LANES 4
 #define LANES_T lanes4
 #define FLAGS_T flags4
-#define SPLAT SPLAT4
-#define TRANSPOSE TRANSPOSE4
 #define KEEP keep4
 #include "engine/pairs_lanes.h"
 
@@ -151,15 +147,12 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 
 mill_pairs_fn *mill_pairs_variant(int k, const char **name)
 {
-    if (k == 0) {
-        *name = "plain";
+    *name = k == 0 ? "plain" : "avx2";
+    if (k == 0)
         return search_plain;
-    }
 #ifdef __x86_64__
-    if (k == 1 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt")) {
-        *name = "avx2";
+    if (k == 1 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt"))
         return search_avx2;
-    }
 #endif
     return NULL;
 }
@@ -167,8 +160,6 @@ mill_pairs_fn *mill_pairs_variant(int k, const char **name)
 mill_pairs_fn *mill_pairs_choose(void)
 {
     const char *name;
-    mill_pairs_fn *best = mill_pairs_variant(0, &name), *more;
-    for (int k = 1; (more = mill_pairs_variant(k, &name)) != NULL; k++)
-        best = more;
-    return best;
+    mill_pairs_fn *wide = mill_pairs_variant(1, &name);
+    return wide ? wide : mill_pairs_variant(0, &name);
 }

@@ -196,15 +196,13 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
 {
     const struct mill_world *w = p->world;
     const double radius = p->radius[w->ball[i].species];
-    for (int k = 0; k < w->shapes; k++) {
+    bool clear = true;
+    for (int k = 0; k < w->shapes && clear; k++) {
         const struct mill_shape *s = w->shape[k];
-        if (!s->type->pinches)
-            continue;
         const struct mill_pose pose = mill_shape_pose(s, now);
-        if (s->type->gap(s, w->ball[i].r, radius, &pose) <= CLEAR * radius)
-            return false;
+        clear = !s->type->pinches || s->type->gap(s, w->ball[i].r, radius, &pose) > CLEAR * radius;
     }
-    return true;
+    return clear;
 }
 
 /* The motion's pose not long ago. Poses are those of fixed moments, so that a run that was resumed

@@ -285,13 +285,13 @@ static void happen(struct mill_sim *sim, int32_t i)
     const struct mill_plan *plan = &sim->schedule->plan[i];
     if (plan->next == MILL_NEXT_PAIR && w->ball[plan->partner].contacts == plan->partner_contacts) {
         ball_meets_ball(sim, i, plan->partner);
-    } else if (plan->next == MILL_NEXT_SURFACE) {
-        ball_meets_shape(sim, i, plan->shape);
     } else if (plan->next == MILL_NEXT_EXIT) {
         move_to(w, i, sim->now);
         if (!mill_schedule_cross(sim->schedule, i, sim->now))
             sim->status =
                 mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+    } else if (plan->next == MILL_NEXT_SURFACE) {
+        ball_meets_shape(sim, i, plan->shape);
     } else { /* the partner changed its course, or a search goes on: planned anew from here */
         w->counts.stale++;
         move_to(w, i, sim->now);
