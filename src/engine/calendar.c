@@ -218,9 +218,8 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
         mill_calendar_free(c);
         return NULL;
     }
-    c->width = 1e-6; /* any guess: it adapts within the first year */
-    c->per_width = 1.0 / c->width;
     mill_calendar_clear(c, 0.0);
+    mill_calendar_set_width(c, 1e-6); /* any guess: it adapts within the first year */
     return c;
 }
 

@@ -48,7 +48,6 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     assert(diameter > 0.0 && least_diameter > 0.0 && balls >= 0);
     memset(c, 0, sizeof *c);
     c->lo = lo;
-    c->balls = balls;
     const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}, low[3] = {lo.x, lo.y, lo.z};
     /* Smallest cells cost least (measured), but a huge empty box must not be cut into more cells
      * than some 16 a ball. A hair more than a diameter, so that rounding cannot hide a touching
@@ -122,19 +121,10 @@ int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
     return cell_index(c, index[0], index[1], index[2]);
 }
 
-static void split(const struct mill_cells *c, int32_t cell, int32_t i[3])
-{
-    /* exact: a cell number plus a half is never nearer to a multiple than rounding reaches */
-    const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);
-    i[2] = cell - column * c->n[2];
-    i[0] = (int32_t)(((double)column + 0.5) * c->per_n[0]);
-    i[1] = column - i[0] * c->n[1];
-}
-
 void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
 {
     int32_t i[3];
-    split(c, cell, i);
+    mill_cells_index(c, cell, i);
     *lo = vec3_make(c->edge[0][i[0]], c->edge[1][i[1]], c->edge[2][i[2]]);
     *hi = vec3_make(c->edge[0][i[0] + 1], c->edge[1][i[1] + 1], c->edge[2][i[2] + 1]);
 }
@@ -209,20 +199,17 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
 }
 
 /* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at
- * or beyond it), reaches the face moving outwards; v, g counted positive outwards, g not 0. */
+ * or beyond it), reaches the face moving outwards; v, g counted positive outwards, g not 0. Moving
+ * inwards from beyond it and turning back: the later root, or the turning point if it never gets
+ * inside. */
 static inline double reach_face(double gap, double v, double g)
 {
-    if (gap == HUGE_VAL)
-        return HUGE_VAL;
     const double square = v * v + 2.0 * g * gap;
-    if (gap <= 0.0) {
-        if (v > 0.0 || (v == 0.0 && g > 0.0))
-            return 0.0;
-        /* moving inwards, turning back: the later root, or the turning point if it never gets
-         * inside */
+    if (gap <= 0.0 && (v > 0.0 || (v == 0.0 && g > 0.0)))
+        return 0.0;
+    if (gap <= 0.0)
         return g > 0.0 ? (-v + sqrt(fmax(square, 0.0))) / g : HUGE_VAL;
-    }
-    if (square < 0.0)
+    if (gap == HUGE_VAL || square < 0.0)
         return HUGE_VAL;
     const double root = sqrt(square);
     if (v > 0.0)
@@ -265,7 +252,7 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     assert(window >= 0.0);
     struct mill_cell_exit best = {HUGE_VAL, 0};
     int32_t i[3];
-    split(c, cell, i);
+    mill_cells_index(c, cell, i);
     const double *x = c->edge[0] + i[0], *y = c->edge[1] + i[1], *z = c->edge[2] + i[2];
     if (stays(r.x, v.x, g.x, x, window) & stays(r.y, v.y, g.y, y, window) &
         stays(r.z, v.z, g.z, z, window))

@@ -32,7 +32,6 @@ struct mill_cells {
     enum mill_cells_form form; /* of the rows */
     void *bucket;              /* [cells * row] */
     int32_t *cell;             /* of each ball */
-    int32_t balls;
 };
 
 struct mill_cell_exit {
@@ -54,12 +53,14 @@ static inline int32_t mill_cells_count(const struct mill_cells *c)
 /* The cell of a point; points beyond the box belong to the outermost inner cells. */
 int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
 
-/* Its place along x, y, z. */
+/* Its place along x, y, z: exact, a cell number plus a half is never nearer to a multiple than
+ * rounding reaches. */
 static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, int32_t index[3])
 {
-    index[0] = cell / c->n[2] / c->n[1];
-    index[1] = cell / c->n[2] % c->n[1];
-    index[2] = cell % c->n[2];
+    const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);
+    index[2] = cell - column * c->n[2];
+    index[0] = (int32_t)(((double)column + 0.5) * c->per_n[0]);
+    index[1] = column - index[0] * c->n[1];
 }
 
 /* The box of a cell; outermost inner cells reach to infinity. */

@@ -224,10 +224,9 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
 }
 
 /* Is a body on a motion certainly out of reach? First by its angle, whatever the ball does in its
- * cell; most are. What is not gets to know where the ball is and how far it can get within `window`
- * [s], as bodies on that motion see it: in their frame its speed changes by gravity, Coriolis,
- * centrifugal and Euler parts; the frame itself has gone on a little since its pose was looked at.
- */
+ * cell; most are. If not, *f tells where the ball is and how far it can get within `window` [s], as
+ * bodies on that motion see it: in their frame its speed changes by gravity, Coriolis, centrifugal
+ * and Euler parts; the frame has gone on a little since its pose was looked at. */
 static bool is_elsewhere(struct mill_schedule *p, const struct mill_surface *near, double now,
                          double window, struct mill_flight *f)
 {

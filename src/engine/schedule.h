@@ -25,8 +25,7 @@ struct mill_plan {
     int32_t partner;
     uint32_t partner_contacts; /* the partner's count when this was found: another now = stale */
     int16_t shape;
-    int16_t
-        let_go; /* a pinch was relieved: what pinches is ignored until the ball is clear of it */
+    int16_t let_go; /* a pinch was relieved: what pinches is ignored until it is clear of it */
     int16_t face;
     int16_t next;            /* enum mill_next: the earliest of the three times */
     struct mill_event event; /* in the calendar */

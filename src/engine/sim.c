@@ -11,18 +11,14 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-/* [m] an overlap beyond this is an anomaly */
-#define DEEP 1e-9
-/* Pinch relief: more than so many contacts of one ball within this time [s], more than so many of
- * them with blades */
+#define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
+/* Pinch relief: more than so many contacts of one ball within a time [s], so many with blades */
 #define PINCH_TIME 1e-5
 #define PINCH_CONTACTS 30000
 #define PINCH_BLOWS 20
-/* Events within a nanosecond, and no pinch: from here on contacts are smooth */
-#define STILL 100000
-
-/* From so many balls on foresight costs less than it saves */
-#define LARGE 20000
+#define STILL                                                                                      \
+    100000          /* events within a nanosecond, and no pinch: from here on contacts are smooth */
+#define LARGE 20000 /* balls: from so many on foresight costs less than it saves */
 
 static void move_to(struct mill_world *w, int32_t i, double t)
 {
@@ -304,8 +300,7 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
 {
     struct mill_watch *w = &sim->watch;
     const uint64_t balls = (uint64_t)sim->world->balls;
-    /* hops that shrink to the clock's resolution still tick: less than a nanosecond is no advance
-     */
+    /* hops that shrink to the clock's resolution still tick: below a nanosecond is no advance */
     if (t > w->last + 1e-9) {
         w->last = t;
         w->standing = 0;
