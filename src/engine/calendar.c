@@ -334,28 +334,21 @@ static void next_year(struct mill_calendar *c)
     refile(c, c->days);
 }
 
-/* Makes today the first day that has events. False when there are none at all. */
-static bool turn_pages(struct mill_calendar *c)
+int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 {
-    file_waiting(c);
-    while (c->count == 0) {
+    if (c->count == 0)
+        file_waiting(c);
+    while (c->count == 0) { /* on to the first day that has events */
+        if (c->in_year == 0 && c->head[c->days] < 0)
+            return -1;
         if (c->in_year > 0) {
             refile(c, ++c->today);
-        } else if (c->head[c->days] >= 0) {
+        } else {
             c->today = c->days - 1;
             if (!adapt(c, (double)c->days))
                 next_year(c);
-        } else {
-            return false;
         }
     }
-    return true;
-}
-
-int32_t mill_calendar_next(struct mill_calendar *c, double *t)
-{
-    if (c->count == 0 && !turn_pages(c))
-        return -1;
     const int32_t item = first_of_today(c);
     *t = event_of(c, item)->t;
     if (item != c->last_item || *t != c->last_t) {

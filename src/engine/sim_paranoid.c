@@ -2,13 +2,13 @@
  * the two balls' courses and plans alone, and those change only at events of one of them; so
  * checking each ball of each event against all others keeps "no contact comes before the next event
  * of either" true of all pairs at all times. The calendar is compared with a linear scan, the place
- * of a ball with its cell's box, the books with the energies. Contacts need no cells, lists or
- * windows: a pair of balls is judged by the point of closest approach of their straight relative
- * course, whether the gap there, or at the next event of either, is open; a surface twice, by its
- * own search in a wide window, and by its gap alone, sampled so closely that it cannot have closed
- * between (the gap changes no faster than the ball and the surface move). Two times of one contact
- * may differ where it is grazing; its depth cannot, so all is measured in metres of overlap,
- * against the roundings of the positions it comes from. */
+ * of a ball with its cell's box, the books with the energies; contacts without cells, lists or
+ * windows: a pair of balls by the gap at the point of closest approach of their straight relative
+ * course, or at the next event of either; a surface twice, by its own search in a wide window, and
+ * by its gap alone, sampled so closely that it cannot have closed between (the gap changes no
+ * faster than the ball and the surface move). Two times of one contact may differ where it is
+ * grazing; its depth cannot, so all is measured in metres of overlap, against the roundings of the
+ * positions. */
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
@@ -277,77 +277,67 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
                  i, j, now + dt, sim->world->base + end, depth);
 }
 
-/* A ball's flight past one surface until local time `end`; the least gap found, and when */
-struct pass {
-    struct mill_sim *sim;
-    const struct mill_shape *shape;
-    int32_t ball;
-    double end, least, when;
+/* The least gap to a surface found until local time `end`, and when [m], [s] */
+struct least {
+    double end, gap, when;
 };
-
-/* The surface's own search until it says when, or the end is passed. */
-static double meet(const struct pass *k, bool touching)
-{
-    const struct mill_world *w = k->sim->world;
-    double t = k->sim->now;
-    for (int asked = 0; asked < MOST_ASKED && t < k->end; asked++) {
-        /* no pose of late: what the loop rejects by it is searched here */
-        const vec3 r = mill_world_position(w, k->ball, t), v = mill_world_velocity(w, k->ball, t);
-        const struct mill_flight f = {r, v, w->g, vec3_norm(w->g), .travel = INFINITY};
-        const double window = k->sim->schedule->horizon + LEISURE - t;
-        const struct mill_hit hit = k->shape->type->next_contact(
-            k->shape, &f, radius_of(w, k->ball), t, window, touching && asked == 0);
-        t += hit.t;
-        if (hit.state != MILL_HIT_ASK_AGAIN)
-            return t;
-    }
-    return INFINITY;
-}
 
 /* Looks at the gap from local time t to the end. It cannot close sooner than gap / fastest; where
  * it is small the steps are no shorter than a share of the whole. */
-static void sample_gap(struct pass *k, double t)
+static void sample_gap(struct mill_sim *sim, int32_t i, const struct mill_shape *shape, double t,
+                       struct least *least)
 {
-    const struct mill_world *w = k->sim->world;
-    const double share = (k->end - t) / SAMPLES, dt = k->end - k->sim->now;
-    const double fastest = vec3_norm(mill_world_velocity(w, k->ball, k->sim->now)) +
-                           dt * vec3_norm(w->g) + (k->shape->motion ? fastest_surface(w) : 0.0);
+    const struct mill_world *w = sim->world;
+    const double share = (least->end - t) / SAMPLES, dt = least->end - sim->now;
+    const double fastest = vec3_norm(mill_world_velocity(w, i, sim->now)) + dt * vec3_norm(w->g) +
+                           (shape->motion ? fastest_surface(w) : 0.0);
     for (;;) {
-        const double gap = gap_at(w, k->ball, k->shape, t);
-        k->sim->paranoid->checks.samples++;
-        if (!(gap >= k->least)) {
-            k->least = gap;
-            k->when = t;
+        const double gap = gap_at(w, i, shape, t);
+        sim->paranoid->checks.samples++;
+        if (!(gap >= least->gap)) {
+            least->gap = gap;
+            least->when = t;
         }
-        if (!(t < k->end))
+        if (!(t < least->end))
             return;
         const double next = t + fmax(gap / fastest, share);
-        t = next > t && next < k->end ? next : k->end;
+        t = next > t && next < least->end ? next : least->end;
     }
 }
 
 static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_shape *shape,
                           double end, bool touching)
 {
-    const double base = sim->world->base, now = sim->now;
+    const struct mill_world *w = sim->world;
     const char *kind = mill_kind_name[shape->type->kind];
-    const double gap = gap_at(sim->world, i, shape, now);
+    const double now = sim->now, gap = gap_at(w, i, shape, now);
     sim->paranoid->checks.surfaces++;
     if (!(gap >= -DEEP))
         return fault(sim, "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s", i, kind, -gap,
-                     base + now);
+                     w->base + now);
     if (end <= now)
         return true;
-    struct pass k = {sim, shape, i, end, INFINITY, now};
-    sample_gap(&k, now);
-    const double contact = meet(&k, touching);
+    struct least least = {end, INFINITY, now};
+    sample_gap(sim, i, shape, now, &least);
+    struct mill_hit hit = {MILL_HIT_ASK_AGAIN, 0.0};
+    double t = now; /* the surface's own search until it says when, or the end is passed */
+    for (int asked = 0; hit.state == MILL_HIT_ASK_AGAIN && asked < MOST_ASKED && t < end; asked++) {
+        const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
+        /* no pose of late: what the loop rejects by it is searched here */
+        const struct mill_flight f = {r, v, w->g, vec3_norm(w->g), .travel = INFINITY};
+        hit =
+            shape->type->next_contact(shape, &f, radius_of(w, i), t,
+                                      sim->schedule->horizon + LEISURE - t, touching && asked == 0);
+        t += hit.t;
+    }
+    const double contact = hit.state == MILL_HIT_ASK_AGAIN ? HUGE_VAL : t;
     if (contact < end)
-        sample_gap(&k, contact);
-    return fmin(gap, 0.0) - k.least <= surface_slack(sim, i, now, end) ||
+        sample_gap(sim, i, shape, contact, &least);
+    return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
            fault(sim,
                  "ball %d meets a surface (%s) by t = %.17g s, unplanned: next is %.17g s; they "
                  "would overlap by %.3g m",
-                 i, kind, base + fmin(contact, k.when), base + end, -k.least);
+                 i, kind, w->base + fmin(contact, least.when), w->base + end, -least.gap);
 }
 
 bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
@@ -443,6 +433,5 @@ enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_er
 
 struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim)
 {
-    const struct mill_sim_checks none = {0};
-    return sim->paranoid ? sim->paranoid->checks : none;
+    return sim->paranoid ? sim->paranoid->checks : (struct mill_sim_checks){0};
 }
