@@ -5,7 +5,6 @@
 #include "engine/cells.h"
 
 #include "base/elementary.h"
-
 #include "base/memory.h"
 
 #include <assert.h>
