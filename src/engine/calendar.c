@@ -18,10 +18,8 @@
 #define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
 #define CROWD 24         /* from so many events on today is a heap */
 #define DAYS_AHEAD 4     /* how far the walk of mill_calendar_ahead goes */
-/* Places of events that are in no list */
-#define NOWHERE (-1)
-#define TODAY (-2)
-#define WAITING (-3) /* to be filed */
+
+enum { NOWHERE = -1, TODAY = -2, WAITING = -3 }; /* places in no list; waiting: to be filed */
 
 struct entry {
     int64_t order; /* the time as a whole number: comparing these needs no branch */
@@ -108,15 +106,6 @@ static void join_today(struct mill_calendar *c, int32_t item)
         place(c, c->count, c->entry[c->count]);
 }
 
-static void leave_today(struct mill_calendar *c, int32_t at)
-{
-    assert(at >= 0 && at < c->count);
-    const struct entry last = c->entry[--c->count];
-    if (at < c->count)
-        place(c, at, last);
-    c->heaped = c->heaped && c->count > 0;
-}
-
 /* The item with the earliest of today's events */
 static int32_t first_of_today(const struct mill_calendar *c)
 {
@@ -149,7 +138,11 @@ static void take_out(struct mill_calendar *c, int32_t item)
             event_of(c, n->next)->prev = n->prev;
         c->in_year -= n->place < c->days;
     } else if (n->place == TODAY) {
-        leave_today(c, n->next);
+        assert(n->next >= 0 && n->next < c->count);
+        const struct entry last = c->entry[--c->count];
+        if (n->next < c->count)
+            place(c, n->next, last);
+        c->heaped = c->heaped && c->count > 0;
     } else if (n->place == WAITING) {
         c->waiting = -1;
     }

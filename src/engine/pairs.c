@@ -7,8 +7,6 @@
 #include "engine/pairs.h"
 
 #include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
 #include <string.h>
 #ifdef __x86_64__
 #include <immintrin.h>

@@ -93,14 +93,14 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
 }
 
 /* False when out of memory */
-static bool build(struct mill_schedule *p)
+static bool build(struct mill_schedule *p, struct mill_world *w)
 {
-    const struct mill_world *w = p->world;
     /* whole cache lines, so that no vector of the search lies across two */
     const size_t n = ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
     double widest = 0.0, thinnest = INFINITY;
     for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
         p->foreseen[k] = MILL_NOBODY;
+    p->world = w;
     p->search = mill_pairs_choose();
     p->pull = vec3_norm(w->g);
     p->lately = calloc((size_t)w->motions + 1, sizeof *p->lately);
@@ -135,9 +135,7 @@ enum mill_status mill_schedule_create(struct mill_world *world, struct mill_sche
                                       struct mill_error *error)
 {
     struct mill_schedule *p = *schedule = calloc(1, sizeof *p);
-    if (p)
-        p->world = world;
-    if (p && build(p))
+    if (p && build(p, world))
         return MILL_OK;
     mill_schedule_free(p);
     *schedule = NULL;
@@ -149,12 +147,12 @@ bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
     for (int32_t i = 0; i < p->world->balls; i++)
         mill_cells_remove(&p->cells, i);
     mill_calendar_clear(p->calendar, 0.0);
-    for (int32_t i = 0; i < p->world->balls; i++) {
-        if (!mill_cells_insert(&p->cells, i, cell[i]))
-            return false;
+    bool made = true;
+    for (int32_t i = 0; i < p->world->balls && made; i++) {
+        made = mill_cells_insert(&p->cells, i, cell[i]);
         mill_calendar_set(p->calendar, i, mill_plan_time(&p->plan[i]));
     }
-    return true;
+    return made;
 }
 
 void mill_schedule_free(struct mill_schedule *p)

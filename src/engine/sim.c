@@ -8,7 +8,6 @@
 #include "geometry/shape.h"
 
 #include <assert.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
 #define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
@@ -110,7 +109,7 @@ void mill_sim_free(struct mill_sim *sim)
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer)
 {
     assert(observer && observer->type);
-    if (sim->observers == MILL_SIM_OBSERVERS)
+    if (sim->observers == (int)(sizeof sim->observer / sizeof sim->observer[0]))
         return MILL_FAILED;
     sim->observer[sim->observers++] = observer;
     return MILL_OK;
@@ -213,9 +212,8 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     const vec3 d = vec3_sub(b->r, a->r);
     const double distance = vec3_norm(d);
     const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
-    const vec3 u = vec3_sub(a->v, b->v);
     const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
-    const vec3 slip = vec3_add(u, vec3_cross(spin, n));
+    const vec3 slip = vec3_add(vec3_sub(a->v, b->v), vec3_cross(spin, n));
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
     w->counts.largest_overlap =
         mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
@@ -232,13 +230,9 @@ static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
     struct mill_pinch *p = &sim->pinch[i];
     const uint32_t contacts = sim->world->ball[i].contacts;
-    if (p->blows == 0 || sim->now - p->since > PINCH_TIME) {
-        p->since = sim->now;
-        p->contacts = contacts;
-        p->blows = 0;
-    }
-    p->blows++;
-    if (p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
+    if (p->blows == 0 || sim->now - p->since > PINCH_TIME)
+        *p = (struct mill_pinch){sim->now, contacts, 0};
+    if (++p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
         sim->schedule->plan[i].let_go = true;
         sim->world->counts.reliefs++;
         p->blows = 0;
@@ -255,8 +249,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const struct mill_pose pose = mill_shape_pose(shape, sim->now);
     const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
-    const vec3 u = vec3_sub(b->v, c.velocity);
-    const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));
+    const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
     if (!sim->schedule->plan[i].let_go || !shape->type->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
     struct mill_impact impact = {

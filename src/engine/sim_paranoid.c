@@ -66,8 +66,6 @@ static double gap_at(const struct mill_world *w, int32_t i, const struct mill_sh
     return shape->type->gap(shape, mill_world_position(w, i, t), radius_of(w, i), &pose);
 }
 
-/* ---- calendar, cells, books ---- */
-
 /* Every entry is its plan's; *first: the ball that is due first. */
 static bool check_calendar(struct mill_sim *sim, int32_t *first)
 {
@@ -130,8 +128,6 @@ bool mill_sim_paranoid_account(struct mill_sim *sim)
            fault(sim, "the energy account is out by %.3g J of %.3g J turned over at t = %.17g s",
                  imbalance, turnover, w->base + sim->now);
 }
-
-/* ---- the contact a plan ends with ---- */
 
 /* Ball j as seen from ball i */
 struct pair {
@@ -241,8 +237,6 @@ static bool has_met(struct mill_sim *sim, int32_t i)
            fault(sim, "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s", i,
                  mill_kind_name[shape->type->kind], gap, w->base + sim->now);
 }
-
-/* ---- until the next event: other balls, surfaces ---- */
 
 static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)
 {
@@ -365,8 +359,6 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
     w->counts.quartics = counts; /* the searches of the run alone are counted */
     return holds;
 }
-
-/* ---- one event ---- */
 
 bool mill_sim_paranoid_before(struct mill_sim *sim, int32_t i, double t)
 {

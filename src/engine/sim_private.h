@@ -8,8 +8,6 @@
 /* [s] between restarts of local time; a power of two, so that the sum is exact */
 #define MILL_SIM_EPOCH 0.0625
 
-enum { MILL_SIM_OBSERVERS = 8 }; /* at most */
-
 struct mill_pinch {
     double since;      /* [s] local */
     uint32_t contacts; /* the ball's count then */
@@ -37,7 +35,7 @@ struct mill_sim {
     struct mill_sim_paranoid *paranoid; /* NULL: off */
     double now;                         /* [s] local */
     int observers;
-    struct mill_observer *observer[MILL_SIM_OBSERVERS];
+    struct mill_observer *observer[8];
     struct mill_error *error; /* of the running mill_sim_run */
     enum mill_status status;
 };
