@@ -313,18 +313,18 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
         return true;
     struct least least = {end, INFINITY, now};
     sample_gap(sim, i, shape, now, &least);
-    struct mill_hit hit = {MILL_HIT_ASK_AGAIN, 0.0};
-    double t = now; /* the surface's own search until it says when, or the end is passed */
-    for (int asked = 0; hit.state == MILL_HIT_ASK_AGAIN && asked < MOST_ASKED && t < end; asked++) {
+    /* the surface's own search until it says when, or the end is passed */
+    double t = now, contact = HUGE_VAL;
+    for (int asked = 0; contact == HUGE_VAL && asked < MOST_ASKED && t < end; asked++) {
         const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
         /* no pose of late: what the loop rejects by it is searched here */
         const struct mill_flight f = {r, v, w->g, vec3_norm(w->g), .travel = INFINITY};
-        hit =
-            shape->type->next_contact(shape, &f, radius_of(w, i), t,
-                                      sim->schedule->horizon + LEISURE - t, touching && asked == 0);
+        const double window = sim->schedule->horizon + LEISURE - t;
+        const struct mill_hit hit = shape->type->next_contact(shape, &f, radius_of(w, i), t, window,
+                                                              touching && asked == 0);
         t += hit.t;
+        contact = hit.state == MILL_HIT_ASK_AGAIN ? HUGE_VAL : t;
     }
-    const double contact = hit.state == MILL_HIT_ASK_AGAIN ? HUGE_VAL : t;
     if (contact < end)
         sample_gap(sim, i, shape, contact, &least);
     return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
