@@ -119,7 +119,8 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
         p->lately[k] = bounds_of(w, k, thinnest);
     const double equal = thinnest == widest ? thinnest + widest : 0.0;
     double *b = p->scratch, *c = b + n, *square = c + n;
-    int32_t *near = (int32_t *)(square + n), *kept = near + n;
+    void *numbers = square + n;
+    int32_t *near = numbers, *kept = near + n;
     p->pairs =
         (struct mill_pairs){w->ball, &p->cells, p->radius, w->g, equal, near, kept, b, c, square};
     const double r = w->drum_radius, l = 0.5 * w->drum_length;
