@@ -1,30 +1,36 @@
 /* The event list. Time is cut into days of equal width; a year of days is held in an array of
- * unordered lists, what lies beyond the year in one overflow list. Only today's events are looked
- * at one by one (calendar_today.c): there are about EVENTS_A_DAY of them whatever the number of
- * balls, for the width follows the event rate. Inserting and removing is O(1). Method: G. Paul,
- * J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat exactly. */
+ * unordered lists, what lies beyond the year in one more. Only today's events are looked at one by
+ * one: there are about EVENTS_A_DAY of them whatever the number of balls, for the width follows the
+ * event rate. The earliest of a few is found fastest by comparing all, without a branch; where many
+ * fall on one day (balls that start in step) they become a binary heap. Inserting and removing is
+ * O(1). Method: G. Paul, J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat
+ * exactly. */
 #include "engine/calendar.h"
 
 #include "base/memory.h"
-#include "engine/calendar_today.h"
 
 #include <assert.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
+#define CROWD 24         /* from so many events on today is a heap */
 #define DAYS_AHEAD 4     /* how far the walk of mill_calendar_ahead goes */
-#define NOWHERE (-1)
-#define OVERFLOW_LIST (-2)
-#define TODAY (-3)
-#define WAITING (-4) /* to be filed */
+
+enum { NOWHERE = -1, TODAY = -2, WAITING = -3 }; /* places in no list; waiting: to be filed */
+
+struct entry {
+    int64_t order; /* the time as a whole number: comparing these needs no branch */
+    int32_t item;
+};
 
 struct mill_calendar {
     int32_t items;
-    int32_t days;     /* in a year, a power of two */
-    int32_t today;    /* 0 .. days - 1 */
-    int32_t in_year;  /* events in lists after today */
-    int32_t overflow; /* head of the overflow list */
+    int32_t days;    /* in a year, a power of two */
+    int32_t today;   /* 0 .. days - 1 */
+    int32_t in_year; /* events in lists after today */
     double width, per_width;
     double year_start; /* [s] */
     uint64_t taken;    /* events that came up in this year */
@@ -32,47 +38,111 @@ struct mill_calendar {
     double last_t;
     int32_t waiting;          /* an item whose event is still to be filed, or -1 */
     int32_t ahead, ahead_day; /* where a walk through the lists of the days to come is */
-    struct mill_event *own;   /* the events, where nobody lent any */
-    int32_t *head;            /* first items of the days' lists, [days] */
-    struct mill_today todays; /* today's events, and where all events lie */
+    struct mill_event *event; /* item 0's */
+    size_t stride;            /* bytes from one to the next */
+    int32_t *head;            /* first items of the lists, [days + 1]: the last is the overflow */
+    struct entry *entry;      /* today's events, room for all items */
+    int32_t count;            /* of them */
+    bool heaped;              /* they form a heap, else they are in no order */
 };
 
 static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
 {
-    return mill_event_of(&c->todays.events, item);
+    return (struct mill_event *)((char *)c->event + (size_t)item * c->stride);
 }
 
-static void link_into(struct mill_calendar *c, int32_t *head, int32_t item)
+/* ---- today ---- */
+
+/* Whole numbers in the order of the times: the bits of a double, those of negative ones turned
+ * round; 0.0 makes one of the two zeros. */
+static struct entry entry_of(const struct mill_calendar *c, int32_t item)
 {
-    struct mill_event *n = event_of(c, item);
-    n->prev = -1;
-    n->next = *head;
-    if (*head >= 0)
-        event_of(c, *head)->prev = item;
-    *head = item;
+    struct entry e = {0, item};
+    const double t = event_of(c, item)->t + 0.0;
+    memcpy(&e.order, &t, sizeof e.order);
+    e.order ^= -(int64_t)(e.order < 0) & INT64_MAX;
+    return e;
 }
 
-static void unlink_from(struct mill_calendar *c, int32_t *head, int32_t item)
+static bool before(struct entry a, struct entry b)
 {
-    const struct mill_event *n = event_of(c, item);
-    if (n->prev >= 0)
-        event_of(c, n->prev)->next = n->next;
-    else
-        *head = n->next;
-    if (n->next >= 0)
-        event_of(c, n->next)->prev = n->prev;
+    return (a.order < b.order) | ((a.order == b.order) & (a.item < b.item));
+}
+
+/* The event's `next` tells where it stands. */
+static void put(struct mill_calendar *c, int32_t at, struct entry e)
+{
+    c->entry[at] = e;
+    event_of(c, e.item)->next = at;
+}
+
+/* The entry at `at` is this one now: it moves to where it belongs. */
+static void place(struct mill_calendar *c, int32_t at, struct entry e)
+{
+    while (c->heaped && at > 0 && before(e, c->entry[(at - 1) / 2])) {
+        put(c, at, c->entry[(at - 1) / 2]);
+        at = (at - 1) / 2;
+    }
+    while (c->heaped && 2 * at + 1 < c->count) {
+        int32_t child = 2 * at + 1;
+        if (child + 1 < c->count && before(c->entry[child + 1], c->entry[child]))
+            child++;
+        if (!before(c->entry[child], e))
+            break;
+        put(c, at, c->entry[child]);
+        at = child;
+    }
+    put(c, at, e);
+}
+
+static void join_today(struct mill_calendar *c, int32_t item)
+{
+    event_of(c, item)->place = TODAY;
+    place(c, c->count++, entry_of(c, item));
+    if (c->heaped || c->count < CROWD)
+        return;
+    c->heaped = true;
+    for (c->count = 1; c->count < CROWD; c->count++)
+        place(c, c->count, c->entry[c->count]);
+}
+
+/* The item with the earliest of today's events */
+static int32_t first_of_today(const struct mill_calendar *c)
+{
+    assert(c->count > 0);
+    struct entry first = c->entry[0];
+    for (int32_t k = 1; !c->heaped && k < c->count; k++) {
+        const struct entry e = c->entry[k];
+        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        const int64_t take = -(int64_t)before(e, first);
+        first.order ^= (first.order ^ e.order) & take;
+        first.item ^= (first.item ^ e.item) & (int32_t)take;
+    }
+    return first.item;
+}
+
+/* ---- the lists ---- */
+
+static double day_of(const struct mill_calendar *c, double t)
+{
+    return (t - c->year_start) * c->per_width;
 }
 
 static void take_out(struct mill_calendar *c, int32_t item)
 {
     struct mill_event *n = event_of(c, item);
     if (n->place >= 0) {
-        unlink_from(c, &c->head[n->place], item);
-        c->in_year--;
-    } else if (n->place == OVERFLOW_LIST) {
-        unlink_from(c, &c->overflow, item);
+        int32_t *link = n->prev >= 0 ? &event_of(c, n->prev)->next : &c->head[n->place];
+        *link = n->next;
+        if (n->next >= 0)
+            event_of(c, n->next)->prev = n->prev;
+        c->in_year -= n->place < c->days;
     } else if (n->place == TODAY) {
-        mill_calendar_today_leave(&c->todays, n->next);
+        assert(n->next >= 0 && n->next < c->count);
+        const struct entry last = c->entry[--c->count];
+        if (n->next < c->count)
+            place(c, n->next, last);
+        c->heaped = c->heaped && c->count > 0;
     } else if (n->place == WAITING) {
         c->waiting = -1;
     }
@@ -84,18 +154,18 @@ static void take_out(struct mill_calendar *c, int32_t item)
 static void file(struct mill_calendar *c, int32_t item)
 {
     struct mill_event *n = event_of(c, item);
-    const double day = (n->t - c->year_start) * c->per_width;
+    const double day = day_of(c, n->t);
     if (day < (double)(c->today + 1)) {
-        n->place = TODAY;
-        mill_calendar_today_join(&c->todays, item);
-    } else if (day < (double)c->days) {
-        n->place = (int32_t)day;
-        link_into(c, &c->head[n->place], item);
-        c->in_year++;
-    } else {
-        n->place = OVERFLOW_LIST;
-        link_into(c, &c->overflow, item);
+        join_today(c, item);
+        return;
     }
+    n->place = day < (double)c->days ? (int32_t)day : c->days;
+    c->in_year += n->place < c->days;
+    n->prev = -1;
+    n->next = c->head[n->place];
+    if (n->next >= 0)
+        event_of(c, n->next)->prev = item;
+    c->head[n->place] = item;
 }
 
 static void file_waiting(struct mill_calendar *c)
@@ -106,55 +176,43 @@ static void file_waiting(struct mill_calendar *c)
         file(c, item);
 }
 
-/* Files an event when the next one is set: by then the head of its list, anywhere in a table as
- * long as there are balls, is in the cache. */
-static void file_later(struct mill_calendar *c, int32_t item)
+/* Files the events of a list again: of the overflow, or those of the day that today is now. */
+static void refile(struct mill_calendar *c, int32_t list)
 {
-    struct mill_event *n = event_of(c, item);
-    const double day = (n->t - c->year_start) * c->per_width;
-    file_waiting(c);
-    if (!(day >= (double)(c->today + 1) && day < (double)c->days)) {
-        file(c, item);
-        return;
-    }
-    c->waiting = item;
-    n->place = WAITING;
-    __builtin_prefetch(&c->head[(int32_t)day], 1);
-}
-
-static void refile_overflow(struct mill_calendar *c)
-{
-    int32_t item = c->overflow;
-    c->overflow = -1;
+    int32_t item = c->head[list];
+    c->head[list] = -1;
     while (item >= 0) {
         const int32_t next = event_of(c, item)->next;
-        file(c, item);
+        if (list == c->days) {
+            file(c, item);
+        } else {
+            c->in_year--;
+            join_today(c, item);
+        }
         item = next;
     }
 }
 
 struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride)
 {
-    assert(items >= 0 && (!event || stride >= sizeof *event));
+    assert(items >= 0 && event && stride >= sizeof *event);
     struct mill_calendar *c = calloc(1, sizeof *c);
     if (!c)
         return NULL;
     c->items = items;
+    c->event = event;
+    c->stride = stride;
     c->days = 16;
     while (c->days < items && c->days < (1 << 29))
         c->days *= 2;
-    c->own = event ? NULL : malloc(sizeof *c->own * ((size_t)items + 1));
-    c->todays.events.first = event ? event : c->own;
-    c->todays.events.stride = event ? stride : sizeof *c->own;
-    c->head = mill_memory_get((size_t)c->days, sizeof *c->head);
-    c->todays.entry = malloc(sizeof *c->todays.entry * ((size_t)items + 1));
-    if (!c->todays.events.first || !c->head || !c->todays.entry) {
+    c->head = mill_memory_get((size_t)c->days + 1, sizeof *c->head);
+    c->entry = malloc(sizeof *c->entry * ((size_t)items + 1));
+    if (!c->head || !c->entry) {
         mill_calendar_free(c);
         return NULL;
     }
-    c->width = 1e-6; /* any guess: it adapts within the first year */
-    c->per_width = 1.0 / c->width;
     mill_calendar_clear(c, 0.0);
+    mill_calendar_set_width(c, 1e-6); /* any guess: it adapts within the first year */
     return c;
 }
 
@@ -162,26 +220,28 @@ void mill_calendar_free(struct mill_calendar *c)
 {
     if (!c)
         return;
-    free(c->own);
     free(c->head);
-    free(c->todays.entry);
+    free(c->entry);
     free(c);
 }
 
-/* Forgets what is filed where; the nodes keep their times and whether they have an event. */
-static void empty(struct mill_calendar *c, double start)
+static void begin_year(struct mill_calendar *c, double start)
 {
-    for (int32_t d = 0; d < c->days; d++)
-        c->head[d] = -1;
-    c->overflow = -1;
-    c->waiting = -1;
-    mill_calendar_today_clear(&c->todays);
-    c->in_year = 0;
-    c->today = 0;
+    c->year_start = start;
+    c->today = c->ahead_day = 0;
     c->taken = 0;
     c->ahead = -1;
-    c->ahead_day = 0;
-    c->year_start = start;
+}
+
+/* Forgets what is filed where; the events keep their times and whether there is one. */
+static void empty(struct mill_calendar *c, double start)
+{
+    for (int32_t list = 0; list <= c->days; list++)
+        c->head[list] = -1;
+    c->waiting = -1;
+    c->in_year = c->count = 0;
+    c->heaped = false;
+    begin_year(c, start);
 }
 
 void mill_calendar_clear(struct mill_calendar *c, double start)
@@ -196,15 +256,27 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
 {
     assert(item >= 0 && item < c->items && t == t);
     struct mill_event *n = event_of(c, item);
-    if (n->place == TODAY && (t - c->year_start) * c->per_width < (double)(c->today + 1)) {
+    const double day = day_of(c, t);
+    if (n->place == TODAY && day < (double)(c->today + 1)) {
+        assert(n->next >= 0 && n->next < c->count);
         n->t = t;
-        mill_calendar_today_change(&c->todays, n->next);
+        place(c, n->next, entry_of(c, item));
         return;
     }
     take_out(c, item);
     n->t = t;
-    if (t < HUGE_VAL)
-        file_later(c, item);
+    if (!(t < HUGE_VAL))
+        return;
+    file_waiting(c);
+    if (!(day >= (double)(c->today + 1) && day < (double)c->days)) {
+        file(c, item);
+        return;
+    }
+    /* filed when the next one is set: by then the head of its list, anywhere in a table as long as
+     * there are balls, is in the cache */
+    c->waiting = item;
+    n->place = WAITING;
+    __builtin_prefetch(&c->head[(int32_t)day], 1);
 }
 
 double mill_calendar_time(const struct mill_calendar *c, int32_t item)
@@ -218,23 +290,16 @@ double mill_calendar_width(const struct mill_calendar *c)
     return c->width;
 }
 
-/* Files every event again from `start` on. */
-static void refile_all(struct mill_calendar *c, double start)
-{
-    empty(c, start);
-    for (int32_t i = 0; i < c->items; i++) {
-        if (event_of(c, i)->place != NOWHERE)
-            file(c, i);
-    }
-}
-
 void mill_calendar_set_width(struct mill_calendar *c, double width)
 {
     assert(width > 0.0);
     const double now = c->year_start + (double)c->today * c->width;
     c->width = width;
     c->per_width = 1.0 / width;
-    refile_all(c, now);
+    empty(c, now);
+    for (int32_t i = 0; i < c->items; i++)
+        if (event_of(c, i)->place != NOWHERE)
+            file(c, i);
 }
 
 /* Changes the width when days have become too full or too empty: `days_passed` held c->taken
@@ -252,61 +317,32 @@ static bool adapt(struct mill_calendar *c, double days_passed)
     return true;
 }
 
-static void begin_year(struct mill_calendar *c, double start)
-{
-    c->year_start = start;
-    c->today = 0;
-    c->taken = 0;
-    c->ahead = -1;
-    c->ahead_day = 0;
-    refile_overflow(c);
-}
-
-/* Begins the next year, or the one of the earliest event when nothing happens until then. */
+/* Begins the year of the earliest event that lies beyond this one. */
 static void next_year(struct mill_calendar *c)
 {
-    begin_year(c, c->year_start + (double)c->days * c->width);
-    if (c->todays.count > 0 || c->in_year > 0)
-        return;
     double first = HUGE_VAL;
-    for (int32_t i = c->overflow; i >= 0; i = event_of(c, i)->next)
+    for (int32_t i = c->head[c->days]; i >= 0; i = event_of(c, i)->next)
         first = event_of(c, i)->t < first ? event_of(c, i)->t : first;
-    if (first < HUGE_VAL)
-        begin_year(c, first);
-}
-
-/* Makes today the first day that has events. False when there are none at all. */
-static bool turn_pages(struct mill_calendar *c)
-{
-    file_waiting(c);
-    while (c->todays.count == 0) {
-        if (c->in_year == 0) {
-            if (c->overflow < 0)
-                return false;
-            c->today = c->days - 1;
-            if (!adapt(c, (double)c->days))
-                next_year(c);
-            continue;
-        }
-        c->today++;
-        int32_t item = c->head[c->today];
-        c->head[c->today] = -1;
-        while (item >= 0) {
-            const int32_t next = event_of(c, item)->next;
-            event_of(c, item)->place = TODAY;
-            mill_calendar_today_join(&c->todays, item);
-            c->in_year--;
-            item = next;
-        }
-    }
-    return true;
+    begin_year(c, first);
+    refile(c, c->days);
 }
 
 int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 {
-    if (c->todays.count == 0 && !turn_pages(c))
-        return -1;
-    const int32_t item = mill_calendar_today_first(&c->todays);
+    if (c->count == 0)
+        file_waiting(c);
+    while (c->count == 0) { /* on to the first day that has events */
+        if (c->in_year == 0 && c->head[c->days] < 0)
+            return -1;
+        if (c->in_year > 0) {
+            refile(c, ++c->today);
+        } else {
+            c->today = c->days - 1;
+            if (!adapt(c, (double)c->days))
+                next_year(c);
+        }
+    }
+    const int32_t item = first_of_today(c);
     *t = event_of(c, item)->t;
     if (item != c->last_item || *t != c->last_t) {
         c->last_item = item;

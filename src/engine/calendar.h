@@ -16,7 +16,7 @@ struct mill_event {
 };
 
 /* For items 0..items-1, all absent; NULL when out of memory. Item k's event lies `stride` bytes
- * times k after `event`; NULL: the calendar has its own. */
+ * times k after `event`. */
 struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *event, size_t stride);
 void mill_calendar_free(struct mill_calendar *calendar);
 

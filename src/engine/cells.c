@@ -5,7 +5,6 @@
 #include "engine/cells.h"
 
 #include "base/elementary.h"
-
 #include "base/memory.h"
 
 #include <assert.h>
@@ -15,6 +14,12 @@
 
 #define MOST_ROOM 63.0 /* balls a cell begins with at most; it widens when one needs more */
 
+/* Empty rows for all cells */
+static void *make_rows(const struct mill_cells *c)
+{
+    return mill_memory_get((size_t)mill_cells_count(c) * (size_t)c->row, mill_cells_word_size(c));
+}
+
 static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, int32_t iz)
 {
     return (ix * c->n[1] + iy) * c->n[2] + iz;
@@ -23,46 +28,17 @@ static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, in
 /* Offsets of the 27 neighbours, and of the 9 new ones behind each face, in words. */
 static void make_offsets(struct mill_cells *c)
 {
-    int32_t all = 0;
     int32_t ahead[6] = {0};
-    for (int32_t i = -1; i <= 1; i++) {
-        for (int32_t j = -1; j <= 1; j++) {
-            for (int32_t k = -1; k <= 1; k++) {
-                const int32_t d[3] = {i, j, k};
-                const int64_t offset = (int64_t)cell_index(c, i, j, k) * c->row;
-                c->around[all++] = offset;
-                for (int32_t axis = 0; axis < 3; axis++) {
-                    if (d[axis] == 0)
-                        continue;
-                    const int32_t face = 2 * axis + (d[axis] > 0);
-                    c->ahead[face][ahead[face]++] = offset;
-                }
-            }
+    for (int32_t all = 0; all < 27; all++) {
+        const int32_t d[3] = {all / 9 - 1, all / 3 % 3 - 1, all % 3 - 1};
+        const int64_t offset = (int64_t)cell_index(c, d[0], d[1], d[2]) * c->row;
+        c->around[all] = offset;
+        for (int32_t axis = 0; axis < 3; axis++) {
+            const int32_t face = 2 * axis + (d[axis] > 0);
+            if (d[axis] != 0)
+                c->ahead[face][ahead[face]++] = offset;
         }
     }
-}
-
-/* Empty rows for all cells. */
-static void *make_rows(const struct mill_cells *c)
-{
-    return mill_memory_get((size_t)mill_cells_count(c) * (size_t)c->row, mill_cells_word_size(c));
-}
-
-/* Where the cells of each axis begin; the outermost inner ones reach to infinity. */
-static bool make_edges(struct mill_cells *c)
-{
-    const double lo[3] = {c->lo.x, c->lo.y, c->lo.z};
-    for (int axis = 0; axis < 3; axis++) {
-        const int32_t n = c->n[axis];
-        double *edge = c->edge[axis] = malloc(sizeof *edge * ((size_t)n + 1));
-        if (!edge)
-            return false;
-        for (int32_t i = 0; i <= n; i++)
-            edge[i] = i <= 1       ? -HUGE_VAL
-                      : i >= n - 1 ? HUGE_VAL
-                                   : lo[axis] + (double)(i - 1) * c->side[axis];
-    }
-    return true;
 }
 
 bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, double least_diameter,
@@ -71,31 +47,36 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     assert(diameter > 0.0 && least_diameter > 0.0 && balls >= 0);
     memset(c, 0, sizeof *c);
     c->lo = lo;
-    c->balls = balls;
-    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
+    const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}, low[3] = {lo.x, lo.y, lo.z};
     /* Smallest cells cost least (measured), but a huge empty box must not be cut into more cells
      * than some 16 a ball. A hair more than a diameter, so that rounding cannot hide a touching
      * pair. */
     double side = diameter * (1.0 + 1e-9);
     const double most = 16.0 * (double)balls + 4096.0;
-    double inner[3], total;
+    double inner[3], total, cells;
     for (;; side *= fmax(mill_elementary_cbrt(total / most), 1.05)) {
-        total = 1.0;
+        total = cells = 1.0;
         for (int axis = 0; axis < 3; axis++) {
             inner[axis] = fmax(floor(extent[axis] / side), 1.0);
             total *= inner[axis];
+            cells *= inner[axis] + 2.0;
         }
         if (total <= most)
             break;
     }
-    double cells = 1.0;
-    for (int axis = 0; axis < 3; axis++) {
-        c->side[axis] = extent[axis] / inner[axis];
-        c->n[axis] = (int32_t)inner[axis] + 2;
-        cells *= inner[axis] + 2.0;
-    }
     if (cells > INT32_MAX)
         return false;
+    bool made = true;
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t n = c->n[axis] = (int32_t)inner[axis] + 2;
+        const double length = c->side[axis] = extent[axis] / inner[axis];
+        double *edge = c->edge[axis] = malloc(sizeof *edge * ((size_t)n + 1));
+        made = made && edge;
+        for (int32_t i = 0; edge && i <= n; i++) /* the outermost inner ones reach to infinity */
+            edge[i] = i <= 1       ? -HUGE_VAL
+                      : i >= n - 1 ? HUGE_VAL
+                                   : low[axis] + (double)(i - 1) * length;
+    }
     c->per_n[0] = 1.0 / c->n[1];
     c->per_n[1] = 1.0 / c->n[2];
     /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack
@@ -112,12 +93,11 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     }
     c->bucket = make_rows(c);
     c->cell = mill_memory_get((size_t)balls + 1, sizeof *c->cell);
-    if (!c->bucket || !c->cell || !make_edges(c)) {
-        mill_cells_release(c);
-        return false;
-    }
     make_offsets(c);
-    return true;
+    if (made && c->bucket && c->cell)
+        return true;
+    mill_cells_release(c);
+    return false;
 }
 
 void mill_cells_release(struct mill_cells *c)
@@ -129,62 +109,48 @@ void mill_cells_release(struct mill_cells *c)
     memset(c, 0, sizeof *c);
 }
 
-int32_t mill_cells_count(const struct mill_cells *c)
-{
-    return c->n[0] * c->n[1] * c->n[2];
-}
-
-static int32_t coordinate(const struct mill_cells *c, int axis, double x)
-{
-    const double i = floor(x / c->side[axis]) + 1.0;
-    return (int32_t)fmin(fmax(i, 1.0), (double)(c->n[axis] - 2));
-}
-
 int32_t mill_cells_at(const struct mill_cells *c, vec3 r)
 {
-    return cell_index(c, coordinate(c, 0, r.x - c->lo.x), coordinate(c, 1, r.y - c->lo.y),
-                      coordinate(c, 2, r.z - c->lo.z));
-}
-
-static void split(const struct mill_cells *c, int32_t cell, int32_t i[3])
-{
-    /* exact: a cell number plus a half is never nearer to a multiple than rounding reaches */
-    const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);
-    i[2] = cell - column * c->n[2];
-    i[0] = (int32_t)(((double)column + 0.5) * c->per_n[0]);
-    i[1] = column - i[0] * c->n[1];
+    const double in[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
+    int32_t index[3];
+    for (int axis = 0; axis < 3; axis++) {
+        const double i = floor(in[axis] / c->side[axis]) + 1.0;
+        index[axis] = (int32_t)fmin(fmax(i, 1.0), (double)(c->n[axis] - 2));
+    }
+    return cell_index(c, index[0], index[1], index[2]);
 }
 
 void mill_cells_box(const struct mill_cells *c, int32_t cell, vec3 *lo, vec3 *hi)
 {
     int32_t i[3];
-    split(c, cell, i);
+    mill_cells_index(c, cell, i);
     *lo = vec3_make(c->edge[0][i[0]], c->edge[1][i[1]], c->edge[2][i[2]]);
     *hi = vec3_make(c->edge[0][i[0] + 1], c->edge[1][i[1] + 1], c->edge[2][i[2] + 1]);
 }
 
+/* Sets the bits of `mask` in a word of a row. */
+static void set_word(struct mill_cells *c, int64_t at, uint32_t mask, uint32_t bits)
+{
+    const uint32_t word = (mill_cells_word(c, c->form, at) & ~mask) | bits;
+    if (c->form == MILL_CELLS_SHORT)
+        ((uint16_t *)c->bucket)[at] = (uint16_t)word;
+    else
+        ((uint32_t *)c->bucket)[at] = word;
+}
+
 static void set_ball(struct mill_cells *c, int32_t cell, int32_t k, int32_t ball)
 {
-    const int64_t at = (int64_t)cell * c->row + k;
-    uint32_t *wide = (uint32_t *)c->bucket + at;
-    if (c->form == MILL_CELLS_SHORT)
-        ((uint16_t *)c->bucket)[at] = (uint16_t)ball;
-    else if (c->form == MILL_CELLS_PACKED)
-        *wide = (*wide & ~(uint32_t)MILL_CELLS_BALL) | (uint32_t)ball;
-    else
-        *wide = (uint32_t)ball;
+    const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
+    set_word(c, (int64_t)cell * c->row + k, mask, (uint32_t)ball);
 }
 
 static void set_held(struct mill_cells *c, int32_t cell, int32_t held)
 {
-    const int64_t first = (int64_t)cell * c->row, last = first + c->row - 1;
-    uint32_t *wide = c->bucket;
-    if (c->form == MILL_CELLS_SHORT)
-        ((uint16_t *)c->bucket)[last] = (uint16_t)held;
-    else if (c->form == MILL_CELLS_PACKED)
-        wide[first] = (wide[first] & MILL_CELLS_BALL) | (uint32_t)held << MILL_CELLS_BITS;
+    const int64_t first = (int64_t)cell * c->row;
+    if (c->form == MILL_CELLS_PACKED)
+        set_word(c, first, ~(uint32_t)MILL_CELLS_BALL, (uint32_t)held << MILL_CELLS_BITS);
     else
-        wide[last] = (uint32_t)held;
+        set_word(c, first + c->row - 1, UINT32_MAX, (uint32_t)held);
 }
 
 /* Twice the room for every cell, seldom: mixtures of very unequal balls may need it, and packed
@@ -212,8 +178,7 @@ static bool widen(struct mill_cells *c)
 bool mill_cells_insert(struct mill_cells *c, int32_t ball, int32_t cell)
 {
     const int32_t held = mill_cells_held(c, cell);
-    const int32_t room = c->form == MILL_CELLS_PACKED ? c->row : c->row - 1;
-    if (held == room && !widen(c))
+    if (held == c->row - (c->form != MILL_CELLS_PACKED) && !widen(c))
         return false;
     c->cell[ball] = cell;
     set_ball(c, cell, held, ball);
@@ -233,22 +198,17 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
 }
 
 /* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at
- * or beyond it), reaches the face moving outwards; v, g counted positive outwards. */
-static double reach_face(double gap, double v, double g)
+ * or beyond it), reaches the face moving outwards; v, g counted positive outwards, g not 0. Moving
+ * inwards from beyond it and turning back: the later root, or the turning point if it never gets
+ * inside. */
+static inline double reach_face(double gap, double v, double g)
 {
-    if (gap <= 0.0) {
-        if (v > 0.0 || (v == 0.0 && g > 0.0))
-            return 0.0;
-        if (g <= 0.0)
-            return HUGE_VAL;
-        /* moving inwards, turning back: the later root, or the turning point if it never gets
-         * inside */
-        return (-v + sqrt(fmax(v * v + 2.0 * g * gap, 0.0))) / g;
-    }
-    if (g == 0.0)
-        return v > 0.0 ? gap / v : HUGE_VAL;
     const double square = v * v + 2.0 * g * gap;
-    if (square < 0.0)
+    if (gap <= 0.0 && (v > 0.0 || (v == 0.0 && g > 0.0)))
+        return 0.0;
+    if (gap <= 0.0)
+        return g > 0.0 ? (-v + sqrt(fmax(square, 0.0))) / g : HUGE_VAL;
+    if (gap == HUGE_VAL || square < 0.0)
         return HUGE_VAL;
     const double root = sqrt(square);
     if (v > 0.0)
@@ -256,11 +216,8 @@ static double reach_face(double gap, double v, double g)
     return g > 0.0 ? (root - v) / g : HUGE_VAL;
 }
 
-static void try_face(struct mill_cell_exit *best, int32_t face, double gap, double v, double g)
+static inline void take(struct mill_cell_exit *best, int32_t face, double dt)
 {
-    if (gap == HUGE_VAL)
-        return;
-    const double dt = reach_face(gap, v, g);
     if (dt < best->dt) {
         best->dt = dt;
         best->face = face;
@@ -272,15 +229,11 @@ static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r,
                             const double *edge)
 {
     if (g != 0.0) {
-        try_face(best, face, r - edge[0], -v, -g);
-        try_face(best, face + 1, edge[1] - r, v, g);
+        take(best, face, reach_face(r - edge[0], -v, -g));
+        take(best, face + 1, reach_face(edge[1] - r, v, g));
     } else if (v != 0.0) {
         const double gap = v > 0.0 ? edge[1] - r : r - edge[0];
-        const double dt = gap > 0.0 ? gap / fabs(v) : 0.0;
-        if (dt < best->dt) {
-            best->dt = dt;
-            best->face = v > 0.0 ? face + 1 : face;
-        }
+        take(best, face + (v > 0.0), gap > 0.0 ? gap / fabs(v) : 0.0);
     }
 }
 
@@ -298,7 +251,7 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     assert(window >= 0.0);
     struct mill_cell_exit best = {HUGE_VAL, 0};
     int32_t i[3];
-    split(c, cell, i);
+    mill_cells_index(c, cell, i);
     const double *x = c->edge[0] + i[0], *y = c->edge[1] + i[1], *z = c->edge[2] + i[2];
     if (stays(r.x, v.x, g.x, x, window) & stays(r.y, v.y, g.y, y, window) &
         stays(r.z, v.z, g.z, z, window))
@@ -307,12 +260,6 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *c, int32_t cell, 
     try_axis(&best, 2, r.y, v.y, g.y, y);
     try_axis(&best, 4, r.z, v.z, g.z, z);
     return best;
-}
-
-int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
-{
-    const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
-    return face % 2 ? step[face / 2] : -step[face / 2];
 }
 
 bool mill_cells_cross(struct mill_cells *c, int32_t ball, int32_t face)

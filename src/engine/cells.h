@@ -32,7 +32,6 @@ struct mill_cells {
     enum mill_cells_form form; /* of the rows */
     void *bucket;              /* [cells * row] */
     int32_t *cell;             /* of each ball */
-    int32_t balls;
 };
 
 struct mill_cell_exit {
@@ -46,10 +45,23 @@ bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, double diameter
                      double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);
 
-int32_t mill_cells_count(const struct mill_cells *cells);
+static inline int32_t mill_cells_count(const struct mill_cells *c)
+{
+    return c->n[0] * c->n[1] * c->n[2];
+}
 
 /* The cell of a point; points beyond the box belong to the outermost inner cells. */
 int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
+
+/* Its place along x, y, z: exact, a cell number plus a half is never nearer to a multiple than
+ * rounding reaches. */
+static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, int32_t index[3])
+{
+    const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);
+    index[2] = cell - column * c->n[2];
+    index[0] = (int32_t)(((double)column + 0.5) * c->per_n[0]);
+    index[1] = column - index[0] * c->n[1];
+}
 
 /* The box of a cell; outermost inner cells reach to infinity. */
 void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3 *hi);
@@ -63,24 +75,32 @@ static inline size_t mill_cells_word_size(const struct mill_cells *c)
     return c->form == MILL_CELLS_SHORT ? sizeof(uint16_t) : sizeof(uint32_t);
 }
 
-/* How many balls a cell holds. */
-static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
+/* Word `at` of the rows: a ball (beside the count, in the first one of a packed row), or a count */
+static inline uint32_t mill_cells_word(const struct mill_cells *c, enum mill_cells_form form,
+                                       int64_t at)
 {
-    const int64_t first = (int64_t)cell * c->row, last = first + c->row - 1;
-    if (c->form == MILL_CELLS_SHORT)
-        return ((const uint16_t *)c->bucket)[last];
-    const uint32_t *word = c->bucket;
-    return (int32_t)(c->form == MILL_CELLS_PACKED ? word[first] >> MILL_CELLS_BITS : word[last]);
+    return form == MILL_CELLS_SHORT ? ((const uint16_t *)c->bucket)[at]
+                                    : ((const uint32_t *)c->bucket)[at];
 }
 
-/* The kth of them. */
+/* How many balls are in the row of `row` words that begins at word `first`. */
+static inline int32_t mill_cells_row_held(const struct mill_cells *c, enum mill_cells_form form,
+                                          int32_t row, int64_t first)
+{
+    return (int32_t)(form == MILL_CELLS_PACKED ? mill_cells_word(c, form, first) >> MILL_CELLS_BITS
+                                               : mill_cells_word(c, form, first + row - 1));
+}
+
+/* How many balls a cell holds; the kth of them. */
+static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
+{
+    return mill_cells_row_held(c, c->form, c->row, (int64_t)cell * c->row);
+}
+
 static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, int32_t k)
 {
-    const int64_t at = (int64_t)cell * c->row + k;
-    if (c->form == MILL_CELLS_SHORT)
-        return ((const uint16_t *)c->bucket)[at];
-    const uint32_t word = ((const uint32_t *)c->bucket)[at];
-    return (int32_t)(c->form == MILL_CELLS_PACKED ? word & MILL_CELLS_BALL : word);
+    const uint32_t mask = c->form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
+    return (int32_t)(mill_cells_word(c, c->form, (int64_t)cell * c->row + k) & mask);
 }
 
 /* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
@@ -90,49 +110,53 @@ struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t ce
                                       vec3 g, double window);
 
 /* From a cell to the one behind its face. */
-int32_t mill_cells_step(const struct mill_cells *cells, int32_t face);
+static inline int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
+{
+    const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
+    return face % 2 ? step[face / 2] : -step[face / 2];
+}
 
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
-/* One word as a ball's place: its number times `scale` */
-#define MILL_CELLS_COPY(type, words, count_of, mask)                                               \
-    for (int32_t k = 0; k < count; k++) {                                                          \
-        const type *b = (const type *)cells->bucket + at + offset[k];                              \
-        const int32_t held = (int32_t)(count_of);                                                  \
-        for (int32_t m = 0; m < (words); m++)                                                      \
-            out[n + m] = (int32_t)(b[m] & (mask)) * scale;                                         \
-        for (int32_t m = (words); m < held; m++)                                                   \
-            out[n + m] = (int32_t)(b[m] & (mask)) * scale;                                         \
-        n += held;                                                                                 \
-    }
-
-/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each times `scale`,
- * and returns how many. `out` must have room for all plus MILL_CELL_ROW. Whole rows at a time
- * whatever the count: no branch to mispredict. */
+/* Whole rows at a time whatever the count: no branch to mispredict. To be inlined, for a form and
+ * a length of the rows that the compiler knows. */
 static inline __attribute__((always_inline)) int32_t
-mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *restrict offset,
-                  int32_t count, int32_t scale, int32_t *restrict out)
+mill_cells_copy(const struct mill_cells *c, enum mill_cells_form form, int32_t row, int64_t at,
+                const int64_t *restrict offset, int32_t count, int32_t scale, int32_t *restrict out)
 {
-    const int32_t row = cells->row;
-    const int64_t at = (int64_t)cell * row;
+    const int32_t whole = form == MILL_CELLS_PACKED ? MILL_CELLS_PACK : MILL_CELL_ROW;
+    const uint32_t mask = form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
     int64_t n = 0; /* of the width of addresses: the next store waits for it */
-    if (cells->form == MILL_CELLS_PACKED) {
-        MILL_CELLS_COPY(uint32_t, MILL_CELLS_PACK, b[0] >> MILL_CELLS_BITS, MILL_CELLS_BALL)
-    } else if (cells->form == MILL_CELLS_WIDE) {
-        MILL_CELLS_COPY(uint32_t, MILL_CELL_ROW, b[row - 1], UINT32_MAX)
-    } else if (row > MILL_CELL_ROW) {
-        MILL_CELLS_COPY(uint16_t, MILL_CELL_ROW, b[row - 1], UINT16_MAX)
-    } else { /* the most frequent one: no row is longer */
-        for (int32_t k = 0; k < count; k++) {
-            const uint16_t *b = (const uint16_t *)cells->bucket + at + offset[k];
-            for (int32_t m = 0; m < MILL_CELL_ROW; m++)
-                out[n + m] = b[m] * scale;
-            n += b[MILL_CELL_ROW - 1];
-        }
+    for (int32_t k = 0; k < count; k++) {
+        const int64_t first = at + offset[k];
+        const int32_t held = mill_cells_row_held(c, form, row, first);
+        for (int32_t m = 0; m < whole; m++)
+            out[n + m] = (int32_t)(mill_cells_word(c, form, first + m) & mask) * scale;
+        for (int32_t m = whole; row > whole && m < held; m++)
+            out[n + m] = (int32_t)(mill_cells_word(c, form, first + m) & mask) * scale;
+        n += held;
     }
     return (int32_t)n;
 }
-#undef MILL_CELLS_COPY
+
+/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each times `scale`,
+ * and returns how many. `out` must have room for all plus MILL_CELL_ROW. */
+static inline __attribute__((always_inline)) int32_t
+mill_cells_gather(const struct mill_cells *c, int32_t cell, const int64_t *restrict offset,
+                  int32_t count, int32_t scale, int32_t *restrict out)
+{
+    const int32_t row = c->row;
+    const int64_t at = (int64_t)cell * row;
+    if (c->form == MILL_CELLS_PACKED)
+        return mill_cells_copy(c, MILL_CELLS_PACKED, MILL_CELLS_PACK, at, offset, count, scale,
+                               out);
+    if (c->form == MILL_CELLS_WIDE)
+        return mill_cells_copy(c, MILL_CELLS_WIDE, row, at, offset, count, scale, out);
+    if (row > MILL_CELL_ROW)
+        return mill_cells_copy(c, MILL_CELLS_SHORT, row, at, offset, count, scale, out);
+    /* the most frequent one: no row is longer */
+    return mill_cells_copy(c, MILL_CELLS_SHORT, MILL_CELL_ROW, at, offset, count, scale, out);
+}
 
 #endif

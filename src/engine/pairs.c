@@ -7,8 +7,6 @@
 #include "engine/pairs.h"
 
 #include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
 #include <string.h>
 #ifdef __x86_64__
 #include <immintrin.h>
@@ -39,14 +37,14 @@ typedef int64_t flags2 __attribute__((vector_size(16)));
         a = PICK(flags2, p, q, 0, 2);                                                              \
         b = PICK(flags2, p, q, 1, 3);                                                              \
     } while (0)
-#define TRANSPOSE2()                                                                               \
+#define TRANSPOSE()                                                                                \
     do {                                                                                           \
         COLUMNS2(0, x, y);                                                                         \
         COLUMNS2(2, z, vx);                                                                        \
         COLUMNS2(4, vy, vz);                                                                       \
         COLUMNS2(6, t, rest);                                                                      \
     } while (0)
-#define SPLAT2(x) ((lanes2){x, x})
+#define SPLAT(x) ((lanes2){x, x})
 
 /* Writes the numbers from k on whose flag is set (all bits), returns how many. */
 INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
@@ -83,8 +81,6 @@ INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mil
 #define LANES 2
 #define LANES_T lanes2
 #define FLAGS_T flags2
-#define SPLAT SPLAT2
-#define TRANSPOSE TRANSPOSE2
 #define KEEP keep2
 #include "engine/pairs_lanes.h"
 
@@ -98,26 +94,24 @@ typedef int64_t flags4 __attribute__((vector_size(32)));
 /* Columns of the four half records that lie `from` doubles into each */
 #define COLUMNS4(from, a, b, c, d)                                                                 \
     do {                                                                                           \
-        lanes4 p0, p1, p2, p3;                                                                     \
-        LOAD(p0, base + near[k] + (from));                                                         \
-        LOAD(p1, base + near[k + 1] + (from));                                                     \
-        LOAD(p2, base + near[k + 2] + (from));                                                     \
-        LOAD(p3, base + near[k + 3] + (from));                                                     \
-        const lanes4 pq0 = PICK(flags4, p0, p1, 0, 4, 2, 6),                                       \
-                     pq1 = PICK(flags4, p0, p1, 1, 5, 3, 7);                                       \
-        const lanes4 rs0 = PICK(flags4, p2, p3, 0, 4, 2, 6),                                       \
-                     rs1 = PICK(flags4, p2, p3, 1, 5, 3, 7);                                       \
+        lanes4 p[4];                                                                               \
+        for (int32_t m = 0; m < 4; m++)                                                            \
+            LOAD(p[m], base + near[k + m] + (from));                                               \
+        const lanes4 pq0 = PICK(flags4, p[0], p[1], 0, 4, 2, 6),                                   \
+                     pq1 = PICK(flags4, p[0], p[1], 1, 5, 3, 7);                                   \
+        const lanes4 rs0 = PICK(flags4, p[2], p[3], 0, 4, 2, 6),                                   \
+                     rs1 = PICK(flags4, p[2], p[3], 1, 5, 3, 7);                                   \
         a = PICK(flags4, pq0, rs0, 0, 1, 4, 5);                                                    \
         b = PICK(flags4, pq1, rs1, 0, 1, 4, 5);                                                    \
         c = PICK(flags4, pq0, rs0, 2, 3, 6, 7);                                                    \
         d = PICK(flags4, pq1, rs1, 2, 3, 6, 7);                                                    \
     } while (0)
-#define TRANSPOSE4()                                                                               \
+#define TRANSPOSE()                                                                                \
     do {                                                                                           \
         COLUMNS4(0, x, y, z, vx);                                                                  \
         COLUMNS4(4, vy, vz, t, rest);                                                              \
     } while (0)
-#define SPLAT4(x) ((lanes4){x, x, x, x})
+#define SPLAT(x) ((lanes4){x, x, x, x})
 
 /* The places of the bits that are set in a number below 16, first ones first */
 static const int32_t places[16][4] = {
@@ -142,8 +136,6 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 #define LANES 4
 #define LANES_T lanes4
 #define FLAGS_T flags4
-#define SPLAT SPLAT4
-#define TRANSPOSE TRANSPOSE4
 #define KEEP keep4
 #include "engine/pairs_lanes.h"
 
@@ -151,15 +143,12 @@ AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 
 mill_pairs_fn *mill_pairs_variant(int k, const char **name)
 {
-    if (k == 0) {
-        *name = "plain";
+    *name = k == 0 ? "plain" : "avx2";
+    if (k == 0)
         return search_plain;
-    }
 #ifdef __x86_64__
-    if (k == 1 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt")) {
-        *name = "avx2";
+    if (k == 1 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("popcnt"))
         return search_avx2;
-    }
 #endif
     return NULL;
 }
@@ -167,8 +156,6 @@ mill_pairs_fn *mill_pairs_variant(int k, const char **name)
 mill_pairs_fn *mill_pairs_choose(void)
 {
     const char *name;
-    mill_pairs_fn *best = mill_pairs_variant(0, &name), *more;
-    for (int k = 1; (more = mill_pairs_variant(k, &name)) != NULL; k++)
-        best = more;
-    return best;
+    mill_pairs_fn *wide = mill_pairs_variant(1, &name);
+    return wide ? wide : mill_pairs_variant(0, &name);
 }

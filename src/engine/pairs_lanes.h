@@ -6,8 +6,7 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
                              const int64_t *offset, int32_t cells, struct mill_pair *found)
 {
     int32_t *restrict near = pairs->near;
-    double *restrict out_b = pairs->b, *restrict out_c = pairs->c;
-    double *restrict out_square = pairs->square;
+    double *restrict out_b = pairs->b, *restrict out_c = pairs->c, *restrict out_s = pairs->square;
     int32_t *restrict kept = pairs->kept;
     /* candidates by the place of their records, counted in doubles */
     const int32_t n =
@@ -20,23 +19,20 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
      * meet). */
     const struct mill_ball *me = &pairs->ball[i];
     const double *base = (const double *)pairs->ball;
-    const double *radius = pairs->radius;
-    const double equal = pairs->sum, mine = radius[me->species];
+    const double *radius = pairs->radius, mine = radius[me->species];
     const LANES_T mx = SPLAT(me->r.x), my = SPLAT(me->r.y), mz = SPLAT(me->r.z);
     const LANES_T mvx = SPLAT(me->v.x), mvy = SPLAT(me->v.y), mvz = SPLAT(me->v.z);
     const LANES_T gx = SPLAT(pairs->g.x), gy = SPLAT(pairs->g.y), gz = SPLAT(pairs->g.z);
     const LANES_T t_now = SPLAT(now), window = SPLAT(-2.0 * found->dt);
-    LANES_T s = SPLAT(equal);
-    const bool mixture = equal == 0.0;
+    LANES_T s = SPLAT(pairs->sum);
+    const bool mixture = pairs->sum == 0.0;
     int64_t survivors = 0;
     for (int32_t k = 0; k < n; k += LANES) {
         LANES_T x, y, z, vx, vy, vz, t, rest;
         TRANSPOSE();
         (void)rest;
-        if (mixture) {
-            for (int32_t m = 0; m < LANES; m++)
-                s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
-        }
+        for (int32_t m = 0; mixture && m < LANES; m++)
+            s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
         const LANES_T dt = t_now - t;
         const LANES_T half = SPLAT(0.5) * dt * dt;
         const LANES_T dx = x + vx * dt + gx * half - mx;
@@ -50,7 +46,7 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
         const LANES_T square = b * b - (ux * ux + uy * uy + uz * uz) * c;
         STORE(&out_b[k], b);
         STORE(&out_c[k], c);
-        STORE(&out_square[k], square);
+        STORE(&out_s[k], square);
         /* the contact is not earlier than c / -2b: keeps those that may beat the best */
         const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & ~(c >= b * window);
         survivors += KEEP(&flag, k, kept + survivors);

@@ -1,9 +1,6 @@
-/* The schedule of each ball. All balls fall alike, so the relative motion of two is a
- * straight line and their contact a quadratic; it is evaluated for every neighbour at once without
- * branches, and only the few that are closing and will touch before the best one known get a square
- * root. Surfaces are searched no further than the window the best pair and the cell leave. The
- * earliest event of the ball goes into the calendar; a partner is not told, its contact counter
- * shows later whether it changed. */
+/* The schedule of each ball: the best pair contact (pairs.c), then surfaces no further than the
+ * window that this and the cell leave. The earliest event of the ball goes into the calendar; a
+ * partner is not told, its contact counter shows later whether it changed. */
 #include "engine/schedule.h"
 
 #include "base/elementary.h"
@@ -16,21 +13,13 @@
 /* A ball that was let go is clear of what pinched it at this gap, in radii. It begins at a gap of
  * zero, and must not be caught again at once by the pinch that was relieved. */
 #define CLEAR 0.01
-
 /* A gas of which cells of the smallest size hold fewer balls than DILUTE gets cells that hold HELD,
  * though none wider than so many diameters. */
 #define DILUTE 0.2
 #define HELD 0.35
 #define WIDEST 1.7
-
-/* [of a radius] a moving body may have gone on by so much since its pose was looked at. */
-#define LATELY 0.01
-
-static enum mill_status no_memory(struct mill_schedule *p, struct mill_error *error)
-{
-    mill_schedule_free(p);
-    return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
-}
+#define LATELY 0.01 /* [of a radius] so far may a moving body have gone on since its pose */
+#define STEP 2      /* items between the steps of foresight */
 
 /* Which shapes a ball in each cell can meet at all. */
 static bool list_surfaces(struct mill_schedule *p, double widest)
@@ -73,93 +62,85 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
     return true;
 }
 
-static bool is_driven(const struct mill_world *w)
-{
-    bool driven = false;
-    for (int k = 0; k < w->motions; k++) {
-        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
-        driven = driven || b.speed > 0.0 || b.turning > 0.0;
-    }
-    return driven;
-}
-
 /* Cells as small as they may be cost least where balls are close, and they are in any mill: gravity
  * or a rotor gathers them. A dilute gas crosses fewer of larger ones. */
 static double cell_side(const struct mill_world *w, double diameter)
 {
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
     const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
-    const bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0 && !is_driven(w);
+    bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0;
+    for (int k = 0; k < w->motions; k++) {
+        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
+        gas = gas && b.speed <= 0.0 && b.turning <= 0.0;
+    }
     return gas && held < DILUTE ? diameter * fmin(mill_elementary_cbrt(HELD / held), WIDEST)
                                 : diameter;
 }
 
-static bool allocate(struct mill_schedule *p, double *widest)
+/* What bodies on a motion see of a ball, and for how long a pose of it serves */
+static struct mill_lately bounds_of(const struct mill_world *w, int motion, double thinnest)
 {
-    const struct mill_world *w = p->world;
-    const size_t n = (size_t)w->balls + MILL_PAIRS_ROOM;
-    double thinnest = INFINITY;
-    p->search = mill_pairs_choose();
+    const struct mill_motion_bounds b = mill_motion_bounds(w->motion[motion]);
+    const double reach = mill_motion_reach(w->motion[motion], w->drum_radius, 0.5 * w->drum_length);
+    const double coriolis = 2.0 * b.turning, drift = b.speed + b.turning * reach;
+    return (struct mill_lately){
+        .most = fmin(LATELY * thinnest / drift, 1.0), /* what never moves serves for long */
+        .drift = drift,
+        .acceleration = vec3_norm(w->g) + b.acceleration + coriolis * b.speed +
+                        (b.turning * b.turning + b.spin_up) * reach,
+        .coriolis = coriolis * (1.0 + 1e-9),
+        .margin = 1e-9 * reach};
+}
+
+/* False when out of memory */
+static bool build(struct mill_schedule *p, struct mill_world *w)
+{
+    /* whole cache lines, so that no vector of the search lies across two */
+    const size_t n = ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
+    double widest = 0.0, thinnest = INFINITY;
     for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
         p->foreseen[k] = MILL_NOBODY;
+    p->world = w;
+    p->search = mill_pairs_choose();
+    p->pull = vec3_norm(w->g);
     p->lately = calloc((size_t)w->motions + 1, sizeof *p->lately);
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
-    p->pairs.near = malloc(sizeof *p->pairs.near * n);
-    p->pairs.kept = malloc(sizeof *p->pairs.kept * n);
-    p->pairs.b = malloc(sizeof *p->pairs.b * n);
-    p->pairs.c = malloc(sizeof *p->pairs.c * n);
-    p->pairs.square = malloc(sizeof *p->pairs.square * n);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
-    if (!p->radius || !p->plan || !p->pairs.near || !p->pairs.kept || !p->pairs.b || !p->pairs.c ||
-        !p->pairs.square || !p->calendar || !p->lately)
+    p->scratch = mill_memory_get(n, 3 * sizeof(double) + 2 * sizeof(int32_t));
+    if (!p->lately || !p->radius || !p->calendar || !p->scratch)
         return false;
-    *widest = 0.0;
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
-        *widest = fmax(*widest, p->radius[k]);
+        widest = fmax(widest, p->radius[k]);
         thinnest = fmin(thinnest, p->radius[k]);
     }
-    p->pull = vec3_norm(w->g);
-    for (int k = 0; k < w->motions; k++) {
-        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
-        const double reach = mill_motion_reach(w->motion[k], w->drum_radius, 0.5 * w->drum_length);
-        const double coriolis = 2.0 * b.turning;
-        struct mill_lately *l = &p->lately[k];
-        l->drift = b.speed + b.turning * reach;
-        l->most = fmin(LATELY * thinnest / l->drift, 1.0); /* what never moves serves for long */
-        l->coriolis = coriolis * (1.0 + 1e-9);
-        l->acceleration = p->pull + b.acceleration + coriolis * b.speed +
-                          (b.turning * b.turning + b.spin_up) * reach;
-        l->margin = 1e-9 * reach;
-    }
-    p->pairs.ball = w->ball;
-    p->pairs.cells = &p->cells;
-    p->pairs.radius = p->radius;
-    p->pairs.g = w->g;
-    p->pairs.sum = thinnest == *widest ? thinnest + *widest : 0.0;
+    for (int k = 0; k < w->motions; k++)
+        p->lately[k] = bounds_of(w, k, thinnest);
+    const double equal = thinnest == widest ? thinnest + widest : 0.0;
+    double *b = p->scratch, *c = b + n, *square = c + n;
+    void *numbers = square + n;
+    int32_t *near = numbers, *kept = near + n;
+    p->pairs =
+        (struct mill_pairs){w->ball, &p->cells, p->radius, w->g, equal, near, kept, b, c, square};
     const double r = w->drum_radius, l = 0.5 * w->drum_length;
-    return mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r),
-                           cell_side(w, 2.0 * *widest), 2.0 * thinnest, w->balls);
+    bool made = mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r),
+                                cell_side(w, 2.0 * widest), 2.0 * thinnest, w->balls) &&
+                list_surfaces(p, widest);
+    for (int32_t i = 0; i < w->balls && made; i++)
+        made = mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, w->ball[i].r));
+    return made;
 }
 
 enum mill_status mill_schedule_create(struct mill_world *world, struct mill_schedule **schedule,
                                       struct mill_error *error)
 {
-    double widest;
-    struct mill_schedule *p = calloc(1, sizeof *p);
+    struct mill_schedule *p = *schedule = calloc(1, sizeof *p);
+    if (p && build(p, world))
+        return MILL_OK;
+    mill_schedule_free(p);
     *schedule = NULL;
-    if (!p)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
-    p->world = world;
-    if (!allocate(p, &widest) || !list_surfaces(p, widest))
-        return no_memory(p, error);
-    for (int32_t i = 0; i < world->balls; i++) {
-        if (!mill_cells_insert(&p->cells, i, mill_cells_at(&p->cells, world->ball[i].r)))
-            return no_memory(p, error);
-    }
-    *schedule = p;
-    return MILL_OK;
+    return mill_error_set(error, MILL_FAILED, "out of memory for the event list");
 }
 
 bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
@@ -167,13 +148,12 @@ bool mill_schedule_restore(struct mill_schedule *p, const int32_t *cell)
     for (int32_t i = 0; i < p->world->balls; i++)
         mill_cells_remove(&p->cells, i);
     mill_calendar_clear(p->calendar, 0.0);
-    for (int32_t i = 0; i < p->world->balls; i++) {
-        const struct mill_plan *plan = &p->plan[i];
-        if (!mill_cells_insert(&p->cells, i, cell[i]))
-            return false;
-        mill_calendar_set(p->calendar, i, mill_plan_time(plan));
+    bool made = true;
+    for (int32_t i = 0; i < p->world->balls && made; i++) {
+        made = mill_cells_insert(&p->cells, i, cell[i]);
+        mill_calendar_set(p->calendar, i, mill_plan_time(&p->plan[i]));
     }
-    return true;
+    return made;
 }
 
 void mill_schedule_free(struct mill_schedule *p)
@@ -185,11 +165,7 @@ void mill_schedule_free(struct mill_schedule *p)
     free(p->lately);
     free(p->radius);
     free(p->plan);
-    free(p->pairs.near);
-    free(p->pairs.kept);
-    free(p->pairs.b);
-    free(p->pairs.c);
-    free(p->pairs.square);
+    free(p->scratch);
     free(p->surface_start);
     free(p->surface);
     free(p);
@@ -214,61 +190,52 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
 {
     const struct mill_world *w = p->world;
     const double radius = p->radius[w->ball[i].species];
-    for (int k = 0; k < w->shapes; k++) {
+    bool clear = true;
+    for (int k = 0; k < w->shapes && clear; k++) {
         const struct mill_shape *s = w->shape[k];
-        if (!s->type->pinches)
-            continue;
         const struct mill_pose pose = mill_shape_pose(s, now);
-        if (mill_shape_gap(s, w->ball[i].r, radius, &pose) <= CLEAR * radius)
-            return false;
+        clear =
+            !s->type->pinches || mill_shape_gap(s, w->ball[i].r, radius, &pose) > CLEAR * radius;
     }
-    return true;
+    return clear;
 }
 
-/* The motion's pose not long ago, and how long ago [s]. Poses are those of fixed moments, so that a
- * run that was resumed in between knows the same. */
-static struct mill_lately *look_lately(struct mill_schedule *p, int32_t motion, double now,
-                                       double *age)
+/* The motion's pose not long ago. Poses are those of fixed moments, so that a run that was resumed
+ * in between knows the same. */
+static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t motion, double now)
 {
     struct mill_lately *l = &p->lately[motion];
-    if (!(now >= l->t && now < l->until)) {
-        double k = floor(now / l->most);
-        k -= now < k * l->most;
-        k += now >= (k + 1.0) * l->most;
-        l->t = k * l->most;
-        l->until = (k + 1.0) * l->most;
-        if (!(now >= l->t && now < l->until))
-            l->t = l->until = now; /* a motion so swift that the clock is too coarse */
-        l->pose = mill_motion_pose(p->world->motion[motion], l->t);
-    }
-    *age = now - l->t;
+    if (now >= l->t && now < l->until)
+        return l;
+    double k = floor(now / l->most);
+    k -= now < k * l->most;
+    k += now >= (k + 1.0) * l->most;
+    l->t = k * l->most;
+    l->until = (k + 1.0) * l->most;
+    if (!(now >= l->t && now < l->until))
+        l->t = l->until = now; /* a motion so swift that the clock is too coarse */
+    l->pose = mill_motion_pose(p->world->motion[motion], l->t);
     return l;
 }
 
-/* Where the ball is and how far it can get within `window` [s], as bodies on that motion see it: in
- * their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts; the frame itself
- * has gone on a little since its pose was looked at. */
-static void see_from(const struct mill_lately *l, double age, double window, struct mill_flight *f)
+/* Is a body on a motion certainly out of reach? First by its angle, whatever the ball does in its
+ * cell; most are. If not, *f tells where the ball is and how far it can get within `window` [s], as
+ * bodies on that motion see it: in their frame its speed changes by gravity, Coriolis, centrifugal
+ * and Euler parts; the frame has gone on a little since its pose was looked at. */
+static bool is_elsewhere(struct mill_schedule *p, const struct mill_surface *near, double now,
+                         double window, struct mill_flight *f)
 {
+    const struct mill_lately *l = look_lately(p, near->motion, now);
+    const double age = now - l->t;
+    const vec3 y = l->pose.y;
+    if (l->pose.about_x && y.y * near->sector.y + y.z * near->sector.z <
+                               near->sector.cos - 0.5 * l->coriolis * (window + age))
+        return true;
     const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
     f->place = mill_pose_in(&l->pose, f->r);
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
-}
-
-/* Is a body on a motion certainly out of reach? First by its angle, whatever the ball does in its
- * cell; most are. What is not is seen from the body's frame. */
-static bool is_elsewhere(struct mill_schedule *p, const struct mill_surface *near, double now,
-                         double window, struct mill_flight *flight)
-{
-    double age;
-    const struct mill_lately *l = look_lately(p, near->motion, now, &age);
-    const vec3 y = l->pose.y;
-    if (l->pose.about_x && y.y * near->sector.y + y.z * near->sector.z <
-                               near->sector.cos - 0.5 * l->coriolis * (window + age))
-        return true;
-    see_from(l, age, window, flight);
     return false;
 }
 
@@ -282,11 +249,10 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const struct mill_ball *ball = &w->ball[i];
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[ball->species];
-    struct mill_flight flight = {
-        .r = ball->r, .v = ball->v, .g = w->g, .pull = p->pull, .travel = INFINITY};
-    const int32_t end = p->surface_start[cell + 1];
-    for (int32_t k = p->surface_start[cell]; k < end; k++) {
-        const struct mill_surface *near = &p->surface[k];
+    struct mill_flight flight = {ball->r, ball->v, w->g, p->pull, .travel = INFINITY};
+    const struct mill_surface *end = p->surface + p->surface_start[cell + 1];
+    for (const struct mill_surface *near = p->surface + p->surface_start[cell]; near < end;
+         near++) {
         if (near->motion == MILL_NOBODY)
             flight.travel = INFINITY; /* what was told of a body before is not of this one */
         else if (is_elsewhere(p, near, now, window, &flight))
@@ -309,12 +275,12 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
 /* Cell exit, then surfaces within the window that is left, then the calendar. */
 static void complete(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
-    const struct mill_world *w = p->world;
     struct mill_plan *plan = &p->plan[i];
-    const struct mill_ball *ball = &w->ball[i];
+    const struct mill_ball *ball = &p->world->ball[i];
     const int32_t cell = p->cells.cell[i];
-    const struct mill_cell_exit out = mill_cells_exit(&p->cells, cell, ball->r, ball->v, w->g,
-                                                      mill_least(plan->pair_t, p->horizon) - now);
+    const double until = mill_least(plan->pair_t, p->horizon);
+    const struct mill_cell_exit out =
+        mill_cells_exit(&p->cells, cell, ball->r, ball->v, p->world->g, until - now);
     plan->exit_t = now + out.dt;
     plan->face = (int16_t)out.face;
     plan->shape_t = INFINITY;
@@ -323,9 +289,7 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
     if (plan->let_go)
         plan->let_go = !is_clear(p, i, now);
     if (p->surface_start[cell] < p->surface_start[cell + 1])
-        search_surfaces(p, i, now,
-                        mill_least(mill_least(plan->pair_t, plan->exit_t), p->horizon) - now,
-                        touched);
+        search_surfaces(p, i, now, mill_least(until, plan->exit_t) - now, touched);
     /* by arithmetic: half of these branches would be mispredicted */
     const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
     const int surface = plan->shape_t <= plan->exit_t;
@@ -368,19 +332,17 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
 {
     const struct mill_world *w = p->world;
     const vec3 r = mill_world_position(w, i, t);
-    const struct mill_ball *me = &w->ball[i];
-    const int32_t cell = p->cells.cell[i];
-    const double radius = p->radius[me->species];
+    const double radius = p->radius[w->ball[i].species];
+    const int32_t *near = p->pairs.near, cell = p->cells.cell[i];
     double deepest = -INFINITY;
     if (!(fabs(r.x) + fabs(r.y) + fabs(r.z) < (double)INFINITY))
         return INFINITY;
     const int32_t n = mill_cells_gather(&p->cells, cell, p->cells.around, 27, 1, p->pairs.near);
     for (int32_t k = 0; k < n; k++) {
-        const struct mill_ball *o = &w->ball[p->pairs.near[k]];
-        if (o != me)
-            deepest = fmax(deepest,
-                           radius + p->radius[o->species] -
-                               vec3_norm(vec3_sub(mill_world_position(w, p->pairs.near[k], t), r)));
+        const double sum = radius + p->radius[w->ball[near[k]].species];
+        if (near[k] != i)
+            deepest =
+                fmax(deepest, sum - vec3_norm(vec3_sub(mill_world_position(w, near[k], t), r)));
     }
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
@@ -389,4 +351,95 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
             deepest = fmax(deepest, -mill_shape_gap(s, r, radius, &pose));
     }
     return deepest;
+}
+
+/* ---- foresight: in a large mill nothing that an event needs is in the cache, and one thing leads
+ * to the next: the event to its ball, the ball to its cell, the cells around it to their balls. So
+ * every event asks for a part of what later ones need, in three steps, each when the memory asked
+ * for in the step before has arrived. Nothing is changed and no result depends on it. ---- */
+
+/* The empty statement is for the compiler: to it functions that do nothing but prefetch are without
+ * effect, and their calls would be left out. */
+static void fetch(const void *address)
+{
+    __builtin_prefetch(address, 0);
+    __asm__ volatile("");
+}
+
+static void fetch_ball(const struct mill_schedule *p, int32_t i)
+{
+    fetch(&p->world->ball[i]);
+    fetch(&p->world->spin[i]);
+    fetch(&p->cells.cell[i]);
+}
+
+/* The partner of a ball's event, MILL_NOBODY when the event is another one */
+static int32_t partner_of(const struct mill_plan *plan)
+{
+    return plan->next == MILL_NEXT_PAIR ? plan->partner : MILL_NOBODY;
+}
+
+/* The rows of `count` cells that a search will look into (offsets from `cell`, in words), and the
+ * list of surfaces there */
+static void fetch_cells(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
+                        int32_t count)
+{
+    const size_t word = mill_cells_word_size(&p->cells);
+    const char *row = (const char *)p->cells.bucket + (size_t)cell * (size_t)p->cells.row * word;
+    for (int32_t k = 0; k < count; k++)
+        fetch(row + offset[k] * (int64_t)word);
+    fetch(&p->surface_start[cell]);
+}
+
+/* The balls in them. Their numbers are copied first, without a branch: to go through the rows, of
+ * which most hold none or one, would be mispredicted at every second. */
+static void fetch_neighbours(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
+                             int32_t count)
+{
+    const int32_t *near = p->pairs.near;
+    const int32_t n = mill_cells_gather(&p->cells, cell, offset, count, 1, p->pairs.near);
+    for (int32_t k = 0; k < n; k++)
+        fetch(&p->world->ball[near[k]]);
+}
+
+/* Where ball i's event will look: around the ball and, where that is another cell, around its
+ * partner; after a crossing only into the cells that came near. */
+static void look(const struct mill_schedule *p, int32_t i,
+                 void (*fetch_these)(const struct mill_schedule *, int32_t, const int64_t *,
+                                     int32_t))
+{
+    const struct mill_plan *plan = &p->plan[i];
+    const struct mill_cells *c = &p->cells;
+    const int32_t cell = c->cell[i], partner = partner_of(plan);
+    if (plan->next == MILL_NEXT_EXIT) {
+        fetch_these(p, cell + mill_cells_step(c, plan->face), c->ahead[plan->face], 9);
+        return;
+    }
+    fetch_these(p, cell, c->around, 27);
+    if (partner >= 0 && c->cell[partner] != cell)
+        fetch_these(p, c->cell[partner], c->around, 27);
+}
+
+/* Takes the calendar's walk two items on through all steps: it begins behind, and days differ. */
+void mill_schedule_ahead(struct mill_schedule *p)
+{
+    for (int items = 0; items < 2; items++) {
+        const int32_t next = mill_calendar_ahead(p->calendar);
+        if (next < 0)
+            return;
+        const uint32_t slot = p->foresights++;
+        const int32_t second = p->foreseen[(slot - STEP) % MILL_SCHEDULE_FORESEEN];
+        const int32_t third = p->foreseen[(slot - 2 * STEP) % MILL_SCHEDULE_FORESEEN];
+        const int32_t partner = partner_of(&p->plan[next]); /* its plan has just come */
+        p->foreseen[slot % MILL_SCHEDULE_FORESEEN] = next;
+        fetch_ball(p, next);
+        if (partner >= 0) {
+            fetch_ball(p, partner);
+            fetch(&p->plan[partner]);
+        }
+        if (second >= 0)
+            look(p, second, fetch_cells);
+        if (third >= 0)
+            look(p, third, fetch_neighbours);
+    }
 }

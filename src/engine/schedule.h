@@ -23,11 +23,9 @@ struct mill_plan {
     double shape_t; /* of a contact or of a search to go on with; within the cell only */
     double exit_t;
     int32_t partner;
-    uint32_t
-        partner_contacts; /* the partner's count when this was found: another one now = stale */
+    uint32_t partner_contacts; /* the partner's count when this was found: another now = stale */
     int16_t shape;
-    int16_t
-        let_go; /* a pinch was relieved: what pinches is ignored until the ball is clear of it */
+    int16_t let_go; /* a pinch was relieved: what pinches is ignored until it is clear of it */
     int16_t face;
     int16_t next;            /* enum mill_next: the earliest of the three times */
     struct mill_event event; /* in the calendar */
@@ -49,9 +47,8 @@ struct mill_surface {
 
 /* A motion's pose not long ago: enough to tell which bodies are far away */
 struct mill_lately {
-    double t;     /* [s] local; NAN: none yet */
-    double until; /* [s] local: it serves up to here */
-    double most;  /* [s] between poses */
+    double t, until; /* [s] local: of the pose, NAN: none yet; it serves up to there */
+    double most;     /* [s] between poses */
     struct mill_pose pose;
     /* what bodies on it see of a ball: */
     double drift;        /* [m/s] of themselves, at most */
@@ -77,6 +74,7 @@ struct mill_schedule {
     uint32_t foresights;                      /* how often the ring above was written */
     mill_pairs_fn *search;
     struct mill_pairs pairs;
+    void *scratch; /* of the search */
 };
 
 /* Places all balls in cells and plans nothing yet. */

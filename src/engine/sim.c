@@ -8,21 +8,16 @@
 #include "geometry/shape.h"
 
 #include <assert.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
-/* [m] an overlap beyond this is an anomaly */
-#define DEEP 1e-9
-/* Pinch relief: more than so many contacts of one ball within this time [s], more than so many of
- * them with blades */
+#define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
+/* Pinch relief: more than so many contacts of one ball within a time [s], so many with blades */
 #define PINCH_TIME 1e-5
 #define PINCH_CONTACTS 30000
 #define PINCH_BLOWS 20
-/* Events within a nanosecond, and no pinch: from here on contacts are smooth */
-#define STILL 100000
-
-/* From so many balls on foresight costs less than it saves */
-#define LARGE 20000
+#define STILL                                                                                      \
+    100000          /* events within a nanosecond, and no pinch: from here on contacts are smooth */
+#define LARGE 20000 /* balls: from so many on foresight costs less than it saves */
 
 static void move_to(struct mill_world *w, int32_t i, double t)
 {
@@ -75,33 +70,30 @@ static void end_epoch(struct mill_sim *sim)
         return;
     begin_epoch(sim);
     if (sim->paranoid)
-        sim->status = mill_sim_paranoid_all(sim->paranoid, sim->now, true, sim->error);
+        mill_sim_paranoid_all(sim, true);
 }
 
 enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim,
                                  struct mill_error *error)
 {
-    struct mill_sim *s = calloc(1, sizeof *s);
-    *sim = NULL;
-    if (!s)
-        return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
-    s->world = world;
+    struct mill_sim *s = *sim = calloc(1, sizeof *s);
     bool pinches = false; /* where nothing does a large run keeps the memory */
     for (int k = 0; k < world->shapes; k++)
         pinches = pinches || world->shape[k]->type->pinches;
-    s->pinch = pinches ? mill_memory_get((size_t)world->balls, sizeof *s->pinch) : NULL;
-    if (pinches && !s->pinch) {
-        free(s);
-        return mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
-    }
-    const enum mill_status status = mill_schedule_create(world, &s->schedule, error);
-    if (status != MILL_OK) {
+    if (s && pinches)
+        s->pinch = mill_memory_get((size_t)world->balls, sizeof *s->pinch);
+    const enum mill_status status =
+        s && (s->pinch || !pinches)
+            ? mill_schedule_create(world, &s->schedule, error)
+            : mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
+    if (status == MILL_OK) {
+        s->world = world;
+        begin_epoch(s);
+    } else {
         mill_sim_free(s);
-        return status;
+        *sim = NULL;
     }
-    begin_epoch(s);
-    *sim = s;
-    return MILL_OK;
+    return status;
 }
 
 void mill_sim_free(struct mill_sim *sim)
@@ -117,7 +109,7 @@ void mill_sim_free(struct mill_sim *sim)
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer)
 {
     assert(observer && observer->type);
-    if (sim->observers == MILL_SIM_OBSERVERS)
+    if (sim->observers == (int)(sizeof sim->observer / sizeof sim->observer[0]))
         return MILL_FAILED;
     sim->observer[sim->observers++] = observer;
     return MILL_OK;
@@ -138,41 +130,21 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
-/* All observers are told of what one of them ends the run with. */
-static bool goes_on(const struct mill_sim *sim)
+/* Takes up what an observer says. Is the next one to be called? All are told of what one of them
+ * ends the run with. */
+static bool goes_on(struct mill_sim *sim, enum mill_status status)
 {
+    sim->status = status != MILL_OK ? status : sim->status;
     return sim->status == MILL_OK || sim->status == MILL_ENDED;
 }
 
 static void tell(struct mill_sim *sim, const struct mill_impact *impact)
 {
-    for (int k = 0; k < sim->observers && goes_on(sim); k++) {
+    enum mill_status status = MILL_OK;
+    for (int k = 0; goes_on(sim, status) && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
-        const enum mill_status status =
-            o->type->impact ? o->type->impact(o, impact, sim->error) : MILL_OK;
-        sim->status = status != MILL_OK ? status : sim->status;
+        status = o->type->impact ? o->type->impact(o, impact, sim->error) : MILL_OK;
     }
-}
-
-static void book(struct mill_sim *sim, enum mill_kind kind, double reduced_mass,
-                 const struct mill_blow *blow, struct mill_impact *impact)
-{
-    struct mill_account *a = &sim->world->account;
-    a->collisions[kind]++;
-    a->floored[kind] += blow->floored;
-    for (int k = 0; k < MILL_WORLD_FAST; k++)
-        a->fast[kind][k] += blow->normal_speed >= mill_world_fast[k];
-    a->dissipation[kind] += blow->dissipation;
-    a->dissipation_normal[kind] += blow->dissipation_normal;
-    a->dissipation_gross += fabs(blow->dissipation);
-    a->incident += 0.5 * reduced_mass * blow->normal_speed * blow->normal_speed;
-    impact->time = sim->world->base + sim->now;
-    impact->kind = kind;
-    impact->normal_speed = blow->normal_speed;
-    impact->tangential_speed = blow->tangential_speed;
-    impact->dissipation = blow->dissipation;
-    impact->dissipation_normal = blow->dissipation_normal;
-    tell(sim, impact);
 }
 
 /* impulse: given to the ball through its surface point in direction `outwards` from its centre */
@@ -186,28 +158,53 @@ static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, b
     b->contacts++;
 }
 
-/* The law of a contact. Friction and the rebound floor can pass a ball in a corner to and fro
- * without any time going by, the floor giving what friction takes. Where time stands still contacts
- * are therefore smooth until it moves on; then the floor parts the bodies. */
-static struct mill_law law_of(struct mill_sim *sim, enum mill_kind kind)
+/* Balls i and, unless it is MILL_NOBODY, j get their impulses; n: from i into what it meets. Adds
+ * what is known now to the impact, of which kind, ball, partner and position are told, and books
+ * it. */
+static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_mass, vec3 n,
+                    vec3 slip, struct mill_impact *impact)
 {
-    struct mill_law law = sim->world->law[kind];
+    struct mill_world *w = sim->world;
+    struct mill_account *a = &w->account;
+    const enum mill_kind kind = impact->kind;
+    struct mill_law law = w->law[kind];
+    /* Friction and the rebound floor can pass a ball in a corner to and fro without any time going
+     * by, the floor giving what friction takes. Where time stands still contacts are therefore
+     * smooth until it moves on; then the floor parts the bodies. */
     if (sim->watch.standing > STILL && law.friction > 0.0) {
         law.friction = 0.0;
-        sim->world->counts.smoothed++;
+        w->counts.smoothed++;
     }
-    return law;
+    const struct mill_blow blow =
+        mill_impact_resolve(&law, w->rebound_floor, reduced_mass, n, slip);
+    const bool smooth = law.friction == 0.0;
+    impact->time = w->base + sim->now;
+    impact->normal = vec3_scale(n, -1.0);
+    impact->impulse = vec3_scale(blow.impulse, -1.0);
+    impact->slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
+    impact->normal_speed = blow.normal_speed;
+    impact->tangential_speed = blow.tangential_speed;
+    impact->dissipation = blow.dissipation;
+    impact->dissipation_normal = blow.dissipation_normal;
+    kick(w, i, n, impact->impulse, smooth);
+    if (j != MILL_NOBODY)
+        kick(w, j, impact->normal, blow.impulse, smooth);
+    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
+    a->collisions[kind]++;
+    a->floored[kind] += blow.floored;
+    for (int k = 0; k < MILL_WORLD_FAST; k++)
+        a->fast[kind][k] += blow.normal_speed >= mill_world_fast[k];
+    a->dissipation[kind] += blow.dissipation;
+    a->dissipation_normal[kind] += blow.dissipation_normal;
+    a->dissipation_gross += fabs(blow.dissipation);
+    a->incident += 0.5 * reduced_mass * blow.normal_speed * blow.normal_speed;
 }
 
-static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
+static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
 {
-    assert(i != j);
+    assert(one != other);
     struct mill_world *w = sim->world;
-    if (i > j) {
-        const int32_t swap = i;
-        i = j;
-        j = swap;
-    }
+    const int32_t i = one < other ? one : other, j = one < other ? other : one;
     move_to(w, i, sim->now);
     move_to(w, j, sim->now);
     const struct mill_ball *a = &w->ball[i], *b = &w->ball[j];
@@ -215,36 +212,17 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t i, int32_t j)
     const vec3 d = vec3_sub(b->r, a->r);
     const double distance = vec3_norm(d);
     const vec3 n = vec3_scale(d, 1.0 / distance); /* from i to j */
-    const vec3 u = vec3_sub(a->v, b->v);
     const vec3 spin = vec3_axpy(vec3_scale(w->spin[i], sa->radius), sb->radius, w->spin[j]);
-    const vec3 slip = vec3_add(u, vec3_cross(spin, n));
+    const vec3 slip = vec3_add(vec3_sub(a->v, b->v), vec3_cross(spin, n));
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
-    const struct mill_law law = law_of(sim, MILL_BALL_BALL);
-    const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, reduced, n, slip);
-    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
     w->counts.largest_overlap =
         mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
-    struct mill_impact impact;
-    impact.ball = i;
-    impact.partner = j;
+    struct mill_impact impact = {.kind = MILL_BALL_BALL, .ball = i, .partner = j};
     impact.position = vec3_axpy(a->r, sa->radius, n);
-    impact.normal = vec3_scale(n, -1.0);
-    impact.impulse = vec3_scale(blow.impulse, -1.0);
-    impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
-    const bool smooth = law.friction == 0.0;
-    kick(w, i, n, impact.impulse, smooth);
-    kick(w, j, vec3_scale(n, -1.0), blow.impulse, smooth);
-    book(sim, MILL_BALL_BALL, reduced, &blow, &impact);
+    resolve(sim, i, j, reduced, n, slip, &impact);
+    tell(sim, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
-}
-
-/* What was planned is not so any more: the ball is planned anew from here. */
-static void drop_stale(struct mill_sim *sim, int32_t i)
-{
-    sim->world->counts.stale++;
-    move_to(sim->world, i, sim->now);
-    mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
 }
 
 /* A ball that a body presses against something may meet both without end: it is let go. */
@@ -252,13 +230,9 @@ static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
     struct mill_pinch *p = &sim->pinch[i];
     const uint32_t contacts = sim->world->ball[i].contacts;
-    if (p->blows == 0 || sim->now - p->since > PINCH_TIME) {
-        p->since = sim->now;
-        p->contacts = contacts;
-        p->blows = 0;
-    }
-    p->blows++;
-    if (p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
+    if (p->blows == 0 || sim->now - p->since > PINCH_TIME)
+        *p = (struct mill_pinch){sim->now, contacts, 0};
+    if (++p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
         sim->schedule->plan[i].let_go = true;
         sim->world->counts.reliefs++;
         p->blows = 0;
@@ -275,54 +249,43 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const struct mill_pose pose = mill_shape_pose(shape, sim->now);
     const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
-    const vec3 u = vec3_sub(b->v, c.velocity);
-    const vec3 slip = vec3_axpy(u, sb->radius, vec3_cross(w->spin[i], n));
-    const enum mill_kind kind = shape->type->kind;
-    const struct mill_law law = law_of(sim, kind);
-    const struct mill_blow blow = mill_impact_resolve(&law, w->rebound_floor, sb->mass, n, slip);
-    w->counts.not_closing += vec3_dot(slip, n) < 0.0;
+    const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
     if (!sim->schedule->plan[i].let_go || !shape->type->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
-    const vec3 impulse = vec3_scale(blow.impulse, -1.0); /* on the ball */
+    struct mill_impact impact = {
+        .kind = shape->type->kind, .ball = i, .partner = shape->number, .position = c.point};
+    resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, &impact);
     if (shape->motion) {
+        const vec3 impulse = impact.impulse; /* on the ball */
         const double work = vec3_dot(impulse, c.velocity);
         w->account.rotor_work += work;
         w->account.rotor_work_gross += fabs(work);
         w->account.rotor_impulse += c.point.y * impulse.z - c.point.z * impulse.y;
     }
-    struct mill_impact impact;
-    impact.ball = i;
-    impact.partner = shape->number;
-    impact.position = c.point;
-    impact.normal = c.normal;
-    impact.impulse = impulse;
-    impact.slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
-    kick(w, i, n, impulse, law.friction == 0.0);
-    book(sim, kind, sb->mass, &blow, &impact);
+    tell(sim, &impact);
     if (shape->type->pinches)
         relieve_pinch(sim, i);
     mill_schedule_ball(sim->schedule, i, sim->now, s);
 }
 
-static void ball_changes_cell(struct mill_sim *sim, int32_t i)
-{
-    move_to(sim->world, i, sim->now);
-    if (!mill_schedule_cross(sim->schedule, i, sim->now))
-        sim->status = mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
-}
-
 static void happen(struct mill_sim *sim, int32_t i)
 {
+    struct mill_world *w = sim->world;
     const struct mill_plan *plan = &sim->schedule->plan[i];
-    if (plan->next == MILL_NEXT_PAIR &&
-        sim->world->ball[plan->partner].contacts == plan->partner_contacts)
+    if (plan->next == MILL_NEXT_PAIR && w->ball[plan->partner].contacts == plan->partner_contacts) {
         ball_meets_ball(sim, i, plan->partner);
-    else if (plan->next == MILL_NEXT_EXIT)
-        ball_changes_cell(sim, i);
-    else if (plan->next == MILL_NEXT_SURFACE)
+    } else if (plan->next == MILL_NEXT_EXIT) {
+        move_to(w, i, sim->now);
+        if (!mill_schedule_cross(sim->schedule, i, sim->now))
+            sim->status =
+                mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
+    } else if (plan->next == MILL_NEXT_SURFACE) {
         ball_meets_shape(sim, i, plan->shape);
-    else
-        drop_stale(sim, i); /* the partner changed its course, or a search goes on */
+    } else { /* the partner changed its course, or a search goes on: planned anew from here */
+        w->counts.stale++;
+        move_to(w, i, sim->now);
+        mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
+    }
 }
 
 /* Stops runs in which infinitely many contacts would happen in finite time. */
@@ -330,8 +293,7 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
 {
     struct mill_watch *w = &sim->watch;
     const uint64_t balls = (uint64_t)sim->world->balls;
-    /* hops that shrink to the clock's resolution still tick: less than a nanosecond is no advance
-     */
+    /* hops that shrink to the clock's resolution still tick: below a nanosecond is no advance */
     if (t > w->last + 1e-9) {
         w->last = t;
         w->standing = 0;
@@ -354,39 +316,13 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
     }
 }
 
-static double next_sample(const struct mill_sim *sim)
-{
-    double next = INFINITY;
-    for (int k = 0; k < sim->observers; k++)
-        next = mill_least(next, sim->observer[k]->next);
-    return next;
-}
-
 static void take_samples(struct mill_sim *sim, double due)
 {
-    for (int k = 0; k < sim->observers && goes_on(sim); k++) {
+    enum mill_status status = MILL_OK;
+    for (int k = 0; goes_on(sim, status) && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
-        const enum mill_status status =
-            o->next <= due ? o->type->sample(o, sim->world, sim->now, sim->error) : MILL_OK;
-        sim->status = status != MILL_OK ? status : sim->status;
+        status = o->next <= due ? o->type->sample(o, sim->world, sim->now, sim->error) : MILL_OK;
     }
-}
-
-/* One event: ball i's, at local time t. */
-static void take_event(struct mill_sim *sim, int32_t i, double t)
-{
-    if (sim->paranoid)
-        sim->status = mill_sim_paranoid_before(sim->paranoid, i, t, sim->now, sim->error);
-    if (sim->status != MILL_OK)
-        return;
-    /* rounding may put an event a hair before the last one: time never runs backwards */
-    sim->now = mill_greatest(t, sim->now);
-    if (sim->world->balls >= LARGE)
-        mill_schedule_ahead(sim->schedule);
-    happen(sim, i);
-    watch_time(sim, i, t);
-    if (sim->paranoid && sim->status == MILL_OK)
-        sim->status = mill_sim_paranoid_after(sim->paranoid, i, sim->now, sim->error);
 }
 
 /* All events before local time `limit`, as far as the budget goes: it is then 0. */
@@ -395,43 +331,24 @@ static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
 {
     double t;
     int32_t i;
-    while (sim->status == MILL_OK && *budget > 0 &&
-           (i = mill_calendar_next(sim->schedule->calendar, &t)) >= 0 && t < limit) {
-        if (stop && *stop) {
+    for (; sim->status == MILL_OK && *budget > 0; --*budget) {
+        i = mill_calendar_next(sim->schedule->calendar, &t);
+        if (i < 0 || t >= limit)
+            return;
+        if (stop && *stop)
             sim->status = MILL_STOPPED;
-            return;
-        }
-        take_event(sim, i, t);
-        --*budget;
-    }
-}
-
-/* Events, epochs and samples up to `until`. */
-static void run_on(struct mill_sim *sim, double until, uint64_t budget,
-                   const volatile sig_atomic_t *stop)
-{
-    while (budget > 0) {
-        const double sample = next_sample(sim);
-        const double halt = mill_least(sample, until);
-        const double limit =
-            mill_least(mill_greatest(halt - sim->world->base, sim->now), MILL_SIM_EPOCH);
-        take_events(sim, limit, &budget, stop);
-        if (sim->status != MILL_OK || budget == 0)
-            return;
-        sim->now = limit;
-        if (halt - sim->world->base > MILL_SIM_EPOCH) {
-            end_epoch(sim);
-        } else if (sample <= until) {
-            take_samples(sim, sample);
-        } else {
-            if (sim->paranoid)
-                sim->status = mill_sim_paranoid_account(sim->paranoid, sim->now, sim->error);
-            return;
-        }
-        if (sim->status == MILL_OK && stop && *stop)
-            sim->status = MILL_STOPPED;
+        else if (sim->paranoid)
+            mill_sim_paranoid_before(sim, i, t);
         if (sim->status != MILL_OK)
             return;
+        /* rounding may put an event a hair before the last one: time never runs backwards */
+        sim->now = mill_greatest(t, sim->now);
+        if (sim->world->balls >= LARGE)
+            mill_schedule_ahead(sim->schedule);
+        happen(sim, i);
+        watch_time(sim, i, t);
+        if (sim->paranoid && sim->status == MILL_OK)
+            mill_sim_paranoid_after(sim, i);
     }
 }
 
@@ -441,7 +358,30 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     assert(until == until);
     sim->error = error;
     sim->status = MILL_OK;
-    run_on(sim, until, budget, stop);
+    while (budget > 0) {
+        double sample = INFINITY; /* the next one */
+        for (int k = 0; k < sim->observers; k++)
+            sample = mill_least(sample, sim->observer[k]->next);
+        const double halt = mill_least(sample, until) - sim->world->base;
+        const double limit = mill_least(mill_greatest(halt, sim->now), MILL_SIM_EPOCH);
+        take_events(sim, limit, &budget, stop);
+        if (sim->status != MILL_OK || budget == 0)
+            break;
+        sim->now = limit;
+        if (halt > MILL_SIM_EPOCH) {
+            end_epoch(sim);
+        } else if (sample <= until) {
+            take_samples(sim, sample);
+        } else {
+            if (sim->paranoid)
+                mill_sim_paranoid_account(sim);
+            break;
+        }
+        if (sim->status == MILL_OK && stop && *stop)
+            sim->status = MILL_STOPPED;
+        if (sim->status != MILL_OK)
+            break;
+    }
     sim->error = NULL;
     return sim->status;
 }

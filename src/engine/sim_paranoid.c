@@ -2,203 +2,428 @@
  * the two balls' courses and plans alone, and those change only at events of one of them; so
  * checking each ball of each event against all others keeps "no contact comes before the next event
  * of either" true of all pairs at all times. The calendar is compared with a linear scan, the place
- * of a ball with its cell's box, the books with the energies (sim_paranoid_contact.c: contacts). */
-#include "engine/sim_paranoid.h"
-
+ * of a ball with its cell's box, the books with the energies; contacts without cells, lists or
+ * windows: a pair of balls by the gap at the point of closest approach of their straight relative
+ * course, or at the next event of either; a surface twice, by its own search in a wide window, and
+ * by its gap alone, sampled so closely that it cannot have closed between (the gap changes no
+ * faster than the ball and the surface move). Two times of one contact may differ where it is
+ * grazing; its depth cannot, so all is measured in metres of overlap, against the roundings of the
+ * positions. */
 #include "engine/sim_private.h"
+#include "geometry/shape.h"
 
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 
+/* Roundings that add up in a position, a root or an energy, at most: a few dozen operations each */
+#define ROUNDINGS (64.0 * 2.2e-16)
 #define ACCOUNT_EVERY 1000 /* events: the account takes all balls' energies */
 #define ACCOUNT_ERROR 1e-9 /* of the energy turned over */
+#define DEEP 1e-9          /* [m] no two bodies ever overlap by more */
+#define LEISURE 1e-3       /* [s] what the wide window reaches beyond the horizon */
+#define MOST_ASKED 1000
+#define SAMPLES 200 /* of a gap that is nearly closed */
 
-/* ---- the calendar ---- */
-
-static enum mill_status check_calendar(struct mill_sim_paranoid *p, double *first, int32_t *item,
-                                       struct mill_error *error)
+static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, const char *format,
+                                                        ...)
 {
-    const struct mill_schedule *q = p->schedule;
-    *first = INFINITY;
-    *item = MILL_NOBODY;
-    for (int32_t k = 0; k < q->world->balls; k++) {
+    char text[sizeof sim->error->text];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    sim->status = mill_error_set(sim->error, MILL_FAILED, "paranoid: %s", text);
+    return false;
+}
+
+/* Bound of a coordinate in the mill [m]: what roundings of positions are measured by */
+static double size_of(const struct mill_world *w)
+{
+    return w->drum_radius + 0.5 * w->drum_length;
+}
+
+static double radius_of(const struct mill_world *w, int32_t i)
+{
+    return w->species[w->ball[i].species].radius;
+}
+
+/* The fastest that any surface moves [m/s] */
+static double fastest_surface(const struct mill_world *w)
+{
+    double fastest = 0.0;
+    for (int k = 0; k < w->motions; k++) {
+        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
+        fastest = fmax(fastest, b.speed + b.turning * w->drum_radius);
+    }
+    return fastest;
+}
+
+static double gap_at(const struct mill_world *w, int32_t i, const struct mill_shape *shape,
+                     double t)
+{
+    const struct mill_pose pose = mill_shape_pose(shape, t);
+    return mill_shape_gap(shape, mill_world_position(w, i, t), radius_of(w, i), &pose);
+}
+
+/* Every entry is its plan's; *first: the ball that is due first. */
+static bool check_calendar(struct mill_sim *sim, int32_t *first)
+{
+    const struct mill_schedule *q = sim->schedule;
+    *first = 0;
+    for (int32_t k = 0; k < sim->world->balls; k++) {
         const double planned = mill_plan_time(&q->plan[k]);
         const double entered = mill_calendar_time(q->calendar, k);
         if (!(planned == entered))
-            return mill_error_set(
-                error, MILL_FAILED,
-                "paranoid: the calendar has ball %ld at t = %.17g s, its plan says %.17g s",
-                (long)k, q->world->base + entered, q->world->base + planned);
-        if (planned < *first) {
-            *first = planned;
-            *item = k;
-        }
-        p->checks.entries++;
+            return fault(sim, "the calendar has ball %d at t = %.17g s, its plan says %.17g s", k,
+                         sim->world->base + entered, sim->world->base + planned);
+        if (planned < mill_plan_time(&q->plan[*first]))
+            *first = k;
+        sim->paranoid->checks.entries++;
     }
-    return MILL_OK;
+    return true;
 }
 
-static enum mill_status check_order(struct mill_sim_paranoid *p, int32_t i, double t, double now,
-                                    struct mill_error *error)
+static bool check_place(struct mill_sim *sim, int32_t i, double t)
 {
-    const struct mill_schedule *q = p->schedule;
-    const double base = q->world->base;
-    double first;
-    int32_t item;
-    if (!(t >= now - MILL_SIM_ROUNDINGS * q->horizon))
-        return mill_error_set(error, MILL_FAILED,
-                              "paranoid: the event of ball %ld at t = %.17g s comes %.3g s too "
-                              "late",
-                              (long)i, base + t, now - t);
-    const enum mill_status status = check_calendar(p, &first, &item, error);
-    if (status == MILL_OK && !(item == i && first == t))
-        return mill_error_set(error, MILL_FAILED,
-                              "paranoid: the calendar takes ball %ld at t = %.17g s, but ball %ld "
-                              "is due at %.17g s",
-                              (long)i, base + t, (long)item, base + first);
-    return status;
-}
-
-/* ---- the cell grid ---- */
-
-/* The ball is in its cell's list, and within its box along one axis: the outermost cells are open
- * outwards. */
-static bool is_inside(const struct mill_cells *c, int axis, int32_t index, double x,
-                      double rounding)
-{
-    const double lo = (double)(index - 1) * c->side[axis];
-    const bool above = index == 1 || x >= lo - rounding;
-    const bool below = index == c->n[axis] - 2 || x <= lo + c->side[axis] + rounding;
-    return index >= 1 && index <= c->n[axis] - 2 && above && below && isfinite(x);
-}
-
-static enum mill_status check_place(struct mill_sim_paranoid *p, int32_t i, double now,
-                                    struct mill_error *error)
-{
-    const struct mill_schedule *q = p->schedule;
-    const struct mill_cells *c = &q->cells;
-    const vec3 r = mill_world_position(q->world, i, now);
-    const double travel = vec3_norm(mill_world_velocity(q->world, i, now)) * q->horizon;
-    const double rounding = MILL_SIM_ROUNDINGS * (mill_sim_paranoid_size(q->world) + travel);
-    const int32_t cell = c->cell[i], plane = c->n[1] * c->n[2];
-    p->checks.places++;
-    const int32_t held = mill_cells_held(c, cell);
-    int32_t at = 0;
+    const struct mill_world *w = sim->world;
+    const struct mill_cells *c = &sim->schedule->cells;
+    const vec3 r = mill_world_position(w, i, t);
+    const double travel = vec3_norm(mill_world_velocity(w, i, t)) * sim->schedule->horizon;
+    const double rounding = ROUNDINGS * (size_of(w) + travel);
+    const double x[3] = {r.x - c->lo.x, r.y - c->lo.y, r.z - c->lo.z};
+    const int32_t cell = c->cell[i], held = mill_cells_held(c, cell);
+    int32_t at = 0, index[3];
+    sim->paranoid->checks.places++;
     while (at < held && mill_cells_ball(c, cell, at) != i)
         at++;
     if (at == held)
-        return mill_error_set(
-            error, MILL_FAILED,
-            "paranoid: ball %ld is not in the list of its cell %ld at t = %.17g s", (long)i,
-            (long)cell, q->world->base + now);
-    if (!is_inside(c, 0, cell / plane, r.x - c->lo.x, rounding) ||
-        !is_inside(c, 1, cell % plane / c->n[2], r.y - c->lo.y, rounding) ||
-        !is_inside(c, 2, cell % c->n[2], r.z - c->lo.z, rounding))
-        return mill_error_set(error, MILL_FAILED,
-                              "paranoid: ball %ld at (%.9g, %.9g, %.9g) m is outside its cell %ld "
-                              "at t = %.17g s",
-                              (long)i, r.x, r.y, r.z, (long)cell, q->world->base + now);
-    return MILL_OK;
+        return fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s", i, cell,
+                     w->base + t);
+    mill_cells_index(c, cell, index);
+    bool inside = true; /* its box; the outermost cells are open outwards */
+    for (int k = 0; k < 3; k++) {
+        const double lo = (index[k] - 1) * c->side[k] - rounding;
+        const double hi = index[k] * c->side[k] + rounding;
+        inside = inside && index[k] >= 1 && index[k] <= c->n[k] - 2 && isfinite(x[k]) &&
+                 (index[k] == 1 || x[k] >= lo) && (index[k] == c->n[k] - 2 || x[k] <= hi);
+    }
+    return inside ||
+           fault(sim, "ball %d at (%.9g, %.9g, %.9g) m is outside its cell %d at t = %.17g s", i,
+                 r.x, r.y, r.z, cell, w->base + t);
 }
 
-/* ---- the books ---- */
-
-enum mill_status mill_sim_paranoid_account(struct mill_sim_paranoid *p, double now,
-                                           struct mill_error *error)
+bool mill_sim_paranoid_account(struct mill_sim *sim)
 {
-    const struct mill_world *w = p->schedule->world;
-    const struct mill_energy e = mill_world_energy(w, now);
+    const struct mill_world *w = sim->world;
+    const struct mill_energy e = mill_world_energy(w, sim->now);
     double imbalance, turnover, mass = 0.0;
-    mill_world_balance(w, now, &imbalance, &turnover);
+    mill_world_balance(w, sim->now, &imbalance, &turnover);
     for (int32_t i = 0; i < w->balls; i++)
         mass += w->species[w->ball[i].species].mass;
     /* before much was turned over the roundings of the energies themselves are more */
-    const double held =
-        e.kinetic + e.rotational + mass * vec3_norm(w->g) * mill_sim_paranoid_size(w);
-    p->checks.accounts++;
-    if (!(imbalance <= ACCOUNT_ERROR * turnover + MILL_SIM_ROUNDINGS * held))
-        return mill_error_set(error, MILL_FAILED,
-                              "paranoid: the energy account is out by %.3g J of %.3g J turned over "
-                              "at t = %.17g s",
-                              imbalance, turnover, w->base + now);
-    return MILL_OK;
+    const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * size_of(w);
+    sim->paranoid->checks.accounts++;
+    return imbalance <= ACCOUNT_ERROR * turnover + ROUNDINGS * held ||
+           fault(sim, "the energy account is out by %.3g J of %.3g J turned over at t = %.17g s",
+                 imbalance, turnover, w->base + sim->now);
 }
 
-/* ---- one event ---- */
+/* Ball j as seen from ball i */
+struct pair {
+    vec3 d, u;              /* [m], [m/s] */
+    double sum, gap, slack; /* [m] of the radii; between them; what roundings may make of the gap */
+};
 
-enum mill_status mill_sim_paranoid_before(struct mill_sim_paranoid *p, int32_t i, double t,
-                                          double now, struct mill_error *error)
+static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, double t)
 {
-    const struct mill_schedule *q = p->schedule;
-    p->due = q->plan[i];
-    p->contacts = q->world->ball[i].contacts;
-    enum mill_status status = check_order(p, i, t, now, error);
-    if (status == MILL_OK)
-        status = check_place(p, i, t, error);
-    if (status == MILL_OK)
-        status = mill_sim_paranoid_touch(p, i, &p->due, error);
-    return status;
+    const struct mill_world *w = sim->world;
+    const double *side = sim->schedule->cells.side;
+    struct pair k;
+    k.d = vec3_sub(mill_world_position(w, j, t), mill_world_position(w, i, t));
+    k.u = vec3_sub(mill_world_velocity(w, j, t), mill_world_velocity(w, i, t));
+    k.sum = radius_of(w, i) + radius_of(w, j);
+    k.gap = vec3_norm(k.d) - k.sum;
+    /* squares of distances up to those in the cells around, rounded, are gaps rounded thus */
+    const double square = 4.0 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2]) / k.sum;
+    k.slack = ROUNDINGS * (size_of(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
+    return k;
 }
 
-static enum mill_status check_ball(struct mill_sim_paranoid *p, int32_t i, double now, bool fresh,
-                                   int32_t touched, struct mill_error *error)
+/* How far roundings may take the gap of ball i to a surface from one local time to another [m]: the
+ * squares of all it travels through come in, and how far it and the surface get within a tick of
+ * the clock. */
+static double surface_slack(const struct mill_sim *sim, int32_t i, double from, double to)
 {
-    enum mill_status status = check_place(p, i, now, error);
-    p->checks.predictions++;
-    if (status == MILL_OK)
-        status = mill_sim_paranoid_touch(p, i, &p->schedule->plan[i], error);
-    if (status == MILL_OK)
-        status = mill_sim_paranoid_ball(p, i, now, fresh, touched, error);
-    return status;
+    const struct mill_world *w = sim->world;
+    const double dt = fmax(to - from, 0.0);
+    const double swift = vec3_norm(mill_world_velocity(w, i, from)) + dt * vec3_norm(w->g);
+    const double reach = size_of(w) + dt * swift;
+    const double ticks = (swift + fastest_surface(w)) * sim->schedule->horizon;
+    return ROUNDINGS * (reach + reach * reach / radius_of(w, i) + ticks);
 }
 
-enum mill_status mill_sim_paranoid_after(struct mill_sim_paranoid *p, int32_t i, double now,
-                                         struct mill_error *error)
+static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
 {
+    const struct mill_world *w = sim->world;
+    const int32_t j = plan->partner;
+    if (j < 0 || j >= w->balls || j == i)
+        return fault(sim, "ball %d plans to meet ball %d", i, j);
+    if (w->ball[j].contacts != plan->partner_contacts)
+        return true; /* stale: found out when it is due */
+    const struct pair k = relate(sim, i, j, plan->pair_t);
+    /* overlapping and closing means now; how deep is judged as an overlap */
+    if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
+        return fault(sim, "ball %d and ball %d shall meet with a gap of %.3g m at t = %.17g s", i,
+                     j, k.gap, w->base + plan->pair_t);
+    const double opening = vec3_dot(k.d, k.u);
+    /* as deep as they would have been when closest */
+    return opening <= 0.0 || opening * opening <= 2.0 * k.sum * vec3_dot(k.u, k.u) * k.slack ||
+           fault(sim, "ball %d and ball %d shall meet while they part at %.3g m/s at t = %.17g s",
+                 i, j, opening / k.sum, w->base + plan->pair_t);
+}
+
+static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
+{
+    const struct mill_world *w = sim->world;
+    const double t = plan->shape_t, radius = radius_of(w, i);
+    if (plan->next == MILL_NEXT_SEARCH)
+        return true; /* no contact, a search to go on; how often costs time alone */
+    if (plan->shape < 0 || plan->shape >= w->shapes)
+        return fault(sim, "ball %d plans to meet surface %d", i, plan->shape);
+    const struct mill_shape *shape = w->shape[plan->shape];
+    const char *kind = mill_kind_name[shape->type->kind];
+    const vec3 v = mill_world_velocity(w, i, t);
+    const struct mill_pose pose = mill_shape_pose(shape, t);
+    const struct mill_contact c =
+        mill_shape_meet(shape, mill_world_position(w, i, t), v, radius, &pose);
+    const double slack = surface_slack(sim, i, w->ball[i].t, t);
+    if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
+        return fault(sim, "ball %d shall meet a surface (%s) with a gap of %.3g m at t = %.17g s",
+                     i, kind, c.gap, w->base + t);
+    const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
+    /* the gap's second derivative, from the ball's and the surface's curvature, at most */
+    const double swift = vec3_norm(v) + fastest_surface(w);
+    const double around = (shape->hollow > radius ? shape->hollow : w->drum_radius) - radius;
+    const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
+    return opening <= DEEP || opening * opening <= 2.0 * bend * slack ||
+           fault(sim,
+                 "ball %d shall meet a surface (%s) while they part at %.3g m/s at t = %.17g s", i,
+                 kind, opening, w->base + t);
+}
+
+bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
+{
+    const double horizon = sim->schedule->horizon;
+    return (!(plan->pair_t <= horizon) || touch_ball(sim, i, plan)) &&
+           (!(plan->shape_t <= horizon) || touch_surface(sim, i, plan));
+}
+
+/* What ball i has just met by the plan that was due touches it: a plan that fell due may have been
+ * overtaken, and must not have been carried out then. */
+static bool has_met(struct mill_sim *sim, int32_t i)
+{
+    const struct mill_world *w = sim->world;
+    const struct mill_plan *due = &sim->paranoid->due;
+    if (due->next == MILL_NEXT_PAIR) {
+        const struct pair k = relate(sim, i, due->partner, sim->now);
+        return k.gap <= k.slack ||
+               fault(sim, "ball %d and ball %d met with a gap of %.3g m at t = %.17g s", i,
+                     due->partner, k.gap, w->base + sim->now);
+    }
+    const struct mill_shape *shape = w->shape[due->shape];
+    const double gap = gap_at(w, i, shape, sim->now);
+    return gap <= MILL_SHAPE_CLOSED + surface_slack(sim, i, sim->now, sim->now) ||
+           fault(sim, "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s", i,
+                 mill_kind_name[shape->type->kind], gap, w->base + sim->now);
+}
+
+static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)
+{
+    int32_t i[3], j[3];
+    mill_cells_index(c, a, i);
+    mill_cells_index(c, b, j);
+    return abs(i[0] - j[0]) <= 1 && abs(i[1] - j[1]) <= 1 && abs(i[2] - j[2]) <= 1;
+}
+
+/* No overlap now, and none that grows until `end`. */
+static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
+{
+    const struct pair k = relate(sim, i, j, sim->now);
+    const double now = sim->world->base + sim->now;
+    sim->paranoid->checks.pairs++;
+    if (!(k.gap >= -DEEP))
+        return fault(sim, "ball %d and ball %d overlap by %.3g m at t = %.17g s", i, j, -k.gap,
+                     now);
+    const double b = vec3_dot(k.d, k.u), a = vec3_dot(k.u, k.u);
+    if (b >= 0.0 || end <= sim->now)
+        return true;
+    const double nearest = -b / a;
+    const double least = vec3_norm(vec3_axpy(k.d, fmin(nearest, end - sim->now), k.u));
+    const double depth = fmin(k.sum, vec3_norm(k.d)) - least;
+    if (depth <= k.slack)
+        return true;
+    const double miss = vec3_norm(vec3_axpy(k.d, nearest, k.u));
+    const double dt = nearest - sqrt(fmax(k.sum * k.sum - miss * miss, 0.0) / a);
+    return fault(sim,
+                 "ball %d and ball %d meet at t = %.17g s, unplanned: next is %.17g s, when they "
+                 "would overlap by %.3g m",
+                 i, j, now + dt, sim->world->base + end, depth);
+}
+
+/* The least gap to a surface found until local time `end`, and when [m], [s] */
+struct least {
+    double end, gap, when;
+};
+
+/* Looks at the gap from local time t to the end. It cannot close sooner than gap / fastest; where
+ * it is small the steps are no shorter than a share of the whole. */
+static void sample_gap(struct mill_sim *sim, int32_t i, const struct mill_shape *shape, double t,
+                       struct least *least)
+{
+    const struct mill_world *w = sim->world;
+    const double share = (least->end - t) / SAMPLES, dt = least->end - sim->now;
+    const double fastest = vec3_norm(mill_world_velocity(w, i, sim->now)) + dt * vec3_norm(w->g) +
+                           (shape->motion ? fastest_surface(w) : 0.0);
+    for (;;) {
+        const double gap = gap_at(w, i, shape, t);
+        sim->paranoid->checks.samples++;
+        if (!(gap >= least->gap)) {
+            least->gap = gap;
+            least->when = t;
+        }
+        if (!(t < least->end))
+            return;
+        const double next = t + fmax(gap / fastest, share);
+        t = next > t && next < least->end ? next : least->end;
+    }
+}
+
+static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_shape *shape,
+                          double end, bool touching)
+{
+    const struct mill_world *w = sim->world;
+    const char *kind = mill_kind_name[shape->type->kind];
+    const double now = sim->now, gap = gap_at(w, i, shape, now);
+    sim->paranoid->checks.surfaces++;
+    if (!(gap >= -DEEP))
+        return fault(sim, "ball %d overlaps a surface (%s) by %.3g m at t = %.17g s", i, kind, -gap,
+                     w->base + now);
+    if (end <= now)
+        return true;
+    struct least least = {end, INFINITY, now};
+    sample_gap(sim, i, shape, now, &least);
+    /* the surface's own search until it says when, or the end is passed */
+    double t = now, contact = HUGE_VAL;
+    for (int asked = 0; contact == HUGE_VAL && asked < MOST_ASKED && t < end; asked++) {
+        const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
+        /* no pose of late: what the loop rejects by it is searched here */
+        const struct mill_flight f = {r, v, w->g, vec3_norm(w->g), .travel = INFINITY};
+        const double window = sim->schedule->horizon + LEISURE - t;
+        const struct mill_hit hit = shape->type->next_contact(shape, &f, radius_of(w, i), t, window,
+                                                              touching && asked == 0);
+        t += hit.t;
+        contact = hit.state == MILL_HIT_ASK_AGAIN ? HUGE_VAL : t;
+    }
+    if (contact < end)
+        sample_gap(sim, i, shape, contact, &least);
+    return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
+           fault(sim,
+                 "ball %d meets a surface (%s) by t = %.17g s, unplanned: next is %.17g s; they "
+                 "would overlap by %.3g m",
+                 i, kind, w->base + fmin(contact, least.when), w->base + end, -least.gap);
+}
+
+bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
+{
+    const struct mill_schedule *q = sim->schedule;
+    struct mill_world *w = sim->world;
+    const struct mill_poly_counts counts = w->counts.quartics;
+    w->counts.quartics.checked = true;
+    const double mine = fmin(mill_plan_time(&q->plan[i]), q->horizon);
+    bool holds = true;
+    for (int32_t j = 0; j < w->balls && holds; j++) {
+        double end = fmin(mine, mill_plan_time(&q->plan[j]));
+        if (fresh && are_neighbours(&q->cells, q->cells.cell[i], q->cells.cell[j]))
+            end = fmin(q->plan[i].pair_t, q->horizon);
+        holds = j == i || check_pair(sim, i, j, end);
+    }
+    for (int32_t s = 0; s < w->shapes && holds; s++)
+        if (!q->plan[i].let_go || !w->shape[s]->type->pinches)
+            holds = check_surface(sim, i, w->shape[s], mine, s == touched);
+    if (holds && w->counts.quartics.refuted > 0)
+        holds = fault(sim,
+                      "the closed form of a quartic refutes a contact of ball %d, or that there is "
+                      "none, at t = %.17g s",
+                      i, w->base + sim->now);
+    w->counts.quartics = counts; /* the searches of the run alone are counted */
+    return holds;
+}
+
+bool mill_sim_paranoid_before(struct mill_sim *sim, int32_t i, double t)
+{
+    const double base = sim->world->base;
+    int32_t first;
+    sim->paranoid->due = sim->schedule->plan[i];
+    sim->paranoid->contacts = sim->world->ball[i].contacts;
+    if (!(t >= sim->now - ROUNDINGS * sim->schedule->horizon))
+        return fault(sim, "the event of ball %d at t = %.17g s comes %.3g s too late", i, base + t,
+                     sim->now - t);
+    if (!check_calendar(sim, &first))
+        return false;
+    const double due = mill_plan_time(&sim->schedule->plan[first]);
+    if (first != i || due != t)
+        return fault(sim,
+                     "the calendar takes ball %d at t = %.17g s, but ball %d is due at %.17g s", i,
+                     base + t, first, base + due);
+    return check_place(sim, i, t) && mill_sim_paranoid_touch(sim, i, &sim->paranoid->due);
+}
+
+static bool check_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
+{
+    sim->paranoid->checks.predictions++;
+    return check_place(sim, i, sim->now) &&
+           mill_sim_paranoid_touch(sim, i, &sim->schedule->plan[i]) &&
+           mill_sim_paranoid_ball(sim, i, fresh, touched);
+}
+
+bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i)
+{
+    struct mill_sim_paranoid *p = sim->paranoid;
     const struct mill_plan *due = &p->due;
-    const bool met = p->schedule->world->ball[i].contacts != p->contacts;
-    const bool pair = due->next == MILL_NEXT_PAIR;
-    const bool crossed = due->next == MILL_NEXT_EXIT;
+    const bool met = sim->world->ball[i].contacts != p->contacts;
+    const bool pair = met && due->next == MILL_NEXT_PAIR;
     const int32_t touched = met && !pair ? due->shape : MILL_NOBODY;
-    enum mill_status status = met ? mill_sim_paranoid_met(p, i, now, error) : MILL_OK;
-    if (status == MILL_OK)
-        status = check_ball(p, i, now, !crossed, touched, error);
-    if (status == MILL_OK && met && pair)
-        status = check_ball(p, due->partner, now, true, MILL_NOBODY, error);
     p->checks.events++;
-    if (status == MILL_OK && p->checks.events % ACCOUNT_EVERY == 0)
-        status = mill_sim_paranoid_account(p, now, error);
-    return status;
+    return (!met || has_met(sim, i)) && check_ball(sim, i, due->next != MILL_NEXT_EXIT, touched) &&
+           (!pair || check_ball(sim, due->partner, true, MILL_NOBODY)) &&
+           (p->checks.events % ACCOUNT_EVERY != 0 || mill_sim_paranoid_account(sim));
 }
 
-enum mill_status mill_sim_paranoid_all(struct mill_sim_paranoid *p, double now, bool fresh,
-                                       struct mill_error *error)
+bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh)
 {
-    double first;
-    int32_t item;
-    enum mill_status status = check_calendar(p, &first, &item, error);
-    for (int32_t i = 0; i < p->schedule->world->balls && status == MILL_OK; i++)
-        status = check_ball(p, i, now, fresh, MILL_NOBODY, error);
-    if (status == MILL_OK)
-        status = mill_sim_paranoid_account(p, now, error);
-    return status;
+    int32_t first;
+    bool holds = check_calendar(sim, &first);
+    for (int32_t i = 0; i < sim->world->balls && holds; i++)
+        holds = check_ball(sim, i, fresh, MILL_NOBODY);
+    return holds && mill_sim_paranoid_account(sim);
 }
-
-/* ---- switching on ---- */
 
 enum mill_status mill_sim_paranoid(struct mill_sim *sim, bool on, struct mill_error *error)
 {
     free(sim->paranoid);
     sim->paranoid = on ? calloc(1, sizeof *sim->paranoid) : NULL;
-    if (!on)
-        return MILL_OK;
-    if (!sim->paranoid)
+    if (on && !sim->paranoid)
         return mill_error_set(error, MILL_FAILED, "out of memory for the checks");
-    sim->paranoid->schedule = sim->schedule;
-    return mill_sim_paranoid_all(sim->paranoid, sim->now, false, error);
+    sim->error = error;
+    sim->status = MILL_OK;
+    if (on)
+        mill_sim_paranoid_all(sim, false);
+    sim->error = NULL;
+    return sim->status;
 }
 
 struct mill_sim_checks mill_sim_checks(const struct mill_sim *sim)
 {
-    static const struct mill_sim_checks none;
-    return sim->paranoid ? sim->paranoid->checks : none;
+    return sim->paranoid ? sim->paranoid->checks : (struct mill_sim_checks){0};
 }

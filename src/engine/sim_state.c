@@ -8,21 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* In front of the state: what must agree before any of it is believed */
-struct sizes {
-    uint64_t balls, cells, shapes;
-};
-
 static bool is_inner(const struct mill_cells *cells, int32_t cell)
 {
-    if (cell < 0 || cell >= mill_cells_count(cells))
-        return false;
-    const int32_t *n = cells->n;
-    const int32_t at[3] = {cell / n[2] / n[1], cell / n[2] % n[1], cell % n[2]};
+    int32_t at[3];
+    bool inner = cell >= 0 && cell < mill_cells_count(cells);
+    mill_cells_index(cells, inner ? cell : 0, at);
     for (int axis = 0; axis < 3; axis++)
-        if (at[axis] == 0 || at[axis] == n[axis] - 1)
-            return false;
-    return true;
+        inner = inner && at[axis] > 0 && at[axis] < cells->n[axis] - 1;
+    return inner;
 }
 
 /* An index below `count` beside a time, or none beside no time */
@@ -32,36 +25,20 @@ static bool is_index(int32_t index, int32_t count, double time)
            (index != MILL_NOBODY || isinf(time));
 }
 
-/* What comes next, if anything does, has a partner or a shape. */
-static bool is_possible(const struct mill_plan *plan)
-{
-    if (isinf(mill_plan_time(plan)))
-        return true;
-    switch (plan->next) {
-    case MILL_NEXT_PAIR:
-        return plan->partner != MILL_NOBODY;
-    case MILL_NEXT_SURFACE:
-    case MILL_NEXT_SEARCH:
-        return plan->shape != MILL_NOBODY;
-    default:
-        return plan->next == MILL_NEXT_EXIT;
-    }
-}
-
-/* Indices that a damaged file must not smuggle in */
-static bool sane(const struct mill_sim *sim, const int32_t *cell)
+/* Indices that a damaged file must not smuggle in; what comes next, if anything does, has a partner
+ * or a shape. */
+static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
 {
     const struct mill_world *w = sim->world;
-    for (int32_t i = 0; i < w->balls; i++) {
-        const struct mill_plan *plan = &sim->schedule->plan[i];
-        if (!is_inner(&sim->schedule->cells, cell[i]) || w->ball[i].species < 0 ||
-            w->ball[i].species >= w->species_count ||
-            !is_index(plan->partner, w->balls, plan->pair_t) || plan->partner == i ||
-            !is_index(plan->shape, w->shapes, plan->shape_t) || plan->face < 0 || plan->face > 5 ||
-            !is_possible(plan))
-            return false;
-    }
-    return true;
+    const struct mill_plan *plan = &sim->schedule->plan[i];
+    const bool shape = plan->next == MILL_NEXT_SURFACE || plan->next == MILL_NEXT_SEARCH;
+    return is_inner(&sim->schedule->cells, cell) && w->ball[i].species >= 0 &&
+           w->ball[i].species < w->species_count &&
+           is_index(plan->partner, w->balls, plan->pair_t) && plan->partner != i &&
+           is_index(plan->shape, w->shapes, plan->shape_t) && plan->face >= 0 && plan->face <= 5 &&
+           (isinf(mill_plan_time(plan)) || plan->next == MILL_NEXT_EXIT ||
+            (plan->next == MILL_NEXT_PAIR && plan->partner != MILL_NOBODY) ||
+            (shape && plan->shape != MILL_NOBODY));
 }
 
 /* cell: each ball's, the grid's own when saving, the caller's when loading. */
@@ -85,27 +62,30 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
 {
     const struct mill_cells *cells = &sim->schedule->cells;
-    const struct sizes own = {(uint64_t)sim->world->balls, (uint64_t)mill_cells_count(cells),
-                              (uint64_t)sim->world->shapes};
-    struct sizes sizes = own;
-    mill_state_structs(state, "sizes", sizeof sizes, 1, &sizes);
+    const struct mill_world *w = sim->world;
+    /* in front of the state: what must agree before any of it is believed */
+    const uint64_t own[3] = {(uint64_t)w->balls, (uint64_t)mill_cells_count(cells),
+                             (uint64_t)w->shapes};
+    uint64_t sizes[3] = {own[0], own[1], own[2]};
+    mill_state_structs(state, "sizes", sizeof sizes, 1, sizes);
     if (!state->loads) {
         tell_fields(sim, cells->cell, state);
         return;
     }
-    if (memcmp(&sizes, &own, sizeof own) != 0)
+    if (memcmp(sizes, own, sizeof own) != 0)
         mill_state_refuse(state, "the saved balls are of another deck");
-    int32_t *cell = malloc(sizeof *cell * ((size_t)sim->world->balls + 1));
+    int32_t *cell = malloc(sizeof *cell * ((size_t)w->balls + 1));
     if (!cell)
         mill_state_refuse(state, "out of memory for the saved balls");
     tell_fields(sim, cell, state);
-    if (state->status == MILL_OK && !sane(sim, cell))
-        mill_state_refuse(state, "the saved balls are damaged");
+    for (int32_t i = 0; i < w->balls && state->status == MILL_OK; i++)
+        if (!is_sane(sim, i, cell[i]))
+            mill_state_refuse(state, "the saved balls are damaged");
     if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
         mill_state_refuse(state, "out of memory for the cell grid");
     /* the motions as they are after so many epochs: a sum of roundings, so they are gone through */
-    for (double t = 0.0; state->status == MILL_OK && t < sim->world->base; t += MILL_SIM_EPOCH)
-        for (int k = 0; k < sim->world->motions; k++)
-            sim->world->motion[k]->type->restart(sim->world->motion[k], MILL_SIM_EPOCH);
+    for (double t = 0.0; state->status == MILL_OK && t < w->base; t += MILL_SIM_EPOCH)
+        for (int k = 0; k < w->motions; k++)
+            w->motion[k]->type->restart(w->motion[k], MILL_SIM_EPOCH);
     free(cell);
 }

@@ -9,6 +9,7 @@
 
 struct twin {
     struct mill_calendar *calendar;
+    struct mill_event *event;
     double *time; /* of each item, INFINITY: absent */
     int32_t items;
     double now;
@@ -17,7 +18,9 @@ struct twin {
 
 static inline struct twin make_twin(int32_t items)
 {
-    struct twin twin = {mill_calendar_create(items, NULL, 0), NULL, items, 0.0, 0};
+    struct twin twin = {.items = items};
+    twin.event = calloc((size_t)items, sizeof *twin.event);
+    twin.calendar = mill_calendar_create(items, twin.event, sizeof *twin.event);
     twin.time = malloc(sizeof *twin.time * (size_t)items);
     if (!twin.calendar || !twin.time)
         ck_abort_msg("out of memory");
@@ -29,6 +32,7 @@ static inline struct twin make_twin(int32_t items)
 static inline void free_twin(struct twin *twin)
 {
     mill_calendar_free(twin->calendar);
+    free(twin->event);
     free(twin->time);
 }
 

@@ -197,7 +197,8 @@ START_TEST(a_steady_run_s_events_are_named_before_their_turn_year_after_year)
 {
     enum { ITEMS = 5000 };
     static bool named[ITEMS];
-    struct mill_calendar *calendar = mill_calendar_create(ITEMS, NULL, 0);
+    static struct mill_event event[ITEMS];
+    struct mill_calendar *calendar = mill_calendar_create(ITEMS, event, sizeof event[0]);
     uint64_t seed = 7;
     for (int32_t i = 0; i < ITEMS; i++)
         mill_calendar_set(calendar, i, gap(&seed, EXPONENTIAL, 1.0));
@@ -214,7 +215,8 @@ START_TEST(after_a_new_beginning_events_are_named_again)
 {
     enum { ITEMS = 5000 };
     static bool named[ITEMS];
-    struct mill_calendar *calendar = mill_calendar_create(ITEMS, NULL, 0);
+    static struct mill_event event[ITEMS];
+    struct mill_calendar *calendar = mill_calendar_create(ITEMS, event, sizeof event[0]);
     uint64_t seed = 8;
     for (int run = 0; run < 4; run++) {
         mill_calendar_clear(calendar, 0.0);
