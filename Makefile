@@ -151,7 +151,7 @@ golden:
 MUSL = $(firstword $(wildcard /usr/lib/*-linux-musl/libc.a))
 build/musl/libm.a:
 	@rm -rf build/musl/math; mkdir -p build/musl/math
-	@cd build/musl/math && ar x $(MUSL) $$(ar t $(MUSL) | grep -xE '(__)?(a?(cos|sin|tan)|atan2|cbrt|exp|exp2|exp_data|floor|ceil|fmod|frexp|ldexp|scalbn|log|log_data|pow|pow_data|fmin|fmax|hypot|sqrt|fabs|rem_pio2|rem_pio2_large|math_.*)\.lo')
+	@cd build/musl/math && ar x $(MUSL) $$(ar t $(MUSL) | grep -xE '(__)?(a?(cos|sin|tan)|atan2|cbrt|exp|exp2|exp_data|floor|ceil|fma|fmod|frexp|ldexp|scalbn|log|log_data|pow|pow_data|fmin|fmax|hypot|sqrt|fabs|rem_pio2|rem_pio2_large|math_.*)\.lo')
 	@ar rc $@ build/musl/math/*.lo
 
 # 99: valgrind found something; 2: the deck was refused, as it should be

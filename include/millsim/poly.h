@@ -1,4 +1,4 @@
-/* Polynomials of degree <= 4: roots of quadratics, Sturm counts, and the one question that contact
+/* Polynomials of degree <= 4: closed-form roots, Sturm counts, and the one question that contact
  * prediction asks: when does a gap first close? Coefficients c[k] belong to t^k. */
 #ifndef MILLSIM_POLY_H
 #define MILLSIM_POLY_H
@@ -8,18 +8,22 @@
 struct mill_poly_counts {
     unsigned long solves;    /* calls that got past the cheap rejections */
     unsigned long fallbacks; /* of these: bounds did not suffice, a Sturm sequence took over */
-    bool checked;            /* each first rise is held against mill_poly_agrees, */
-    unsigned long refuted;   /* and with so many it did not agree */
+    bool checked;            /* each first rise is held against the closed form, */
+    unsigned long refuted;   /* and so many did not agree with it */
 };
 
 /* Real roots of a x^2 + 2 b x + c in ascending order, without cancellation; returns how many (a = 0
  * gives the linear root; a double root counts once). */
 int mill_poly_quadratic(double a, double b, double c, double x[2]);
 
-/* The second opinion on a first rise t found for these arguments: where p turns (by halving, one
- * derivative after the other) nothing lies above zero before t, to 1e-9 of the terms. false:
- * something does, or p(t) is far from zero. */
-bool mill_poly_agrees(const double c[5], double t_end, bool at_root, double t);
+/* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, as re[k] + i im[k]; conjugate pairs adjacent.
+ */
+void mill_poly_quartic_roots(const double c[5], double re[4], double im[4]);
+
+/* The second opinion on a first rise t found for these arguments: between the closed form's roots
+ * nothing lies above zero before t, to 1e-9 of the terms. false: something does, or p(t) is far
+ * from zero. */
+bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, double t);
 
 /* Number of distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros
  * allowed. */

@@ -290,6 +290,6 @@ double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
     assert(t_end >= 0.0);
     const double t = first_rise(c, t_end, at_root, counts);
     if (counts && counts->checked)
-        counts->refuted += !mill_poly_agrees(c, t_end, at_root, t);
+        counts->refuted += !mill_poly_quartic_agrees(c, t_end, at_root, t);
     return t;
 }

@@ -1,4 +1,4 @@
-/* Nanoseconds per contact-time solve: first_rise beside GSL's companion-matrix
+/* Nanoseconds per contact-time solve: first_rise and the closed form beside GSL's companion-matrix
  * solver. First on what runs of two decks ask of their drum and shaft, call by call; "past the
  * bound" are those that are not dismissed by it, which nothing but a solve can answer. Then on
  * random flights in a drum with a shaft, with windows longer than a run's.
@@ -30,7 +30,7 @@ struct workload {
 
 struct row {
     const char *name;
-    double first_rise, gsl, solved, found, fallbacks;
+    double first_rise, quartic, gsl, solved, found, fallbacks;
 };
 
 static const struct workload workloads[] = {
@@ -154,12 +154,24 @@ static double time_first_rise(const struct rise_case *q, double *found,
     double best = INFINITY;
     for (int i = 0; i < REPEATS; i++) {
         int hits = 0;
-        *counts = (struct mill_poly_counts){0};
+        *counts = (struct mill_poly_counts){0, 0};
         double start = seconds_now();
         for (int k = 0; k < CASES; k++)
             hits += isfinite(mill_poly_first_rise(q[k].c, q[k].t_end, q[k].at_root, counts));
         best = fmin(best, seconds_now() - start);
         *found = (double)hits / CASES;
+    }
+    return 1e9 * best / CASES;
+}
+
+static double time_quartic(const struct rise_case *q)
+{
+    double best = INFINITY, re[4], im[4];
+    for (int i = 0; i < REPEATS; i++) {
+        double start = seconds_now();
+        for (int k = 0; k < CASES; k++)
+            mill_poly_quartic_roots(q[k].c, re, im);
+        best = fmin(best, seconds_now() - start);
     }
     return 1e9 * best / CASES;
 }
@@ -199,6 +211,7 @@ static struct row measure(const struct workload *w, const struct rise_case *q)
     row.solved = (double)counts.solves / CASES;
     row.fallbacks = (double)counts.fallbacks / CASES;
     /* without gravity there is no quartic to solve */
+    row.quartic = q->c[4] != 0.0 ? time_quartic(q) : (double)NAN;
     row.gsl = q->c[4] != 0.0 ? time_gsl(q) : (double)NAN;
     return row;
 }
@@ -212,16 +225,17 @@ static const char *figure(char text[16], double ns, const char *none)
 
 static int write_json(const char *path, const struct row *rows)
 {
-    char gsl[16];
+    char quartic[16], gsl[16];
     FILE *file = fopen(path, "w");
     if (!file)
         return 1;
     fprintf(file, "{\"unit\": \"ns\", \"rows\": [");
     for (int i = 0; i < WORKLOADS; i++)
         fprintf(file,
-                "%s\n  {\"name\": \"%s\", \"first_rise\": %.1f, "
+                "%s\n  {\"name\": \"%s\", \"first_rise\": %.1f, \"quartic_roots\": %s, "
                 "\"gsl\": %s, \"solved\": %.4f, \"found\": %.4f, \"fallbacks\": %.6f}",
-                i ? "," : "", rows[i].name, rows[i].first_rise, figure(gsl, rows[i].gsl, "null"),
+                i ? "," : "", rows[i].name, rows[i].first_rise,
+                figure(quartic, rows[i].quartic, "null"), figure(gsl, rows[i].gsl, "null"),
                 rows[i].solved, rows[i].found, rows[i].fallbacks);
     fprintf(file, "\n]}\n");
     return fclose(file) != 0;
@@ -231,16 +245,16 @@ int main(int argc, char **argv)
 {
     static struct rise_case cases[CASES];
     struct row rows[WORKLOADS];
-    char gsl[16];
-    printf("%-24s %10s %10s %8s %8s %9s\n", "ns per call", "first_rise", "gsl", "solved", "found",
-           "fallback");
+    char quartic[16], gsl[16];
+    printf("%-24s %10s %10s %10s %8s %8s %9s\n", "ns per call", "first_rise", "quartic", "gsl",
+           "solved", "found", "fallback");
     for (int i = 0; i < WORKLOADS; i++) {
         if (!prepare(&workloads[i], cases))
             return 1;
         rows[i] = measure(&workloads[i], cases);
-        printf("%-24s %10.1f %10s %7.1f%% %7.1f%% %8.3f%%\n", rows[i].name, rows[i].first_rise,
-               figure(gsl, rows[i].gsl, "-"), 100.0 * rows[i].solved, 100.0 * rows[i].found,
-               100.0 * rows[i].fallbacks);
+        printf("%-24s %10.1f %10s %10s %7.1f%% %7.1f%% %8.3f%%\n", rows[i].name, rows[i].first_rise,
+               figure(quartic, rows[i].quartic, "-"), figure(gsl, rows[i].gsl, "-"),
+               100.0 * rows[i].solved, 100.0 * rows[i].found, 100.0 * rows[i].fallbacks);
     }
     if (argc == 3 && strcmp(argv[1], "--json") == 0)
         return write_json(argv[2], rows);

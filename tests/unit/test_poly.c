@@ -88,45 +88,113 @@ static const struct known_quartic hard[] = {
      4e-14},
 };
 
-/* The positive real roots, ascending; multiple ones as often as they are */
-static int positive_roots(const double complex root[4], double x[4])
+static double distance_to_nearest(double complex z, const double re[4], const double im[4])
 {
-    int n = 0;
-    for (int k = 0; k < 4; k++) {
-        if (cimag(root[k]) != 0.0 || creal(root[k]) <= 0.0)
-            continue;
-        int i = n++;
-        for (; i > 0 && x[i - 1] > creal(root[k]); i--)
-            x[i] = x[i - 1];
-        x[i] = creal(root[k]);
-    }
-    return n;
+    double nearest = INFINITY;
+    for (int k = 0; k < 4; k++)
+        nearest = fmin(nearest, cabs(z - (re[k] + im[k] * J)));
+    return nearest;
 }
 
-/* First rise of p, or of -p, so that it begins below zero or above */
-static double rise(const double c[5], bool from_below)
-{
-    const double sign = (c[0] < 0.0) == from_below ? 1.0 : -1.0;
-    const double p[5] = {sign * c[0], sign * c[1], sign * c[2], sign * c[3], sign * c[4]};
-    struct mill_poly_counts counts = {.checked = true};
-    const double t = mill_poly_first_rise(p, INFINITY, false, &counts);
-    ck_assert_uint_eq(counts.refuted, 0);
-    ck_assert(isinf(t) || mill_poly_agrees(p, 2.0 * t, false, t));
-    return t;
-}
-
-START_TEST(hard_quartics_rise_at_their_roots_to_the_floor)
+START_TEST(hard_quartics_are_solved_to_the_floor)
 {
     const struct known_quartic *q = &hard[_i];
-    double x[4];
-    const int n = positive_roots(q->root, x);
-    const bool multiple = n > 1 && x[0] == x[1];
-    for (int k = 0; k < 2 && k < n && !multiple; k++)
-        ck_assert_double_le(fabs(rise(q->c, k == 0) - x[k]) / x[k], 10.0 * q->floor + 1e-14);
-    if (n == 0 || multiple) /* touching zero from below is no rise */
-        ck_assert_double_eq(rise(q->c, true), (double)INFINITY);
-    if (multiple)
-        ck_assert_double_le(fabs(rise(q->c, false) - x[0]), 1e-7 * x[0]);
+    double re[4], im[4];
+    mill_poly_quartic_roots(q->c, re, im);
+    for (int k = 0; k < 4; k++)
+        ck_assert_double_le(distance_to_nearest(q->root[k], re, im) / cabs(q->root[k]),
+                            10.0 * q->floor + 1e-14);
+    for (int k = 0; k < 4; k++) { /* and nothing else is returned */
+        double nearest = INFINITY;
+        for (int j = 0; j < 4; j++)
+            nearest = fmin(nearest, cabs(q->root[j] - (re[k] + im[k] * J)));
+        ck_assert_double_le(nearest / hypot(re[k], im[k]), 10.0 * q->floor + 1e-14);
+    }
+}
+END_TEST
+
+START_TEST(conjugate_pairs_are_adjacent)
+{
+    for (size_t i = 0; i < sizeof hard / sizeof hard[0]; i++) {
+        double re[4], im[4];
+        mill_poly_quartic_roots(hard[i].c, re, im);
+        for (int k = 0; k < 4; k += 2)
+            ck_assert(im[k] == -im[k + 1] && (im[k] == 0.0 || re[k] == re[k + 1]));
+    }
+}
+END_TEST
+
+START_TEST(quartic_scales_to_the_ends_of_the_exponent_range)
+{
+    for (int e = -240; e <= 240; e += 10)
+        for (int f = -60; f <= 60; f += 30) { /* 2^f (x - 1)(x - 2)(x - 3)(x + 4), x in 2^e */
+            const double c[5] = {-24, 38, -13, -2, 1}, root[4] = {1, 2, 3, -4};
+            double scaled[5], re[4], im[4], unit = ldexp(1.0, e);
+            for (int k = 0; k < 5; k++)
+                scaled[k] = ldexp(c[k], f - e * k);
+            mill_poly_quartic_roots(scaled, re, im);
+            for (int k = 0; k < 4; k++)
+                ck_assert_double_le(distance_to_nearest(root[k] * unit, re, im), 1e-15 * unit);
+        }
+}
+END_TEST
+
+START_TEST(quartic_with_zero_roots_has_them_exactly)
+{
+    double re[4], im[4];
+    for (int zeros = 1; zeros <= 4; zeros++) { /* x^zeros times a product of (x - 1), (x - 2) ... */
+        const double c[5][5] = {
+            {0}, {0, -6, 11, -6, 1}, {0, 0, 2, -3, 1}, {0, 0, 0, -1, 1}, {0, 0, 0, 0, 1}};
+        int exact = 0;
+        mill_poly_quartic_roots(c[zeros], re, im);
+        for (int k = 0; k < 4; k++)
+            exact += re[k] == 0.0 && im[k] == 0.0;
+        ck_assert_int_eq(exact, zeros);
+        for (int k = 1; k <= 4 - zeros; k++)
+            ck_assert_double_le(distance_to_nearest(k, re, im), 1e-15 * k);
+    }
+}
+END_TEST
+
+/* The resolvent cubic then has a double root, known to half the digits only. */
+START_TEST(two_zero_roots_between_large_ones_leave_these_all_their_digits)
+{
+    gsl_rng *rng = seeded(103);
+    for (int i = 0; i < 1000; i++) {
+        const double c[5] = {0.0, 0.0, log_uniform(rng, 1e-20, 1e20), 0.0,
+                             -log_uniform(rng, 1e-20, 1e20)};
+        const double root = sqrt(-c[2] / c[4]);
+        double re[4], im[4];
+        int zeros = 0;
+        mill_poly_quartic_roots(c, re, im);
+        for (int k = 0; k < 4; k++)
+            zeros += re[k] == 0.0 && im[k] == 0.0;
+        ck_assert_int_eq(zeros, 2);
+        ck_assert_double_le(distance_to_nearest(root, re, im), 1e-15 * root);
+        ck_assert_double_le(distance_to_nearest(-root, re, im), 1e-15 * root);
+    }
+    gsl_rng_free(rng);
+}
+END_TEST
+
+static int exact_zeros(const double c[5])
+{
+    double re[4], im[4];
+    int zeros = 0;
+    mill_poly_quartic_roots(c, re, im);
+    for (int k = 0; k < 4; k++)
+        zeros += re[k] == 0.0 && im[k] == 0.0;
+    return zeros;
+}
+
+START_TEST(a_root_at_zero_is_exact_beside_a_cluster)
+{
+    const double found[5] = {0.0, 0x1.e378p+5, -0x1.d64p+5, 0x1.07p+4, -0x1.ffffffffffffep-1};
+    ck_assert_int_eq(exact_zeros(found), 1);
+    for (double r = 0.0625; r < 4.0; r += 0.0625) { /* x (x - r)^3 but for a bit */
+        const double c[5] = {0.0, -r * r * r, 3.0 * r * r, -3.0 * r, 1.0 + 0x1p-52};
+        ck_assert_int_eq(exact_zeros(c), 1);
+    }
 }
 END_TEST
 
@@ -184,34 +252,75 @@ static double rounding_radius(const double complex root[4], int which)
     return best;
 }
 
-START_TEST(quartics_of_known_roots_rise_there_as_well_as_their_coefficients_allow)
+START_TEST(quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow)
 {
     gsl_rng *rng = seeded(101);
-    int asked = 0;
     for (int i = 0; i < 100000; i++) {
         double complex root[4];
-        double c[5], x[4];
+        double c[5], re[4], im[4];
         random_quartic(rng, root, c);
-        bool certain = true; /* no roots that rounding can make one */
+        mill_poly_quartic_roots(c, re, im);
         for (int k = 0; k < 4; k++)
-            for (int j = 0; j < k; j++)
-                certain = certain && rounding_radius(root, k) + rounding_radius(root, j) <
-                                         0.5 * cabs(root[k] - root[j]);
-        if (!certain)
-            continue;
-        const int n = positive_roots(root, x);
-        const double t = rise(c, true);
-        double allowed = INFINITY;
-        for (int k = 0; k < 4; k++)
-            if (n > 0 && root[k] == x[0])
-                allowed = rounding_radius(root, k);
-        ck_assert_int_eq(isfinite(t), n > 0);
-        if (n > 0 && !(fabs(t - x[0]) <= allowed))
-            ck_abort_msg("case %d: %.17g instead of %.17g", i, t, x[0]);
-        asked++;
+            if (!(distance_to_nearest(root[k], re, im) <= rounding_radius(root, k)))
+                ck_abort_msg("case %d: root %d missed: (%.17g, %.17g)", i, k, creal(root[k]),
+                             cimag(root[k]));
     }
-    ck_assert_int_gt(asked, 30000);
     gsl_rng_free(rng);
+}
+END_TEST
+
+START_TEST(quartic_roots_of_any_finite_input_are_numbers)
+{
+    const double some[7] = {0.0, 1.0, -1.0, 1e-300, -1e-300, 1e300, -1e300};
+    for (int i = 0; i < 7 * 7 * 7 * 7 * 6; i++) {
+        double c[5], re[4], im[4];
+        for (int k = 0, j = i; k < 5; k++, j /= 7)
+            c[k] = some[k < 4 ? j % 7 : j + 1];
+        mill_poly_quartic_roots(c, re, im);
+        for (int k = 0; k < 4; k++)
+            ck_assert(!isnan(re[k]) && !isnan(im[k]));
+    }
+}
+END_TEST
+
+START_TEST(quartic_roots_of_any_magnitude_are_numbers)
+{
+    gsl_rng *rng = gsl_rng_alloc(gsl_rng_mt19937);
+    for (int i = 0; i < 200000; i++) {
+        double c[5], re[4], im[4];
+        for (int k = 0; k < 5; k++)
+            c[k] =
+                k < 4 && gsl_rng_uniform_int(rng, 4) == 0
+                    ? 0.0
+                    : ldexp(gsl_rng_uniform(rng) - 0.5, (int)gsl_rng_uniform_int(rng, 2000) - 1000);
+        mill_poly_quartic_roots(c, re, im);
+        for (int k = 0; k < 4; k++)
+            ck_assert_msg(!isnan(re[k]) && !isnan(im[k]), "%a %a %a %a %a", c[0], c[1], c[2], c[3],
+                          c[4]);
+    }
+    gsl_rng_free(rng);
+}
+END_TEST
+
+/* Small roots 2^-688 and 0 (too small for a number) beside -+2^329: squares that are no numbers
+ * come up on the way. */
+START_TEST(quartic_with_roots_three_hundred_decades_apart_keeps_them)
+{
+    const double c[5] = {-0x1.6868686868686p-919, 0x1.0000000000001p+0, -0x1.aea0652a233p+687, -0.0,
+                         0x1.4414120e4edf5p+28};
+    const double small = -c[1] / c[2], large = sqrt(-c[2] / c[4]);
+    double re[4], im[4];
+    mill_poly_quartic_roots(c, re, im);
+    double lowest = INFINITY, highest = -INFINITY, least = INFINITY;
+    for (int k = 0; k < 4; k++) {
+        ck_assert_double_eq(im[k], 0.0);
+        lowest = fmin(lowest, re[k]);
+        highest = fmax(highest, re[k]);
+        least = fmin(least, fabs(re[k] - small));
+    }
+    ck_assert_double_le(fabs(lowest + large), 1e-15 * large);
+    ck_assert_double_le(fabs(highest - large), 1e-15 * large);
+    ck_assert_double_le(least, 1e-15 * small);
 }
 END_TEST
 
@@ -333,8 +442,16 @@ int main(void)
         {double_root_counts_once, 1},
         {quadratic_without_square_term_is_linear, 1},
         {quadratic_survives_the_ends_of_the_exponent_range, 1},
-        {hard_quartics_rise_at_their_roots_to_the_floor, sizeof hard / sizeof hard[0]},
-        {quartics_of_known_roots_rise_there_as_well_as_their_coefficients_allow, 1},
+        {hard_quartics_are_solved_to_the_floor, sizeof hard / sizeof hard[0]},
+        {conjugate_pairs_are_adjacent, 1},
+        {quartic_scales_to_the_ends_of_the_exponent_range, 1},
+        {quartic_with_zero_roots_has_them_exactly, 1},
+        {two_zero_roots_between_large_ones_leave_these_all_their_digits, 1},
+        {a_root_at_zero_is_exact_beside_a_cluster, 1},
+        {quartics_from_known_roots_are_solved_as_well_as_their_coefficients_allow, 1},
+        {quartic_roots_of_any_finite_input_are_numbers, 1},
+        {quartic_roots_of_any_magnitude_are_numbers, 1},
+        {quartic_with_roots_three_hundred_decades_apart_keeps_them, 1},
         {sturm_counts_distinct_roots_open_at_lo_and_closed_at_hi, 1},
         {sturm_counts_agree_with_known_roots_over_all_magnitudes, 1},
         {sturm_counts_roots_over_a_hundred_decades, 1},
