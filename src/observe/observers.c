@@ -3,11 +3,15 @@
 
 #include "observe/tally.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
+
 /* In the order in which the loop calls them */
-static const struct mill_observer_type *const types[MILL_OBSERVERS] = {
-    &mill_tally_type, &mill_frames_type, &mill_series_type, &mill_impactlog_type};
+static const struct mill_observer_type *const types[] = {&mill_tally_type, &mill_frames_type,
+                                                         &mill_series_type, &mill_impactlog_type};
+static const int all = sizeof types / sizeof types[0];
 
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,
                                          const struct mill_observe *asked,
@@ -36,8 +40,9 @@ enum mill_status mill_observers_create(const struct mill_observe *asked,
                                        const struct mill_world *world,
                                        struct mill_observers *observers, struct mill_error *error)
 {
+    assert(all <= MILL_OBSERVERS);
     *observers = (struct mill_observers){0};
-    for (int k = 0; k < MILL_OBSERVERS; k++) {
+    for (int k = 0; k < all; k++) {
         if (types[k]->wanted && !types[k]->wanted(asked))
             continue;
         struct mill_observer *one = mill_observers_one(types[k], asked, world, error);

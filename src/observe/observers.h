@@ -7,17 +7,7 @@
 #include "observe/observe.h"
 #include "observe/sink.h"
 
-/* The ball states at output.frames, in H5MD 1.1: /h5md and /particles/trajectory; without frames
- * only what does not change (id, species, mass, diameter). A finished run gets /VTKHDF, too. */
-extern const struct mill_observer_type mill_frames_type;
-
-/* Time series at output.series: energies, rotor, losses and counts, under /observables. */
-extern const struct mill_observer_type mill_series_type;
-
-/* Every impact, one row each, one dataset a column, under /impacts: for output.impacts = all. */
-extern const struct mill_observer_type mill_impactlog_type;
-
-enum { MILL_OBSERVERS = 4 }; /* at most: all there are */
+enum { MILL_OBSERVERS = 8 }; /* at most */
 
 /* One of the type. NULL: out of memory. Owner: the caller. */
 struct mill_observer *mill_observers_one(const struct mill_observer_type *type,

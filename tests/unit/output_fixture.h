@@ -28,6 +28,8 @@ struct fixture {
     struct mill_species species[2];
 };
 
+extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
+
 static inline void fixture_init(struct fixture *f)
 {
     int i;
