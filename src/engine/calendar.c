@@ -51,8 +51,6 @@ static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
     return (struct mill_event *)((char *)c->event + (size_t)item * c->stride);
 }
 
-/* ---- today ---- */
-
 /* Whole numbers in the order of the times: the bits of a double, those of negative ones turned
  * round; 0.0 makes one of the two zeros. */
 static struct entry entry_of(const struct mill_calendar *c, int32_t item)
@@ -76,15 +74,14 @@ static void put(struct mill_calendar *c, int32_t at, struct entry e)
     event_of(c, e.item)->next = at;
 }
 
-/* The entry at `at` is this one now: it moves to where it belongs. */
-static void place(struct mill_calendar *c, int32_t at, struct entry e)
+/* The entry at `at` is this one now: in a heap it moves to where it belongs. */
+static inline void place(struct mill_calendar *c, int32_t at, struct entry e)
 {
     while (c->heaped && at > 0 && before(e, c->entry[(at - 1) / 2])) {
         put(c, at, c->entry[(at - 1) / 2]);
         at = (at - 1) / 2;
     }
-    while (c->heaped && 2 * at + 1 < c->count) {
-        int32_t child = 2 * at + 1;
+    for (int32_t child = 2 * at + 1; c->heaped && child < c->count; child = 2 * at + 1) {
         if (child + 1 < c->count && before(c->entry[child + 1], c->entry[child]))
             child++;
         if (!before(c->entry[child], e))
@@ -120,8 +117,6 @@ static int32_t first_of_today(const struct mill_calendar *c)
     }
     return first.item;
 }
-
-/* ---- the lists ---- */
 
 static double day_of(const struct mill_calendar *c, double t)
 {

@@ -94,13 +94,15 @@ typedef int64_t flags4 __attribute__((vector_size(32)));
 /* Columns of the four half records that lie `from` doubles into each */
 #define COLUMNS4(from, a, b, c, d)                                                                 \
     do {                                                                                           \
-        lanes4 p[4];                                                                               \
-        for (int32_t m = 0; m < 4; m++)                                                            \
-            LOAD(p[m], base + near[k + m] + (from));                                               \
-        const lanes4 pq0 = PICK(flags4, p[0], p[1], 0, 4, 2, 6),                                   \
-                     pq1 = PICK(flags4, p[0], p[1], 1, 5, 3, 7);                                   \
-        const lanes4 rs0 = PICK(flags4, p[2], p[3], 0, 4, 2, 6),                                   \
-                     rs1 = PICK(flags4, p[2], p[3], 1, 5, 3, 7);                                   \
+        lanes4 p0, p1, p2, p3;                                                                     \
+        LOAD(p0, base + near[k] + (from));                                                         \
+        LOAD(p1, base + near[k + 1] + (from));                                                     \
+        LOAD(p2, base + near[k + 2] + (from));                                                     \
+        LOAD(p3, base + near[k + 3] + (from));                                                     \
+        const lanes4 pq0 = PICK(flags4, p0, p1, 0, 4, 2, 6),                                       \
+                     pq1 = PICK(flags4, p0, p1, 1, 5, 3, 7);                                       \
+        const lanes4 rs0 = PICK(flags4, p2, p3, 0, 4, 2, 6),                                       \
+                     rs1 = PICK(flags4, p2, p3, 1, 5, 3, 7);                                       \
         a = PICK(flags4, pq0, rs0, 0, 1, 4, 5);                                                    \
         b = PICK(flags4, pq1, rs1, 0, 1, 4, 5);                                                    \
         c = PICK(flags4, pq0, rs0, 2, 3, 6, 7);                                                    \

@@ -31,8 +31,9 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
         LANES_T x, y, z, vx, vy, vz, t, rest;
         TRANSPOSE();
         (void)rest;
-        for (int32_t m = 0; mixture && m < LANES; m++)
-            s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
+        if (mixture)
+            for (int32_t m = 0; m < LANES; m++)
+                s[m] = mine + radius[pairs->ball[near[k + m] / RECORD].species];
         const LANES_T dt = t_now - t;
         const LANES_T half = SPLAT(0.5) * dt * dt;
         const LANES_T dx = x + vx * dt + gx * half - mx;
