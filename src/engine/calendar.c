@@ -312,10 +312,15 @@ static bool adapt(struct mill_calendar *c, double days_passed)
     return true;
 }
 
-/* Begins the year of the earliest event that lies beyond this one. */
+/* Begins the next year, or the one of the earliest event when nothing happens until then: to look
+ * for it every year would cost a walk through all that lies beyond. */
 static void next_year(struct mill_calendar *c)
 {
     double first = HUGE_VAL;
+    begin_year(c, c->year_start + (double)c->days * c->width);
+    refile(c, c->days);
+    if (c->count > 0 || c->in_year > 0)
+        return;
     for (int32_t i = c->head[c->days]; i >= 0; i = event_of(c, i)->next)
         first = event_of(c, i)->t < first ? event_of(c, i)->t : first;
     begin_year(c, first);

@@ -130,11 +130,13 @@ mill_cells_copy(const struct mill_cells *c, enum mill_cells_form form, int32_t r
     int64_t n = 0; /* of the width of addresses: the next store waits for it */
     for (int32_t k = 0; k < count; k++) {
         const int64_t first = at + offset[k];
+        const uint16_t *brief = (const uint16_t *)c->bucket + first;
+        const uint32_t *word = (const uint32_t *)c->bucket + first;
         const int32_t held = mill_cells_row_held(c, form, row, first);
-        for (int32_t m = 0; m < whole; m++)
-            out[n + m] = (int32_t)(mill_cells_word(c, form, first + m) & mask) * scale;
+        for (int32_t m = 0; m < whole; m++) /* through plain pointers: in one vector */
+            out[n + m] = (int32_t)((form == MILL_CELLS_SHORT ? brief[m] : word[m]) & mask) * scale;
         for (int32_t m = whole; row > whole && m < held; m++)
-            out[n + m] = (int32_t)(mill_cells_word(c, form, first + m) & mask) * scale;
+            out[n + m] = (int32_t)((form == MILL_CELLS_SHORT ? brief[m] : word[m]) & mask) * scale;
         n += held;
     }
     return (int32_t)n;

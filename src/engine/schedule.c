@@ -107,9 +107,9 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     p->radius = malloc(sizeof *p->radius * (size_t)w->species_count);
     p->plan = mill_memory_get(n, sizeof *p->plan);
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
-    p->scratch = mill_memory_get(n, 3 * sizeof(double) + 2 * sizeof(int32_t));
-    if (!p->lately || !p->radius || !p->calendar || !p->scratch)
-        return false;
+    if (!p->lately || !p->radius || !p->calendar ||
+        posix_memalign(&p->scratch, 64, n * (3 * sizeof(double) + 2 * sizeof(int32_t))) != 0)
+        return false; /* of the scratch few pages are ever touched */
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
         widest = fmax(widest, p->radius[k]);
