@@ -119,46 +119,44 @@ static inline int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
 /* Moves a ball through a face of its cell. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
-/* Whole rows at a time whatever the count: no branch to mispredict. To be inlined, for a form and
- * a length of the rows that the compiler knows. */
+/* Through plain pointers with nothing to choose: so each row is copied in one vector (measured). */
+#define MILL_CELLS_COPY(type, words, count_of, mask)                                               \
+    for (int32_t k = 0; k < count; k++) {                                                          \
+        const type *b = (const type *)cells->bucket + at + offset[k];                              \
+        const int32_t held = (int32_t)(count_of);                                                  \
+        for (int32_t m = 0; m < (words); m++)                                                      \
+            out[n + m] = (int32_t)(b[m] & (mask)) * scale;                                         \
+        for (int32_t m = (words); m < held; m++)                                                   \
+            out[n + m] = (int32_t)(b[m] & (mask)) * scale;                                         \
+        n += held;                                                                                 \
+    }
+
+/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each times `scale`,
+ * and returns how many. `out` must have room for all plus MILL_CELL_ROW. Whole rows at a time
+ * whatever the count: no branch to mispredict. */
 static inline __attribute__((always_inline)) int32_t
-mill_cells_copy(const struct mill_cells *c, enum mill_cells_form form, int32_t row, int64_t at,
-                const int64_t *restrict offset, int32_t count, int32_t scale, int32_t *restrict out)
+mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *restrict offset,
+                  int32_t count, int32_t scale, int32_t *restrict out)
 {
-    const int32_t whole = form == MILL_CELLS_PACKED ? MILL_CELLS_PACK : MILL_CELL_ROW;
-    const uint32_t mask = form == MILL_CELLS_PACKED ? MILL_CELLS_BALL : UINT32_MAX;
+    const int32_t row = cells->row;
+    const int64_t at = (int64_t)cell * row;
     int64_t n = 0; /* of the width of addresses: the next store waits for it */
-    for (int32_t k = 0; k < count; k++) {
-        const int64_t first = at + offset[k];
-        const uint16_t *brief = (const uint16_t *)c->bucket + first;
-        const uint32_t *word = (const uint32_t *)c->bucket + first;
-        const int32_t held = mill_cells_row_held(c, form, row, first);
-        for (int32_t m = 0; m < whole; m++) /* through plain pointers: in one vector */
-            out[n + m] = (int32_t)((form == MILL_CELLS_SHORT ? brief[m] : word[m]) & mask) * scale;
-        for (int32_t m = whole; row > whole && m < held; m++)
-            out[n + m] = (int32_t)((form == MILL_CELLS_SHORT ? brief[m] : word[m]) & mask) * scale;
-        n += held;
+    if (cells->form == MILL_CELLS_PACKED) {
+        MILL_CELLS_COPY(uint32_t, MILL_CELLS_PACK, b[0] >> MILL_CELLS_BITS, MILL_CELLS_BALL)
+    } else if (cells->form == MILL_CELLS_WIDE) {
+        MILL_CELLS_COPY(uint32_t, MILL_CELL_ROW, b[row - 1], UINT32_MAX)
+    } else if (row > MILL_CELL_ROW) {
+        MILL_CELLS_COPY(uint16_t, MILL_CELL_ROW, b[row - 1], UINT16_MAX)
+    } else { /* the most frequent one: no row is longer */
+        for (int32_t k = 0; k < count; k++) {
+            const uint16_t *b = (const uint16_t *)cells->bucket + at + offset[k];
+            for (int32_t m = 0; m < MILL_CELL_ROW; m++)
+                out[n + m] = b[m] * scale;
+            n += b[MILL_CELL_ROW - 1];
+        }
     }
     return (int32_t)n;
 }
-
-/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each times `scale`,
- * and returns how many. `out` must have room for all plus MILL_CELL_ROW. */
-static inline __attribute__((always_inline)) int32_t
-mill_cells_gather(const struct mill_cells *c, int32_t cell, const int64_t *restrict offset,
-                  int32_t count, int32_t scale, int32_t *restrict out)
-{
-    const int32_t row = c->row;
-    const int64_t at = (int64_t)cell * row;
-    if (c->form == MILL_CELLS_PACKED)
-        return mill_cells_copy(c, MILL_CELLS_PACKED, MILL_CELLS_PACK, at, offset, count, scale,
-                               out);
-    if (c->form == MILL_CELLS_WIDE)
-        return mill_cells_copy(c, MILL_CELLS_WIDE, row, at, offset, count, scale, out);
-    if (row > MILL_CELL_ROW)
-        return mill_cells_copy(c, MILL_CELLS_SHORT, row, at, offset, count, scale, out);
-    /* the most frequent one: no row is longer */
-    return mill_cells_copy(c, MILL_CELLS_SHORT, MILL_CELL_ROW, at, offset, count, scale, out);
-}
+#undef MILL_CELLS_COPY
 
 #endif
