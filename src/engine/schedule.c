@@ -171,12 +171,14 @@ void mill_schedule_free(struct mill_schedule *p)
     free(p);
 }
 
-/* Looks into `count` cells and improves the plan's pair contact. */
+/* Looks into `count` cells and improves the plan's pair contact. The cell's surfaces, which are
+ * searched next, come into the cache meanwhile. */
 static void scan(struct mill_schedule *p, int32_t i, double now, const int64_t *offset,
                  int32_t count)
 {
     struct mill_plan *plan = &p->plan[i];
     struct mill_pair found = {plan->pair_t - now, MILL_NOBODY};
+    __builtin_prefetch(&p->surface[p->surface_start[p->cells.cell[i]]]);
     p->world->counts.pair_tests += (uint64_t)p->search(&p->pairs, i, now, offset, count, &found);
     if (found.partner != MILL_NOBODY) {
         plan->pair_t = now + found.dt;
