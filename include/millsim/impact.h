@@ -13,7 +13,7 @@ struct mill_law {
     double tangential;  /* beta0 of a sticking contact, -1..1 */
 };
 
-struct mill_blow {
+struct mill_rebound {
     vec3 impulse;              /* [N s] taken from body 1, given to body 2 */
     double normal_speed;       /* [m/s] approach speed just before, >= 0 */
     double tangential_speed;   /* [m/s] slip of the surfaces just before */
@@ -26,7 +26,7 @@ struct mill_blow {
  * relative to body 2's at the contact [m/s], spins included. reduced_mass: m1 m2/(m1 + m2), or m of
  * the ball at a wall [kg]. rebound_floor [m/s]: least normal speed afterwards. Both bodies are
  * uniform spheres or immovable. smooth: leave out the tangential part (mu = 0). */
-struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,
-                                     double reduced_mass, vec3 n, vec3 slip);
+struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
+                                        double reduced_mass, vec3 n, vec3 slip);
 
 #endif

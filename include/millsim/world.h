@@ -1,4 +1,4 @@
-/* The state of the mill between two events, and its books. The loop owns it; observers get it
+/* The state of the mill between two events, and its account. The loop owns it; observers get it
  * const. */
 #ifndef MILLSIM_WORLD_H
 #define MILLSIM_WORLD_H

@@ -318,10 +318,10 @@ static bool unsteady(const struct mill_world *world, const struct mill_tally_res
            fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
 }
 
-/* What should a reader of the summary be warned of? Rules with stated bounds, from the books alone.
- * A pinch relieved: the 30 000 contacts before it are in the statistics. Restitution of 0.6 or less
- * together with friction, or three tenths of the ball-ball contacts at the rebound floor: the
- * charge collapses inelastically and the floor shapes the result. */
+/* What should a reader of the summary be warned of? Rules with stated bounds, from the account
+ * alone. A pinch relieved: the 30 000 contacts before it are in the statistics. Restitution of 0.6
+ * or less together with friction, or three tenths of the ball-ball contacts at the rebound floor:
+ * the charge collapses inelastically and the floor shapes the result. */
 static void take_notes(struct mill_summary *s)
 {
     const struct mill_world *world = s->world;

@@ -6,33 +6,33 @@
 
 #include <assert.h>
 
-struct mill_blow mill_impact_resolve(const struct mill_law *law, double rebound_floor,
-                                     double reduced_mass, vec3 n, vec3 slip)
+struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
+                                        double reduced_mass, vec3 n, vec3 slip)
 {
     assert(reduced_mass > 0.0 && rebound_floor >= 0.0 && fabs(vec3_dot(n, n) - 1.0) < 1e-9);
-    struct mill_blow blow;
+    struct mill_rebound rebound;
     const double closing = vec3_dot(slip, n); /* rounding may make it negative at a due contact */
     const double g_n = mill_greatest(closing, 0.0);
     const vec3 g_t = vec3_axpy(slip, -closing, n);
     const double s_t = vec3_norm(g_t);
 
-    blow.floored = law->restitution * g_n < rebound_floor;
-    const double rebound = blow.floored ? rebound_floor : law->restitution * g_n;
-    const double j_n = reduced_mass * (g_n + rebound);
-    blow.impulse = vec3_scale(n, j_n);
-    blow.normal_speed = g_n;
-    blow.tangential_speed = s_t;
+    rebound.floored = law->restitution * g_n < rebound_floor;
+    const double leaving = rebound.floored ? rebound_floor : law->restitution * g_n;
+    const double j_n = reduced_mass * (g_n + leaving);
+    rebound.impulse = vec3_scale(n, j_n);
+    rebound.normal_speed = g_n;
+    rebound.tangential_speed = s_t;
     /* loss = impulse . (slip before + slip after) / 2, exact for any impulse and any slip */
-    blow.dissipation_normal = 0.5 * j_n * (g_n - rebound) + j_n * (closing - g_n);
-    blow.dissipation = blow.dissipation_normal;
+    rebound.dissipation_normal = 0.5 * j_n * (g_n - leaving) + j_n * (closing - g_n);
+    rebound.dissipation = rebound.dissipation_normal;
 
     if (law->friction > 0.0 && s_t > 0.0) {
         /* uniform spheres: the tangential reduced mass is 2/7 of the normal one */
         const double sticking = (2.0 / 7.0) * reduced_mass * (1.0 + law->tangential) * s_t;
         const double j_t = mill_least(sticking, law->friction * j_n);
         const double after = s_t - 3.5 * j_t / reduced_mass;
-        blow.impulse = vec3_axpy(blow.impulse, j_t / s_t, g_t);
-        blow.dissipation += 0.5 * j_t * (s_t + after);
+        rebound.impulse = vec3_axpy(rebound.impulse, j_t / s_t, g_t);
+        rebound.dissipation += 0.5 * j_t * (s_t + after);
     }
-    return blow;
+    return rebound;
 }

@@ -14,10 +14,10 @@
 #include <unistd.h>
 
 /* The struct that the block's keys count from, in this section of its own */
-static void *home_of(const struct mill_deck *deck, const struct mill_deck_block *block,
-                     const struct mill_deck_section *section)
+static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
+                       const struct mill_deck_section *section)
 {
-    return block->named ? section->form : (char *)deck + block->home;
+    return block->named ? section->form : (char *)deck + block->values;
 }
 
 /* Do the keys of the block stand in other sections of this deck, those with a NAME? */
@@ -34,8 +34,8 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     const struct mill_deck_entry *entry = mill_deck_entry(section, key->name);
     const struct mill_deck_entry *other =
         key->instead ? mill_deck_entry(section, key->instead) : NULL;
-    void *home = home_of(deck, block, section);
-    const bool elsewhere = is_elsewhere(deck, block), hidden = key->needs && key->hidden(home);
+    void *values = values_of(deck, block, section);
+    const bool elsewhere = is_elsewhere(deck, block), hidden = key->needs && key->hidden(values);
     const char *wrong = NULL;
     struct mill_error why;
     char wanted[120];
@@ -54,7 +54,7 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
                                key->meaning, wanted);
     } else if (entry && entry->quoted && key->type != MILL_KEY_FILE) {
         wrong = "only file names are put in double quotes";
-    } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, home,
+    } else if (!mill_deck_value_read(deck->units, key, entry ? entry->value : key->preset, values,
                                      &why)) {
         wrong = why.text;
     }
@@ -71,7 +71,7 @@ static enum mill_status fill_section(struct mill_deck *deck, const struct mill_d
         if (!section->form)
             return mill_error_set(error, MILL_FAILED, "out of memory");
         if (block->inherits)
-            memcpy(section->form, (char *)deck + block->home, block->size);
+            memcpy(section->form, (char *)deck + block->values, block->size);
     }
     for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
         status = fill_key(deck, block, key, section, error);
@@ -230,14 +230,14 @@ void mill_deck_each(const struct mill_deck *deck,
     for (int i = 0; mill_deck_table_block(i, &block); i++) {
         const struct mill_deck_section *s = NULL;
         while (!is_elsewhere(deck, &block) && (s = mill_deck_next(deck, &block, s))) {
-            const void *home = home_of(deck, &block, s);
+            const void *values = values_of(deck, &block, s);
             for (const struct mill_key *key = block.key; key->name; key++) {
-                const void *value_at = (const char *)home + key->offset;
+                const void *value_at = (const char *)values + key->offset;
                 /* Is it off, said by another key, or yet to be found? */
-                if ((key->hidden && key->hidden(home)) ||
+                if ((key->hidden && key->hidden(values)) ||
                     (key->zero_is_off && *(const double *)value_at == 0.0))
                     continue;
-                mill_deck_value_print(key, home, value, sizeof value);
+                mill_deck_value_print(key, values, value, sizeof value);
                 entry(self, s->title, key->name, value, key->meaning);
             }
         }

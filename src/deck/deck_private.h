@@ -17,8 +17,8 @@ struct mill_deck_block {
     bool named;        /* every such section has a struct of its own, of `size` bytes */
     bool optional;     /* no section, no values; else all have their defaults then */
     bool unless_named; /* where there are [TITLE.NAME], the keys stand in these alone */
-    bool inherits;     /* a named section's struct begins as a copy of that at `home` */
-    size_t home;       /* in struct mill_deck: the struct that the keys' offsets count from */
+    bool inherits;     /* a named section's struct begins as a copy of that at `values` */
+    size_t values;     /* in struct mill_deck: the struct that the keys' offsets count from */
     size_t size;
     const struct mill_key *key;          /* the last one has no name */
     const struct mill_shape_type *shape; /* of sections that name a shape, else NULL */

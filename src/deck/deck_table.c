@@ -163,22 +163,22 @@ static const struct mill_key output_key[] = {
     {NULL},
 };
 
-#define HOME(member) .home = offsetof(struct mill_deck, member)
+#define VALUES(member) .values = offsetof(struct mill_deck, member)
 static const struct mill_deck_block blocks[] = {
     {"run", .key = run_key},
     {"gravity", .key = gravity_key},
-    {"balls", .key = ball_key, HOME(alike), .unless_named = true},
+    {"balls", .key = ball_key, VALUES(alike), .unless_named = true},
     {"balls", .key = start_key},
     {"balls", .named = true, .key = ball_key, .size = sizeof(struct mill_deck_balls)},
     {"drum", .key = drum_key},
     {"rotor", .optional = true, .key = rotor_key},
-    {"blades", .optional = true, .key = blades_key, HOME(blades)},
-    {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, HOME(blades.form)},
-    {"blades", .optional = true, .key = spread_key, HOME(blades)},
+    {"blades", .optional = true, .key = blades_key, VALUES(blades)},
+    {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, VALUES(blades.form)},
+    {"blades", .optional = true, .key = spread_key, VALUES(blades)},
     /* here come those of the shapes */
-    {"contact", .key = law_key, HOME(general)},
+    {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
-    {"contact", .named = true, .inherits = true, .key = law_key, HOME(general),
+    {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general),
      .size = sizeof(struct mill_law)},
     {"output", .key = output_key},
 };

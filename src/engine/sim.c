@@ -14,7 +14,7 @@
 /* Pinch relief: more than so many contacts of one ball within a time [s], so many with blades */
 #define PINCH_TIME 1e-5
 #define PINCH_CONTACTS 30000
-#define PINCH_BLOWS 20
+#define PINCH_BLADES 20
 #define STILL                                                                                      \
     100000          /* events within a nanosecond, and no pinch: from here on contacts are smooth */
 #define LARGE 20000 /* balls: from so many on foresight costs less than it saves */
@@ -158,9 +158,9 @@ static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, b
     b->contacts++;
 }
 
-/* Balls i and, unless it is MILL_NOBODY, j get their impulses; n: from i into what it meets. Adds
- * what is known now to the impact, of which kind, ball, partner and position are told, and books
- * it. */
+/* Balls i and, unless it is MILL_NOBODY, j get their impulses; n: from i into what it meets. The
+ * impact, of which kind, ball, partner and position are given, is completed and added to the
+ * account. */
 static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_mass, vec3 n,
                     vec3 slip, struct mill_impact *impact)
 {
@@ -175,29 +175,29 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
         law.friction = 0.0;
         w->counts.smoothed++;
     }
-    const struct mill_blow blow =
+    const struct mill_rebound rebound =
         mill_impact_resolve(&law, w->rebound_floor, reduced_mass, n, slip);
     const bool smooth = law.friction == 0.0;
     impact->time = w->base + sim->now;
     impact->normal = vec3_scale(n, -1.0);
-    impact->impulse = vec3_scale(blow.impulse, -1.0);
+    impact->impulse = vec3_scale(rebound.impulse, -1.0);
     impact->slip = vec3_axpy(slip, -vec3_dot(slip, n), n);
-    impact->normal_speed = blow.normal_speed;
-    impact->tangential_speed = blow.tangential_speed;
-    impact->dissipation = blow.dissipation;
-    impact->dissipation_normal = blow.dissipation_normal;
+    impact->normal_speed = rebound.normal_speed;
+    impact->tangential_speed = rebound.tangential_speed;
+    impact->dissipation = rebound.dissipation;
+    impact->dissipation_normal = rebound.dissipation_normal;
     kick(w, i, n, impact->impulse, smooth);
     if (j != MILL_NOBODY)
-        kick(w, j, impact->normal, blow.impulse, smooth);
+        kick(w, j, impact->normal, rebound.impulse, smooth);
     w->counts.not_closing += vec3_dot(slip, n) < 0.0;
     a->collisions[kind]++;
-    a->floored[kind] += blow.floored;
+    a->floored[kind] += rebound.floored;
     for (int k = 0; k < MILL_WORLD_FAST; k++)
-        a->fast[kind][k] += blow.normal_speed >= mill_world_fast[k];
-    a->dissipation[kind] += blow.dissipation;
-    a->dissipation_normal[kind] += blow.dissipation_normal;
-    a->dissipation_gross += fabs(blow.dissipation);
-    a->incident += 0.5 * reduced_mass * blow.normal_speed * blow.normal_speed;
+        a->fast[kind][k] += rebound.normal_speed >= mill_world_fast[k];
+    a->dissipation[kind] += rebound.dissipation;
+    a->dissipation_normal[kind] += rebound.dissipation_normal;
+    a->dissipation_gross += fabs(rebound.dissipation);
+    a->incident += 0.5 * reduced_mass * rebound.normal_speed * rebound.normal_speed;
 }
 
 static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
@@ -230,12 +230,12 @@ static void relieve_pinch(struct mill_sim *sim, int32_t i)
 {
     struct mill_pinch *p = &sim->pinch[i];
     const uint32_t contacts = sim->world->ball[i].contacts;
-    if (p->blows == 0 || sim->now - p->since > PINCH_TIME)
+    if (p->blade_contacts == 0 || sim->now - p->since > PINCH_TIME)
         *p = (struct mill_pinch){sim->now, contacts, 0};
-    if (++p->blows > PINCH_BLOWS && contacts - p->contacts > PINCH_CONTACTS) {
+    if (++p->blade_contacts > PINCH_BLADES && contacts - p->contacts > PINCH_CONTACTS) {
         sim->schedule->plan[i].let_go = true;
         sim->world->counts.reliefs++;
-        p->blows = 0;
+        p->blade_contacts = 0;
     }
 }
 

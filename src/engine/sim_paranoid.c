@@ -2,7 +2,7 @@
  * the two balls' courses and plans alone, and those change only at events of one of them; so
  * checking each ball of each event against all others keeps "no contact comes before the next event
  * of either" true of all pairs at all times. The calendar is compared with a linear scan, the place
- * of a ball with its cell's box, the books with the energies; contacts without cells, lists or
+ * of a ball with its cell's box, the account with the energies; contacts without cells, lists or
  * windows: a pair of balls by the gap at the point of closest approach of their straight relative
  * course, or at the next event of either; a surface twice, by its own search in a wide window, and
  * by its gap alone, sampled so closely that it cannot have closed between (the gap changes no

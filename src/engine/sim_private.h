@@ -9,9 +9,9 @@
 #define MILL_SIM_EPOCH 0.0625
 
 struct mill_pinch {
-    double since;      /* [s] local */
-    uint32_t contacts; /* the ball's count then */
-    uint32_t blows;    /* of blades since */
+    double since;            /* [s] local */
+    uint32_t contacts;       /* the ball's count then */
+    uint32_t blade_contacts; /* since */
 };
 
 struct mill_watch {

@@ -1,4 +1,4 @@
-/* The state of the mill, asked for positions, energies and the balance of its books. */
+/* The state of the mill, asked for positions, energies and the balance of its account. */
 #include "millsim/world.h"
 
 #include "geometry/shapes.h"

@@ -54,14 +54,14 @@ bool mill_precision_init(struct mill_precision *p, double origin, double rotor_s
                          const struct mill_spectrum_grid *grid)
 {
     *p = (struct mill_precision){.origin = origin, .at = plan(rotor_speed), .grid = grid};
-    p->books = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->books);
+    p->accounts = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->accounts);
     p->counts = calloc(MILL_PRECISION_BATCHES, sizeof *p->counts);
-    return p->books && p->counts;
+    return p->accounts && p->counts;
 }
 
 void mill_precision_free(struct mill_precision *p)
 {
-    free(p->books);
+    free(p->accounts);
     free(p->counts);
 }
 
@@ -76,7 +76,7 @@ void mill_precision_close(struct mill_precision *p, const uint64_t *count,
 {
     for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
         p->counts[p->at.batches][i] = count_of(count[i]);
-    p->books[++p->at.batches] = *account;
+    p->accounts[++p->at.batches] = *account;
 }
 
 uint64_t mill_precision_join(struct mill_precision *p)
@@ -91,9 +91,9 @@ uint64_t mill_precision_join(struct mill_precision *p)
                 sum += p->counts[many * k + m][i];
             p->counts[k][i] = count_of(sum);
         }
-        p->books[k] = p->books[many * k];
+        p->accounts[k] = p->accounts[many * k];
     }
-    p->books[joined] = p->books[p->at.batches];
+    p->accounts[joined] = p->accounts[p->at.batches];
     p->at.batches = joined;
     p->at.batch *= (double)many;
     p->at.period = p->at.period > 1 ? p->at.period / many : p->at.period;
@@ -230,7 +230,7 @@ static double density(const uint64_t sum[], const struct place *place)
 
 static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 {
-    return p->books[to].rotor_work - p->books[from].rotor_work;
+    return p->accounts[to].rotor_work - p->accounts[from].rotor_work;
 }
 
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
@@ -257,7 +257,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
     uint64_t sum[MILL_PRECISION_SLOTS] = {0};
     const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
-    const struct mill_account *now = &p->books[p->at.batches];
+    const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false, false};
     known.idle = now->rotor_work_gross <= rounding * now->incident;
     known.enough = n >= MILL_PRECISION_FEWEST && (known.idle || n >= 3 * p->at.period);

@@ -1,5 +1,5 @@
 /* How well are the median normal speed above 0.05 m/s and the rotor's power known by now, and from
- * when on is the mill steady? The time is cut into batches, whose books and speeds are kept. */
+ * when on is the mill steady? The time is cut into batches, whose accounts and speeds are kept. */
 #ifndef MILL_PRECISION_H
 #define MILL_PRECISION_H
 
@@ -27,7 +27,8 @@ struct mill_precision {
     double origin; /* [s] simulated time at which batch 0 begins */
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
-    struct mill_account *books; /* [batches + 1] at the begin of each batch, and at the last end */
+    struct mill_account
+        *accounts; /* [batches + 1] at the begin of each batch, and at the last end */
     uint32_t (*counts)[MILL_PRECISION_SLOTS]; /* [batches] impacts by normal speed */
 };
 
@@ -57,7 +58,7 @@ static inline double mill_precision_next(const struct mill_precision *precision)
 }
 
 /* A batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There must be room for it;
- * the books of the first batch's begin are books[0]. */
+ * the accounts of the first batch's begin are accounts[0]. */
 void mill_precision_close(struct mill_precision *precision, const uint64_t *count,
                           const struct mill_account *account);
 

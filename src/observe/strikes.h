@@ -14,7 +14,7 @@ struct mill_strike {
     double time;    /* [s] of the pair's last contact; -INFINITY: the entry was never used */
     int16_t normal; /* the owner's: slot of the first contact's normal speed, < 0: do not count */
     int16_t tangential; /* the owner's: slot of its tangential speed */
-    int32_t stretch;    /* the owner's: when it began */
+    int32_t portion;    /* the owner's: when it began */
 };
 
 /* Hash table of the pairs in contact of late */

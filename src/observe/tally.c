@@ -34,14 +34,14 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     if (!strike)
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
     if (fresh) {
-        strike->stretch = (int32_t)tally->gathered.last;
+        strike->portion = (int32_t)tally->gathered.last;
         strike->normal = tally->at.open ? (int16_t)normal : -1;
         strike->tangential = (int16_t)tangential;
         if (tally->at.open)
             count(speeds, impact, normal, tangential);
     } else if (strike->normal >= 0) {
-        if (strike->stretch != tally->gathered.last)
-            speeds = &mill_tally_window_strikes(tally, strike->stretch)[impact->kind];
+        if (strike->portion != tally->gathered.last)
+            speeds = &mill_tally_window_strikes(tally, strike->portion)[impact->kind];
         const int fast = strike->normal >= MILL_SPECTRUM_FAST;
         speeds->normal.slot[strike->normal].dissipation += impact->dissipation;
         speeds->tangential[fast].slot[strike->tangential].dissipation += impact->dissipation;
@@ -91,7 +91,8 @@ static double next_batch(const struct mill_tally *tally)
                                              : (double)INFINITY;
 }
 
-/* A run that may end before its time has the last tenth of its window from the batches' books. */
+/* A run that may end before its time has the last tenth of its window from the batches' accounts.
+ */
 static double late(const struct mill_tally *tally)
 {
     return tally->tick > 0 ? tally->end : tally->begin + 0.9 * (tally->end - tally->begin);
@@ -118,7 +119,7 @@ static void open_window(struct mill_tally *tally, const struct mill_account *acc
     tally->at.at_begin = *account;
     note_block(tally, account);
     if (tally->tick > 0)
-        tally->batches.books[0] = *account;
+        tally->batches.accounts[0] = *account;
 }
 
 static enum mill_status on_sample(struct mill_observer *observer, const struct mill_world *world,
@@ -156,7 +157,7 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 
 /* ---- state: only what gathering changes; the rest is made again from what is asked for ---- */
 
-/* Of stretch `number` from 1 on, or that being gathered: 0 */
+/* Of portion `number` from 1 on, or that being gathered: 0 */
 static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_state *state)
 {
     const struct mill_maps *maps = &g->maps;
@@ -172,7 +173,7 @@ static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_
                  {"flow", sizeof *maps->cross.flow, maps->cells, maps->cross.flow}};
     for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
         char name[32];
-        snprintf(name, sizeof name, "stretch_%d_%s", (int)number, field[i].name);
+        snprintf(name, sizeof name, "portion_%d_%s", (int)number, field[i].name);
         mill_state_structs(state, name, field[i].size, field[i].count, field[i].at);
     }
 }
@@ -204,7 +205,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
     /* counts that the lengths of what follows, and indices into it, are taken from */
     const bool sane = t->tick == 0 || (batches->at.batches < MILL_PRECISION_BATCHES &&
-                                       t->at.length > 0 && t->at.stretches < MILL_TALLY_STRETCHES);
+                                       t->at.length > 0 && t->at.portions < MILL_TALLY_PORTIONS);
     if (state->loads && !(sane && t->at.blocks <= t->planned))
         mill_state_refuse(state, "the saved statistics are damaged");
     if (state->status != MILL_OK)
@@ -213,12 +214,12 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_field(state, "block_impulse", MILL_FIELD_F64, t->at.blocks + 1, t->impulse);
     tell_strikes(&t->pairs, state);
     tell_gathered(&t->gathered, 0, state);
-    for (uint64_t i = 0; t->search && i < t->at.stretches; i++)
-        tell_gathered(&t->stretch[i], i + 1, state);
+    for (uint64_t i = 0; t->search && i < t->at.portions; i++)
+        tell_gathered(&t->portion[i], i + 1, state);
     if (t->tick > 0) {
         const size_t n = (size_t)batches->at.batches;
         mill_state_structs(state, "before", sizeof *t->before, MILL_PRECISION_SLOTS, t->before);
-        mill_state_structs(state, "books", sizeof *batches->books, n + 1, batches->books);
+        mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
         mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_PRECISION_SLOTS,
                          *batches->counts);
     }
@@ -229,9 +230,9 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
 static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
-    for (int i = 0; tally->stretch && i < MILL_TALLY_STRETCHES; i++)
-        mill_maps_free(&tally->stretch[i].maps);
-    free(tally->stretch);
+    for (int i = 0; tally->portion && i < MILL_TALLY_PORTIONS; i++)
+        mill_maps_free(&tally->portion[i].maps);
+    free(tally->portion);
     mill_maps_free(&tally->gathered.maps);
     mill_strikes_free(&tally->pairs);
     mill_precision_free(&tally->batches);
@@ -271,10 +272,10 @@ static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
     t->tick = t->batches.at.batch;
     t->at.length = 1;
     t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false, false};
-    t->stretch = t->search ? calloc(MILL_TALLY_STRETCHES, sizeof *t->stretch) : NULL;
-    bool memory = !t->search || t->stretch;
-    for (int i = 0; memory && t->search && i < MILL_TALLY_STRETCHES; i++)
-        memory = mill_maps_like(&t->stretch[i].maps, &t->gathered.maps);
+    t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
+    bool memory = !t->search || t->portion;
+    for (int i = 0; memory && t->search && i < MILL_TALLY_PORTIONS; i++)
+        memory = mill_maps_like(&t->portion[i].maps, &t->gathered.maps);
     return memory;
 }
 

@@ -19,15 +19,15 @@ struct mill_speeds {
     struct mill_spectrum tangential[2]; /* of those with v_n < 0.05 m/s (results: all), others */
 };
 
-/* What is gathered of impacts and flow: kept apart by stretches of a few batches where the begin of
+/* What is gathered of impacts and flow: kept apart by portions of a few batches where the begin of
  * the window is yet to be found, and those after the start-up are added up at the end. */
 struct mill_gathered {
     struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
     struct mill_maps maps;
-    int64_t last; /* number of the last of the stretches as gathered that it is made of */
+    int64_t last; /* number of the last of the portions as gathered that it is made of */
 };
 
-enum { MILL_TALLY_STRETCHES = 24, MILL_TALLY_MOST_BLOCKS = 100000 };
+enum { MILL_TALLY_PORTIONS = 24, MILL_TALLY_MOST_BLOCKS = 100000 };
 
 /* What ended the window */
 enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIONS };
@@ -42,11 +42,11 @@ struct mill_tally_progress {
     uint64_t blocks;     /* of the rotor, closed */
     double over;         /* [s] when it was closed */
     uint64_t collisions; /* of all kinds, from t = 0 */
-    uint64_t length;     /* batches of a stretch */
-    uint64_t stretches;  /* complete ones */
+    uint64_t length;     /* batches of a portion */
+    uint64_t portions;   /* complete ones */
     enum mill_tally_end ended;
     struct mill_precision_known known;
-    struct mill_account at_begin, at_late, at_end; /* the world's books at these times */
+    struct mill_account at_begin, at_late, at_end; /* the world's account at these times */
 };
 
 struct mill_tally {
@@ -56,7 +56,7 @@ struct mill_tally {
     double interval;               /* [s] between the maps' snapshots; INFINITY: none */
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
-    struct mill_gathered gathered; /* since the last stretch */
+    struct mill_gathered gathered; /* since the last portion */
     struct mill_strikes pairs;
     /* ---- blocks of whole revolutions, which tell how well power and torque are known ---- */
     double block;       /* [s]; INFINITY: the rotor stands or there is none */
@@ -71,7 +71,7 @@ struct mill_tally {
     bool search;         /* the begin of the window is to be found */
     struct mill_precision batches;
     uint64_t before[MILL_PRECISION_SLOTS]; /* impacts by speed when the last batch ended */
-    struct mill_gathered *stretch;         /* [MILL_TALLY_STRETCHES], or NULL */
+    struct mill_gathered *portion;         /* [MILL_TALLY_PORTIONS], or NULL */
 };
 
 extern const struct mill_observer_type mill_tally_type;
@@ -129,8 +129,8 @@ uint64_t mill_tally_window_find(const struct mill_tally *tally, struct mill_tall
 /* A batch ends. */
 void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account *account);
 
-/* Where the strikes of an earlier stretch are kept. */
-struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t stretch);
+/* Where the strikes of an earlier portion are kept. */
+struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
 
 /* into[rows] += from[rows] */
 void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows);

@@ -14,8 +14,8 @@ static double error_of(const double *values, size_t n)
     return n < 2 ? (double)NAN : gsl_stats_sd(values, 1, n) / sqrt((double)n);
 }
 
-/* Power and torque by whole revolutions: the tally's blocks, or from the books of the batches since
- * `from`. false: out of memory. */
+/* Power and torque by whole revolutions: the tally's blocks, or from the accounts of the batches
+ * since `from`. false: out of memory. */
 static bool make_blocks(struct mill_tally_results *r, uint64_t from)
 {
     const struct mill_tally *t = r->tally;
@@ -30,8 +30,8 @@ static bool make_blocks(struct mill_tally_results *r, uint64_t from)
         return false;
     for (size_t k = 0; k <= r->blocks; k++) {
         const size_t batch = from + k * batches->period;
-        r->block_power[k] = search ? t->batches.books[batch].rotor_work : t->work[k];
-        r->block_torque[k] = search ? t->batches.books[batch].rotor_impulse : t->impulse[k];
+        r->block_power[k] = search ? t->batches.accounts[batch].rotor_work : t->work[k];
+        r->block_torque[k] = search ? t->batches.accounts[batch].rotor_impulse : t->impulse[k];
     }
     for (size_t k = 0; k < r->blocks; k++) {
         r->block_power[k] = (r->block_power[k + 1] - r->block_power[k]) / r->block;
@@ -97,12 +97,12 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     const uint64_t from =
         r->at.open && tally->precision > 0 ? mill_tally_window_find(tally, &r->at) : 0;
     if (n > from) {
-        r->at.at_late = batches->books[from + 9 * (n - from) / 10];
+        r->at.at_late = batches->accounts[from + 9 * (n - from) / 10];
         r->at.late = true;
     }
     if (r->at.open && tally->search) {
         r->begin = batches->origin + (double)from * batches->at.batch;
-        r->at.at_begin = batches->books[from];
+        r->at.at_begin = batches->accounts[from];
     }
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
     if (!mill_maps_like(&r->maps, &tally->gathered.maps) || !make_blocks(r, from)) {
@@ -111,9 +111,9 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
     }
     add(r, &tally->gathered);
-    const uint64_t stretches = tally->search ? r->at.stretches : 0;
-    for (uint64_t i = stretches > 0 ? from / r->at.length : 0; i < stretches; i++)
-        add(r, &tally->stretch[i]);
+    const uint64_t portions = tally->search ? r->at.portions : 0;
+    for (uint64_t i = portions > 0 ? from / r->at.length : 0; i < portions; i++)
+        add(r, &tally->portion[i]);
     sum_rows(r->impacts);
     sum_rows(r->strikes);
     sum_account(r);

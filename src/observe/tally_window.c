@@ -1,15 +1,15 @@
 /* When may the run end, and where does its window begin? Where run.precision is given and
  * run.sample_from is not, nobody knows yet what belongs to the start-up while it is gathered, and
  * what is gathered cannot be taken out again: rounded sums do not subtract to nothing. So it is
- * kept apart by stretches of a few batches, at most MILL_TALLY_STRETCHES of them, joined as the run
- * gets longer, and only those behind the cut are added up. A cut inside a stretch goes to its end.
- * It is asked at ends of stretches: an 8th to a 24th of the run lies between two (3 become one
+ * kept apart by portions of a few batches, at most MILL_TALLY_PORTIONS of them, joined as the run
+ * gets longer, and only those behind the cut are added up. A cut inside a portion goes to its end.
+ * It is asked at ends of portions: an 8th to a 24th of the run lies between two (3 become one
  * where they make a revolution, else 2). */
 #include "observe/tally.h"
 
 #include <string.h>
 
-/* ---- stretches ---- */
+/* ---- portions ---- */
 
 void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows)
 {
@@ -28,14 +28,14 @@ static void move(struct mill_gathered *to, struct mill_gathered *from)
     from->maps = room;
 }
 
-static void join_stretches(struct mill_tally *t)
+static void join_portions(struct mill_tally *t)
 {
     const uint64_t length = t->at.length, period = t->batches.at.period;
     uint64_t many = 2; /* or more: so that whole ones make a revolution, or are made of some */
     while (length < period && period % (length * many) != 0)
         many++;
-    for (uint64_t k = 0; t->search && k < t->at.stretches / many; k++) {
-        struct mill_gathered *first = &t->stretch[many * k];
+    for (uint64_t k = 0; t->search && k < t->at.portions / many; k++) {
+        struct mill_gathered *first = &t->portion[many * k];
         for (uint64_t m = 1; m < many; m++) {
             mill_tally_window_add(first->impacts, first[m].impacts, MILL_KINDS);
             mill_tally_window_add(first->strikes, first[m].strikes, MILL_KINDS);
@@ -43,17 +43,17 @@ static void join_stretches(struct mill_tally *t)
         }
         first->last = first[many - 1].last;
         if (k > 0)
-            move(&t->stretch[k], first);
+            move(&t->portion[k], first);
     }
-    t->at.stretches /= many;
+    t->at.portions /= many;
     t->at.length *= many;
 }
 
-struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t stretch)
+struct mill_speeds *mill_tally_window_strikes(struct mill_tally *t, int32_t portion)
 {
-    for (uint64_t i = 0; t->stretch && i < t->at.stretches; i++)
-        if (stretch <= t->stretch[i].last)
-            return t->stretch[i].strikes;
+    for (uint64_t i = 0; t->portion && i < t->at.portions; i++)
+        if (portion <= t->portion[i].last)
+            return t->portion[i].strikes;
     return t->gathered.strikes;
 }
 
@@ -88,16 +88,16 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
     mill_precision_close(&t->batches, count, account);
     if (t->batches.at.batches % t->at.length != 0)
         return;
-    if (t->search) { /* what was gathered since the last stretch becomes one of its own */
-        move(&t->stretch[t->at.stretches], gathered);
+    if (t->search) { /* what was gathered since the last portion becomes one of its own */
+        move(&t->portion[t->at.portions], gathered);
         memset(gathered->impacts, 0, sizeof gathered->impacts);
         memset(gathered->strikes, 0, sizeof gathered->strikes);
         mill_maps_clear(&gathered->maps);
         gathered->last++;
         memset(t->before, 0, sizeof t->before);
     }
-    if (++t->at.stretches == MILL_TALLY_STRETCHES)
-        join_stretches(t);
+    if (++t->at.portions == MILL_TALLY_PORTIONS)
+        join_portions(t);
     t->at.length /= mill_precision_join(&t->batches);
     if (t->precision > 0) {
         mill_tally_window_find(t, &t->at);

@@ -16,6 +16,8 @@
 #include <string.h>
 #include <time.h>
 
+extern const struct mill_observer_type mill_impactlog_type;
+
 enum { BATCH = 64, BATCHES = 2048, IMPACTS = BATCH * BATCHES };
 enum { REPEATS = 7, SNAPSHOTS = 40, WALK = 8 << 20 };
 enum { REPLAYED, IN_LOOP, LOG_STORED, LOG_WRITTEN, WARM, COLD, ROWS };

@@ -154,7 +154,7 @@ static double time_first_rise(const struct rise_case *q, double *found,
     double best = INFINITY;
     for (int i = 0; i < REPEATS; i++) {
         int hits = 0;
-        *counts = (struct mill_poly_counts){0, 0};
+        *counts = (struct mill_poly_counts){0};
         double start = seconds_now();
         for (int k = 0; k < CASES; k++)
             hits += isfinite(mill_poly_first_rise(q[k].c, q[k].t_end, q[k].at_root, counts));

@@ -481,7 +481,7 @@ def stopped(tmp_path_factory):
 # Of the head, of the balls, of the statistics, of who writes as it goes
 @pytest.mark.parametrize(
     "name", ["run/cost", "loop/sizes", "loop/now", "loop/ball", "loop/plan", "loop/cell", "statistics/progress",
-             "statistics/stretch_0_strikes", "statistics/stretch_0_flow", "frames/rows", "series/rows"]
+             "statistics/portion_0_strikes", "statistics/portion_0_flow", "frames/rows", "series/rows"]
 )  # fmt: skip
 def test_a_damaged_checkpoint_is_refused(folder, stopped, name):
     mill = folder()

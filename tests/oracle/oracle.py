@@ -360,7 +360,7 @@ class Simulation:
             start = stop
         return None, until
 
-    # The blow
+    # The impact
 
     def energy(self):
         """Kinetic, rotational and potential energy of all balls."""

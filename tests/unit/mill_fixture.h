@@ -60,8 +60,8 @@ static inline void fixture_create(struct fixture *f)
     ck_assert_ptr_nonnull(f->tally);
 }
 
-static inline struct mill_impact blow(double time, enum mill_kind kind, int ball, int partner,
-                                      double normal_speed, double dissipation)
+static inline struct mill_impact impact_of(double time, enum mill_kind kind, int ball, int partner,
+                                           double normal_speed, double dissipation)
 {
     struct mill_impact impact = {.time = time,
                                  .kind = kind,

@@ -239,8 +239,8 @@ START_TEST(a_single_bit_flipped_is_noticed)
                                         "loop/plan",
                                         "loop/cell",
                                         "statistics/progress",
-                                        "statistics/stretch_0_impacts",
-                                        "statistics/stretch_0_flow",
+                                        "statistics/portion_0_impacts",
+                                        "statistics/portion_0_flow",
                                         "statistics/batch_counts",
                                         "statistics/pairs",
                                         "frames/rows",
@@ -266,7 +266,7 @@ END_TEST
 
 START_TEST(a_field_that_is_missing_or_of_another_length_or_type_is_refused)
 {
-    static const char *const names[] = {"/checkpoint/loop/spin", "/checkpoint/statistics/books",
+    static const char *const names[] = {"/checkpoint/loop/spin", "/checkpoint/statistics/accounts",
                                         "/checkpoint/frames/rows"};
     const uint64_t few[3] = {1, 2, 3};
     const size_t count = 3, one = 1;

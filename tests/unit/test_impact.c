@@ -58,14 +58,14 @@ static void give(struct body *b, vec3 arm, vec3 impulse)
     b->spin = vec3_axpy(b->spin, b->radius / inertia(b), vec3_cross(arm, impulse));
 }
 
-static struct mill_blow collide(const struct mill_law *law, double rebound_floor, struct body *a,
-                                struct body *b, vec3 n)
+static struct mill_rebound collide(const struct mill_law *law, double rebound_floor, struct body *a,
+                                   struct body *b, vec3 n)
 {
-    const struct mill_blow blow =
+    const struct mill_rebound rebound =
         mill_impact_resolve(law, rebound_floor, reduced_mass(a, b), n, slip_of(a, b, n));
-    give(a, n, vec3_scale(blow.impulse, -1.0));
-    give(b, vec3_scale(n, -1.0), blow.impulse);
-    return blow;
+    give(a, n, vec3_scale(rebound.impulse, -1.0));
+    give(b, vec3_scale(n, -1.0), rebound.impulse);
+    return rebound;
 }
 
 /* A direction along which the two approach */
@@ -117,12 +117,12 @@ START_TEST(what_two_balls_lose_is_what_is_booked)
         const double lift = below(&seed, 2) ? log_uniform(&seed, 1e-4, 10.0) : 0.0;
         const vec3 n = closing_normal(&seed, &a, &b);
         const double before = energy(&a) + energy(&b);
-        const struct mill_blow blow = collide(&law, lift, &a, &b, n);
+        const struct mill_rebound rebound = collide(&law, lift, &a, &b, n);
         const double loss = before - energy(&a) - energy(&b);
         const double size = before + energy(&a) + energy(&b);
-        ck_assert_double_le(fabs(loss - blow.dissipation), 1e-13 * size);
-        ck_assert(blow.floored || blow.dissipation_normal >= 0.0);
-        ck_assert_double_ge(blow.dissipation - blow.dissipation_normal,
+        ck_assert_double_le(fabs(loss - rebound.dissipation), 1e-13 * size);
+        ck_assert(rebound.floored || rebound.dissipation_normal >= 0.0);
+        ck_assert_double_ge(rebound.dissipation - rebound.dissipation_normal,
                             -1e-15 * size); /* sliding and sticking never give energy */
     }
 }
@@ -139,11 +139,11 @@ START_TEST(at_a_moving_wall_the_loss_is_the_work_less_the_gain)
         wall.spin = vec3_make(0.0, 0.0, 0.0); /* v is its surface's velocity */
         const vec3 n = closing_normal(&seed, &ball, &wall), wall_v = wall.v;
         const double before = energy(&ball);
-        const struct mill_blow blow = collide(&law, lift, &ball, &wall, n);
-        const double work = -vec3_dot(blow.impulse, wall_v);
+        const struct mill_rebound rebound = collide(&law, lift, &ball, &wall, n);
+        const double work = -vec3_dot(rebound.impulse, wall_v);
         const double gain = energy(&ball) - before;
         const double size = before + energy(&ball) + fabs(work);
-        ck_assert_double_le(fabs(work - gain - blow.dissipation), 1e-13 * size);
+        ck_assert_double_le(fabs(work - gain - rebound.dissipation), 1e-13 * size);
     }
 }
 END_TEST
@@ -160,15 +160,15 @@ START_TEST(the_normal_speed_is_reversed_times_restitution)
         law.restitution = restitution[k % 4];
         const vec3 n = closing_normal(&seed, &a, &b);
         const vec3 before = slip_of(&a, &b, n);
-        const struct mill_blow blow = collide(&law, 0.0, &a, &b, n);
+        const struct mill_rebound rebound = collide(&law, 0.0, &a, &b, n);
         const double after = vec3_dot(slip_of(&a, &b, n), n), g_n = vec3_dot(before, n);
         const double size = vec3_norm(before) + vec3_norm(a.v) + vec3_norm(b.v);
-        ck_assert_double_eq(blow.normal_speed, g_n);
-        ck_assert_double_eq(blow.tangential_speed, tangential_size(before, n));
+        ck_assert_double_eq(rebound.normal_speed, g_n);
+        ck_assert_double_eq(rebound.tangential_speed, tangential_size(before, n));
         ck_assert_double_le(fabs(after + law.restitution * g_n), 1e-14 * size);
-        ck_assert(!blow.floored);
+        ck_assert(!rebound.floored);
         const double m = reduced_mass(&a, &b);
-        ck_assert_double_eq_tol(blow.dissipation_normal,
+        ck_assert_double_eq_tol(rebound.dissipation_normal,
                                 0.5 * m * (1.0 - law.restitution * law.restitution) * g_n * g_n,
                                 1e-14 * m * g_n * g_n);
     }
@@ -184,13 +184,14 @@ START_TEST(without_friction_the_spins_and_the_tangential_velocity_are_untouched)
         law.friction = 0.0;
         const struct body was_a = a, was_b = b;
         const vec3 n = closing_normal(&seed, &a, &b);
-        const struct mill_blow blow = collide(&law, 0.0, &a, &b, n);
-        ck_assert_double_le(tangential_size(blow.impulse, n), 1e-15 * vec3_norm(blow.impulse));
+        const struct mill_rebound rebound = collide(&law, 0.0, &a, &b, n);
+        ck_assert_double_le(tangential_size(rebound.impulse, n),
+                            1e-15 * vec3_norm(rebound.impulse));
         ck_assert_double_le(vec3_norm(vec3_sub(a.spin, was_a.spin)) * a.radius,
                             1e-15 * vec3_norm(vec3_sub(a.v, was_a.v)));
         ck_assert_double_le(vec3_norm(vec3_sub(b.spin, was_b.spin)) * b.radius,
                             1e-15 * vec3_norm(vec3_sub(b.v, was_b.v)));
-        ck_assert_double_eq(blow.dissipation, blow.dissipation_normal);
+        ck_assert_double_eq(rebound.dissipation, rebound.dissipation_normal);
         /* v1' = v1 - (1 + e) m2/(m1 + m2) (v1 - v2).n n */
         const double share = (1.0 + law.restitution) * b.mass / (a.mass + b.mass);
         const double g_n = vec3_dot(vec3_sub(was_a.v, was_b.v), n);
@@ -211,8 +212,8 @@ START_TEST(elastic_balls_that_rebound_with_all_their_slip_lose_nothing)
         const struct mill_law law = {1.0, 1e30, k % 2 ? 1.0 : -1.0};
         const vec3 n = closing_normal(&seed, &a, &b);
         const double before = energy(&a) + energy(&b);
-        const struct mill_blow blow = collide(&law, 0.0, &a, &b, n);
-        ck_assert_double_le(fabs(blow.dissipation), 1e-14 * before);
+        const struct mill_rebound rebound = collide(&law, 0.0, &a, &b, n);
+        ck_assert_double_le(fabs(rebound.dissipation), 1e-14 * before);
         ck_assert_double_le(fabs(energy(&a) + energy(&b) - before), 1e-13 * before);
     }
 }
@@ -252,12 +253,12 @@ START_TEST(friction_never_exceeds_coulombs_bound_and_opposes_the_slip)
         law.friction = log_uniform(&seed, 1e-3, 3.0);
         const vec3 n = closing_normal(&seed, &a, &b), slip = slip_of(&a, &b, n);
         const vec3 g_t = vec3_axpy(slip, -vec3_dot(slip, n), n);
-        const struct mill_blow blow = collide(&law, 0.0, &a, &b, n);
-        const double j_n = vec3_dot(blow.impulse, n);
-        const vec3 j_t = vec3_axpy(blow.impulse, -j_n, n);
+        const struct mill_rebound rebound = collide(&law, 0.0, &a, &b, n);
+        const double j_n = vec3_dot(rebound.impulse, n);
+        const vec3 j_t = vec3_axpy(rebound.impulse, -j_n, n);
         const double most = law.friction * j_n, s_t = vec3_norm(g_t);
         const double stick = 2.0 / 7.0 * reduced_mass(&a, &b) * (1.0 + law.tangential) * s_t;
-        const double rounding = 1e-14 * vec3_norm(blow.impulse);
+        const double rounding = 1e-14 * vec3_norm(rebound.impulse);
         ck_assert_double_le(vec3_norm(j_t), most + rounding);
         ck_assert_double_le(fabs(vec3_norm(j_t) - fmin(most, stick)), rounding);
         ck_assert_double_le(fabs(vec3_dot(j_t, g_t) - vec3_norm(j_t) * s_t), rounding * s_t);
@@ -278,7 +279,7 @@ START_TEST(equal_balls_lose_what_the_formula_says)
         b.mass = a.mass;
         b.radius = a.radius;
         const vec3 n = closing_normal(&seed, &a, &b), slip = slip_of(&a, &b, n);
-        const struct mill_blow blow = collide(&law, 0.0, &a, &b, n);
+        const struct mill_rebound rebound = collide(&law, 0.0, &a, &b, n);
         const double g_n = vec3_dot(slip, n), g_t = tangential_size(slip, n);
         const double e = law.restitution;
         /* how much of the slip comes back: beta0 when sticking, less reversal when sliding */
@@ -287,7 +288,8 @@ START_TEST(equal_balls_lose_what_the_formula_says)
         const double loss =
             a.mass / 4.0 *
             ((1.0 - e * e) * g_n * g_n + 2.0 / 7.0 * (1.0 - beta * beta) * g_t * g_t);
-        ck_assert_double_eq_tol(blow.dissipation, loss, 1e-13 * a.mass * (g_n * g_n + g_t * g_t));
+        ck_assert_double_eq_tol(rebound.dissipation, loss,
+                                1e-13 * a.mass * (g_n * g_n + g_t * g_t));
     }
 }
 END_TEST
@@ -304,17 +306,17 @@ START_TEST(no_contact_ends_slower_than_the_floor)
         const double lift = log_uniform(&seed, 1e-4, 10.0);
         const vec3 n = closing_normal(&seed, &a, &b), slip = slip_of(&a, &b, n);
         const double g_n = vec3_dot(slip, n), m = reduced_mass(&a, &b);
-        const struct mill_blow blow = collide(&law, lift, &a, &b, n);
+        const struct mill_rebound rebound = collide(&law, lift, &a, &b, n);
         const double after = -vec3_dot(slip_of(&a, &b, n), n);
         const double expected = fmax(law.restitution * g_n, lift);
         ck_assert_double_eq_tol(after, expected,
                                 1e-13 *
                                     (expected + vec3_norm(slip) + vec3_norm(a.v) + vec3_norm(b.v)));
-        ck_assert_int_eq(blow.floored, law.restitution * g_n < lift);
-        ck_assert_double_eq_tol(blow.dissipation_normal,
+        ck_assert_int_eq(rebound.floored, law.restitution * g_n < lift);
+        ck_assert_double_eq_tol(rebound.dissipation_normal,
                                 0.5 * m * (g_n * g_n - expected * expected),
                                 1e-14 * m * (g_n * g_n + expected * expected));
-        floored += blow.floored;
+        floored += rebound.floored;
     }
     ck_assert_int_gt(floored, 1000);
     ck_assert_int_lt(floored, 19000);
@@ -326,11 +328,12 @@ START_TEST(a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked)
     const struct mill_law law = {0.8, 0.3, 0.5};
     const double m = 5e-4, lift = 5e-3;
     const vec3 n = {0.0, 0.0, 1.0};
-    const struct mill_blow blow = mill_impact_resolve(&law, lift, m, n, vec3_make(0.0, 0.0, 0.0));
-    ck_assert(blow.floored);
-    ck_assert_double_eq(blow.impulse.z, m * lift);
-    ck_assert_double_eq(blow.normal_speed, 0.0);
-    ck_assert_double_eq_tol(blow.dissipation, -0.5 * m * lift * lift, 1e-24);
+    const struct mill_rebound rebound =
+        mill_impact_resolve(&law, lift, m, n, vec3_make(0.0, 0.0, 0.0));
+    ck_assert(rebound.floored);
+    ck_assert_double_eq(rebound.impulse.z, m * lift);
+    ck_assert_double_eq(rebound.normal_speed, 0.0);
+    ck_assert_double_eq_tol(rebound.dissipation, -0.5 * m * lift * lift, 1e-24);
 }
 END_TEST
 
@@ -345,13 +348,13 @@ START_TEST(a_contact_that_opens_already_is_lifted_and_booked_exactly)
         const vec3 n = vec3_scale(closing_normal(&seed, &a, &b), -1.0);
         const double opening = -vec3_dot(slip_of(&a, &b, n), n), lift = 5e-3;
         const double before = energy(&a) + energy(&b);
-        const struct mill_blow blow = collide(&law, lift, &a, &b, n);
+        const struct mill_rebound rebound = collide(&law, lift, &a, &b, n);
         const double after = -vec3_dot(slip_of(&a, &b, n), n);
         const double size = before + energy(&a) + energy(&b);
-        ck_assert_double_eq(blow.normal_speed, 0.0);
-        ck_assert(blow.floored);
+        ck_assert_double_eq(rebound.normal_speed, 0.0);
+        ck_assert(rebound.floored);
         ck_assert_double_ge(after, fmax(lift, opening) * (1.0 - 1e-9));
-        ck_assert_double_le(fabs(before - energy(&a) - energy(&b) - blow.dissipation),
+        ck_assert_double_le(fabs(before - energy(&a) - energy(&b) - rebound.dissipation),
                             1e-13 * size);
     }
 }

@@ -187,7 +187,7 @@ static void open_batches(double rotor_speed, struct mill_account *account)
     memset(account, 0, sizeof *account);
     mill_spectrum_grid_init(&grid);
     ck_assert(mill_precision_init(&batches, 0, rotor_speed, &grid));
-    batches.books[0] = *account;
+    batches.accounts[0] = *account;
 }
 
 START_TEST(median_and_power_are_told_with_their_errors)
@@ -305,7 +305,7 @@ static void play(double from, double to)
         f.world.account.rotor_work += (early ? 500 : 100) * (1 + 0.5 * normal()) * step;
         f.world.account.rotor_work_gross += 100 * step;
         f.world.account.incident += 0.1 * step;
-        fixture_play(&f, blow(time, MILL_BALL_BALL, ball, ball + 1, v, 0.01));
+        fixture_play(&f, impact_of(time, MILL_BALL_BALL, ball, ball + 1, v, 0.01));
     }
 }
 
@@ -375,7 +375,7 @@ START_TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it
         const double time = 0.2 + 2e-4 * k;
         play(time, time + 2e-4);
         for (int i = 1; i <= 25; i++)
-            fixture_play(&f, blow(time + 8e-6 * i - 4e-6, MILL_BALL_WALL, 7, 0, 0.01, 1e-6));
+            fixture_play(&f, impact_of(time + 8e-6 * i - 4e-6, MILL_BALL_WALL, 7, 0, 0.01, 1e-6));
     }
     play(1.5, 2.5);
     fixture_finish(&f, 2.5);
@@ -387,12 +387,13 @@ START_TEST(a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it
 }
 END_TEST
 
-START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_stretches)
+START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_portions)
 {
     find_window(0.001);
-    /* steady from the start: all is kept; chains of contacts run through many stretches */
+    /* steady from the start: all is kept; chains of contacts run through many portions */
     for (double time = 1e-6; time < 1.5; time += 9e-6)
-        fixture_play(&f, blow(time, MILL_BALL_WALL, 7, 0, 0.2 + 0.1 * random_share(&chance), 1e-6));
+        fixture_play(
+            &f, impact_of(time, MILL_BALL_WALL, 7, 0, 0.2 + 0.1 * random_share(&chance), 1e-6));
     fixture_finish(&f, 1.5);
     if (f.results->begin == 0) {
         ck_assert_uint_eq(strikes_of(&f, MILL_BALL_WALL), 1);
@@ -406,14 +407,14 @@ START_TEST(what_strikes_lose_is_what_impacts_lose_across_all_stretches)
 }
 END_TEST
 
-START_TEST(stretches_are_joined_and_a_long_run_still_finds_its_cut)
+START_TEST(portions_are_joined_and_a_long_run_still_finds_its_cut)
 {
     find_window(1e-6);
     play(0, 12); /* 1440 batches: both are joined several times */
     ck_assert_double_gt(f.tally->batches.at.batch, 1.5 * f.tally->tick);
     fixture_finish(&f, 12);
     ck_assert_double_ge(f.results->begin, 0.35);
-    ck_assert_double_le(f.results->begin, 1.2); /* a stretch is up to a 12th of the run */
+    ck_assert_double_le(f.results->begin, 1.2); /* a portion is up to a 12th of the run */
     ck_assert_double_eq_tol((double)impacts_of(&f, MILL_BALL_BALL), f.results->duration / 2e-4,
                             1.01);
     fixture_free(&f);
@@ -441,8 +442,8 @@ int main(void)
         {nothing_from_before_the_cut_is_in_the_statistics, 1},
         {the_window_ends_when_it_is_known, 1},
         {a_strike_that_began_before_the_cut_is_not_counted_nor_what_follows_it, 1},
-        {what_strikes_lose_is_what_impacts_lose_across_all_stretches, 1},
-        {stretches_are_joined_and_a_long_run_still_finds_its_cut, 1},
+        {what_strikes_lose_is_what_impacts_lose_across_all_portions, 1},
+        {portions_are_joined_and_a_long_run_still_finds_its_cut, 1},
     };
     return unit_run("precision", tests, sizeof tests / sizeof *tests);
 }

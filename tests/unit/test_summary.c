@@ -33,8 +33,8 @@ static void run_mill(void)
     fixture_create(&f);
     for (int i = 0; i < 1000; i++) {
         const double time = 0.5005 + 0.001 * i;
-        fixture_play(
-            &f, blow(time, (enum mill_kind)(i % 2 ? 0 : i % 4), i % 40, 40, 0.001 * (1 + i), 0.1));
+        fixture_play(&f, impact_of(time, (enum mill_kind)(i % 2 ? 0 : i % 4), i % 40, 40,
+                                   0.001 * (1 + i), 0.1));
         f.world.account.rotor_work += 0.1;
     }
     for (int i = 0; i < FIXTURE_BALLS; i++)

@@ -21,11 +21,11 @@ static void teardown(void)
 START_TEST(only_impacts_within_the_window_are_counted)
 {
     fixture_create(&f);
-    fixture_play(&f, blow(0.499, MILL_BALL_BALL, 1, 2, 1, 0.1));
-    fixture_play(&f, blow(0.5, MILL_BALL_BALL, 1, 2, 1, 0.2));
-    fixture_play(&f, blow(1.4, MILL_BALL_BALL, 1, 2, 1, 0.4));
+    fixture_play(&f, impact_of(0.499, MILL_BALL_BALL, 1, 2, 1, 0.1));
+    fixture_play(&f, impact_of(0.5, MILL_BALL_BALL, 1, 2, 1, 0.2));
+    fixture_play(&f, impact_of(1.4, MILL_BALL_BALL, 1, 2, 1, 0.4));
     fixture_wait(&f, 1.5);
-    fixture_play(&f, blow(1.5, MILL_BALL_BALL, 1, 2, 1, 0.8));
+    fixture_play(&f, impact_of(1.5, MILL_BALL_BALL, 1, 2, 1, 0.8));
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 2);
     ck_assert_double_eq_tol(
@@ -38,7 +38,7 @@ START_TEST(a_window_from_zero_on_counts_impacts_at_time_zero)
 {
     f.asked.sample_from = 0;
     fixture_create(&f);
-    fixture_play(&f, blow(0, MILL_BALL_BALL, 1, 2, 1, 0.1));
+    fixture_play(&f, impact_of(0, MILL_BALL_BALL, 1, 2, 1, 0.1));
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 1);
     ck_assert(f.results->duration == 1.5);
@@ -50,7 +50,7 @@ START_TEST(the_row_of_all_is_the_sum_of_the_kinds)
     fixture_create(&f);
     for (int kind = 0; kind < MILL_KINDS; kind++)
         for (int i = 0; i <= kind; i++)
-            fixture_play(&f, blow(0.6 + kind * 0.1, (enum mill_kind)kind, i, 7, 0.1 + i, 0.5));
+            fixture_play(&f, impact_of(0.6 + kind * 0.1, (enum mill_kind)kind, i, 7, 0.1 + i, 0.5));
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), 15);
     ck_assert_uint_eq(strikes_of(&f, MILL_TALLY_ALL), 15);
@@ -73,10 +73,10 @@ END_TEST
 START_TEST(a_recontact_gives_its_dissipation_to_the_first_contact)
 {
     fixture_create(&f);
-    fixture_play(&f, blow(0.6, MILL_BALL_BALL, 1, 2, 3.0, 0.5));
-    fixture_play(&f, blow(0.6 + 8e-6, MILL_BALL_BALL, 1, 2, 0.01, 0.25));
-    fixture_play(&f, blow(0.6 + 16e-6, MILL_BALL_BALL, 1, 2, 0.02, -0.125));
-    fixture_play(&f, blow(0.6 + 30e-6, MILL_BALL_BALL, 1, 2, 0.04, 1));
+    fixture_play(&f, impact_of(0.6, MILL_BALL_BALL, 1, 2, 3.0, 0.5));
+    fixture_play(&f, impact_of(0.6 + 8e-6, MILL_BALL_BALL, 1, 2, 0.01, 0.25));
+    fixture_play(&f, impact_of(0.6 + 16e-6, MILL_BALL_BALL, 1, 2, 0.02, -0.125));
+    fixture_play(&f, impact_of(0.6 + 30e-6, MILL_BALL_BALL, 1, 2, 0.04, 1));
     fixture_finish(&f, 1.5);
     const struct mill_speeds *strikes = &f.results->strikes[MILL_BALL_BALL];
     const int first = mill_spectrum_find(&f.tally->grid, 3.0);
@@ -93,9 +93,9 @@ END_TEST
 START_TEST(a_strike_begun_before_the_window_is_not_counted_as_new)
 {
     fixture_create(&f);
-    fixture_play(&f, blow(0.5 - 4e-6, MILL_BALL_BALL, 1, 2, 3.0, 0.5));
-    fixture_play(&f, blow(0.5 + 4e-6, MILL_BALL_BALL, 1, 2, 0.1, 0.25));
-    fixture_play(&f, blow(0.5 + 12e-6, MILL_BALL_BALL, 1, 2, 0.1, 0.25));
+    fixture_play(&f, impact_of(0.5 - 4e-6, MILL_BALL_BALL, 1, 2, 3.0, 0.5));
+    fixture_play(&f, impact_of(0.5 + 4e-6, MILL_BALL_BALL, 1, 2, 0.1, 0.25));
+    fixture_play(&f, impact_of(0.5 + 12e-6, MILL_BALL_BALL, 1, 2, 0.1, 0.25));
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(impacts_of(&f, MILL_BALL_BALL), 2);
     ck_assert_uint_eq(strikes_of(&f, MILL_BALL_BALL), 0);
@@ -108,7 +108,7 @@ START_TEST(without_a_strike_window_strikes_are_impacts)
     f.asked.strike_window = 0;
     fixture_create(&f);
     for (int i = 0; i < 100; i++)
-        fixture_play(&f, blow(0.7, MILL_BALL_DRUM, i % 3, -1, 0.01 * i, 0.001 * i));
+        fixture_play(&f, impact_of(0.7, MILL_BALL_DRUM, i % 3, -1, 0.01 * i, 0.001 * i));
     fixture_finish(&f, 1.5);
     ck_assert_mem_eq(f.results->strikes, f.results->impacts, sizeof f.results->impacts);
 }
@@ -117,8 +117,8 @@ END_TEST
 START_TEST(tangential_speeds_above_50_mm_per_s_are_chosen_by_the_normal_speed)
 {
     fixture_create(&f);
-    struct mill_impact slow = blow(0.6, MILL_BALL_WALL, 1, 0, 0.04, 0);
-    struct mill_impact fast = blow(0.7, MILL_BALL_WALL, 1, 0, 0.06, 0);
+    struct mill_impact slow = impact_of(0.6, MILL_BALL_WALL, 1, 0, 0.04, 0);
+    struct mill_impact fast = impact_of(0.7, MILL_BALL_WALL, 1, 0, 0.06, 0);
     slow.tangential_speed = 5;
     fast.tangential_speed = 0.001;
     fixture_play(&f, slow);
@@ -240,8 +240,8 @@ END_TEST
 START_TEST(a_run_that_ends_early_is_averaged_over_what_it_reached)
 {
     fixture_create(&f);
-    fixture_play(&f, blow(0.6, MILL_BALL_BALL, 1, 2, 1, 0.1));
-    fixture_play(&f, blow(0.7, MILL_BALL_BALL, 1, 2, 1, 0.1));
+    fixture_play(&f, impact_of(0.6, MILL_BALL_BALL, 1, 2, 1, 0.1));
+    fixture_play(&f, impact_of(0.7, MILL_BALL_BALL, 1, 2, 1, 0.1));
     f.world.base = 0.3; /* local times are counted from here */
     fixture_finish(&f, 0.75);
     ck_assert_double_eq_tol(f.results->duration, 0.25, 1e-15);
@@ -255,7 +255,7 @@ START_TEST(a_run_stopped_before_the_window_has_empty_statistics)
     char path[64];
     struct mill_h5 *file;
     fixture_create(&f);
-    fixture_play(&f, blow(0.2, MILL_BALL_BALL, 1, 2, 1, 0.1));
+    fixture_play(&f, impact_of(0.2, MILL_BALL_BALL, 1, 2, 1, 0.1));
     fixture_finish(&f, 0.3);
     ck_assert(f.results->duration == 0);
     ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), 0);
@@ -299,9 +299,9 @@ static void play_trace(int from, int to)
         uint64_t seed = (uint64_t)i;
         const double time = 0.4999 + i * 2e-6;
         struct mill_impact impact =
-            blow(time, (enum mill_kind)(i % MILL_KINDS), (int)(4 * random_share(&seed)),
-                 4 + (int)(4 * random_share(&seed)), pow(10, -6 + 7 * random_share(&seed)),
-                 random_share(&seed));
+            impact_of(time, (enum mill_kind)(i % MILL_KINDS), (int)(4 * random_share(&seed)),
+                      4 + (int)(4 * random_share(&seed)), pow(10, -6 + 7 * random_share(&seed)),
+                      random_share(&seed));
         impact.position =
             vec3_make(0.1 * random_share(&seed) - 0.05, 0.1 * random_share(&seed) - 0.05, 0.03);
         f.world.account.rotor_work += random_share(&seed);
@@ -421,8 +421,8 @@ static void damage(struct kept *kept, int how)
         *(double *)kept_find(kept, "pair_bits")->value = 41;
         break;
     case 4:
-        ((struct mill_tally_progress *)kept_find(kept, "progress")->value)->stretches =
-            MILL_TALLY_STRETCHES;
+        ((struct mill_tally_progress *)kept_find(kept, "progress")->value)->portions =
+            MILL_TALLY_PORTIONS;
         break;
     case 5:
         ((struct mill_tally_progress *)kept_find(kept, "progress")->value)->length = 0;
@@ -469,7 +469,7 @@ START_TEST(a_number_of_collisions_ends_the_run_at_just_that_one)
         fixture_create(&f);
         int played = 0;
         for (; f.last != MILL_ENDED && played < 1000; played++)
-            fixture_play(&f, blow(0.001 * played, MILL_BALL_BALL, 1, 2, 1, 0.1));
+            fixture_play(&f, impact_of(0.001 * played, MILL_BALL_BALL, 1, 2, 1, 0.1));
         ck_assert_int_eq(played, 500);
         fixture_finish(&f, 0.499);
         ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), from == 0 ? 500 : 0);

@@ -315,10 +315,10 @@ START_TEST(a_ball_too_wide_for_a_buckle_meets_the_bulges_on_both_sides)
     ck_assert_double_eq_tol(two.normal.y, one.normal.y, 1e-12);
     ck_assert_double_eq_tol(two.normal.z, -one.normal.z, 1e-12);
     ck_assert_double_gt(closing_at(&m, &f, 0.0), 0.1);
-    for (int blow = 0; ask(m.drum, &f, 1.0, true).t < 1e-3; blow++) { /* to and fro, and out */
+    for (int bounce = 0; ask(m.drum, &f, 1.0, true).t < 1e-3; bounce++) { /* to and fro, and out */
         const struct mill_contact c = meet(&m, &f, 0.0);
         ck_assert_double_lt(vec3_dot(f.path.v, c.normal), 0.0);
-        ck_assert_int_lt(blow, 20);
+        ck_assert_int_lt(bounce, 20);
         f.path.v = vec3_axpy(f.path.v, -1.8 * vec3_dot(f.path.v, c.normal), c.normal);
     }
     ck_assert_double_lt(f.path.v.y, 0.0);
