@@ -51,7 +51,7 @@ static void say(struct run *r)
 /* ---- the begin ---- */
 
 /* Is the file's run complete, what ended it, and is there a state to go on from? */
-static enum mill_status look_into(struct run *r, struct mill_h5 *file)
+static enum mill_status read_earlier(struct run *r, struct mill_h5 *file)
 {
     char *text = NULL, *ended_by = NULL;
     enum mill_status status = mill_h5_read_text(file, "/run/status", &text, r->error);
@@ -72,7 +72,7 @@ static enum mill_status look_into(struct run *r, struct mill_h5 *file)
 }
 
 /* What --resume finds: a state to go on from, or none; a complete run without has nothing left. */
-static enum mill_status look(struct run *r)
+static enum mill_status find_earlier(struct run *r)
 {
     struct mill_h5 *file = NULL;
     if (access(r->output, F_OK) != 0) {
@@ -83,7 +83,7 @@ static enum mill_status look(struct run *r)
     if (status == MILL_OK)
         status = mill_record_compare(file, r->output, r->deck, r->error);
     if (status == MILL_OK)
-        status = look_into(r, file);
+        status = read_earlier(r, file);
     if (status == MILL_OK && r->complete && !r->resumes) {
         mill_draft_clear(r->output);
         mill_error_set(&r->note, MILL_OK, "is complete: nothing to resume");
@@ -145,7 +145,7 @@ static enum mill_status open_output(struct run *r)
 static enum mill_status take_up(struct run *r)
 {
     const struct mill_checkpoint to = {r->sim, &r->observers, &r->cost};
-    enum mill_status status = look_into(r, r->file);
+    enum mill_status status = read_earlier(r, r->file);
     if (status == MILL_OK && !r->resumes)
         status = mill_error_set(r->error, MILL_FAILED,
                                 "%s: another run has written to it meanwhile; see whether it still "
@@ -354,7 +354,7 @@ enum mill_status mill_run(struct mill_run_order *order)
 {
     const struct mill_command *asked = order->asked;
     struct run r = {order, asked->given, order->deck, asked->output, order->error, .due = 0.0};
-    enum mill_status status = asked->given[MILL_RESUME] ? look(&r) : MILL_OK;
+    enum mill_status status = asked->given[MILL_RESUME] ? find_earlier(&r) : MILL_OK;
     if (status != MILL_OK || (r.complete && !r.resumes))
         return status;
     status = prepare(&r);
