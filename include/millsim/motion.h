@@ -20,7 +20,6 @@ struct mill_motion_bounds {
 
 /* A kind of motion; a new one is one file with one of these. */
 struct mill_motion_type {
-    const char *name;
     /* Do these numbers, a struct of this kind, make a motion? */
     bool (*is_sound)(const void *form);
     /* form: sound numbers. NULL: out of memory. Owner: the caller; free(). */

@@ -16,8 +16,7 @@ struct mill_poly_counts {
  * gives the linear root; a double root counts once). */
 int mill_poly_quadratic(double a, double b, double c, double x[2]);
 
-/* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, as re[k] + i im[k]; conjugate pairs adjacent.
- */
+/* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, re[k] + i im[k]; conjugates adjacent. */
 void mill_poly_quartic_roots(const double c[5], double re[4], double im[4]);
 
 /* The second opinion on a first rise t found for these arguments: between the closed form's roots
@@ -25,8 +24,7 @@ void mill_poly_quartic_roots(const double c[5], double re[4], double im[4]);
  * from zero. */
 bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, double t);
 
-/* Number of distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros
- * allowed. */
+/* Distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros allowed. */
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi);
 
 /* First rise (see below) of a polynomial with f[0] != 0, where f[0] > 0 means that f is falling at

@@ -64,7 +64,8 @@ struct mill_setup {
     vec3 gravity; /* [m/s^2] */
     struct mill_setup_drum drum;
     int motions;
-    const struct mill_setup_motion *motion; /* motion 0 is the rotor: a turn about x */
+    const struct mill_setup_motion
+        *motion; /* motion 0 is the rotor: a turn about x, for the results of the rotor */
     int surfaces;
     const struct mill_setup_surface *surface;
     int species;
@@ -72,8 +73,9 @@ struct mill_setup {
     const struct mill_setup_ball *start;  /* of all balls, species by species; NULL: random */
     double speed;                         /* [m/s] of every ball of a random start */
     unsigned long seed;                   /* of a random start */
-    struct mill_law law[MILL_KINDS];      /* of each kind of contact */
-    double rebound_floor;                 /* [m/s] least normal speed after any contact */
+    struct mill_law law[MILL_KINDS];      /* of each kind of contact; zeros: no rebound */
+    double rebound_floor; /* [m/s] least normal speed after any contact; at 0 time may stand still
+                             where inelastic balls rest, and the run fails */
 };
 
 /* What is wrong with a setup */
@@ -84,8 +86,9 @@ enum mill_fault_code {
     MILL_FAULT_SPEED,         /* `ball` starts faster than light */
     MILL_FAULT_BALL_IN_SHAPE, /* `ball` overlaps a surface of `kind` by `amount` [m] */
     MILL_FAULT_BALL_IN_BALL,  /* `ball` overlaps ball `other` by `amount` [m] */
-    MILL_FAULT_NO_ROOM        /* the balls do not fit: they would fill the share `amount` of the
-                                 free volume; what `fits` does */
+    MILL_FAULT_NO_ROOM, /* the balls do not fit: they would fill the share `amount` of the free
+                           volume; what `fits` does */
+    MILL_FAULT_SURFACE  /* surface `other` is not within the drum, or a shaft about another axis */
 };
 
 enum { MILL_FAULT_SPECIES = 64 }; /* told at most */
@@ -98,7 +101,7 @@ struct mill_fault {
     int32_t fits[MILL_FAULT_SPECIES]; /* balls of each species that fit; all 0: none is known */
 };
 
-/* The code in words: "a ball overlaps a surface" */
+/* The code in words: "two balls overlap at the start" */
 const char *mill_setup_fault_text(enum mill_fault_code code);
 
 #endif

@@ -14,13 +14,14 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
                                  struct mill_error *error);
 void mill_sim_free(struct mill_sim *sim);
 
-/* Observers are called in the order of their addition and stay the caller's. */
+/* Observers, eight at most, are called in the order of their addition and stay the caller's. One
+ * without `sample` is asked for none. */
 enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *observer);
 
 /* Runs on to simulated time `until` [s] (samples due exactly then are taken), or for `budget`
- * events, or until *stop (may be NULL) becomes non-zero (MILL_STOPPED), or an observer has seen
- * enough (MILL_ENDED) or fails, or time stands still (MILL_FAILED). Where it pauses has no
- * influence on the run. */
+ * events (MILL_OK as well: mill_sim_time tells how far it got), or until *stop (may be NULL)
+ * becomes non-zero (MILL_STOPPED), or an observer has seen enough (MILL_ENDED) or fails, or time
+ * stands still (MILL_FAILED). Where it pauses has no influence on the run. */
 enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budget,
                               const volatile sig_atomic_t *stop, struct mill_error *error);
 

@@ -1,5 +1,4 @@
-/* The state of the mill between two events, and its account. The loop owns it; observers get it
- * const. */
+/* The state of the mill between two events, with its account. Observers get it const. */
 #ifndef MILLSIM_WORLD_H
 #define MILLSIM_WORLD_H
 

@@ -4,8 +4,7 @@
 
 #include <stddef.h>
 
-/* count * size zero bytes that begin on a cache line; to be freed by free(). NULL: out of memory.
- */
+/* count * size zero bytes that begin on a cache line; free() frees them. NULL: out of memory. */
 void *mill_memory_get(size_t count, size_t size);
 
 #endif

@@ -196,8 +196,7 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
     }
 }
 
-/* One line for the equal blades, whose tips and outermost sides are alike; one for each single one.
- */
+/* One line for the equal blades, whose tips and sides are alike; one for each single one. */
 static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *line))
 {
     double d = 0.0;

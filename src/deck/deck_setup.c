@@ -201,6 +201,7 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     case MILL_FAULT_MEMORY:
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill and its balls");
     case MILL_FAULT_NUMBER:
+    case MILL_FAULT_SURFACE:
         return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
     case MILL_FAULT_SPEED:
         return mill_error_set(error, MILL_BAD_DECK,

@@ -11,8 +11,7 @@
 #include <string.h>
 
 enum {
-    /* More would be finer than the few hundred points around by which maps and outlines see a
-     * drum. */
+    /* More would be finer than the few hundred points by which maps and outlines see a drum. */
     MOST_BUCKLES = 500,
     MOST_BLADES = 10000,
     MOST_FRICTION = 10

@@ -297,8 +297,7 @@ void mill_calendar_set_width(struct mill_calendar *c, double width)
             file(c, i);
 }
 
-/* Changes the width when days have become too full or too empty: `days_passed` held c->taken
- * events. */
+/* Changes the width when days have become too full or too empty: `days_passed` held c->taken. */
 static bool adapt(struct mill_calendar *c, double days_passed)
 {
     const double load = (double)c->taken / days_passed;

@@ -15,9 +15,8 @@
 #define PINCH_TIME 1e-5
 #define PINCH_CONTACTS 30000
 #define PINCH_BLADES 20
-#define STILL                                                                                      \
-    100000          /* events within a nanosecond, and no pinch: from here on contacts are smooth */
-#define LARGE 20000 /* balls: from so many on foresight costs less than it saves */
+#define STILL 100000 /* events within a nanosecond, and no pinch: then contacts become smooth */
+#define LARGE 20000  /* balls: from so many on foresight costs less than it saves */
 
 static void move_to(struct mill_world *w, int32_t i, double t)
 {
@@ -111,6 +110,7 @@ enum mill_status mill_sim_observe(struct mill_sim *sim, struct mill_observer *ob
     assert(observer && observer->type);
     if (sim->observers == (int)(sizeof sim->observer / sizeof sim->observer[0]))
         return MILL_FAILED;
+    observer->next = observer->type->sample ? observer->next : (double)INFINITY;
     sim->observer[sim->observers++] = observer;
     return MILL_OK;
 }
@@ -321,7 +321,12 @@ static void take_samples(struct mill_sim *sim, double due)
     enum mill_status status = MILL_OK;
     for (int k = 0; goes_on(sim, status) && k < sim->observers; k++) {
         struct mill_observer *o = sim->observer[k];
-        status = o->next <= due ? o->type->sample(o, sim->world, sim->now, sim->error) : MILL_OK;
+        if (o->next > due)
+            continue;
+        status = o->type->sample(o, sim->world, sim->now, sim->error);
+        if (status == MILL_OK && !(o->next > due))
+            status = mill_error_set(sim->error, MILL_FAILED, "%s: wants a sample again and again",
+                                    o->type->name);
     }
 }
 

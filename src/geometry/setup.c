@@ -13,6 +13,7 @@ const char *mill_setup_fault_text(enum mill_fault_code code)
         [MILL_FAULT_BALL_IN_SHAPE] = "a ball starts within a surface",
         [MILL_FAULT_BALL_IN_BALL] = "two balls overlap at the start",
         [MILL_FAULT_NO_ROOM] = "the balls do not fit",
+        [MILL_FAULT_SURFACE] = "a surface does not fit into the drum",
     };
     assert((unsigned)code < sizeof text / sizeof *text);
     return text[code];

@@ -90,9 +90,5 @@ static void restart(struct mill_motion *motion, double t)
     is->angle = fmod(is->angle + is->speed * t, 2.0 * MILL_PI);
 }
 
-const struct mill_motion_type mill_turn_type = {.name = "turn",
-                                                .is_sound = is_sound,
-                                                .create = create,
-                                                .pose = pose,
-                                                .bounds = bounds,
-                                                .restart = restart};
+const struct mill_motion_type mill_turn_type = {
+    .is_sound = is_sound, .create = create, .pose = pose, .bounds = bounds, .restart = restart};

@@ -87,6 +87,31 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
     return w->motion != NULL;
 }
 
+/* What stands or turns about the drum's axis lies within the drum; a shaft has no other axis. */
+static bool do_surfaces_fit(const struct mill_setup *setup, const struct mill_world *w,
+                            struct mill_fault *fault)
+{
+    const struct mill_setup_drum *drum = &setup->drum;
+    const bool wavy = drum->buckles > 0;
+    const struct mill_shape_fit fit = {.bore = drum->radius - (wavy ? drum->buckle_height : 0.0),
+                                       .wavy = wavy,
+                                       .length = drum->length};
+    char text[MILL_SHAPE_FAULT];
+    bool fits = true;
+    for (int k = 0; fits && k < setup->surfaces; k++) {
+        const struct mill_setup_surface *s = &setup->surface[k];
+        const bool axial =
+            s->motion == MILL_STILL || mill_motion_pose(w->motion[s->motion], 0.0).about_x;
+        if (s->type == &mill_cylinder_shaft_type)
+            fits = axial && ((const struct mill_shaft *)s->form)->radius < fit.bore;
+        else if (axial && s->type->fault)
+            fits = !s->type->fault(s->form, &fit, text);
+        if (!fits)
+            *fault = (struct mill_fault){.code = MILL_FAULT_SURFACE, .other = k};
+    }
+    return fits;
+}
+
 static bool make_balls(const struct mill_setup *setup, struct mill_world *w)
 {
     for (int k = 0; k < setup->species; k++)
@@ -201,7 +226,8 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     w->drum_length = setup->drum.length;
     memcpy(w->law, setup->law, sizeof w->law);
     w->rebound_floor = setup->rebound_floor;
-    place_balls(setup, watch, w, fault);
+    if (do_surfaces_fit(setup, w, fault))
+        place_balls(setup, watch, w, fault);
     if (fault->code == MILL_FAULT_NONE) {
         w->start = mill_world_energy(w, 0.0);
         *world = w;

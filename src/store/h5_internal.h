@@ -1,5 +1,4 @@
-/* What the parts of the h5 module (h5.c, h5_data.c, h5_file.c) share; no other file includes this.
- */
+/* What the parts of the h5 module (h5.c, h5_data.c, h5_file.c) share; nobody else includes it. */
 #ifndef MILL_H5INTERNAL_H
 #define MILL_H5INTERNAL_H
 

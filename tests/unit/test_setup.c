@@ -151,6 +151,28 @@ START_TEST(a_motion_rides_on_an_earlier_one_and_a_surface_on_any)
 }
 END_TEST
 
+START_TEST(a_surface_beyond_the_drum_is_refused_by_its_number)
+{
+    const struct {
+        size_t at; /* a number of the model */
+        double wrong;
+        int32_t surface;
+    } fault[] = {{offsetof(struct model, shaft.radius), 0.05, 0},
+                 {offsetof(struct model, blade[0].tip_radius), 0.05, 1},
+                 {offsetof(struct model, blade[0].width), 0.2, 1},
+                 {offsetof(struct model, rotor.centre.y), 0.001, 0}}; /* no axis for a shaft */
+    for (size_t k = 0; k < sizeof fault / sizeof *fault; k++) {
+        struct model m = sound;
+        struct mill_world *w;
+        struct mill_fault told;
+        memcpy((char *)&m + fault[k].at, &fault[k].wrong, sizeof(double));
+        ck_assert_int_eq(model_start(&m, NULL, &w, &told), MILL_FAULT_SURFACE);
+        ck_assert_ptr_null(w);
+        ck_assert_int_eq(told.other, fault[k].surface);
+    }
+}
+END_TEST
+
 START_TEST(given_balls_are_checked_for_number_speed_and_overlap)
 {
     const struct mill_setup_ball far = {.position.y = 0.05}, fast = {.velocity.x = 3e8},
@@ -180,7 +202,7 @@ END_TEST
 
 START_TEST(every_fault_has_its_words)
 {
-    for (int code = MILL_FAULT_NONE; code <= MILL_FAULT_NO_ROOM; code++)
+    for (int code = MILL_FAULT_NONE; code <= MILL_FAULT_SURFACE; code++)
         ck_assert_int_gt((int)strlen(mill_setup_fault_text((enum mill_fault_code)code)), 5);
 }
 END_TEST
@@ -192,6 +214,7 @@ int main(void)
         {laws_outside_their_range_are_refused, 1},
         {counts_and_profiles_that_make_no_mill_are_refused, 1},
         {a_motion_rides_on_an_earlier_one_and_a_surface_on_any, 1},
+        {a_surface_beyond_the_drum_is_refused_by_its_number, 1},
         {given_balls_are_checked_for_number_speed_and_overlap, 1},
         {every_fault_has_its_words, 1},
     };

@@ -188,6 +188,28 @@ START_TEST(an_observer_that_fails_ends_the_run_with_its_own_message)
 }
 END_TEST
 
+static enum mill_status stay(struct mill_observer *o, const struct mill_world *world, double t,
+                             struct mill_error *error)
+{
+    (void)o, (void)world, (void)t, (void)error;
+    return MILL_OK;
+}
+
+START_TEST(an_observer_whose_next_sample_is_never_later_neither_hangs_nor_crashes_the_run)
+{
+    static const struct mill_observer_type samples = {.name = "stuck", .sample = stay}, none = {0};
+    struct bench b;
+    struct mill_observer idle = {.type = &none}, stuck = {.type = &samples};
+    bench_open(&b, &mills[0]);
+    ck_assert_int_eq(mill_sim_observe(b.sim, &idle), MILL_OK);
+    bench_run(&b, 0.01);
+    ck_assert_int_eq(mill_sim_observe(b.sim, &stuck), MILL_OK);
+    ck_assert_int_eq(mill_sim_run(b.sim, 1.0, NO_LIMIT, NULL, &b.error), MILL_FAILED);
+    ck_assert_msg(strncmp(b.error.text, "stuck: ", 7) == 0, "%s", b.error.text);
+    bench_close(&b);
+}
+END_TEST
+
 /* Momentum and angular momentum of all balls about the origin, spins included */
 static void momenta(const struct bench *b, vec3 *linear, vec3 *angular)
 {
@@ -436,6 +458,7 @@ int main(void)
         {a_run_that_an_observer_ends_is_told_to_all_and_can_go_on, 1},
         {impulse_and_slip_are_those_of_the_impact, 1},
         {an_observer_that_fails_ends_the_run_with_its_own_message, 1},
+        {an_observer_whose_next_sample_is_never_later_neither_hangs_nor_crashes_the_run, 1},
         {collisions_of_balls_conserve_momentum_and_angular_momentum, 1},
         {energy_of_a_free_flight_only_changes_its_form, 1},
         {a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked, 1},
