@@ -246,7 +246,7 @@ install: millsim build/release/libmillsim.a
 	install -d $(INSTALLED)/include/millsim $(INSTALLED)/lib/pkgconfig
 	install -m 644 include/millsim/*.h $(INSTALLED)/include/millsim
 	printf '%s\n' 'prefix=$(PREFIX)' 'Name: millsim' 'Description: event-driven simulation of ball mills' \
-	    'Version: $(patsubst v%,%,$(VERSION))' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm' \
+	    'Version: $(shell cat VERSION)' 'Cflags: -I$${prefix}/include' 'Libs: -L$${prefix}/lib -lmillsim -lm' \
 	    > $(INSTALLED)/lib/pkgconfig/millsim.pc
 
 clean:

@@ -31,7 +31,7 @@ void mill_sim_audit(struct mill_sim *sim);
 
 /* Tells the state of sim and world: everything that the next event depends on. Loading wants a sim
  * of the same deck that has not run; the state of another deck is refused and does not touch it,
- * after any other failure it is good for nothing. */
+ * after any other failure the sim must not be used. */
 void mill_sim_state(struct mill_sim *sim, struct mill_state *state);
 
 /* How often each thing was checked, and held */

@@ -55,6 +55,16 @@ def test_the_example_builds_from_what_is_installed_and_counts_impacts(installed,
     assert work > 0
 
 
+def test_its_version_is_a_number_that_pkg_config_can_compare(installed):
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(installed / "lib" / "pkgconfig")}
+    said = subprocess.run(
+        ["pkg-config", "--modversion", "millsim"], capture_output=True, text=True, env=environment
+    ).stdout
+    assert said.strip() == (ROOT / "VERSION").read_text().strip()
+    command = ["pkg-config", "--atleast-version=0.1", "millsim"]
+    assert subprocess.run(command, env=environment).returncode == 0
+
+
 def test_every_public_header_compiles_alone(installed, tmp_path):
     headers = sorted((installed / "include" / "millsim").glob("*.h"))
     assert len(headers) > 8
