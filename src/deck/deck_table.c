@@ -63,13 +63,13 @@ static const struct mill_key run_key[] = {
      .hi = MOST_COLLISIONS, .preset = "0", DECK(max_collisions), .zero_is_off = true},
     {"seed", "seed of every random choice", .type = MILL_KEY_WHOLE, .lo = 0, .hi = SEED_MAX,
      .preset = "1", DECK(seed)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key gravity_key[] = {
     {"acceleration", "acceleration of gravity along x, y and z", .type = MILL_KEY_VECTOR,
      .unit = "m/s^2", ANY, .preset = "0 0 -9.81 m/s^2", DECK(gravity)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key ball_key[] = {
@@ -82,7 +82,7 @@ static const struct mill_key ball_key[] = {
      IN(mill_deck_balls, diameter)},
     {"density", "density of the balls' material", .unit = "kg/m^3", .lo = LEAST_DENSITY,
      .hi = MILL_KEY_LARGEST, IN(mill_deck_balls, density)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key start_key[] = {
@@ -90,7 +90,7 @@ static const struct mill_key start_key[] = {
      .type = MILL_KEY_FILE, .preset = "random", DECK(start), .words = "random"},
     {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
      NOT_NEGATIVE, .preset = "0 m/s", DECK(speed)},
-    {NULL},
+    {.name = NULL},
 };
 
 #define WAVY                                                                                       \
@@ -107,7 +107,7 @@ static const struct mill_key drum_key[] = {
      "radius + height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY},
     {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(buckle_angle), WAVY},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key rotor_key[] = {
@@ -117,19 +117,19 @@ static const struct mill_key rotor_key[] = {
      DECK(shaft_radius)},
     {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(rotor_angle)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key blades_key[] = {
     {"count", "number of equal blades, evenly spaced along the drum", .type = MILL_KEY_WHOLE,
      .lo = 1, .hi = MOST_BLADES, IN(mill_deck_blades, count)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key spread_key[] = {
     {"angle_step", "angle from one blade to the next", .unit = "rad", ANY, .derived = true,
      IN(mill_deck_blades, angle_step)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key law_key[] = {
@@ -139,13 +139,13 @@ static const struct mill_key law_key[] = {
      .preset = "0", IN(mill_law, friction)},
     {"tangential_restitution", "tangential restitution of a sticking contact", .lo = -1, .hi = 1,
      .preset = "0", IN(mill_law, tangential)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key floor_key[] = {
     {"rebound_floor", "least normal speed after any contact", .unit = "m/s", NOT_NEGATIVE,
      .preset = "5 mm/s", DECK(rebound_floor)},
-    {NULL},
+    {.name = NULL},
 };
 
 static const struct mill_key output_key[] = {
@@ -159,7 +159,7 @@ static const struct mill_key output_key[] = {
      NOT_NEGATIVE, .preset = "10 us", DECK(strike_window)},
     {"checkpoint", "wall-clock interval of checkpoints", .unit = "s", POSITIVE, .preset = "60 s",
      DECK(checkpoint)},
-    {NULL},
+    {.name = NULL},
 };
 
 #define VALUES(member) .values = offsetof(struct mill_deck, member)

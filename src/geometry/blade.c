@@ -232,7 +232,7 @@ const struct mill_key mill_blade_key[] = {
      MILL_KEY_POSITIVE, AT(thickness)},
     {"pitch", "turn of a blade about its radial mid-line", .unit = "rad", MILL_KEY_ANY,
      .preset = "0 deg", AT(pitch)},
-    {NULL},
+    {.name = NULL},
 };
 /* clang-format on */
 
