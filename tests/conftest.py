@@ -3,6 +3,7 @@
 import os
 import pathlib
 import shlex
+import signal
 import subprocess
 import sys
 
@@ -57,6 +58,14 @@ run.time = 60 ms
 rotor.speed = 300, 600, 900 rpm
 balls.count = 40..60 step 20
 """
+
+
+@pytest.fixture(autouse=True, scope="session")
+def signals():
+    """What nohup or a job in the background ignores, programs would ignore as well; a handler does not reach them."""
+    for number in (signal.SIGHUP, signal.SIGINT):
+        if signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
 
 
 @pytest.fixture
