@@ -78,12 +78,15 @@ millsim: build/release/millsim
 ifeq ($(MODE),musl)
 build/musl/millsim: build/release/millsim build/musl/libm.a
 	$(Q)$(CC) -o $@ $(patsubst build/musl/%,build/release/%,$(BUILD)/src/app/main.o $(LIB)) build/musl/libm.a $(LDLIBS)
-
-build/release/millsim: always
-	@$(MAKE) $(PARALLEL) MODE=release $@
 else
 $(BUILD)/millsim: $(BUILD)/src/app/main.o $(LIB)
 	$(Q)$(CC) $(ALL_LDFLAGS) -o $@ $^ $(LDLIBS)
+endif
+
+# ./millsim is the release build, whatever else is being built
+ifneq ($(BUILD),build/release)
+build/release/millsim: always
+	@$(MAKE) $(PARALLEL) MODE=release BUILD=build/release $@
 endif
 
 $(BUILD)/%.o: %.c $(BUILD)/flags | needed
