@@ -82,3 +82,12 @@ def test_the_library_needs_no_library_of_files_units_or_statistics(installed):
     ).stdout
     assert "fmod" in symbols  # it needs the C library alone
     assert not FOREIGN.findall(symbols)
+
+
+def test_another_mode_knows_how_the_release_program_is_built(tmp_path):
+    for name in ("Makefile", "VERSION", "src", "include", "tools", "tests"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    command = ["make", "--dry-run", "MODE=asan", "millsim"]
+    asked = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert asked.returncode == 0, asked.stderr
+    assert "build/release/millsim" in asked.stdout and not (tmp_path / "build/release").exists()
