@@ -29,4 +29,10 @@ struct mill_rebound {
 struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                         double reduced_mass, vec3 n, vec3 slip);
 
+/* [s] How long two elastic spheres of steel touch that meet with this normal speed [m/s]: 2.87
+ * (m^2 / (r E^2 v))^(1/5) (Hertz 1882; Landau & Lifshitz, Theory of Elasticity, section 9), E =
+ * 1.15e11 Pa the reduced modulus of steel on steel. Reduced mass [kg] and radius [m] are those of
+ * the ball at a wall. The hard sphere does without it; the model ends where it matters. */
+double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed);
+
 #endif

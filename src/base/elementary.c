@@ -102,6 +102,19 @@ double mill_elementary_cbrt(double x)
     return ldexp(root, e / 3);
 }
 
+double mill_elementary_root5(double x)
+{
+    assert(x > 0.0);
+    int e;
+    double m = frexp(x, &e);
+    for (; e % 5 != 0; e++)
+        m *= 0.5;
+    double root = 1.0; /* 1/32 <= m < 1: Newton's method comes from above */
+    for (int k = 0; k < 10; k++)
+        root -= (root - m / (root * root * (root * root))) / 5.0;
+    return ldexp(root, e / 5);
+}
+
 double mill_elementary_exp(double x)
 {
     assert(fabs(x) <= 700.0);

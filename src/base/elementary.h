@@ -21,8 +21,9 @@ double mill_elementary_atan2(double y, double x);
 /* [rad] -pi/2..pi/2, of -1 <= s <= 1. */
 double mill_elementary_asin(double s);
 
-/* x > 0, finite. */
+/* Third and fifth root of x > 0, finite. */
 double mill_elementary_cbrt(double x);
+double mill_elementary_root5(double x);
 
 /* |x| <= 700. */
 double mill_elementary_exp(double x);

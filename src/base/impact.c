@@ -4,7 +4,11 @@
  * docs/physics.md derives the formulas. */
 #include "millsim/impact.h"
 
+#include "base/elementary.h"
+
 #include <assert.h>
+
+#define STEEL (2.1e11 / (2.0 * (1.0 - 0.3 * 0.3))) /* [Pa] of steel on steel, reduced */
 
 struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                         double reduced_mass, vec3 n, vec3 slip)
@@ -35,4 +39,11 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
         rebound.dissipation += 0.5 * j_t * (s_t + after);
     }
     return rebound;
+}
+
+double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed)
+{
+    assert(reduced_mass > 0.0 && reduced_radius > 0.0 && normal_speed > 0.0);
+    const double inertia = reduced_mass / STEEL;
+    return 2.868 * mill_elementary_root5(inertia * inertia / (reduced_radius * normal_speed));
 }

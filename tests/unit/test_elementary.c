@@ -69,9 +69,11 @@ START_TEST(cube_roots_and_exponentials_are_right_to_the_last_place_or_two)
     for (int i = 0; i < TRIES; i++) {
         const double x = log_uniform(&seed, 1e-300, 1e300), y = uniform(&seed, -700.0, 700.0);
         ck_assert_double_lt(units_off(mill_elementary_cbrt(x), cbrtl(x)), 2.0);
+        ck_assert_double_lt(units_off(mill_elementary_root5(x), powl(x, 0.2L)), 2.0);
         ck_assert_double_lt(units_off(mill_elementary_exp(y), expl(y)), 2.0);
     }
-    ck_assert(mill_elementary_cbrt(27.0) == 3.0 && mill_elementary_exp(0.0) == 1.0);
+    ck_assert(mill_elementary_cbrt(27.0) == 3.0 && mill_elementary_root5(243.0) == 3.0 &&
+              mill_elementary_exp(0.0) == 1.0);
 }
 END_TEST
 

@@ -360,6 +360,22 @@ START_TEST(a_contact_that_opens_already_is_lifted_and_booked_exactly)
 }
 END_TEST
 
+/* Newton's equation with Hertz's force, in small steps */
+START_TEST(a_contact_of_steel_lasts_as_long_as_hertz_says)
+{
+    const double mass = 2.5e-4, radius = 1.25e-3, steel = 2.1e11 / (2.0 * 0.91), step = 1e-9;
+    for (int k = 0; k < 3; k++) {
+        const double speed = (double[]){0.1, 1.0, 7.0}[k];
+        double x = speed * step, v = speed, time = step;
+        for (; x > 0.0; time += step) {
+            v -= step / mass * 4.0 / 3.0 * steel * sqrt(radius) * x * sqrt(x);
+            x += v * step;
+        }
+        ck_assert_double_eq_tol(mill_impact_duration(mass, radius, speed), time, 1e-3 * time);
+    }
+}
+END_TEST
+
 int main(void)
 {
     const struct unit_test tests[] = {
@@ -375,6 +391,7 @@ int main(void)
         {no_contact_ends_slower_than_the_floor, 1},
         {a_touch_without_speed_is_lifted_by_the_floor_at_the_cost_booked, 1},
         {a_contact_that_opens_already_is_lifted_and_booked_exactly, 1},
+        {a_contact_of_steel_lasts_as_long_as_hertz_says, 1},
     };
     return unit_run("impact", tests, sizeof tests / sizeof *tests);
 }
