@@ -17,6 +17,7 @@ struct mill_impact {
     vec3 slip; /* [m/s] of its surface relative to the partner's just before, along them */
     double normal_speed, tangential_speed;  /* [m/s] just before */
     double dissipation, dissipation_normal; /* [J] */
+    bool lasting; /* one of the balls is pressed: the contact goes on, it is no new impact */
 };
 
 struct mill_observer {

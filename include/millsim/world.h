@@ -31,6 +31,7 @@ extern const double mill_world_fast[MILL_WORLD_FAST];
 struct mill_account {
     double rotor_work;       /* [J] done on the balls */
     double rotor_work_gross; /* [J] sum of |work| of the single impacts */
+    double pinch_work;       /* [J] of it: on balls that were pressed */
     double rotor_impulse;    /* [N m s] angular impulse about +x given to the balls by the rotor */
     double dissipation[MILL_KINDS], dissipation_normal[MILL_KINDS]; /* [J] all, its normal part */
     double dissipation_gross;                                       /* [J] sum of |dissipation| */
@@ -45,9 +46,11 @@ struct mill_counts {
     uint64_t predictions; /* full ones */
     uint64_t pair_tests;
     uint64_t not_closing; /* anomaly: a due contact found itself opening; the floor was applied */
-    uint64_t reliefs;     /* anomaly: balls let go that were pinched by a blade */
-    uint64_t smoothed;    /* anomaly: contacts made frictionless because time stood still */
-    uint64_t overlaps;    /* anomaly: balls found deeper than 1e-9 m in another body */
+    uint64_t pinch_contacts; /* contacts of balls while they were pressed: of no impact's count */
+    double pinch_time;       /* [s] in which balls were pressed, added up */
+    uint64_t reliefs;        /* anomaly: balls let go that were pinched by a blade */
+    uint64_t smoothed;       /* anomaly: contacts made frictionless because time stood still */
+    uint64_t overlaps;       /* anomaly: balls found deeper than 1e-9 m in another body */
     struct mill_poly_counts quartics;
     double largest_overlap; /* [m] ever seen at a contact or an audit */
 };

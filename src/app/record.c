@@ -62,6 +62,12 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
     mill_tell_count(
         sink, "not_closing", c->not_closing,
         "anomaly: a contact that was due found itself opening; the rebound floor was applied");
+    mill_tell_number(sink, "pinch_work", world->account.pinch_work, "J",
+                     "of the rotor's work: on balls that were pressed");
+    mill_tell_count(sink, "pinch_contacts", c->pinch_contacts,
+                    "contacts of balls while they were pressed: no impacts, but parts of one");
+    mill_tell_number(sink, "pinch_time", c->pinch_time, "s",
+                     "in which balls were pressed, added up");
     mill_tell_count(sink, "reliefs", c->reliefs,
                     "anomaly: balls let go by the blades because they were pinched");
     mill_tell_count(sink, "smoothed", c->smoothed,

@@ -319,15 +319,18 @@ static bool unsteady(const struct mill_world *world, const struct mill_tally_res
 }
 
 /* What should a reader of the summary be warned of? Rules with stated bounds, from the account
- * alone. A pinch relieved: the 30 000 contacts before it are in the statistics. Restitution of 0.6
- * or less together with friction, or three tenths of the ball-ball contacts at the rebound floor:
- * the charge collapses inelastically and the floor shapes the result. */
+ * alone. Balls are pressed with more than one part in fifty of the power: how much so is a matter
+ * of the bodies' stiffness, which hard spheres have none of. Restitution of 0.6 or less together
+ * with friction, or three tenths of the ball-ball contacts at the rebound floor: the charge
+ * collapses inelastically and the floor shapes the result. */
 static void take_notes(struct mill_summary *s)
 {
     const struct mill_world *world = s->world;
     const struct mill_tally_results *r = s->results;
     const double floored = r->floor_share[MILL_BALL_BALL];
     const double ring = ring_speed(world, r, s->facts->local);
+    const double work = world->account.rotor_work;
+    const double pinched = work != 0 ? world->account.pinch_work / work : 0;
     int kind = 0;
     while (kind < MILL_KINDS &&
            !(world->account.collisions[kind] > 0 && world->law[kind].friction > 0 &&
@@ -359,13 +362,12 @@ static void take_notes(struct mill_summary *s)
             "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; "
             "in dense beds below that their power no longer agrees with soft spheres.",
             mill_kind_name[kind], world->law[kind].restitution);
-    if (world->counts.reliefs > 0)
-        snprintf(
-            s->note[s->notes++], sizeof s->note[0],
-            "pinched balls were let go %llu times. The thousands of contacts before each spoil "
-            "counts and medians (strikes less); wider gaps around the blades help, though chains "
-            "of balls may still be pressed.",
-            (unsigned long long)world->counts.reliefs);
+    if (fabs(pinched) > 0.02)
+        snprintf(s->note[s->notes++], sizeof s->note[0],
+                 "%.1f %% of the rotor's work is done on balls that it presses against others and "
+                 "walls (let go %llu times, where steel would give way): gaps around the blades "
+                 "wider than a few balls make it less.",
+                 100 * pinched, (unsigned long long)world->counts.reliefs);
     if (floored > 0.3)
         snprintf(
             s->note[s->notes++], sizeof s->note[0],

@@ -3,18 +3,13 @@
  * simulated time, fixed by nothing but the clock: then every ball is brought to the same instant,
  * checked for overlap, and planned afresh, so local times stay small and precise and no output
  * option can change the run. */
-#include "base/memory.h"
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
 #include <assert.h>
 #include <stdlib.h>
 
-#define DEEP 1e-9 /* [m] an overlap beyond this is an anomaly */
-/* Pinch relief: more than so many contacts of one ball within a time [s], so many with blades */
-#define PINCH_TIME 1e-5
-#define PINCH_CONTACTS 30000
-#define PINCH_BLADES 20
+#define DEEP 1e-9    /* [m] an overlap beyond this is an anomaly */
 #define STILL 100000 /* events within a nanosecond, and no pinch: then contacts become smooth */
 #define LARGE 20000  /* balls: from so many on foresight costs less than it saves */
 
@@ -56,9 +51,8 @@ static void end_epoch(struct mill_sim *sim)
     for (int32_t i = 0; i < w->balls; i++) {
         move_to(w, i, MILL_SIM_EPOCH);
         w->ball[i].t = 0.0;
-        if (sim->pinch)
-            sim->pinch[i].since -= MILL_SIM_EPOCH;
     }
+    mill_pinches_restart(&sim->pinches, w->balls, MILL_SIM_EPOCH);
     w->base += MILL_SIM_EPOCH;
     for (int k = 0; k < w->motions; k++)
         w->motion[k]->type->restart(w->motion[k], MILL_SIM_EPOCH);
@@ -76,13 +70,8 @@ enum mill_status mill_sim_create(struct mill_world *world, struct mill_sim **sim
                                  struct mill_error *error)
 {
     struct mill_sim *s = *sim = calloc(1, sizeof *s);
-    bool pinches = false; /* where nothing does a large run keeps the memory */
-    for (int k = 0; k < world->shapes; k++)
-        pinches = pinches || world->shape[k]->type->pinches;
-    if (s && pinches)
-        s->pinch = mill_memory_get((size_t)world->balls, sizeof *s->pinch);
     const enum mill_status status =
-        s && (s->pinch || !pinches)
+        s && mill_pinches_create(&s->pinches, world)
             ? mill_schedule_create(world, &s->schedule, error)
             : mill_error_set(error, MILL_FAILED, "out of memory for the event loop");
     if (status == MILL_OK) {
@@ -100,7 +89,7 @@ void mill_sim_free(struct mill_sim *sim)
     if (!sim)
         return;
     mill_schedule_free(sim->schedule);
-    free(sim->pinch);
+    mill_pinches_free(&sim->pinches);
     free(sim->paranoid);
     free(sim);
 }
@@ -168,6 +157,10 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     struct mill_account *a = &w->account;
     const enum mill_kind kind = impact->kind;
     struct mill_law law = w->law[kind];
+    impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
+                      (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
+    if (impact->lasting)
+        law.restitution = 0.0;
     /* Friction and the rebound floor can pass a ball in a corner to and fro without any time going
      * by, the floor giving what friction takes. Where time stands still contacts are therefore
      * smooth until it moves on; then the floor parts the bodies. */
@@ -190,10 +183,14 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     if (j != MILL_NOBODY)
         kick(w, j, impact->normal, rebound.impulse, smooth);
     w->counts.not_closing += vec3_dot(slip, n) < 0.0;
-    a->collisions[kind]++;
-    a->floored[kind] += rebound.floored;
-    for (int k = 0; k < MILL_WORLD_FAST; k++)
-        a->fast[kind][k] += rebound.normal_speed >= mill_world_fast[k];
+    if (impact->lasting) {
+        w->counts.pinch_contacts++;
+    } else {
+        a->collisions[kind]++;
+        a->floored[kind] += rebound.floored;
+        for (int k = 0; k < MILL_WORLD_FAST; k++)
+            a->fast[kind][k] += rebound.normal_speed >= mill_world_fast[k];
+    }
     a->dissipation[kind] += rebound.dissipation;
     a->dissipation_normal[kind] += rebound.dissipation_normal;
     a->dissipation_gross += fabs(rebound.dissipation);
@@ -225,20 +222,6 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
 }
 
-/* A ball that a body presses against something may meet both without end: it is let go. */
-static void relieve_pinch(struct mill_sim *sim, int32_t i)
-{
-    struct mill_pinch *p = &sim->pinch[i];
-    const uint32_t contacts = sim->world->ball[i].contacts;
-    if (p->blade_contacts == 0 || sim->now - p->since > PINCH_TIME)
-        *p = (struct mill_pinch){sim->now, contacts, 0};
-    if (++p->blade_contacts > PINCH_BLADES && contacts - p->contacts > PINCH_CONTACTS) {
-        sim->schedule->plan[i].let_go = true;
-        sim->world->counts.reliefs++;
-        p->blade_contacts = 0;
-    }
-}
-
 static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
 {
     struct mill_world *w = sim->world;
@@ -254,17 +237,23 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
     struct mill_impact impact = {
         .kind = shape->type->kind, .ball = i, .partner = shape->number, .position = c.point};
+    const bool pinches = shape->type->pinches && sim->pinches.ball;
+    if (pinches)
+        mill_pinches_meet(&sim->pinches, w, i, sim->now);
     resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, &impact);
+    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(impact.impulse, c.normal))) {
+        sim->schedule->plan[i].let_go = true;
+        w->counts.reliefs++;
+    }
     if (shape->motion) {
         const vec3 impulse = impact.impulse; /* on the ball */
         const double work = vec3_dot(impulse, c.velocity);
         w->account.rotor_work += work;
+        w->account.pinch_work += impact.lasting ? work : 0.0;
         w->account.rotor_work_gross += fabs(work);
         w->account.rotor_impulse += c.point.y * impulse.z - c.point.z * impulse.y;
     }
     tell(sim, &impact);
-    if (shape->type->pinches)
-        relieve_pinch(sim, i);
     mill_schedule_ball(sim->schedule, i, sim->now, s);
 }
 

@@ -2,17 +2,12 @@
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
+#include "engine/pinch.h"
 #include "engine/schedule.h"
 #include "millsim/sim.h"
 
 /* [s] between restarts of local time; a power of two, so that the sum is exact */
 #define MILL_SIM_EPOCH 0.0625
-
-struct mill_pinch {
-    double since;            /* [s] local */
-    uint32_t contacts;       /* the ball's count then */
-    uint32_t blade_contacts; /* since */
-};
 
 struct mill_watch {
     double last;       /* [s] local time of the last event that counted as an advance */
@@ -30,7 +25,7 @@ struct mill_sim_paranoid {
 struct mill_sim {
     struct mill_world *world;
     struct mill_schedule *schedule;
-    struct mill_pinch *pinch;
+    struct mill_pinches pinches;
     struct mill_watch watch;
     struct mill_sim_paranoid *paranoid; /* NULL: off */
     double now;                         /* [s] local */

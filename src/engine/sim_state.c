@@ -55,7 +55,8 @@ static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *st
     mill_state_structs(state, "ball", sizeof *w->ball, n, w->ball);
     mill_state_structs(state, "spin", sizeof *w->spin, n, w->spin);
     mill_state_structs(state, "plan", sizeof *s->schedule->plan, n, s->schedule->plan);
-    mill_state_structs(state, "pinch", sizeof *s->pinch, s->pinch ? n : 0, s->pinch);
+    mill_state_structs(state, "pinch", sizeof *s->pinches.ball, s->pinches.ball ? n : 0,
+                       s->pinches.ball);
     mill_state_field(state, "cell", MILL_FIELD_I32, n, cell);
 }
 

@@ -56,6 +56,8 @@ static enum mill_status log_impact(struct mill_observer *self, const struct mill
                                       [NORMAL_SPEED] = &impact->normal_speed,
                                       [TANGENTIAL_SPEED] = &impact->tangential_speed,
                                       [LOSS] = &impact->dissipation};
+    if (impact->lasting)
+        return MILL_OK;
     log->rows++;
     for (int i = 0; i < COLUMNS; i++)
         mill_h5_column_append(log->column[i], 1, row[i]);

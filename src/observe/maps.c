@@ -202,18 +202,18 @@ void mill_maps_clear(struct mill_maps *maps)
     maps->samples = 0;
 }
 
-static void hit(struct mill_map *map, double a, double b, double normal_speed, double dissipation)
+static void hit(struct mill_map *map, double a, double b, const struct mill_impact *impact)
 {
-    const int cell = mill_maps_place(map, 0, a) * map->n[1] + mill_maps_place(map, 1, b);
-    map->hits[cell].count++;
-    map->hits[cell].speed += normal_speed;
-    map->hits[cell].dissipation += dissipation;
+    struct mill_map_hits *hits =
+        &map->hits[mill_maps_place(map, 0, a) * map->n[1] + mill_maps_place(map, 1, b)];
+    hits->count += !impact->lasting;
+    hits->speed += impact->lasting ? 0.0 : impact->normal_speed;
+    hits->dissipation += impact->dissipation;
 }
 
-void mill_maps_impact(struct mill_maps *maps, vec3 position, double normal_speed,
-                      double dissipation)
+void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact)
 {
-    const double r = sqrt(position.y * position.y + position.z * position.z);
-    hit(&maps->cross, position.y, position.z, normal_speed, dissipation);
-    hit(&maps->axial, position.x, r, normal_speed, dissipation);
+    const vec3 at = impact->position;
+    hit(&maps->cross, at.y, at.z, impact);
+    hit(&maps->axial, at.x, sqrt(at.y * at.y + at.z * at.z), impact);
 }

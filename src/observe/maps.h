@@ -3,7 +3,7 @@
 #ifndef MILL_MAPS_H
 #define MILL_MAPS_H
 
-#include "millsim/world.h"
+#include "millsim/observer.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -52,9 +52,8 @@ void mill_maps_free(struct mill_maps *maps);
 void mill_maps_add(struct mill_maps *into, const struct mill_maps *from);
 void mill_maps_clear(struct mill_maps *maps);
 
-/* Counts an impact at `position` [m]. */
-void mill_maps_impact(struct mill_maps *maps, vec3 position, double normal_speed,
-                      double dissipation);
+/* Counts an impact; of a lasting one only the dissipation. */
+void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact);
 
 /* Adds the balls as they are at local time t. Each ball's volume is spread over 32 equal points
  * within it. */

@@ -54,12 +54,13 @@ static inline int mill_spectrum_find(const struct mill_spectrum_grid *grid, doub
     return slot + (v >= grid->edge[slot]); /* edge[slot] is the upper edge of this slot's bin */
 }
 
-/* Counts one speed v [m/s] that belongs into `slot`, and the dissipation [J] that came with it. */
-static inline void mill_spectrum_add(struct mill_spectrum *spectrum, int slot, double v,
-                                     double dissipation)
+/* Counts a speed v [m/s] that belongs into `slot` so many times (0 or 1), and the dissipation [J]
+ * that came with it. */
+static inline void mill_spectrum_add(struct mill_spectrum *spectrum, int slot, uint64_t times,
+                                     double v, double dissipation)
 {
-    spectrum->sum += v;
-    spectrum->slot[slot].count++;
+    spectrum->sum += (double)times * v;
+    spectrum->slot[slot].count += times;
     spectrum->slot[slot].dissipation += dissipation;
 }
 

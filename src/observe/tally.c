@@ -17,8 +17,9 @@ static void count(struct mill_speeds *speeds, const struct mill_impact *impact, 
                   int tangential)
 {
     const int fast = normal >= MILL_SPECTRUM_FAST;
-    mill_spectrum_add(&speeds->normal, normal, impact->normal_speed, impact->dissipation);
-    mill_spectrum_add(&speeds->tangential[fast], tangential, impact->tangential_speed,
+    const uint64_t once = !impact->lasting;
+    mill_spectrum_add(&speeds->normal, normal, once, impact->normal_speed, impact->dissipation);
+    mill_spectrum_add(&speeds->tangential[fast], tangential, once, impact->tangential_speed,
                       impact->dissipation);
 }
 
@@ -59,12 +60,12 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
         if (tally->at.open) {
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
-            mill_maps_impact(&tally->gathered.maps, impact->position, impact->normal_speed,
-                             impact->dissipation);
+            mill_maps_impact(&tally->gathered.maps, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
-    if (++tally->at.collisions < tally->collisions || status != MILL_OK)
+    tally->at.collisions += !impact->lasting;
+    if (tally->at.collisions < tally->collisions || status != MILL_OK)
         return status;
     tally->at.ended = MILL_TALLY_COLLISIONS;
     return mill_error_set(error, MILL_ENDED, "max_collisions");

@@ -88,9 +88,9 @@ struct mill_tally_results {
     struct mill_maps maps;
     double floor_share[MILL_TALLY_ROWS]; /* of the impacts in the window, those at which the rebound
                                             floor acted; NaN when there were none */
-    /* of the rotor, mean over the window: power it gives to the balls [W], torque about +x [N m];
-     * NaN at duration 0 */
-    double power, torque;
+    /* of the rotor, mean over the window: power it gives to the balls [W], torque about +x [N m],
+     * the part of the power that goes to balls that are pressed; NaN at duration 0 */
+    double power, torque, pinch_power;
     double power_error, torque_error; /* from the scatter of blocks; NaN with fewer than two */
     double block, revolutions;        /* as in the tally */
     size_t blocks;

@@ -73,6 +73,7 @@ static void sum_account(struct mill_tally_results *r)
             impacts[row] > 0 ? (double)floored[row] / (double)impacts[row] : (double)NAN;
     const double duration = r->duration > 0 ? r->duration : (double)NAN;
     r->power = (to->rotor_work - from->rotor_work) / duration;
+    r->pinch_power = (to->pinch_work - from->pinch_work) / duration;
     r->torque = (to->rotor_impulse - from->rotor_impulse) / duration;
 }
 
@@ -294,6 +295,8 @@ static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *
     mill_tell_number(sink, "power_error", r->power_error, "W",
                      "standard error of the mean power from the scatter of the blocks; NaN with "
                      "fewer than two");
+    mill_tell_number(sink, "pinch_power", r->pinch_power, "W",
+                     "of it: work on balls pressed between a blade and others / duration");
     mill_tell_number(sink, "torque", r->torque, "N m",
                      "mean torque of the rotor on the balls about +x");
     mill_tell_number(sink, "torque_error", r->torque_error, "N m",

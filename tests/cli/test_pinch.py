@@ -2,6 +2,8 @@
 
 import json
 
+import h5py
+import numpy as np
 import pytest
 
 DECK = """
@@ -30,7 +32,7 @@ friction = 0.3
 
 
 @pytest.mark.parametrize("pitch", [20, 0])  # gaps of 4.3 mm and of just a ball's diameter
-def test_a_pinched_ball_is_let_go_and_counted(millsim, tmp_path, pitch):
+def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
     (tmp_path / "deck.ini").write_text(DECK.format(pitch=pitch))
     done = millsim("deck.ini", "--json", "--quiet")
     assert done.returncode == 0, done.stderr
@@ -38,7 +40,35 @@ def test_a_pinched_ball_is_let_go_and_counted(millsim, tmp_path, pitch):
     summary = json.loads(done.stdout)
     assert summary["run"]["reliefs"] > 0
     assert summary["run"]["overlaps"] == 0
-    assert "pinched balls were let go" in " ".join(summary["notes"])
+    run = summary["run"]
+    assert run["pinch_contacts"] > 0 and run["pinch_time"] > 0
+    told = f"let go {run['reliefs']} times" in " ".join(summary["notes"])
+    assert told == (abs(run["pinch_work"]) > 0.02 * run["rotor_work"])
+
+
+def test_contacts_of_pressed_balls_are_neither_counted_nor_logged(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(DECK.format(pitch=20))
+    done = millsim("deck.ini", "--json", "--quiet", "-s", "output.impacts=all")
+    run = json.loads(done.stdout)["run"]
+    assert run["pinch_contacts"] > 1000
+    with h5py.File(tmp_path / "deck.h5") as file:
+        rows = file["impacts/time"].shape[0]
+        counted = file["statistics/impacts/all/count"][()]
+        lost = file["statistics/impacts/all/dissipated_power"][()] * file["statistics/duration"][()]
+        told = sum(series["value"][-1] for series in file["observables/dissipation"].values())
+        logged = file["impacts/dissipation"][:].sum()
+    assert rows == counted == sum(run["collisions"].values())
+    assert lost == pytest.approx(told, rel=1e-9)  # what they lose is in the books
+    assert logged < lost
+
+
+def test_a_blade_that_jams_balls_gives_them_no_speeds_beyond_its_own(millsim, tmp_path):
+    (tmp_path / "deck.ini").write_text(DECK.format(pitch=20))
+    millsim("deck.ini", "--json", "--quiet", "-s", "output.impacts=all")
+    tip = 30e-3 * 2 * np.pi * 1000 / 60
+    with h5py.File(tmp_path / "deck.h5") as file:
+        speed = file["impacts/normal_speed"][:]
+    assert np.quantile(speed, 0.9999) < (1 + 0.8) * tip
 
 
 PADDLE = """

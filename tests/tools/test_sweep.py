@@ -336,10 +336,11 @@ def test_a_run_that_reaches_its_most_collisions_is_capped(one_job):
     assert path_of[MEDIAN] > 0
 
 
-def test_a_run_that_let_pinched_balls_go_is_not_called_done(one_job):
+def test_a_run_with_pinches_is_done_and_one_with_balls_deep_in_others_is_not(one_job):
     done = one_job()
-    row = job.read(done, finished(done, {"run/reliefs": 3}))
-    assert row["status"] == "capped" and "3 pinched balls let go" in row["message"]
+    assert job.read(done, finished(done, {"run/reliefs": 3000}))["status"] == "done"
+    row = job.read(done, finished(done, {"run/overlaps": 3}))
+    assert row["status"] == "capped" and "3 balls deep in other bodies" in row["message"]
 
 
 def test_the_error_of_a_run_with_precision_is_the_one_it_found(one_job):

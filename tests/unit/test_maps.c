@@ -37,6 +37,13 @@ START_TEST(cells_are_a_thirtieth_of_the_radius)
 }
 END_TEST
 
+static void impact_at(struct mill_maps *into, vec3 position, double speed, double loss)
+{
+    const struct mill_impact impact = {
+        .position = position, .normal_speed = speed, .dissipation = loss};
+    mill_maps_impact(into, &impact);
+}
+
 START_TEST(a_flat_mill_has_four_slices_and_a_long_one_400)
 {
     struct mill_maps other;
@@ -53,8 +60,8 @@ END_TEST
 
 START_TEST(an_impact_is_counted_where_it_happens)
 {
-    mill_maps_impact(&maps, vec3_make(0.021, -0.03, 0.041), 1.5, 0.25);
-    mill_maps_impact(&maps, vec3_make(0.021, -0.03, 0.041), 0.5, 0.5);
+    impact_at(&maps, vec3_make(0.021, -0.03, 0.041), 1.5, 0.25);
+    impact_at(&maps, vec3_make(0.021, -0.03, 0.041), 0.5, 0.5);
     const struct mill_map_hits *cross = hits_at(&maps.cross, -0.03, 0.041);
     const struct mill_map_hits *axial = hits_at(&maps.axial, 0.021, hypot(0.03, 0.041));
     ck_assert_uint_eq(cross->count, 2);
@@ -69,8 +76,8 @@ END_TEST
 
 START_TEST(impacts_on_the_walls_belong_to_the_cells_at_the_rim)
 {
-    mill_maps_impact(&maps, vec3_make(0.06, 0, 0.0750000001), 1, 0);
-    mill_maps_impact(&maps, vec3_make(-0.0600000001, 0, -0.0750000001), 1, 0);
+    impact_at(&maps, vec3_make(0.06, 0, 0.0750000001), 1, 0);
+    impact_at(&maps, vec3_make(-0.0600000001, 0, -0.0750000001), 1, 0);
     ck_assert_uint_eq(maps.cross.hits[30 * 60 + 59].count, 1);
     ck_assert_uint_eq(maps.cross.hits[30 * 60 + 0].count, 1);
     ck_assert_uint_eq(maps.axial.hits[47 * 30 + 29].count, 1);

@@ -72,7 +72,7 @@ START_TEST(every_single_event_may_be_the_last_before_the_hand_over)
 }
 END_TEST
 
-/* Hand-overs are closer than the 30000 contacts that a pinch is recognised by. */
+/* Hand-overs fall into pinches, too. */
 START_TEST(pinches_are_counted_on_across_the_hand_over)
 {
     struct bench plain, pieces;

@@ -28,7 +28,7 @@ static int slot_by_bisection(double v)
 
 static void fill(volatile double v) /* volatile: gcc warns of slots it cannot rule out */
 {
-    mill_spectrum_add(&spectrum, mill_spectrum_find(&grid, v), v, 0);
+    mill_spectrum_add(&spectrum, mill_spectrum_find(&grid, v), 1, v, 0);
 }
 
 START_TEST(edges_are_powers_of_twenty_and_finer_than_two_percent)
@@ -174,9 +174,9 @@ START_TEST(a_merged_spectrum_holds_both)
 {
     struct mill_spectrum other;
     memset(&other, 0, sizeof other);
-    mill_spectrum_add(&spectrum, 100, 1, 0.5);
-    mill_spectrum_add(&other, 100, 2, 0.25);
-    mill_spectrum_add(&other, 0, 0, -0.125);
+    mill_spectrum_add(&spectrum, 100, 1, 1, 0.5);
+    mill_spectrum_add(&other, 100, 1, 2, 0.25);
+    mill_spectrum_add(&other, 0, 1, 0, -0.125);
     mill_spectrum_merge(&spectrum, &other);
     ck_assert_uint_eq(mill_spectrum_total(&spectrum, 0).count, 3);
     ck_assert_uint_eq(spectrum.slot[100].count, 2);

@@ -20,11 +20,6 @@ from milltools.errors import UserError
 from milltools.kinds import KINDS
 from milltools.runfile import Run
 
-PINCHED = (
-    3e4  # contacts that a ball has had in an instant when a blade lets it go (docs/physics.md)
-)
-SPOILT = 0.02  # of all contacts
-
 
 class Lost(Exception):
     """The run was killed from outside, or its machine went: nothing is known of it."""
@@ -185,8 +180,8 @@ def _facts(run) -> dict:
         facts |= {"status": "capped", "message": "stopped at run.max_collisions"}
     elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
         facts |= {"status": "capped", "message": "run.time was reached before run.precision"}
-    let_go, deep = int(run.read("run/reliefs")), int(run.read("run/overlaps"))
-    if deep or let_go * PINCHED > SPOILT * collisions:
-        why = f"{deep} balls deep in other bodies" if deep else f"{let_go} pinched balls let go"
-        facts |= {"status": "capped", "message": f"{why}: its impacts are not to be trusted"}
+    deep = int(run.read("run/overlaps"))
+    if deep:
+        why = f"{deep} balls deep in other bodies: its impacts are not to be trusted"
+        facts |= {"status": "capped", "message": why}
     return facts

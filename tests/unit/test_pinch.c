@@ -1,0 +1,123 @@
+/* Claims about balls that a moving body presses: when they are pressed, and when let go. */
+#include "engine/pinch.h"
+
+#include "sim_fixture.h"
+
+#define BALL 3
+
+static struct bench mill;
+static struct mill_pinches pinches;
+static double duration, most;
+
+static void set_up(void)
+{
+    bench_open(&mill, &pinching[0]);
+    ck_assert(mill_pinches_create(&pinches, mill.world));
+    ck_assert(pinches.ball);
+    duration = pinches.duration[mill.world->ball[BALL].species];
+    most = pinches.most[mill.world->ball[BALL].species];
+}
+
+static void tear_down(void)
+{
+    mill_pinches_free(&pinches);
+    bench_close(&mill);
+}
+
+static bool is_pressed(double t)
+{
+    return mill_pinches_press(&pinches, mill.world, BALL, t);
+}
+
+/* Meets a blade at these times [durations]. */
+static void meet(int count, const double *times)
+{
+    for (int k = 0; k < count; k++)
+        mill_pinches_meet(&pinches, mill.world, BALL, times[k] * duration);
+}
+
+START_TEST(meeting_a_blade_again_within_one_duration_is_not_yet_a_pinch)
+{
+    meet(3, (double[]){1.0, 1.3, 1.9});
+    ck_assert(!is_pressed(1.95 * duration));
+    ck_assert_double_eq(mill.world->counts.pinch_time, 0.0);
+}
+END_TEST
+
+START_TEST(what_outlasts_an_impact_presses_the_ball_until_a_duration_without_a_blade)
+{
+    meet(3, (double[]){1.0, 1.6, 2.2});
+    ck_assert(is_pressed(2.2 * duration));
+    ck_assert(is_pressed(3.1 * duration));
+    ck_assert(!is_pressed(3.3 * duration));
+    meet(1, (double[]){2.5});
+    ck_assert_double_eq_tol(mill.world->counts.pinch_time, 0.3 * duration, 1e-12 * duration);
+}
+END_TEST
+
+START_TEST(blades_that_come_a_duration_apart_press_nothing)
+{
+    for (int k = 0; k < 100; k++) {
+        mill_pinches_meet(&pinches, mill.world, BALL, 1.01 * k * duration);
+        ck_assert(!is_pressed(1.01 * k * duration));
+    }
+}
+END_TEST
+
+START_TEST(pressed_stays_pressed_when_local_time_restarts)
+{
+    meet(3, (double[]){1.0, 1.6, 2.2});
+    mill_pinches_restart(&pinches, mill.world->balls, 2.0 * duration);
+    ck_assert(is_pressed(1.1 * duration));
+    ck_assert(!is_pressed(1.3 * duration));
+}
+END_TEST
+
+START_TEST(more_than_ten_elastic_impacts_at_once_let_the_ball_go)
+{
+    for (int k = 0; k < 10; k++) {
+        mill_pinches_meet(&pinches, mill.world, BALL, duration);
+        ck_assert(!mill_pinches_push(&pinches, mill.world, BALL, most / 10.0 * (1.0 - 1e-12)));
+    }
+    mill_pinches_meet(&pinches, mill.world, BALL, duration);
+    ck_assert(mill_pinches_push(&pinches, mill.world, BALL, most / 10.0));
+}
+END_TEST
+
+/* 0.4 of the most each half duration adds up to 0.4 (1 + 1/2 + ...) < 0.8 */
+START_TEST(impulses_that_lie_a_duration_back_do_not_count)
+{
+    for (int k = 0; k < 1000; k++) {
+        mill_pinches_meet(&pinches, mill.world, BALL, 0.5 * k * duration);
+        ck_assert(!mill_pinches_push(&pinches, mill.world, BALL, 0.4 * most));
+    }
+}
+END_TEST
+
+START_TEST(where_no_blade_moves_nothing_is_kept_and_nothing_pressed)
+{
+    struct mill_pinches none = {NULL, NULL, NULL};
+    struct bench still;
+    struct model stands = pinching[0];
+    stands.rotor.speed = 0.0;
+    bench_open(&still, &stands);
+    ck_assert(mill_pinches_create(&none, still.world));
+    ck_assert(!none.ball && !mill_pinches_press(&none, still.world, BALL, 0.0));
+    mill_pinches_free(&none);
+    bench_close(&still);
+}
+END_TEST
+
+int main(void)
+{
+    const struct unit_test tests[] = {
+        {meeting_a_blade_again_within_one_duration_is_not_yet_a_pinch, 1},
+        {what_outlasts_an_impact_presses_the_ball_until_a_duration_without_a_blade, 1},
+        {blades_that_come_a_duration_apart_press_nothing, 1},
+        {pressed_stays_pressed_when_local_time_restarts, 1},
+        {more_than_ten_elastic_impacts_at_once_let_the_ball_go, 1},
+        {impulses_that_lie_a_duration_back_do_not_count, 1},
+        {where_no_blade_moves_nothing_is_kept_and_nothing_pressed, 1},
+    };
+    return unit_run_in("pinch", set_up, tear_down, tests, sizeof tests / sizeof *tests);
+}
