@@ -413,7 +413,9 @@ class Run:
         )
 
     def _of_pairs(self, path: str, species: list[int]) -> np.ndarray:
-        values = self.read(f"statistics/energies/{path}", why="written by an older program, or another")
+        values = self.read(
+            f"statistics/energies/{path}", why="written by an older program, or another"
+        )
         if len(species) == 2:
             return values[tuple(species)]
         if species and values.ndim == 3:  # of balls: it with each, itself once
