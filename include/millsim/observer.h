@@ -12,8 +12,9 @@ struct mill_impact {
     double time; /* [s] simulated */
     enum mill_kind kind;
     int32_t ball, partner; /* the other ball (> ball), blade or end wall number, else -1 */
-    vec3 position;         /* [m] of the contact */
-    vec3 normal, impulse;  /* unit, into the ball `ball`; [N s] given to it */
+    int16_t species, partner_species; /* of the ball; of the other ball, else -1 */
+    vec3 position;                    /* [m] of the contact */
+    vec3 normal, impulse;             /* unit, into the ball `ball`; [N s] given to it */
     vec3 slip; /* [m/s] of its surface relative to the partner's just before, along them */
     double normal_speed, tangential_speed;  /* [m/s] just before */
     double dissipation, dissipation_normal; /* [J] */

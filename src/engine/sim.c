@@ -214,8 +214,12 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     const double reduced = sa->mass * sb->mass / (sa->mass + sb->mass);
     w->counts.largest_overlap =
         mill_greatest(w->counts.largest_overlap, sa->radius + sb->radius - distance);
-    struct mill_impact impact = {.kind = MILL_BALL_BALL, .ball = i, .partner = j};
-    impact.position = vec3_axpy(a->r, sa->radius, n);
+    struct mill_impact impact = {.kind = MILL_BALL_BALL,
+                                 .ball = i,
+                                 .partner = j,
+                                 .species = (int16_t)a->species,
+                                 .partner_species = (int16_t)b->species,
+                                 .position = vec3_axpy(a->r, sa->radius, n)};
     resolve(sim, i, j, reduced, n, slip, &impact);
     tell(sim, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
@@ -235,8 +239,12 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
     if (!sim->schedule->plan[i].let_go || !shape->type->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
-    struct mill_impact impact = {
-        .kind = shape->type->kind, .ball = i, .partner = shape->number, .position = c.point};
+    struct mill_impact impact = {.kind = shape->type->kind,
+                                 .ball = i,
+                                 .partner = shape->number,
+                                 .species = (int16_t)b->species,
+                                 .partner_species = -1,
+                                 .position = c.point};
     const bool pinches = shape->type->pinches && sim->pinches.ball;
     if (pinches)
         mill_pinches_meet(&sim->pinches, w, i, sim->now);

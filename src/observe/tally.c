@@ -61,6 +61,7 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         if (tally->at.open) {
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
             mill_maps_impact(&tally->gathered.maps, impact);
+            mill_energies_impact(&tally->gathered.energies, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
@@ -169,6 +170,7 @@ static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_
     } field[] = {{"last", sizeof g->last, 1, &g->last},
                  {"impacts", sizeof *g->impacts, MILL_KINDS, g->impacts},
                  {"strikes", sizeof *g->strikes, MILL_KINDS, g->strikes},
+                 {"energies", sizeof *g->energies.pair, g->energies.pairs, g->energies.pair},
                  {"samples", sizeof maps->samples, 1, &g->maps.samples},
                  {"hits", sizeof *maps->cross.hits, maps->cells, maps->cross.hits},
                  {"flow", sizeof *maps->cross.flow, maps->cells, maps->cross.flow}};
@@ -232,9 +234,9 @@ static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     for (int i = 0; tally->portion && i < MILL_TALLY_PORTIONS; i++)
-        mill_maps_free(&tally->portion[i].maps);
+        mill_tally_window_free(&tally->portion[i]);
     free(tally->portion);
-    mill_maps_free(&tally->gathered.maps);
+    mill_tally_window_free(&tally->gathered);
     mill_strikes_free(&tally->pairs);
     mill_precision_free(&tally->batches);
     free(tally->work);
@@ -276,7 +278,8 @@ static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
     t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
     bool memory = !t->search || t->portion;
     for (int i = 0; memory && t->search && i < MILL_TALLY_PORTIONS; i++)
-        memory = mill_maps_like(&t->portion[i].maps, &t->gathered.maps);
+        memory = mill_maps_like(&t->portion[i].maps, &t->gathered.maps) &&
+                 mill_energies_like(&t->portion[i].energies, &t->gathered.energies);
     return memory;
 }
 
@@ -292,6 +295,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     mill_spectrum_grid_init(&tally->grid);
     if (!mill_maps_init(&tally->gathered.maps, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the maps");
+    if (!mill_energies_init(&tally->gathered.energies, world))
+        return mill_error_set(error, MILL_FAILED, "out of memory for the energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
         !plan_blocks(tally, world->rotor_speed, duration) || !plan_batches(tally, asked, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");

@@ -4,6 +4,7 @@
 #define MILL_TALLY_H
 
 #include "millsim/observer.h"
+#include "observe/energies.h"
 #include "observe/maps.h"
 #include "observe/observe.h"
 #include "observe/precision.h"
@@ -23,6 +24,7 @@ struct mill_speeds {
  * the window is yet to be found, and those after the start-up are added up at the end. */
 struct mill_gathered {
     struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
+    struct mill_energies energies;
     struct mill_maps maps;
     int64_t last; /* number of the last of the portions as gathered that it is made of */
 };
@@ -85,6 +87,7 @@ struct mill_tally_results {
     struct mill_tally_progress at;
     double begin, duration; /* [s] of the window */
     struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS];
+    struct mill_energies energies;
     struct mill_maps maps;
     double floor_share[MILL_TALLY_ROWS]; /* of the impacts in the window, those at which the rebound
                                             floor acted; NaN when there were none */
@@ -131,6 +134,9 @@ void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account
 
 /* Where the strikes of an earlier portion are kept. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
+
+/* Frees what it holds, besides its struct. */
+void mill_tally_window_free(struct mill_gathered *gathered);
 
 /* into[rows] += from[rows] */
 void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *from, int rows);

@@ -46,6 +46,7 @@ static void add(struct mill_tally_results *r, const struct mill_gathered *from)
 {
     mill_tally_window_add(r->impacts, from->impacts, MILL_KINDS);
     mill_tally_window_add(r->strikes, from->strikes, MILL_KINDS);
+    mill_energies_add(&r->energies, &from->energies);
     mill_maps_add(&r->maps, &from->maps);
 }
 
@@ -106,7 +107,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
         r->at.at_begin = batches->accounts[from];
     }
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
-    if (!mill_maps_like(&r->maps, &tally->gathered.maps) || !make_blocks(r, from)) {
+    if (!mill_maps_like(&r->maps, &tally->gathered.maps) ||
+        !mill_energies_like(&r->energies, &tally->gathered.energies) || !make_blocks(r, from)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
@@ -128,6 +130,7 @@ void mill_tally_results_free(struct mill_tally_results *results)
     if (!results)
         return;
     mill_maps_free(&results->maps);
+    mill_energies_free(&results->energies);
     free(results->block_power);
     free(results->block_torque);
     free(results);
@@ -369,8 +372,10 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
                          "share of the impacts at which the rebound floor acted; NaN without "
                          "impacts");
     sink->close(sink);
-    if (sink->full)
+    if (sink->full) {
+        mill_energies_tell(&r->energies, sink);
         tell_maps(sink, &r->maps);
+    }
     tell_rotor(sink, r);
     if (r->tally->precision > 0)
         tell_precision(sink, r);

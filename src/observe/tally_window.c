@@ -20,12 +20,20 @@ void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *f
     }
 }
 
-/* Moves it; what stood there leaves the room of its maps. */
+void mill_tally_window_free(struct mill_gathered *gathered)
+{
+    mill_energies_free(&gathered->energies);
+    mill_maps_free(&gathered->maps);
+}
+
+/* Moves it; what stood there leaves the room of its maps and energies. */
 static void move(struct mill_gathered *to, struct mill_gathered *from)
 {
-    const struct mill_maps room = to->maps;
+    const struct mill_maps maps = to->maps;
+    const struct mill_energies energies = to->energies;
     *to = *from;
-    from->maps = room;
+    from->maps = maps;
+    from->energies = energies;
 }
 
 static void join_portions(struct mill_tally *t)
@@ -39,6 +47,7 @@ static void join_portions(struct mill_tally *t)
         for (uint64_t m = 1; m < many; m++) {
             mill_tally_window_add(first->impacts, first[m].impacts, MILL_KINDS);
             mill_tally_window_add(first->strikes, first[m].strikes, MILL_KINDS);
+            mill_energies_add(&first->energies, &first[m].energies);
             mill_maps_add(&first->maps, &first[m].maps);
         }
         first->last = first[many - 1].last;
@@ -92,6 +101,7 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         move(&t->portion[t->at.portions], gathered);
         memset(gathered->impacts, 0, sizeof gathered->impacts);
         memset(gathered->strikes, 0, sizeof gathered->strikes);
+        mill_energies_clear(&gathered->energies);
         mill_maps_clear(&gathered->maps);
         gathered->last++;
         memset(t->before, 0, sizeof t->before);

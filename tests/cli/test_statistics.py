@@ -484,3 +484,51 @@ def test_a_mill_without_a_rotor_has_nan_where_there_is_nothing_to_average(tmp_pa
     with h5py.File(tmp_path / "still.h5") as f:
         assert np.isnan(f["statistics/floor_share/ball_blade"][()])
         assert f["statistics/rotor/block_power"].shape == (0,)
+
+
+# ---- energies by pair of species
+
+
+@pytest.fixture(scope="module")
+def energies(file, log):
+    """{name: energy [J] of every impact}, from the log and the masses of the balls."""
+    mass, ball, partner = file["particles/trajectory/mass"][:], log["ball"], log["partner"]
+    pair = log["kind"] == 0
+    reduced = np.where(pair, mass[ball] * mass[partner] / (mass[ball] + mass[partner]), mass[ball])
+    normal, slip = log["normal_speed"] ** 2, log["tangential_speed"] ** 2
+    return {
+        "normal": 0.5 * reduced * normal,
+        "total": 0.5 * reduced * (normal + slip),
+        "dissipated": log["dissipation"],
+    }
+
+
+@pytest.mark.parametrize("name", ["normal", "total", "dissipated"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_energies_of_each_pair_of_species_are_those_of_the_log(file, log, energies, kind, name):
+    species, edges = file["particles/trajectory/species"][:], file["statistics/energies/edges"][:]
+    found = file[f"statistics/energies/{kind}/{name}"][:]
+    ours = log["inside"] & (log["kind"] == KINDS.index(kind))
+    bins = np.searchsorted(edges, energies[name][ours], side="right") - 1
+    where = [species[log["ball"][ours]], bins]
+    if kind == "ball_ball":
+        where.insert(1, species[log["partner"][ours]])
+    expected = np.zeros_like(found)
+    np.add.at(expected, tuple(where), 1)
+    assert expected.sum() > 100 and np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_energies_of_all_pairs_are_all_impacts_of_the_kind_and_their_loss(file, kind):
+    group, impacts = file[f"statistics/energies/{kind}"], file[f"statistics/impacts/{kind}"]
+    for name in ("normal", "total", "dissipated"):
+        assert group[name][:].sum() == impacts["count"][()]
+    loss = impacts["dissipated_power"][()] * (END - BEGIN)
+    assert group["dissipation"][:].sum() == pytest.approx(loss, rel=1e-12)
+
+
+def test_edges_of_energies_are_sixteenths_of_octaves_between_infinities(file):
+    edges = file["statistics/energies/edges"][:]
+    octave, part = np.divmod(np.arange(1024), 16)
+    assert np.array_equal(edges[1:-2], 2.0 ** (octave - 54) * (1 + part / 16))
+    assert edges[-2] == 1024 and edges[0] == -np.inf and edges[-1] == np.inf

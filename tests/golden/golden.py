@@ -72,7 +72,8 @@ def fingerprint(path):
             values = item[()]
             text = values if isinstance(values, bytes) else values.tobytes()
             head = f"{name} {item.dtype.str} {item.shape} {len(text)}\n"
-            digests.setdefault(name.split("/")[0], hashlib.sha256()).update(head.encode() + text)
+            inner = "energies" if name.startswith("statistics/energies/") else name.split("/")[0]
+            digests.setdefault(inner, hashlib.sha256()).update(head.encode() + text)
 
     with h5py.File(path) as file:
         for group in GROUPS:

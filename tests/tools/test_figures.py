@@ -196,22 +196,39 @@ def test_energies_of_equal_balls_are_half_their_effective_mass_times_speed_squar
         assert np.array_equal(energy.count, speed.count)
 
 
-def test_energies_of_a_mixture_come_from_the_log(mixture):
-    mass, (begin, end) = mixture.balls("mass"), mixture.window
+def energies_of_the_log(run):
+    """[J] of the ball-ball impacts in the window."""
+    mass, (begin, end) = run.balls("mass"), run.window
     log = {
-        name: mixture.read(f"impacts/{name}")
+        name: run.read(f"impacts/{name}")
         for name in ("time", "kind", "ball", "partner", "normal_speed")
     }
-    kinds = list(mixture.attribute("impacts", "kinds"))
-    expected = []
-    for t, k, i, j, v in zip(*log.values()):
-        if begin <= t < end and kinds[k] == "ball_ball":
-            expected.append(0.5 * mass[i] * mass[j] / (mass[i] + mass[j]) * v * v)
+    kinds = list(run.attribute("impacts", "kinds"))
+    return [
+        0.5 * mass[i] * mass[j] / (mass[i] + mass[j]) * v * v
+        for t, k, i, j, v in zip(*log.values())
+        if begin <= t < end and kinds[k] == "ball_ball"
+    ]
+
+
+def test_energies_of_a_mixture_are_those_of_its_impacts(mixture):
     found = energies.bins(mixture, "ball_ball")
-    assert np.array_equal(found.count, np.histogram(expected, found.edges)[0])
+    assert np.array_equal(found.count, np.histogram(energies_of_the_log(mixture), found.edges)[0])
+    assert found.power == pytest.approx(mixture.statistic("impacts/ball_ball/dissipated_power"))
 
 
-def test_the_log_is_read_by_slices(mixture, monkeypatch):
+@pytest.fixture
+def without_energies(monkeypatch):
+    """Files are as other programs write them."""
+    monkeypatch.setattr(energies, "stored", lambda run: False)
+
+
+def test_energies_of_a_mixture_of_another_program_come_from_the_log(mixture, without_energies):
+    found = energies.bins(mixture, "ball_ball")
+    assert np.array_equal(found.count, np.histogram(energies_of_the_log(mixture), found.edges)[0])
+
+
+def test_the_log_is_read_by_slices(mixture, monkeypatch, without_energies):
     whole = energies.bins(mixture, "all")
     monkeypatch.setattr(energies, "SLICE", 100)
     energies._logged.clear()
@@ -221,14 +238,24 @@ def test_the_log_is_read_by_slices(mixture, monkeypatch):
     assert np.array_equal(energies.bins(mixture, "all").count, whole.count)
 
 
-def test_a_mixture_without_a_log_has_no_energies_and_says_what_it_takes(tmp_path, plot):
-    (tmp_path / "deck.ini").write_text(MIXTURE)
-    command = [PROGRAM, "deck.ini", "-q", "-s", "output.impacts=statistics", "-s", "run.time=40 ms"]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-    done = plot("deck.h5", "e.svg", "--figure", "energies", cwd=tmp_path)
+def test_strikes_of_a_mixture_have_no_energies_and_say_why(folder, tmp_path, plot):
+    order = [folder / "mixture.h5", "e.svg", "--figure", "energies", "--strikes"]
+    done = plot(*order, cwd=tmp_path)
     assert done.returncode == 2 and not (tmp_path / "e.svg").exists()
-    assert "masses differ" in done.stderr and "output.impacts = all" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    assert "masses differ" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_rates_can_be_asked_above_any_energy_of_any_pair(mixture):
+    energy = np.sort(energies_of_the_log(mixture))
+    found = mixture.histogram("ball_ball", speed="normal_energy")
+    for at in (energy[len(energy) // 2], 1.3e-6, 1e-5):
+        assert np.sum(energy >= 1.07 * at) <= found.above(at) <= np.sum(energy >= at / 1.07)
+    names = mixture.species_names()
+    same = [mixture.histogram("ball_ball", speed="normal_energy", species=(n, n)) for n in names]
+    other = mixture.histogram("ball_ball", speed="normal_energy", species=names)
+    assert np.array_equal(same[0].count + same[1].count + other.count, found.count)
+    one = mixture.histogram("ball_ball", speed="normal_energy", species=names[0])
+    assert np.array_equal(one.count, same[0].count + other.count)
 
 
 @pytest.mark.parametrize("weight", spectra.WEIGHTS)

@@ -23,7 +23,7 @@ def pair(request, tmp_path_factory):
 
 
 def tree(file):
-    """Everything in the file but /run (and what millsim's views show again), by name."""
+    """Everything in the file but /run and energies, which others do not have (and what millsim's views show again), by name."""
     found = {}
     file.visititems(lambda name, item: found.update({name: item}))
     # visititems names what is linked once only
@@ -45,6 +45,7 @@ def tree(file):
         name: item
         for name, item in found.items()
         if name.split("/")[0] not in ("run", "VTKHDF", "h5md")
+        and not name.startswith("statistics/energies")
     }
 
 

@@ -67,6 +67,7 @@ static inline struct mill_impact impact_of(double time, enum mill_kind kind, int
                                  .kind = kind,
                                  .ball = ball,
                                  .partner = partner,
+                                 .partner_species = kind == MILL_BALL_BALL ? 0 : -1,
                                  .position = {0, 0.01, 0.02},
                                  .normal_speed = normal_speed,
                                  .tangential_speed = 2 * normal_speed,

@@ -289,6 +289,42 @@ START_TEST(a_short_window_gets_100_snapshots_a_long_one_1000_a_second)
 }
 END_TEST
 
+/* ---- energies ---- */
+
+START_TEST(an_energy_at_an_edge_belongs_to_the_bin_above_it)
+{
+    for (int i = 1; i < MILL_ENERGIES_BINS; i++) {
+        const double edge = mill_energies_edge(i);
+        ck_assert_uint_eq(mill_energies_bin(edge), (size_t)i);
+        ck_assert_uint_eq(mill_energies_bin(nextafter(edge, 0)), (size_t)i - 1);
+    }
+    ck_assert_uint_eq(mill_energies_bin(-1), 0);
+    ck_assert_uint_eq(mill_energies_bin(0), 0);
+    ck_assert_uint_eq(mill_energies_bin(NAN), 0);
+    ck_assert_uint_eq(mill_energies_bin(INFINITY), MILL_ENERGIES_BINS - 1);
+}
+END_TEST
+
+START_TEST(an_impact_counts_by_normal_total_and_dissipated_energy)
+{
+    const double mass = 0.0005; /* and tangential speeds are twice the normal ones */
+    fixture_create(&f);
+    fixture_play(&f, impact_of(0.4, MILL_BALL_BLADE, 1, 2, 3.0, 0.5)); /* before the window */
+    fixture_play(&f, impact_of(0.6, MILL_BALL_BALL, 1, 2, 3.0, 0.5));
+    fixture_play(&f, impact_of(0.7, MILL_BALL_BLADE, 1, 2, 2.0, -0.25));
+    fixture_finish(&f, 1.5);
+    const struct mill_energies_pair *balls = &f.results->energies.pair[0], *blade = balls + 4;
+    ck_assert_uint_eq(f.results->energies.pairs, MILL_KINDS);
+    ck_assert_uint_eq(balls->count[MILL_ENERGIES_NORMAL][mill_energies_bin(0.25 * mass * 9)], 1);
+    ck_assert_uint_eq(balls->count[MILL_ENERGIES_TOTAL][mill_energies_bin(0.25 * mass * 45)], 1);
+    ck_assert_uint_eq(balls->count[MILL_ENERGIES_DISSIPATED][mill_energies_bin(0.5)], 1);
+    const size_t bin = mill_energies_bin(0.5 * mass * 4);
+    ck_assert_uint_eq(blade->count[MILL_ENERGIES_NORMAL][bin], 1);
+    ck_assert(blade->dissipation[bin] == -0.25);
+    ck_assert_uint_eq(blade->count[MILL_ENERGIES_DISSIPATED][0], 1);
+}
+END_TEST
+
 /* ---- save and load ---- */
 
 enum { TRACE = 20000 };
@@ -505,6 +541,8 @@ static Suite *make_suite(void)
     tcase_add_test(tests, an_interrupted_tally_ends_with_the_same_bits);
     tcase_add_test(tests, results_asked_for_meanwhile_leave_the_tally_as_it_is);
     tcase_add_test(tests, a_state_of_another_drum_is_refused);
+    tcase_add_test(tests, an_energy_at_an_edge_belongs_to_the_bin_above_it);
+    tcase_add_test(tests, an_impact_counts_by_normal_total_and_dissipated_energy);
     tcase_add_loop_test(tests, a_number_out_of_range_is_refused, 0, DAMAGES);
     tcase_add_test(tests, the_tally_takes_less_than_two_megabytes);
     tcase_add_test(tests, a_number_of_collisions_ends_the_run_at_just_that_one);

@@ -129,15 +129,28 @@ class Result:
 
         return tables.summary(self.file)
 
-    def spectrum(self, kind="all", *, group="impacts", speed="normal_speed") -> pandas.DataFrame:
+    def spectrum(
+        self, kind="all", *, group="impacts", speed="normal_speed", species=None
+    ) -> pandas.DataFrame:
         """Impacts of a kind (or "all") by speed: 1140 rows, a bin each, 2 % wide; columns low, high [m/s], count,
         dissipation [J], and per second of the window rate [1/s], power [W].
 
-        group: "impacts", or "strikes", re-contacts merged; speed: "normal_speed" or "tangential_speed".
+        group: "impacts", or "strikes", re-contacts merged; speed: "normal_speed" or "tangential_speed". Impacts also by
+        "normal_energy", "total_energy" or "dissipated_energy": 1024 rows, low and high [J], 3 to 6 % wide (dissipation
+        is known by normal energy); then species="steel" or ("steel", "glass") are those of one species, or pair of balls.
         """
         from milltools.api import tables
 
-        return tables.spectrum(self.file, kind, group, speed)
+        return tables.spectrum(self.file, kind, group, speed, species)
+
+    def rate(
+        self, above, kind="all", *, group="impacts", speed="normal_speed", species=None
+    ) -> float:
+        """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy" or
+        "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
+        from milltools.api import tables
+
+        return tables.rate(self.file, above, kind, group, speed, species)
 
     @property
     def impacts(self) -> Impacts:

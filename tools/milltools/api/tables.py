@@ -6,7 +6,7 @@ import pandas as pd
 
 from milltools.errors import UserError
 from milltools.kinds import KINDS
-from milltools.runfile import Run
+from milltools.runfile import ENERGIES, Run
 from milltools.schema import LOG
 
 ROWS = (*KINDS, "all")
@@ -36,13 +36,9 @@ def summary(run: Run) -> pd.DataFrame:
     return table
 
 
-def spectrum(run: Run, kind: str, group: str, speed: str) -> pd.DataFrame:
-    """Impacts by speed: one row a bin."""
-    for given, known in ((kind, ROWS), (group, ("impacts", "strikes")), (speed, ("normal_speed", "tangential_speed"))):  # fmt: skip
-        if given not in known:
-            raise UserError(f"unknown {given!r}: one of {', '.join(known)}")
-    run.need_statistics()
-    histogram = run.histogram(kind, group, speed)
+def spectrum(run: Run, kind: str, group: str, speed: str, species=None) -> pd.DataFrame:
+    """Impacts by speed or energy: one row a bin."""
+    histogram = _histogram(run, kind, group, speed, species)
     found = {
         "low": histogram.edges[:-1],
         "high": histogram.edges[1:],
@@ -52,8 +48,23 @@ def spectrum(run: Run, kind: str, group: str, speed: str) -> pd.DataFrame:
         "power": histogram.dissipation / run.duration,
     }
     table = pd.DataFrame(found)
-    table.attrs["units"] = dict(zip(found, ("m s-1", "m s-1", "1", "J", "s-1", "W")))
+    edge = "J" if speed in ENERGIES else "m s-1"
+    table.attrs["units"] = dict(zip(found, (edge, edge, "1", "J", "s-1", "W")))
     return table
+
+
+def rate(run: Run, above: float, kind: str, group: str, speed: str, species=None) -> float:
+    """Impacts a second at or above a speed or energy."""
+    return _histogram(run, kind, group, speed, species).above(above) / run.duration
+
+
+def _histogram(run, kind, group, speed, species):
+    speeds = ("normal_speed", "tangential_speed", *ENERGIES)
+    for given, known in ((kind, ROWS), (group, ("impacts", "strikes")), (speed, speeds)):
+        if given not in known:
+            raise UserError(f"unknown {given!r}: one of {', '.join(known)}")
+    run.need_statistics()
+    return run.histogram(kind, group, speed, species)
 
 
 class Impacts:

@@ -1,10 +1,9 @@
 """How much energy an impact brings along its normal: E = m* v_n^2 / 2, with m* the ball's mass against a body of the mill and
 m1 m2 / (m1 + m2) between two balls.
 
-The file counts impacts by speed, not by mass. Where all balls weigh the same, m* is one number for each kind and the bins
-of speed are bins of energy, exactly: edges map to edges. Where they do not, only the log of single impacts
-(output.impacts = all) tells which masses met; it is read by slices. Without it there is no spectrum: to share the counts
-out among the masses would be a guess.
+Where all balls weigh the same, m* is one number for each kind and the bins of speed are bins of energy, exactly: edges
+map to edges. Where they do not, the file has histograms of energy. Files of other programs have none: there only the log of
+single impacts (output.impacts = all) tells which masses met; it is read by slices.
 """
 
 import math
@@ -28,9 +27,16 @@ def one_mass(run) -> float | None:
     return float(mass[0]) if len(mass) and np.ptp(mass) <= SAME * mass[0] else None
 
 
+def stored(run) -> bool:
+    """Whether the file has histograms of energy."""
+    return run.has("statistics/energies")
+
+
 def why_not(run, group: str = "impacts") -> str | None:
     """Why the energies of the impacts are not known; None if they are."""
     if one_mass(run) is not None:
+        return None
+    if group == "impacts" and stored(run):
         return None
     if group != "impacts":
         return "the balls' masses differ, and which of them meet in a strike is not recorded"
@@ -50,6 +56,8 @@ def kinds_known(run) -> tuple[str, ...]:
 def bins(run, kind: str, group: str = "impacts") -> Bins:
     """Impacts of a kind by available normal energy [J]; see why_not."""
     mass = one_mass(run)
+    if mass is None and stored(run):
+        return merged(run.histogram(kind, speed="normal_energy"), run.duration)
     if mass is None:
         read(run)
         return _logged[run][kind]
@@ -60,7 +68,7 @@ def bins(run, kind: str, group: str = "impacts") -> Bins:
 
 def read(run, told=None):
     """Reads the log of single impacts, where it is needed, for all that follows; told(share) hears how far it is."""
-    if one_mass(run) is None and run not in _logged:
+    if one_mass(run) is None and not stored(run) and run not in _logged:
         _logged[run] = _from_log(run, told or (lambda share: None))
 
 
