@@ -168,7 +168,7 @@ static struct mill_precision batches;
 /* One more batch of `impacts`, at about `speed` (scattered by a fifth), and `work` [J] */
 static void add_batch(struct mill_account *account, double work, double speed, int impacts)
 {
-    uint64_t count[MILL_PRECISION_SLOTS] = {0};
+    uint64_t count[MILL_SPECTRUM_SLOTS] = {0};
     for (int i = 0; i < impacts; i++) {
         const double v = speed * exp(0.2 * normal());
         const int slot = mill_spectrum_find(&grid, v) - MILL_SPECTRUM_FAST;
