@@ -172,7 +172,7 @@ static void print_mean(FILE *out, const char *label, const struct mill_precision
                 mean->error / scale.one, scale.prefix, unit);
     else
         fprintf(out, "%s", mill_summary_si(mean->value, unit));
-    fprintf(out, "  (%s%s)\n", remark, isnan(mean->error) ? ": too few for an error" : "");
+    fprintf(out, "  (%s%s)\n", remark, isnan(mean->error) ? ": error not known" : "");
 }
 
 static void print_means(const struct mill_summary *s)

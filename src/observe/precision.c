@@ -25,7 +25,7 @@
  * stands. */
 static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
-/* Of the energy that the balls bring into contacts: less work is rounding */
+/* Of the energy that the balls bring into contacts, and of a mean: less work or scatter is rounding */
 static const double rounding = 1e-9;
 
 /* Less memory of a series than the first, or more than the second, is not believed: few batches
@@ -121,16 +121,14 @@ size_t mill_precision_mser(const double *x, size_t n)
     return best;
 }
 
-/* How many go into one so that FEWEST or more are left: parts of a revolution, then whole ones */
+/* How many go into one so that FEWEST or more are left: parts of a revolution, then one or two */
 static size_t size_of_batch(size_t n)
 {
-    static const size_t size[] = {1, 2, 3, 4, 6, 12};
+    static const size_t size[] = {1, 2, 3, 4, 6, 12, 24};
     size_t best = 1;
     for (size_t i = 0; i < sizeof size / sizeof *size; i++)
         if (n / size[i] >= FEWEST)
             best = size[i];
-    while (best >= 12 && n / (2 * best) >= FEWEST)
-        best *= 2;
     return best;
 }
 
@@ -193,7 +191,7 @@ struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t
     }
     mean.freedom = INFINITY;
     mean.error = fabs(shift);
-    if (!(squares > 0))
+    if (!(squares > rounding * rounding * mean.value * mean.value))
         return mean;
     const double memory = memory_of(rest, batches, squares, !repeats), m2 = memory * memory;
     /* the means of the phases took their share of the scatter along */
