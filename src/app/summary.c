@@ -75,8 +75,8 @@ static const char *error_of(const struct mill_precision_mean *mean)
 static const char *say_known(const struct mill_precision_known *known)
 {
     char *text = room();
-    snprintf(text, TEXT, "median %s%s%s", error_of(&known->median_fast), known->idle ? "" : ", power ",
-             known->idle ? "" : error_of(&known->power));
+    snprintf(text, TEXT, "median %s%s%s", error_of(&known->median_fast),
+             known->idle ? "" : ", power ", known->idle ? "" : error_of(&known->power));
     return text;
 }
 
@@ -189,8 +189,7 @@ static void print_means(const struct mill_summary *s)
     }
     print_mean(s->out, "median v_n", &known->median, "m/s", "all impacts");
     print_mean(s->out, "median v_n", &known->median_fast, "m/s", "impacts above 50 mm/s");
-    print_mean(s->out, "rate", &known->fast[MILL_TALLY_ALL][ABOVE_1], "/s",
-               "impacts above 1 m/s");
+    print_mean(s->out, "rate", &known->fast[MILL_TALLY_ALL][ABOVE_1], "/s", "impacts above 1 m/s");
 }
 
 static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)

@@ -20,12 +20,14 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* [s] of a batch. A charge needs longer than the first to change; a rotor slower than the last
  * stands. */
 static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
-/* Of the energy that the balls bring into contacts, and of a mean: less work or scatter is rounding */
+/* Of the energy that the balls bring into contacts, and of a mean: less work or scatter is rounding
+ */
 static const double rounding = 1e-9;
 
 /* Less memory of a series than the first, or more than the second, is not believed: few batches
@@ -251,8 +253,8 @@ static double density(const uint64_t sum[], const struct place *place)
     enum { REACH = 5 };
     const int first = place->slot > 0 ? place->slot : 1; /* the others are under- and overflow */
     const int low = place->bin > first + REACH ? place->bin - REACH : first;
-    const int high = place->bin + REACH < MILL_SPECTRUM_BINS ? place->bin + REACH + 1
-                                                             : MILL_SPECTRUM_BINS + 1;
+    const int high =
+        place->bin + REACH < MILL_SPECTRUM_BINS ? place->bin + REACH + 1 : MILL_SPECTRUM_BINS + 1;
     double share = 0;
     for (int i = low; i < high; i++)
         share += (double)sum[i] / place->count;
@@ -274,8 +276,7 @@ static struct mill_precision_mean tell_median(const struct mill_precision *p, ui
         below[k] = excess(p->counts[from + k], &place, &all);
     const struct mill_precision_mean scatter = mill_precision_mean(below, n, p->at.period);
     /* of the share below; independent impacts scatter it by 1/2 over the root of their number */
-    const double share =
-        fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
+    const double share = fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
     median.value = place.bin <= MILL_SPECTRUM_BINS
                        ? mill_spectrum_within(p->grid, place.bin, place.within)
                        : p->grid->edge[MILL_SPECTRUM_BINS];
@@ -311,67 +312,53 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-/* What is told of the account, by rows: MILL_KINDS for all kinds, and columns */
-typedef double account_of(const struct mill_account *account, int row, int column);
+/* A number of the account, of which the mean per second is told: a double, or the sum of `counts`
+ * counts `step` bytes apart */
+struct entry {
+    size_t at, step;
+    int counts;
+};
 
-static double work_of(const struct mill_account *account, int row, int column)
+static double value_of(const struct mill_account *account, struct entry entry)
 {
-    (void)row, (void)column;
-    return account->rotor_work;
+    const char *at = (const char *)account + entry.at;
+    double value;
+    uint64_t sum = 0, one;
+    memcpy(&value, at, sizeof value);
+    for (int i = 0; i < entry.counts; i++) {
+        memcpy(&one, at + (size_t)i * entry.step, sizeof one);
+        sum += one;
+    }
+    return entry.counts > 0 ? (double)sum : value;
 }
 
-static double impulse_of(const struct mill_account *account, int row, int column)
-{
-    (void)row, (void)column;
-    return account->rotor_impulse;
-}
-
-static double collisions_of(const struct mill_account *account, int row, int column)
-{
-    (void)column;
-    if (row < MILL_KINDS)
-        return (double)account->collisions[row];
-    uint64_t sum = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        sum += account->collisions[kind];
-    return (double)sum;
-}
-
-static double fast_of(const struct mill_account *account, int row, int column)
-{
-    if (row < MILL_KINDS)
-        return (double)account->fast[row][column];
-    uint64_t sum = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        sum += account->fast[kind][column];
-    return (double)sum;
-}
-
-/* Mean per second */
 static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
-                                          account_of *of, int row, int column)
+                                          struct entry entry)
 {
     double rate[MILL_PRECISION_BATCHES];
     const uint64_t n = p->at.batches - from;
-    double last = of(&p->accounts[from], row, column);
+    double last = value_of(&p->accounts[from], entry);
     for (uint64_t k = 0; k < n; k++) {
-        const double next = of(&p->accounts[from + k + 1], row, column);
+        const double next = value_of(&p->accounts[from + k + 1], entry);
         rate[k] = (next - last) / p->at.batch;
         last = next;
     }
     return mill_precision_mean(rate, n, p->at.period);
 }
 
-/* Of impacts: they scatter at least as independent ones do, and none tell nothing. */
-static struct mill_precision_mean count_of_rate(const struct mill_precision *p, uint64_t from,
-                                                account_of *of, int row, int column)
+/* Of impacts of a kind, or of all: they scatter at least as independent ones do, and none tell
+ * nothing. at, size: of what is counted of a kind */
+static struct mill_precision_mean impacts_of(const struct mill_precision *p, uint64_t from, int row,
+                                             size_t at, size_t size)
 {
-    struct mill_precision_mean rate = rate_of(p, from, of, row, column);
+    const bool all = row == MILL_KINDS;
+    const struct entry entry = {at + (all ? 0 : (size_t)row * size), size, all ? MILL_KINDS : 1};
+    struct mill_precision_mean rate = rate_of(p, from, entry);
     const double time = (double)(p->at.batches - from) * p->at.batch;
+    if (!(rate.value > 0))
+        return (struct mill_precision_mean){rate.value, NAN, 0};
     if (rate.freedom > 0)
         rate.error = fmax(rate.error, sqrt(rate.value / time));
-    if (!(rate.value > 0))
-        rate = (struct mill_precision_mean){rate.value, NAN, 0};
     return rate;
 }
 
@@ -380,18 +367,21 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->rotor_work_gross <= rounding * now->incident;
-    known.enough = known.batches >= MILL_PRECISION_FEWEST &&
-                   (known.idle || known.batches >= 3 * p->at.period);
-    known.power = rate_of(p, from, work_of, 0, 0);
-    known.torque = rate_of(p, from, impulse_of, 0, 0);
+    known.enough =
+        known.batches >= MILL_PRECISION_FEWEST && (known.idle || known.batches >= 3 * p->at.period);
+    known.power = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, rotor_work)});
+    known.torque =
+        rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, rotor_impulse)});
     if (p->at.period == 0) /* no rotor */
         known.power.error = known.torque.error = NAN;
     known.median = tell_median(p, from, 0);
     known.median_fast = tell_median(p, from, MILL_SPECTRUM_FAST);
     for (int row = 0; row < MILL_PRECISION_ROWS; row++) {
-        known.rate[row] = count_of_rate(p, from, collisions_of, row, 0);
+        known.rate[row] = impacts_of(p, from, row, offsetof(struct mill_account, collisions),
+                                     sizeof now->collisions[0]);
         for (int i = 0; i < MILL_WORLD_FAST; i++)
-            known.fast[row][i] = count_of_rate(p, from, fast_of, row, i);
+            known.fast[row][i] = impacts_of(p, from, row, offsetof(struct mill_account, fast[0][i]),
+                                            sizeof now->fast[0]);
     }
     return known;
 }

@@ -12,8 +12,8 @@
 #include <stdint.h>
 
 enum {
-    MILL_PRECISION_BATCHES = 1152, /* there is room for; then they are joined */
-    MILL_PRECISION_FEWEST = 36,    /* batches that tell anything: three revolutions */
+    MILL_PRECISION_BATCHES = 1152,       /* there is room for; then they are joined */
+    MILL_PRECISION_FEWEST = 36,          /* batches that tell anything: three revolutions */
     MILL_PRECISION_ROWS = MILL_KINDS + 1 /* kinds, then all */
 };
 
@@ -45,7 +45,7 @@ struct mill_precision_known {
     struct mill_precision_mean median, median_fast; /* [m/s] normal speed, of all; above 0.05 m/s */
     struct mill_precision_mean rate[MILL_PRECISION_ROWS];                  /* [1/s] of impacts */
     struct mill_precision_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST]; /* at mill_world_fast */
-    uint64_t batches; /* they are taken from */
+    uint64_t batches;                                                      /* they are taken from */
     bool idle;   /* the rotor has never done any work: nothing to be known of its power */
     bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
 };

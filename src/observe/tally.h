@@ -62,7 +62,7 @@ struct mill_tally {
     bool search;         /* the begin of the window is to be found */
     struct mill_precision batches;
     uint64_t before[MILL_SPECTRUM_SLOTS]; /* impacts by speed when the last batch ended */
-    struct mill_gathered *portion;         /* [MILL_TALLY_PORTIONS], or NULL */
+    struct mill_gathered *portion;        /* [MILL_TALLY_PORTIONS], or NULL */
 };
 
 extern const struct mill_observer_type mill_tally_type;
@@ -73,8 +73,8 @@ extern const struct mill_observer_type mill_tally_type;
  * duration 0 and empty statistics. */
 struct mill_tally_results {
     const struct mill_tally *tally; /* they are taken from; must outlive them, unchanged */
-    struct mill_tally_progress at; /* known: values of the whole window, errors of its batches */
-    double begin, duration;        /* [s] of the window */
+    struct mill_tally_progress at;  /* known: values of the whole window, errors of its batches */
+    double begin, duration;         /* [s] of the window */
     struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS];
     struct mill_maps maps;
     double floor_share[MILL_TALLY_ROWS]; /* of the impacts in the window, those at which the rebound
@@ -83,7 +83,7 @@ struct mill_tally_results {
     double revolutions;                 /* in it */
     size_t blocks;                      /* in the window */
     double *block_power, *block_torque; /* [W], [N m] of each block */
-    struct mill_account late; /* when the last tenth of the window began, to a batch */
+    struct mill_account late;           /* when the last tenth of the window began, to a batch */
     bool reached; /* the start-up is over, and both quantities are known as well as was asked for */
 };
 

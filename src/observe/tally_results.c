@@ -97,8 +97,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     const struct mill_precision *batches = &tally->batches;
     const uint64_t from = r->at.open ? mill_tally_window_find(tally, &r->at) : 0;
     const double asked = tally->precision;
-    r->late = r->at.open ? batches->accounts[from + 9 * (batches->at.batches - from) / 10]
-                         : r->at.at_end;
+    r->late =
+        r->at.open ? batches->accounts[from + 9 * (batches->at.batches - from) / 10] : r->at.at_end;
     if (r->at.open && tally->search) {
         r->begin = batches->origin + (double)from * batches->at.batch;
         r->at.at_begin = batches->accounts[from];

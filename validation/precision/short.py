@@ -4,7 +4,7 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-REVOLUTION, BEGIN = 0.06, 0.42  # [s]
+REVOLUTION, BEGIN = 0.05, 0.15  # [s]
 WINDOWS = (5, 7.5, 10, 15)  # revolutions, one of them not whole
 SEEDS = 50  # of each window
 LEAST, MOST = 92, 98  # [%] of the runs
