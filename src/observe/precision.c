@@ -335,7 +335,7 @@ static double value_of(const struct mill_account *account, struct entry entry)
 static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
                                           struct entry entry)
 {
-    double rate[MILL_PRECISION_BATCHES];
+    double rate[MILL_PRECISION_BATCHES] = {0};
     const uint64_t n = p->at.batches - from;
     double last = value_of(&p->accounts[from], entry);
     for (uint64_t k = 0; k < n; k++) {
