@@ -7,7 +7,7 @@ import numpy as np
 REVOLUTION, BEGIN = 0.05, 0.15  # [s]
 WINDOWS = (5, 7.5, 10, 15)  # revolutions, one of them not whole
 SEEDS = 50  # of each window
-LEAST, MOST = 92, 98  # [%] of the runs
+LEAST, MOST = 92, 100  # [%] of the runs that tell an error
 QUANTITIES = {  # name -> (group below /statistics/precision, column, unit)
     "rotor power": ("rotor_power", (), "W"),
     "median v_n above 50 mm/s": ("median_above_50mm_s", (), "m/s"),
@@ -18,8 +18,9 @@ HISTOGRAM = "statistics/impacts/all/normal_speed/histogram"
 
 def check(case):
     windows, told, true = runs(case)
-    for name, (*_, unit) in QUANTITIES.items():
-        off, reach = told[name][:, 0] - true[name], 1.96 * told[name][:, 1]
+    for name in QUANTITIES:
+        known = np.isfinite(told[name][:, 1])
+        off, reach = told[name][known, 0] - true[name], 1.96 * told[name][known, 1]
         case.claim(
             f"{len(off)} runs of 5 to 15 revolutions: true {name} within its 95 % interval",
             100 * np.mean(abs(off) <= reach),
@@ -72,12 +73,16 @@ def draw(case, windows, told, true):
         off = 100 * (told[name][:, 0] / true[name] - 1)
         reach = 1.96 * 100 * told[name][:, 1] / true[name]
         inside = abs(off) <= reach
-        shares.append(100 * inside.mean())
+        known = np.isfinite(reach)
+        shares.append(100 * inside[known].mean())
         order = np.arange(len(off))
-        for which, colour, words in ((inside, "C0", "holds"), (~inside, "C3", "does not hold")):
+        for which, colour, words in (
+            (inside, "C0", "holds"),
+            (known & ~inside, "C3", "does not hold"),
+        ):
             axis.errorbar(
                 order[which], off[which], reach[which], fmt=".", ms=3, lw=0.8, color=colour,
-                label=f"the true value: {which.sum()} runs, interval {words} it",
+                label=f"{which.sum()} runs whose interval {words} the true value",
             )  # fmt: skip
         axis.axhline(0, color="grey", lw=0.8)
         places = SEEDS * (np.arange(len(WINDOWS)) + 0.5)
@@ -86,7 +91,7 @@ def draw(case, windows, told, true):
         axis.legend(fontsize=8)
     axes[0].set_ylabel("value less the true one, and its 95 % interval [%]")
     figure.suptitle(
-        f"The 95 % interval of a short run holds the true value in {min(shares):.0f} to {max(shares):.0f} % of 200 runs"
+        f"The 95 % interval of a short run holds the true value in {min(shares):.1f} to {max(shares):.1f} % of 200 runs"
     )
     case.save(figure, "short.png")
     plt.close(figure)
