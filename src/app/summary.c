@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 100, LABEL = 18, FEW_BLOCKS = 8, TEXT = 64 };
+enum { WIDTH = 100, LABEL = 18, ABOVE_1 = 1, TEXT = 64 }; /* mill_world_fast[1] is 1 m/s */
 
 /* Room for a piece of text, until eight more are asked for */
 static char *room(void)
@@ -75,8 +75,8 @@ static const char *error_of(const struct mill_precision_mean *mean)
 static const char *say_known(const struct mill_precision_known *known)
 {
     char *text = room();
-    snprintf(text, TEXT, "median %s%s%s", error_of(&known->median), known->idle ? "" : ", power ",
-             known->idle ? "" : error_of(&known->power));
+    snprintf(text, TEXT, "median %s%s%s", error_of(&known->median_fast),
+             known->idle ? "" : ", power ", known->idle ? "" : error_of(&known->power));
     return text;
 }
 
@@ -94,7 +94,7 @@ static void print_end(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const char *time = mill_summary_si(s->facts->time, "s");
-    if (r->tally->tick == 0)
+    if (r->tally->precision == 0 && r->tally->collisions == UINT64_MAX)
         return;
     if (r->tally->search)
         fprintf(s->out, "cut the first %s (%s by MSER-5), ", mill_summary_si(r->begin, "s"),
@@ -162,22 +162,34 @@ static void print_contacts(const struct mill_summary *s)
 }
 
 /* The mean and its error on one scale: "8.213 +- 0.090 N m" */
-static void print_mean(const struct mill_summary *s, const char *label, double mean, double error,
-                       const char *unit)
+static void print_mean(FILE *out, const char *label, const struct mill_precision_mean *mean,
+                       const char *unit, const char *remark)
 {
     struct scale scale;
-    const struct mill_tally_results *r = s->results;
-    const double revolutions = (double)r->blocks * r->revolutions;
-    fprintf(s->out, "%-*s ", LABEL, label);
-    if (!isnan(mean) && !isnan(error) && fits(mean, &scale))
-        fprintf(s->out, "%.*f +- %.*f %s%s", scale.decimals, mean / scale.one, scale.decimals,
-                error / scale.one, scale.prefix, unit);
+    fprintf(out, "%-*s ", LABEL, label);
+    if (!isnan(mean->value) && !isnan(mean->error) && fits(mean->value, &scale))
+        fprintf(out, "%.*f +- %.*f %s%s", scale.decimals, mean->value / scale.one, scale.decimals,
+                mean->error / scale.one, scale.prefix, unit);
     else
-        fprintf(s->out, "%s", mill_summary_si(mean, unit));
-    fprintf(s->out, "  (%.0f whole revolution%s%s)\n", revolutions, revolutions == 1 ? "" : "s",
-            isnan(error)             ? ": too few for an error"
-            : r->blocks < FEW_BLOCKS ? ": the error is rough"
-                                     : "");
+        fprintf(out, "%s", mill_summary_si(mean->value, unit));
+    fprintf(out, "  (%s%s)\n", remark, isnan(mean->error) ? ": error not known" : "");
+}
+
+static void print_means(const struct mill_summary *s)
+{
+    const struct mill_tally_results *r = s->results;
+    const struct mill_precision_known *known = &r->at.known;
+    const double revolutions = (double)r->blocks * r->revolutions;
+    char turns[TEXT];
+    snprintf(turns, sizeof turns, "%.0f whole revolution%s", revolutions,
+             revolutions == 1 ? "" : "s");
+    if (s->world->rotor_speed != 0) {
+        print_mean(s->out, "rotor power", &known->power, "W", turns);
+        print_mean(s->out, "rotor torque", &known->torque, "N m", turns);
+    }
+    print_mean(s->out, "median v_n", &known->median, "m/s", "all impacts");
+    print_mean(s->out, "median v_n", &known->median_fast, "m/s", "impacts above 50 mm/s");
+    print_mean(s->out, "rate", &known->fast[MILL_TALLY_ALL][ABOVE_1], "/s", "impacts above 1 m/s");
 }
 
 static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)
@@ -204,11 +216,7 @@ static void print_anomalies(FILE *out, const struct mill_counts *counts, double 
 
 static void print_state(const struct mill_summary *s, const struct mill_totals *totals)
 {
-    const struct mill_tally_results *r = s->results;
-    if (s->world->rotor_speed != 0) {
-        print_mean(s, "rotor power", r->power, r->power_error, "W");
-        print_mean(s, "rotor torque", r->torque, r->torque_error, "N m");
-    }
+    print_means(s);
     fprintf(s->out, "%-*s %s at the end, and %s in the balls' spin\n", LABEL, "kinetic energy",
             mill_summary_si(totals->energy.kinetic, "J"),
             mill_summary_si(totals->energy.rotational, "J"));
@@ -282,11 +290,11 @@ static void print_all(const struct mill_summary *s)
 static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
                          double t)
 {
-    if (world->rotor_speed == 0 || !r->at.late)
+    if (world->rotor_speed == 0)
         return 0;
     uint64_t all = 0, rotor = 0; /* contacts in the last tenth */
     for (int kind = 0; kind < MILL_KINDS; kind++) {
-        const uint64_t late = r->at.at_end.collisions[kind] - r->at.at_late.collisions[kind];
+        const uint64_t late = r->at.at_end.collisions[kind] - r->late.collisions[kind];
         all += late;
         rotor += kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE ? late : 0;
     }
@@ -313,7 +321,7 @@ static bool unsteady(const struct mill_world *world, const struct mill_tally_res
     for (int kind = 0; kind < MILL_KINDS; kind++)
         dissipated += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
     dissipated = mill_tally_per_second(r, dissipated);
-    const double power = r->power;
+    const double power = r->at.known.power.value;
     return world->rotor_speed != 0 && r->duration > 0 &&
            fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
 }

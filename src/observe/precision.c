@@ -1,7 +1,7 @@
-/* The run as a series of batches: the rotor's work in each and the impacts above 0.05 m/s by speed,
- * on the bins of the spectra, so that the median of any window of batches can be told. Its standard
- * error comes from the share of each batch's impacts below it, as that of any quantile does: error
- * of the share / density of the speeds there.
+/* The run as a series of batches: the account of each and its impacts by speed, on the bins of the
+ * spectra, so that the median of any window of batches can be told. Its standard error comes from
+ * the share of each batch's impacts below it, as that of any quantile does: error of the share /
+ * density of the speeds there.
  * A twelfth of a revolution is a batch (5 ms at 1000 rpm): in the words of MSER-5 five observations
  * of a sixtieth. Blades pass at all multiples of a revolution's parts, so over whole revolutions
  * what they stir up repeats and has no part in the error.
@@ -20,17 +20,22 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* [s] of a batch. A charge needs longer than the first to change; a rotor slower than the last
  * stands. */
 static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
-/* Of the energy that the balls bring into contacts: less work is rounding */
+/* Of the energy that the balls bring into contacts, and of a mean: less work or scatter is rounding
+ */
 static const double rounding = 1e-9;
 
 /* Less memory of a series than the first, or more than the second, is not believed: few batches
  * tell it to some 0.2 only. */
 static const double least_memory = -0.25, most_memory = 0.9;
+
+/* An error of less than this is none: the batches are too few. */
+static const double least_freedom = 3;
 
 enum { PARTS = 12, LAST = 5, FEWEST = 16 };
 
@@ -74,7 +79,7 @@ static uint32_t count_of(uint64_t n)
 void mill_precision_close(struct mill_precision *p, const uint64_t *count,
                           const struct mill_account *account)
 {
-    for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+    for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++)
         p->counts[p->at.batches][i] = count_of(count[i]);
     p->accounts[++p->at.batches] = *account;
 }
@@ -85,7 +90,7 @@ uint64_t mill_precision_join(struct mill_precision *p)
         return 1;
     const uint64_t many = p->at.period == 3 ? 3 : 2, joined = p->at.batches / many;
     for (uint64_t k = 0; k < joined; k++) {
-        for (int i = 0; i < MILL_PRECISION_SLOTS; i++) {
+        for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
             uint64_t sum = 0;
             for (uint64_t m = 0; m < many; m++)
                 sum += p->counts[many * k + m][i];
@@ -118,81 +123,110 @@ size_t mill_precision_mser(const double *x, size_t n)
     return best;
 }
 
-/* How many go into one so that FEWEST or more are left: parts of a revolution, then whole ones */
+/* How many go into one so that FEWEST or more are left: parts of a revolution, then one or two */
 static size_t size_of_batch(size_t n)
 {
-    static const size_t size[] = {1, 2, 3, 4, 6, 12};
+    static const size_t size[] = {1, 2, 3, 4, 6, 12, 24};
     size_t best = 1;
     for (size_t i = 0; i < sizeof size / sizeof *size; i++)
         if (n / size[i] >= FEWEST)
             best = size[i];
-    while (best >= 12 && n / (2 * best) >= FEWEST)
-        best *= 2;
     return best;
 }
 
-double mill_precision_error(const double *x, size_t n, size_t period)
+/* Student's quantile for 95 % over that of the normal distribution: the expansion in 1/freedom
+ * (Fisher & Cornish, Technometrics 2 (1960) 209), good to 2e-3 from least_freedom on */
+static double widening(double freedom)
 {
-    double room[MILL_PRECISION_BATCHES];
-    assert(n <= MILL_PRECISION_BATCHES);
-    if (n < MILL_PRECISION_FEWEST)
-        return NAN;
-    const size_t size = size_of_batch(n), batches = n / size;
-    const bool repeats = period > size && n / period >= 2;
-    const double turns = repeats ? (double)(n / period) : 0;
-    const size_t skipped = n - batches * size, step = repeats ? period : 1;
-    double mean = 0, squares = 0, products = 0;
-    for (size_t phase = 0; phase < step; phase++) { /* x - the mean of those of the same phase */
+    const double u = 1 / freedom;
+    return 1 + u * (1.21036 + u * (1.44008 + u * (1.30403 + u * 0.81100)));
+}
+
+/* rest[n]: x less the mean of those of the same phase. Returns by how much a last period that is
+ * not whole shifts the mean. */
+static double remove_phases(const double *x, size_t n, size_t phases, double *rest)
+{
+    double shift = 0;
+    for (size_t phase = 0; phase < phases; phase++) {
+        const double times = (double)((n - phase + phases - 1) / phases);
         double sum = 0;
-        for (size_t i = phase; i < n; i += step)
+        for (size_t i = phase; i < n; i += phases)
             sum += x[i];
-        for (size_t i = phase; i < n; i += step)
-            room[i] = x[i] - sum / (double)(n / step);
+        for (size_t i = phase; i < n; i += phases)
+            rest[i] = x[i] - sum / times;
+        shift += sum / (double)n - sum / times / (double)phases;
     }
+    return shift;
+}
+
+/* Of n values whose mean is known: how far neighbours go together, freed of its bias. left: their
+ * mean was taken from them, and no periods. */
+static double memory_of(const double *x, size_t n, double squares, bool left)
+{
+    double products = 0;
+    for (size_t k = 1; k < n; k++)
+        products += x[k] * x[k - 1];
+    const double memory = products / squares, many = (double)n;
+    const double bias = left ? (1 + 4 * memory) / many : memory / (many - 1);
+    return fmin(fmax(memory + bias, least_memory), most_memory);
+}
+
+struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t period)
+{
+    double rest[MILL_PRECISION_BATCHES];
+    struct mill_precision_mean mean = {0, NAN, 0};
+    assert(n <= MILL_PRECISION_BATCHES);
+    for (size_t i = 0; i < n; i++)
+        mean.value += x[i] / (double)n;
+    if (n < MILL_PRECISION_FEWEST)
+        return mean;
+    const size_t size = size_of_batch(n), batches = n / size, skipped = n - batches * size;
+    const bool repeats = period > size && n / period >= 2;
+    const double shift = remove_phases(x, n, repeats ? period : 1, rest);
+    double squares = 0;
     for (size_t k = 0; k < batches; k++) {
         double sum = 0;
         for (size_t i = 0; i < size; i++)
-            sum += room[skipped + k * size + i];
-        room[k] = sum / (double)size; /* behind what is still to be read */
-        mean += room[k] / (double)batches;
+            sum += rest[skipped + k * size + i];
+        rest[k] = sum / (double)size; /* behind what is still to be read */
+        squares += rest[k] * rest[k];
     }
-    for (size_t k = 0; k < batches; k++) {
-        room[k] -= repeats ? 0 : mean;
-        squares += room[k] * room[k];
-        if (k > 0)
-            products += room[k] * room[k - 1];
-    }
-    if (!(squares > 0))
-        return 0;
-    const double left = (double)batches;
-    double memory = products / squares;
-    memory += repeats ? memory / (left - 1) : (1 + 4 * memory) / left;
-    memory = fmin(fmax(memory, least_memory), most_memory);
+    mean.freedom = INFINITY;
+    mean.error = fabs(shift);
+    if (!(squares > rounding * rounding * mean.value * mean.value))
+        return mean;
+    const double memory = memory_of(rest, batches, squares, !repeats), m2 = memory * memory;
     /* the means of the phases took their share of the scatter along */
-    const double share = repeats ? turns / (turns - 1) : 1;
-    return sqrt(share * squares / (left - 1) / left * (1 + memory) / (1 - memory));
+    const double turns = repeats ? (double)(n / period) : (double)INFINITY;
+    const double left = (double)batches, share = 1 - 1 / turns;
+    const double variance = squares / share / (left - 1) / left * (1 + memory) / (1 - memory);
+    /* of a variance of which scatter and memory are both estimated */
+    mean.freedom = left * share * (1 - m2) / (3 + m2);
+    mean.error = sqrt(variance + shift * shift) * widening(mean.freedom);
+    return mean.freedom < least_freedom ? (struct mill_precision_mean){mean.value, NAN, 0} : mean;
 }
 
 /* ---- the median ---- */
 
-/* Where the median lies: share `within` of bin `bin`. count: of all. */
+/* Where the median of the slots from `slot` up lies: share `within` of bin `bin`. count: of all. */
 struct place {
-    int bin;
+    int slot, bin;
     double within, count;
 };
 
-/* Of the batches from `from` on; sum: zeros, becomes that of their impacts by speed */
-static struct place find_median(const struct mill_precision *p, uint64_t from,
-                                uint64_t sum[MILL_PRECISION_SLOTS])
+/* Of the impacts in the slots from `slot` up, of the batches from `from` on; sum: zeros, becomes
+ * that of their impacts by speed */
+static struct place find_median(const struct mill_precision *p, uint64_t from, int slot,
+                                uint64_t sum[MILL_SPECTRUM_SLOTS])
 {
-    struct place place = {0, 0, 0};
+    struct place place = {slot, slot, 0, 0};
     double below = 0;
     for (uint64_t k = from; k < p->at.batches; k++)
-        for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+        for (int i = slot; i < MILL_SPECTRUM_SLOTS; i++)
             sum[i] += p->counts[k][i];
-    for (int i = 0; i < MILL_PRECISION_SLOTS; i++)
+    for (int i = slot; i < MILL_SPECTRUM_SLOTS; i++)
         place.count += (double)sum[i];
-    while (place.bin < MILL_PRECISION_SLOTS - 1 &&
+    while (place.bin < MILL_SPECTRUM_SLOTS - 1 &&
            below + (double)sum[place.bin] < 0.5 * place.count)
         below += (double)sum[place.bin++];
     if (sum[place.bin] > 0)
@@ -205,9 +239,9 @@ static struct place find_median(const struct mill_precision *p, uint64_t from,
 static double excess(const uint32_t *row, const struct place *place, double *all)
 {
     double below = place->within * row[place->bin], rest = (1 - place->within) * row[place->bin];
-    for (int i = 0; i < place->bin; i++)
+    for (int i = place->slot; i < place->bin; i++)
         below += row[i];
-    for (int i = place->bin + 1; i < MILL_PRECISION_SLOTS; i++)
+    for (int i = place->bin + 1; i < MILL_SPECTRUM_SLOTS; i++)
         rest += row[i];
     *all = below + rest;
     return 0.5 * (below - rest);
@@ -217,13 +251,40 @@ static double excess(const uint32_t *row, const struct place *place, double *all
 static double density(const uint64_t sum[], const struct place *place)
 {
     enum { REACH = 5 };
-    const int bins = MILL_PRECISION_SLOTS - 1; /* the last slot is the overflow */
-    const int low = place->bin > REACH ? place->bin - REACH : 0;
-    const int high = place->bin + REACH + 1 < bins ? place->bin + REACH + 1 : bins;
+    const int first = place->slot > 0 ? place->slot : 1; /* the others are under- and overflow */
+    const int low = place->bin > first + REACH ? place->bin - REACH : first;
+    const int high =
+        place->bin + REACH < MILL_SPECTRUM_BINS ? place->bin + REACH + 1 : MILL_SPECTRUM_BINS + 1;
     double share = 0;
     for (int i = low; i < high; i++)
         share += (double)sum[i] / place->count;
     return share / ((high - low) * MILL_SPECTRUM_LOG_BIN);
+}
+
+/* sum: as of find_median() */
+static struct mill_precision_mean tell_median(const struct mill_precision *p, uint64_t from,
+                                              int slot)
+{
+    double below[MILL_PRECISION_BATCHES] = {0}, all;
+    uint64_t sum[MILL_SPECTRUM_SLOTS] = {0};
+    const uint64_t n = p->at.batches - from;
+    const struct place place = find_median(p, from, slot, sum);
+    struct mill_precision_mean median = {NAN, NAN, 0};
+    if (!(place.count > 0) || place.bin == 0)
+        return median;
+    for (uint64_t k = 0; k < n; k++)
+        below[k] = excess(p->counts[from + k], &place, &all);
+    const struct mill_precision_mean scatter = mill_precision_mean(below, n, p->at.period);
+    /* of the share below; independent impacts scatter it by 1/2 over the root of their number */
+    const double share = fmax(scatter.error * (double)n / place.count, 0.5 / sqrt(place.count));
+    median.value = place.bin <= MILL_SPECTRUM_BINS
+                       ? mill_spectrum_within(p->grid, place.bin, place.within)
+                       : p->grid->edge[MILL_SPECTRUM_BINS];
+    if (scatter.freedom > 0) {
+        median.error = median.value * share / density(sum, &place);
+        median.freedom = scatter.freedom;
+    }
+    return median;
 }
 
 /* ---- what the batches tell ---- */
@@ -236,9 +297,9 @@ static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
 {
     double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
-    uint64_t sum[MILL_PRECISION_SLOTS] = {0};
+    uint64_t sum[MILL_SPECTRUM_SLOTS] = {0};
     const uint64_t n = p->at.batches;
-    const struct place place = find_median(p, n / 2, sum);
+    const struct place place = find_median(p, n / 2, MILL_SPECTRUM_FAST, sum);
     for (uint64_t k = 0; k < n; k++) {
         const double more = excess(p->counts[k], &place, &all);
         below[k] = all > 0 ? more / all : 0;
@@ -251,36 +312,77 @@ uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
     return cut < n / 2 ? cut : n / 2;
 }
 
-struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from,
-                                                bool whole)
+/* A number of the account, of which the mean per second is told: a double, or the sum of `counts`
+ * counts `step` bytes apart */
+struct entry {
+    size_t at, step;
+    int counts;
+};
+
+static double value_of(const struct mill_account *account, struct entry entry)
 {
-    double power[MILL_PRECISION_BATCHES] = {0}, below[MILL_PRECISION_BATCHES] = {0}, all;
-    uint64_t sum[MILL_PRECISION_SLOTS] = {0};
-    const uint64_t n = p->at.batches - from, period = whole ? p->at.period : 0;
+    const char *at = (const char *)account + entry.at;
+    double value;
+    uint64_t sum = 0, one;
+    memcpy(&value, at, sizeof value);
+    for (int i = 0; i < entry.counts; i++) {
+        memcpy(&one, at + (size_t)i * entry.step, sizeof one);
+        sum += one;
+    }
+    return entry.counts > 0 ? (double)sum : value;
+}
+
+static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64_t from,
+                                          struct entry entry)
+{
+    double rate[MILL_PRECISION_BATCHES] = {0};
+    const uint64_t n = p->at.batches - from;
+    double last = value_of(&p->accounts[from], entry);
+    for (uint64_t k = 0; k < n; k++) {
+        const double next = value_of(&p->accounts[from + k + 1], entry);
+        rate[k] = (next - last) / p->at.batch;
+        last = next;
+    }
+    return mill_precision_mean(rate, n, p->at.period);
+}
+
+/* Of impacts of a kind, or of all: they scatter at least as independent ones do, and none tell
+ * nothing. at, size: of what is counted of a kind */
+static struct mill_precision_mean impacts_of(const struct mill_precision *p, uint64_t from, int row,
+                                             size_t at, size_t size)
+{
+    const bool all = row == MILL_KINDS;
+    const struct entry entry = {at + (all ? 0 : (size_t)row * size), size, all ? MILL_KINDS : 1};
+    struct mill_precision_mean rate = rate_of(p, from, entry);
+    const double time = (double)(p->at.batches - from) * p->at.batch;
+    if (!(rate.value > 0))
+        return (struct mill_precision_mean){rate.value, NAN, 0};
+    if (rate.freedom > 0)
+        rate.error = fmax(rate.error, sqrt(rate.value / time));
+    return rate;
+}
+
+struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from)
+{
     const struct mill_account *now = &p->accounts[p->at.batches];
-    struct mill_precision_known known = {{NAN, NAN}, {NAN, NAN}, n, false, false};
+    struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->rotor_work_gross <= rounding * now->incident;
-    known.enough = n >= MILL_PRECISION_FEWEST && (known.idle || n >= 3 * p->at.period);
-    if (n == 0)
-        return known;
-    for (uint64_t k = 0; k < n; k++)
-        power[k] = work(p, from + k, from + k + 1) / p->at.batch;
-    known.power.value = work(p, from, p->at.batches) / ((double)n * p->at.batch);
-    known.power.error = mill_precision_error(power, n, period);
-    const struct place place = find_median(p, from, sum);
-    if (!(place.count > 0))
-        return known;
-    known.median.value =
-        place.bin < MILL_PRECISION_SLOTS - 1
-            ? mill_spectrum_within(p->grid, MILL_SPECTRUM_FAST + place.bin, place.within)
-            : p->grid->edge[MILL_SPECTRUM_BINS];
-    for (uint64_t k = 0; k < n; k++)
-        below[k] = excess(p->counts[from + k], &place, &all);
-    /* of the share below; independent impacts scatter it by 1/2 over the root of their number */
-    const double scatter = mill_precision_error(below, n, period);
-    const double share = fmax(scatter * (double)n / place.count, 0.5 / sqrt(place.count));
-    if (!isnan(scatter))
-        known.median.error = known.median.value * share / density(sum, &place);
+    known.enough =
+        known.batches >= MILL_PRECISION_FEWEST && (known.idle || known.batches >= 3 * p->at.period);
+    known.power = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, rotor_work)});
+    known.torque =
+        rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, rotor_impulse)});
+    if (p->at.period == 0) /* no rotor */
+        known.power.error = known.torque.error = NAN;
+    known.median = tell_median(p, from, 0);
+    known.median_fast = tell_median(p, from, MILL_SPECTRUM_FAST);
+    for (int row = 0; row < MILL_PRECISION_ROWS; row++) {
+        known.rate[row] = impacts_of(p, from, row, offsetof(struct mill_account, collisions),
+                                     sizeof now->collisions[0]);
+        for (int i = 0; i < MILL_WORLD_FAST; i++)
+            known.fast[row][i] = impacts_of(p, from, row, offsetof(struct mill_account, fast[0][i]),
+                                            sizeof now->fast[0]);
+    }
     return known;
 }
 
@@ -288,5 +390,5 @@ bool mill_precision_reached(const struct mill_precision_known *known, double wan
 {
     const bool power = known->idle || (known->power.value != 0 &&
                                        known->power.error <= wanted * fabs(known->power.value));
-    return known->enough && power && known->median.error <= wanted * known->median.value;
+    return known->enough && power && known->median_fast.error <= wanted * known->median_fast.value;
 }

@@ -1,5 +1,6 @@
-/* How well are the median normal speed above 0.05 m/s and the rotor's power known by now, and from
- * when on is the mill steady? The time is cut into batches, whose accounts and speeds are kept. */
+/* How well are the results known by now, and from when on is the mill steady? The time is cut into
+ * batches, whose accounts and impacts by speed are kept. This is the only place where errors of the
+ * results are made. */
 #ifndef MILL_PRECISION_H
 #define MILL_PRECISION_H
 
@@ -11,9 +12,9 @@
 #include <stdint.h>
 
 enum {
-    MILL_PRECISION_BATCHES = 1152, /* there is room for; then they are joined */
-    MILL_PRECISION_SLOTS = MILL_SPECTRUM_SLOTS - MILL_SPECTRUM_FAST, /* from 0.05 m/s up */
-    MILL_PRECISION_FEWEST = 36 /* batches that tell anything: three revolutions */
+    MILL_PRECISION_BATCHES = 1152,       /* there is room for; then they are joined */
+    MILL_PRECISION_FEWEST = 36,          /* batches that tell anything: three revolutions */
+    MILL_PRECISION_ROWS = MILL_KINDS + 1 /* kinds, then all */
 };
 
 /* What changes as it goes; plain numbers, saved as they are. */
@@ -29,18 +30,22 @@ struct mill_precision {
     const struct mill_spectrum_grid *grid;
     struct mill_account
         *accounts; /* [batches + 1] at the begin of each batch, and at the last end */
-    uint32_t (*counts)[MILL_PRECISION_SLOTS]; /* [batches] impacts by normal speed */
+    uint32_t (*counts)[MILL_SPECTRUM_SLOTS]; /* [batches] impacts by normal speed */
 };
 
-/* A mean with its standard error, in its own unit; NaN: not known. */
+/* A number with its standard error, in its own unit. The error is widened by Student's t: value +-
+ * 1.96 error is its 95 % interval, however few batches there are. NaN: not known. */
 struct mill_precision_mean {
     double value, error;
+    double freedom; /* degrees of freedom of the error; 0 where there is none */
 };
 
 struct mill_precision_known {
-    struct mill_precision_mean median; /* [m/s] normal speed of the impacts above 0.05 m/s */
-    struct mill_precision_mean power;  /* [W] of the rotor */
-    uint64_t batches;                  /* they are taken from */
+    struct mill_precision_mean power, torque;       /* [W], [N m] of the rotor */
+    struct mill_precision_mean median, median_fast; /* [m/s] normal speed, of all; above 0.05 m/s */
+    struct mill_precision_mean rate[MILL_PRECISION_ROWS];                  /* [1/s] of impacts */
+    struct mill_precision_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST]; /* at mill_world_fast */
+    uint64_t batches;                                                      /* they are taken from */
     bool idle;   /* the rotor has never done any work: nothing to be known of its power */
     bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
 };
@@ -57,7 +62,7 @@ static inline double mill_precision_next(const struct mill_precision *precision)
     return precision->origin + (double)(precision->at.batches + 1) * precision->at.batch;
 }
 
-/* A batch ends: count[MILL_PRECISION_SLOTS] are its impacts by speed. There must be room for it;
+/* A batch ends: count[MILL_SPECTRUM_SLOTS] are its impacts by speed. There must be room for it;
  * the accounts of the first batch's begin are accounts[0]. */
 void mill_precision_close(struct mill_precision *precision, const uint64_t *count,
                           const struct mill_account *account);
@@ -70,9 +75,9 @@ uint64_t mill_precision_join(struct mill_precision *precision);
  * finds no better cut in the second half. */
 uint64_t mill_precision_cut(const struct mill_precision *precision, bool *settled);
 
-/* What the batches from `from` on tell. whole: they are whole revolutions, two or more. */
+/* What the batches from `from` on tell. */
 struct mill_precision_known mill_precision_tell(const struct mill_precision *precision,
-                                                uint64_t from, bool whole);
+                                                uint64_t from);
 
 /* There is enough to tell, and both errors, where there is something to know, are at most `wanted`
  * times their values. */
@@ -84,9 +89,9 @@ bool mill_precision_reached(const struct mill_precision_known *known, double wan
  * are no candidates. 0 for n <= 5. */
 size_t mill_precision_mser(const double *x, size_t n);
 
-/* Standard error of the mean of x[n], a stationary series that remembers what came before; period >
- * 0: n is two or more times that, and what repeats after it has no part in the error. NaN for n <
- * MILL_PRECISION_FEWEST; n <= MILL_PRECISION_BATCHES. */
-double mill_precision_error(const double *x, size_t n, size_t period);
+/* Mean of x[n], a stationary series that remembers what came before. Where n holds two `period`s or
+ * more, what repeats after a period has a part in the error only as far as the last one is not
+ * whole. No error for n < MILL_PRECISION_FEWEST; n <= MILL_PRECISION_BATCHES. */
+struct mill_precision_mean mill_precision_mean(const double *x, size_t n, size_t period);
 
 #endif

@@ -1,8 +1,7 @@
 /* What happened in the mill between run.sample_from and the end? An observer that sorts every
  * impact into spectra, strikes and maps as it comes, a few tens of nanoseconds each, and looks at
- * the world at a few times of its own: when the window opens, at whole revolutions of the rotor,
- * for the maps' snapshots, when the last tenth begins, and at the end. All these times follow from
- * the deck alone. */
+ * the world at a few times of its own: when the window opens, at the ends of batches, for the maps'
+ * snapshots, and at the end. All these times follow from the deck alone. */
 #include "observe/tally.h"
 
 #include "millsim/state.h"
@@ -79,49 +78,27 @@ static double next_snapshot(const struct mill_tally *tally)
     return tally->begin + ((double)tally->at.snapshots + 0.5) * tally->interval;
 }
 
-/* The last block ends with the window when it is whole but for rounding. */
-static double next_block(const struct mill_tally *tally)
-{
-    if (tally->search || tally->at.blocks == tally->planned)
-        return INFINITY;
-    return fmin(tally->begin + (double)(tally->at.blocks + 1) * tally->block, tally->end);
-}
-
+/* The last batch ends with the window when it is whole but for rounding. */
 static double next_batch(const struct mill_tally *tally)
 {
-    return tally->at.open && tally->tick > 0 ? mill_precision_next(&tally->batches)
-                                             : (double)INFINITY;
-}
-
-/* A run that may end before its time has the last tenth of its window from the batches' accounts.
- */
-static double late(const struct mill_tally *tally)
-{
-    return tally->tick > 0 ? tally->end : tally->begin + 0.9 * (tally->end - tally->begin);
+    const double next = mill_precision_next(&tally->batches);
+    return next < tally->end + 1e-9 * tally->batches.at.batch ? fmin(next, tally->end) : next;
 }
 
 static void plan(struct mill_tally *tally)
 {
     const struct mill_tally_progress *at = &tally->at;
-    double next = at->open ? fmin(next_snapshot(tally), next_block(tally)) : tally->begin;
+    double next = tally->begin;
     if (at->open)
-        next = fmin(fmin(next, at->late ? tally->end : late(tally)), next_batch(tally));
+        next = fmin(fmin(next_snapshot(tally), tally->end), next_batch(tally));
     tally->observer.next = at->closed ? (double)INFINITY : next;
-}
-
-static void note_block(struct mill_tally *tally, const struct mill_account *account)
-{
-    tally->work[tally->at.blocks] = account->rotor_work;
-    tally->impulse[tally->at.blocks] = account->rotor_impulse;
 }
 
 static void open_window(struct mill_tally *tally, const struct mill_account *account)
 {
     tally->at.open = true;
     tally->at.at_begin = *account;
-    note_block(tally, account);
-    if (tally->tick > 0)
-        tally->batches.accounts[0] = *account;
+    tally->batches.accounts[0] = *account;
 }
 
 static enum mill_status on_sample(struct mill_observer *observer, const struct mill_world *world,
@@ -129,23 +106,14 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
     struct mill_tally_progress *at = &tally->at;
-    /* batches and blocks that end together may differ by rounding */
-    const double now = observer->next, same = now + 1e-9 * tally->tick;
+    const double now = observer->next;
     if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
-    while (at->open && next_block(tally) <= same) {
-        at->blocks++;
-        note_block(tally, &world->account);
-    }
     while (at->open && next_snapshot(tally) <= now) {
         mill_maps_sample(&tally->gathered.maps, world, t);
         at->snapshots++;
     }
-    if (at->open && !at->late && late(tally) <= now) {
-        at->late = true;
-        at->at_late = world->account;
-    }
-    if (next_batch(tally) <= now)
+    if (at->open && next_batch(tally) <= now)
         mill_tally_window_batch(tally, &world->account);
     const bool known = at->ended == MILL_TALLY_PRECISION;
     if (known || tally->end <= now) {
@@ -207,25 +175,21 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     mill_state_structs(state, "progress", sizeof t->at, 1, &t->at);
     mill_state_structs(state, "batches", sizeof batches->at, 1, &batches->at);
     /* counts that the lengths of what follows, and indices into it, are taken from */
-    const bool sane = t->tick == 0 || (batches->at.batches < MILL_PRECISION_BATCHES &&
-                                       t->at.length > 0 && t->at.portions < MILL_TALLY_PORTIONS);
-    if (state->loads && !(sane && t->at.blocks <= t->planned))
+    const bool sane = batches->at.batches < MILL_PRECISION_BATCHES && t->at.length > 0 &&
+                      t->at.portions < MILL_TALLY_PORTIONS;
+    if (state->loads && !sane)
         mill_state_refuse(state, "the saved statistics are damaged");
     if (state->status != MILL_OK)
         return;
-    mill_state_field(state, "block_work", MILL_FIELD_F64, t->at.blocks + 1, t->work);
-    mill_state_field(state, "block_impulse", MILL_FIELD_F64, t->at.blocks + 1, t->impulse);
     tell_strikes(&t->pairs, state);
     tell_gathered(&t->gathered, 0, state);
     for (uint64_t i = 0; t->search && i < t->at.portions; i++)
         tell_gathered(&t->portion[i], i + 1, state);
-    if (t->tick > 0) {
-        const size_t n = (size_t)batches->at.batches;
-        mill_state_structs(state, "before", sizeof *t->before, MILL_PRECISION_SLOTS, t->before);
-        mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
-        mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_PRECISION_SLOTS,
-                         *batches->counts);
-    }
+    const size_t n = (size_t)batches->at.batches;
+    mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
+    mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
+    mill_state_field(state, "batch_counts", MILL_FIELD_I32, n * MILL_SPECTRUM_SLOTS,
+                     *batches->counts);
 }
 
 /* ---- life ---- */
@@ -239,42 +203,18 @@ static void free_tally(struct mill_observer *observer)
     mill_tally_window_free(&tally->gathered);
     mill_strikes_free(&tally->pairs);
     mill_precision_free(&tally->batches);
-    free(tally->work);
-    free(tally->impulse);
 }
 
-/* Blocks of whole revolutions: power and torque swing with the blades' passage; within a block the
- * swing averages out, and the blocks' scatter gives the standard error of the mean. One revolution
- * is long against the memory of the charge in a mill that is braked (it is steady after one or
- * two), so blocks count as independent. false: out of memory. */
-static bool plan_blocks(struct mill_tally *tally, double rotor_speed, double duration)
-{
-    tally->block =
-        rotor_speed != 0 && duration > 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
-    /* a window of exactly n revolutions has n, whatever the rounding */
-    for (tally->revolutions = 1;
-         duration / tally->block * (1 + 1e-12) >= MILL_TALLY_MOST_BLOCKS + 1; tally->block *= 2)
-        tally->revolutions *= 2;
-    tally->planned = (size_t)(duration / tally->block * (1 + 1e-12));
-    tally->work = calloc(tally->planned + 1, sizeof *tally->work);
-    tally->impulse = calloc(tally->planned + 1, sizeof *tally->impulse);
-    return tally->work && tally->impulse;
-}
-
-/* What may end the run. false: out of memory. */
+/* Batches, and what may end the run. false: out of memory. */
 static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
                          const struct mill_world *world)
 {
     t->precision = asked->precision;
     t->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
     t->search = asked->sample_found;
-    if (t->precision == 0 && asked->max_collisions == 0)
-        return true;
     if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
         return false;
-    t->tick = t->batches.at.batch;
     t->at.length = 1;
-    t->at.known = (struct mill_precision_known){{NAN, NAN}, {NAN, NAN}, 0, false, false};
     t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
     bool memory = !t->search || t->portion;
     for (int i = 0; memory && t->search && i < MILL_TALLY_PORTIONS; i++)
@@ -298,7 +238,7 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     if (!mill_energies_init(&tally->gathered.energies, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
-        !plan_blocks(tally, world->rotor_speed, duration) || !plan_batches(tally, asked, world))
+        !plan_batches(tally, asked, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");
     if (tally->begin <= 0 && duration > 0)
         open_window(tally, &world->account);

@@ -29,7 +29,7 @@ struct mill_gathered {
     int64_t last; /* number of the last of the portions as gathered that it is made of */
 };
 
-enum { MILL_TALLY_PORTIONS = 24, MILL_TALLY_MOST_BLOCKS = 100000 };
+enum { MILL_TALLY_PORTIONS = 24 };
 
 /* What ended the window */
 enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIONS };
@@ -38,17 +38,15 @@ enum mill_tally_end { MILL_TALLY_TIME, MILL_TALLY_PRECISION, MILL_TALLY_COLLISIO
 struct mill_tally_progress {
     bool open;           /* the window has begun */
     bool closed;         /* and it is over: nothing is gathered any more */
-    bool late;           /* its last tenth has begun */
     bool settled;        /* the start-up is over, as far as known */
     uint64_t snapshots;  /* taken for the maps */
-    uint64_t blocks;     /* of the rotor, closed */
     double over;         /* [s] when it was closed */
     uint64_t collisions; /* of all kinds, from t = 0 */
     uint64_t length;     /* batches of a portion */
     uint64_t portions;   /* complete ones */
     enum mill_tally_end ended;
     struct mill_precision_known known;
-    struct mill_account at_begin, at_late, at_end; /* the world's account at these times */
+    struct mill_account at_begin, at_end; /* the world's account at these times */
 };
 
 struct mill_tally {
@@ -60,20 +58,13 @@ struct mill_tally {
     struct mill_spectrum_grid grid;
     struct mill_gathered gathered; /* since the last portion */
     struct mill_strikes pairs;
-    /* ---- blocks of whole revolutions, which tell how well power and torque are known ---- */
-    double block;       /* [s]; INFINITY: the rotor stands or there is none */
-    double revolutions; /* of one block; 1 unless there were more than MILL_TALLY_MOST_BLOCKS */
-    size_t planned;     /* whole blocks in the window */
-    double *work;       /* [J] of the rotor, [planned + 1] at the blocks' ends */
-    double *impulse;    /* [N m s] likewise */
-    /* ---- what may end the run before its time; all 0 where nothing may ---- */
-    double tick;      /* [s] between two times at which it is asked how much is known; 0: never */
-    double precision; /* run.precision */
+    /* ---- how well the results are known, and what may end the run before its time ---- */
+    double precision;    /* run.precision; 0: none */
     uint64_t collisions; /* run.max_collisions; UINT64_MAX: no number ends the run */
     bool search;         /* the begin of the window is to be found */
     struct mill_precision batches;
-    uint64_t before[MILL_PRECISION_SLOTS]; /* impacts by speed when the last batch ended */
-    struct mill_gathered *portion;         /* [MILL_TALLY_PORTIONS], or NULL */
+    uint64_t before[MILL_SPECTRUM_SLOTS]; /* impacts by speed when the last batch ended */
+    struct mill_gathered *portion;        /* [MILL_TALLY_PORTIONS], or NULL */
 };
 
 extern const struct mill_observer_type mill_tally_type;
@@ -84,20 +75,19 @@ extern const struct mill_observer_type mill_tally_type;
  * duration 0 and empty statistics. */
 struct mill_tally_results {
     const struct mill_tally *tally; /* they are taken from; must outlive them, unchanged */
-    struct mill_tally_progress at;
-    double begin, duration; /* [s] of the window */
+    struct mill_tally_progress at;  /* known: values of the whole window, errors of its batches */
+    double begin, duration;         /* [s] of the window */
     struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS];
     struct mill_energies energies;
     struct mill_maps maps;
     double floor_share[MILL_TALLY_ROWS]; /* of the impacts in the window, those at which the rebound
                                             floor acted; NaN when there were none */
-    /* of the rotor, mean over the window: power it gives to the balls [W], torque about +x [N m],
-     * the part of the power that goes to balls that are pressed; NaN at duration 0 */
-    double power, torque, pinch_power;
-    double power_error, torque_error; /* from the scatter of blocks; NaN with fewer than two */
-    double block, revolutions;        /* as in the tally */
-    size_t blocks;
-    double *block_power, *block_torque; /* of each block */
+    double pinch_power; /* [W] of the rotor's power: on balls that are pressed; NaN at duration 0 */
+    double block; /* [s] the shortest time of whole revolutions and whole batches; NaN: no rotor */
+    double revolutions;                 /* in it */
+    size_t blocks;                      /* in the window */
+    double *block_power, *block_torque; /* [W], [N m] of each block */
+    struct mill_account late;           /* when the last tenth of the window began, to a batch */
     bool reached; /* the start-up is over, and both quantities are known as well as was asked for */
 };
 

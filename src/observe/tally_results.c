@@ -4,41 +4,28 @@
 #include "observe/sink.h"
 #include "observe/tally.h"
 
-#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 
-/* Standard error of the mean of independent values[n]: NaN for n < 2. */
-static double error_of(const double *values, size_t n)
+/* Power and torque by whole revolutions, from the batches since `from`. false: out of memory. */
+static bool make_blocks(struct mill_tally_results *r, const struct mill_world *world, uint64_t from)
 {
-    return n < 2 ? (double)NAN : gsl_stats_sd(values, 1, n) / sqrt((double)n);
-}
-
-/* Power and torque by whole revolutions: the tally's blocks, or from the accounts of the batches
- * since `from`. false: out of memory. */
-static bool make_blocks(struct mill_tally_results *r, uint64_t from)
-{
-    const struct mill_tally *t = r->tally;
-    const struct mill_precision_progress *batches = &t->batches.at;
-    const bool search = t->search && batches->period > 0;
-    r->block = search ? (double)batches->period * batches->batch : t->block;
-    r->revolutions = search ? round(r->block / (t->block / t->revolutions)) : t->revolutions;
-    r->blocks = search ? (batches->batches - from) / batches->period : r->at.blocks;
-    r->block_power = malloc((r->blocks + 1) * sizeof *r->block_power);
-    r->block_torque = malloc((r->blocks + 1) * sizeof *r->block_torque);
+    const struct mill_precision *batches = &r->tally->batches;
+    const size_t period = batches->at.period;
+    const struct mill_account *account = &batches->accounts[from];
+    r->block = period > 0 ? (double)period * batches->at.batch : (double)NAN;
+    r->revolutions = period > 0 ? round(r->block * fabs(world->rotor_speed) / (2 * MILL_PI)) : 1;
+    r->blocks = period > 0 && r->at.open ? (batches->at.batches - from) / period : 0;
+    r->block_power = calloc(r->blocks + 1, sizeof *r->block_power);
+    r->block_torque = calloc(r->blocks + 1, sizeof *r->block_torque);
     if (!r->block_power || !r->block_torque)
         return false;
-    for (size_t k = 0; k <= r->blocks; k++) {
-        const size_t batch = from + k * batches->period;
-        r->block_power[k] = search ? t->batches.accounts[batch].rotor_work : t->work[k];
-        r->block_torque[k] = search ? t->batches.accounts[batch].rotor_impulse : t->impulse[k];
-    }
     for (size_t k = 0; k < r->blocks; k++) {
-        r->block_power[k] = (r->block_power[k + 1] - r->block_power[k]) / r->block;
-        r->block_torque[k] = (r->block_torque[k + 1] - r->block_torque[k]) / r->block;
+        const struct mill_account *to = account + period;
+        r->block_power[k] = (to->rotor_work - account->rotor_work) / r->block;
+        r->block_torque[k] = (to->rotor_impulse - account->rotor_impulse) / r->block;
+        account = to;
     }
-    r->power_error = error_of(r->block_power, r->blocks);
-    r->torque_error = error_of(r->block_torque, r->blocks);
     return true;
 }
 
@@ -59,23 +46,38 @@ static void sum_rows(struct mill_speeds rows[MILL_TALLY_ROWS])
         mill_spectrum_merge(&rows[row].tangential[0], &rows[row].tangential[1]);
 }
 
+/* Values over the whole window */
 static void sum_account(struct mill_tally_results *r)
 {
     const struct mill_account *from = &r->at.at_begin, *to = &r->at.at_end;
+    struct mill_precision_known *known = &r->at.known;
     uint64_t floored[MILL_TALLY_ROWS] = {0}, impacts[MILL_TALLY_ROWS] = {0};
+    uint64_t fast[MILL_TALLY_ROWS][MILL_WORLD_FAST] = {{0}};
     for (int kind = 0; kind < MILL_KINDS; kind++) {
         floored[kind] = to->floored[kind] - from->floored[kind];
         impacts[kind] = to->collisions[kind] - from->collisions[kind];
         floored[MILL_TALLY_ALL] += floored[kind];
         impacts[MILL_TALLY_ALL] += impacts[kind];
+        for (int i = 0; i < MILL_WORLD_FAST; i++) {
+            fast[kind][i] = to->fast[kind][i] - from->fast[kind][i];
+            fast[MILL_TALLY_ALL][i] += fast[kind][i];
+        }
     }
-    for (int row = 0; row < MILL_TALLY_ROWS; row++)
+    for (int row = 0; row < MILL_TALLY_ROWS; row++) {
         r->floor_share[row] =
             impacts[row] > 0 ? (double)floored[row] / (double)impacts[row] : (double)NAN;
+        known->rate[row].value = mill_tally_per_second(r, (double)impacts[row]);
+        for (int i = 0; i < MILL_WORLD_FAST; i++)
+            known->fast[row][i].value = mill_tally_per_second(r, (double)fast[row][i]);
+    }
     const double duration = r->duration > 0 ? r->duration : (double)NAN;
-    r->power = (to->rotor_work - from->rotor_work) / duration;
     r->pinch_power = (to->pinch_work - from->pinch_work) / duration;
-    r->torque = (to->rotor_impulse - from->rotor_impulse) / duration;
+    const struct mill_spectrum_grid *grid = &r->tally->grid;
+    const struct mill_spectrum *all = &r->impacts[MILL_TALLY_ALL].normal;
+    known->power.value = (to->rotor_work - from->rotor_work) / duration;
+    known->torque.value = (to->rotor_impulse - from->rotor_impulse) / duration;
+    known->median.value = mill_spectrum_quantile(grid, all, 0, 0.5);
+    known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
 }
 
 enum mill_status mill_tally_results_make(const struct mill_tally *tally,
@@ -95,20 +97,18 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     if (!r->at.open)
         r->at.at_begin = r->at.at_end;
     const struct mill_precision *batches = &tally->batches;
-    const uint64_t n = r->at.open ? batches->at.batches : 0;
-    const uint64_t from =
-        r->at.open && tally->precision > 0 ? mill_tally_window_find(tally, &r->at) : 0;
-    if (n > from) {
-        r->at.at_late = batches->accounts[from + 9 * (n - from) / 10];
-        r->at.late = true;
-    }
+    const uint64_t from = r->at.open ? mill_tally_window_find(tally, &r->at) : 0;
+    const double asked = tally->precision;
+    r->late =
+        r->at.open ? batches->accounts[from + 9 * (batches->at.batches - from) / 10] : r->at.at_end;
     if (r->at.open && tally->search) {
         r->begin = batches->origin + (double)from * batches->at.batch;
         r->at.at_begin = batches->accounts[from];
     }
+    r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
     if (!mill_maps_like(&r->maps, &tally->gathered.maps) ||
-        !mill_energies_like(&r->energies, &tally->gathered.energies) || !make_blocks(r, from)) {
+        !mill_energies_like(&r->energies, &tally->gathered.energies) || !make_blocks(r, world, from)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");
@@ -120,8 +120,6 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     sum_rows(r->impacts);
     sum_rows(r->strikes);
     sum_account(r);
-    const double asked = tally->precision;
-    r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     return MILL_OK;
 }
 
@@ -294,22 +292,20 @@ static void tell_maps(struct mill_sink *sink, const struct mill_maps *maps)
 static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *r)
 {
     sink->open(sink, "rotor");
-    mill_tell_number(sink, "power", r->power, "W", "work of the rotor on the balls / duration");
-    mill_tell_number(sink, "power_error", r->power_error, "W",
-                     "standard error of the mean power from the scatter of the blocks; NaN with "
-                     "fewer than two");
+    static const char error[] = "its standard error, the same as in precision";
+    const struct mill_precision_mean *power = &r->at.known.power, *torque = &r->at.known.torque;
+    mill_tell_number(sink, "power", power->value, "W", "work of the rotor on the balls / duration");
+    mill_tell_number(sink, "power_error", power->error, "W", error);
     mill_tell_number(sink, "pinch_power", r->pinch_power, "W",
                      "of it: work on balls pressed between a blade and others / duration");
-    mill_tell_number(sink, "torque", r->torque, "N m",
+    mill_tell_number(sink, "torque", torque->value, "N m",
                      "mean torque of the rotor on the balls about +x");
-    mill_tell_number(sink, "torque_error", r->torque_error, "N m",
-                     "standard error of the mean torque from the scatter of the blocks; NaN with "
-                     "fewer than two");
+    mill_tell_number(sink, "torque_error", torque->error, "N m", error);
     mill_tell_count(sink, "blocks", r->blocks, "whole blocks within the duration");
     mill_tell_number(sink, "block_revolutions", r->revolutions, "1",
                      "revolutions of the rotor in a block");
-    mill_tell_number(sink, "block_duration", r->block < (double)INFINITY ? r->block : (double)NAN,
-                     "s", "length of a block; NaN where no rotor turns");
+    mill_tell_number(sink, "block_duration", r->block, "s",
+                     "length of a block; NaN where no rotor turns");
     if (sink->full) {
         mill_tell_array(sink, "block_power", r->blocks, r->block_power, "W",
                         "mean power of each block");
@@ -319,38 +315,68 @@ static void tell_rotor(struct mill_sink *sink, const struct mill_tally_results *
     sink->close(sink);
 }
 
-static void tell_mean(struct mill_sink *sink, const char *name, double value, double error,
-                      const char *unit, const char *meaning)
+/* So many means in a row, as a group of arrays; 0: one, as numbers */
+static void tell_means(struct mill_sink *sink, const char *name, size_t count,
+                       const struct mill_precision_mean *mean, const char *unit,
+                       const char *meaning)
 {
+    double value[3][MILL_WORLD_FAST];
+    const int rank = count > 0;
+    for (size_t i = 0; i < (count > 0 ? count : 1); i++) {
+        value[0][i] = mean[i].value;
+        value[1][i] = mean[i].error;
+        value[2][i] = mean[i].freedom;
+    }
     sink->open(sink, name);
-    mill_tell_number(sink, "value", value, unit, meaning);
-    mill_tell_number(sink, "standard_error", error, unit,
-                     "its standard error, from batches and their memory; NaN where it is not "
-                     "known");
+    sink->values(sink, "value", MILL_H5_F64, rank, &count, value[0], unit, meaning);
+    if (rank > 0 && sink->full)
+        sink->attribute(sink, "thresholds", MILL_H5_F64, MILL_WORLD_FAST, mill_world_fast);
+    sink->values(sink, "standard_error", MILL_H5_F64, rank, &count, value[1], unit,
+                 "its standard error, from batches and their memory, widened by Student's t: value "
+                 "+- 1.96 times this is the 95 % interval; NaN: too few batches");
+    sink->values(sink, "degrees_of_freedom", MILL_H5_F64, rank, &count, value[2], "1",
+                 "of the standard error, for which it is widened; 0: none");
     sink->close(sink);
 }
 
-static void tell_precision(struct mill_sink *sink, const struct mill_tally_results *r)
+static void tell_asked(struct mill_sink *sink, const struct mill_tally_results *r)
 {
-    const struct mill_spectrum *all = &r->impacts[MILL_TALLY_ALL].normal;
-    const struct mill_precision_known *known = &r->at.known;
-    const double median = mill_spectrum_quantile(&r->tally->grid, all, MILL_SPECTRUM_FAST, 0.5);
-    sink->open(sink, "precision");
-    tell_mean(sink, "median_above_50mm_s", median, known->median.error, "m s-1",
-              "median normal speed of all impacts at 0.05 m/s or more");
-    tell_mean(sink, "rotor_power", r->power, known->power.error, "W",
-              "mean power of the rotor on the balls");
     mill_tell_number(sink, "asked", r->tally->precision, "1", "run.precision");
     mill_tell_number(sink, "warm_up", r->begin, "s",
                      "time before the window, cut off: by MSER-5, or given as run.sample_from");
-    mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
-    mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
     mill_tell_count(sink, "settled", r->at.settled,
                     "1: the start-up is over; 0: the best cut might lie in the second half of the "
                     "run, or the run is too short to tell");
     mill_tell_count(sink, "reached", r->reached,
-                    "1: settled, and both standard errors are at most `asked` times their values "
-                    "(the power's only if the rotor does any work)");
+                    "1: settled, and the standard errors of median_above_50mm_s and rotor_power "
+                    "are at most `asked` times their values (the power's only if the rotor does "
+                    "any work)");
+}
+
+static void tell_precision(struct mill_sink *sink, const struct mill_tally_results *r)
+{
+    const struct mill_precision_known *known = &r->at.known;
+    sink->open(sink, "precision");
+    tell_means(sink, "median", 0, &known->median, "m s-1", "median normal speed of all impacts");
+    tell_means(sink, "median_above_50mm_s", 0, &known->median_fast, "m s-1",
+               "median normal speed of all impacts at 0.05 m/s or more");
+    tell_means(sink, "rotor_power", 0, &known->power, "W", "mean power of the rotor on the balls");
+    tell_means(sink, "rotor_torque", 0, &known->torque, "N m",
+               "mean torque of the rotor on the balls about +x");
+    sink->open(sink, "rate");
+    for (int row = 0; row < MILL_TALLY_ROWS; row++)
+        tell_means(sink, mill_tally_name(row), 0, &known->rate[row], "s-1", "impacts per second");
+    sink->close(sink);
+    sink->open(sink, "fast_rate");
+    for (int row = 0; row < MILL_TALLY_ROWS; row++)
+        tell_means(sink, mill_tally_name(row), MILL_WORLD_FAST, known->fast[row], "s-1",
+                   "impacts per second with a normal speed at or above each of the attribute "
+                   "thresholds [m/s]");
+    sink->close(sink);
+    mill_tell_number(sink, "batch", r->tally->batches.at.batch, "s", "length of a batch");
+    mill_tell_count(sink, "batches", known->batches, "whole batches within the window");
+    if (r->tally->precision > 0)
+        tell_asked(sink, r);
     sink->close(sink);
 }
 
@@ -377,7 +403,6 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
         tell_maps(sink, &r->maps);
     }
     tell_rotor(sink, r);
-    if (r->tally->precision > 0)
-        tell_precision(sink, r);
+    tell_precision(sink, r);
     sink->close(sink);
 }

@@ -77,20 +77,20 @@ uint64_t mill_tally_window_find(const struct mill_tally *t, struct mill_tally_pr
         from = (mill_precision_cut(&t->batches, &at->settled) + length - 1) / length * length;
     const uint64_t turns = period > 0 && n > from ? (n - from) / period : 0;
     const uint64_t start = n - turns * period;
-    const bool whole = turns >= 2 && (start == from || (t->search && start % length == 0));
-    from = whole ? start : from;
-    at->known = mill_precision_tell(&t->batches, from, whole);
+    if (t->search && turns >= 2 && start % length == 0)
+        from = start;
+    at->known = mill_precision_tell(&t->batches, from);
     return from;
 }
 
 void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *account)
 {
     struct mill_gathered *gathered = &t->gathered;
-    uint64_t count[MILL_PRECISION_SLOTS];
-    for (int i = 0; i < MILL_PRECISION_SLOTS; i++) {
+    uint64_t count[MILL_SPECTRUM_SLOTS];
+    for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
         uint64_t now = 0;
         for (int kind = 0; kind < MILL_KINDS; kind++)
-            now += gathered->impacts[kind].normal.slot[MILL_SPECTRUM_FAST + i].count;
+            now += gathered->impacts[kind].normal.slot[i].count;
         count[i] = now - t->before[i];
         t->before[i] = now;
     }

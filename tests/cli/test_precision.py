@@ -354,8 +354,40 @@ def test_a_run_without_the_keys_says_nothing_of_them(run):
     with h5py.File(path, "r") as file:
         names = []
         file.visit(names.append)
-    assert not [name for name in names if re.search("precision|ended_by|max_coll", name)]
-    assert "precision" not in summary["statistics"]
+    of_them = "precision/(asked|warm_up|settled|reached)|ended_by|max_coll"
+    assert not [name for name in names if re.search(of_them, name)]
+    assert "asked" not in summary["statistics"]["precision"]
+
+
+def test_one_number_has_one_error(known, run):
+    """With run.precision and without: what stands beside the number is what /statistics/precision tells of it."""
+    plain, summary = run("run.precision=0", "run.time=0.6 s", "run.sample_from=0.1 s", name="one.h5")  # fmt: skip
+    for path in (known[0], plain):
+        told = precision(path)
+        for name in ("power", "torque"):
+            value, error = read(path, f"statistics/rotor/{name}", f"statistics/rotor/{name}_error")
+            assert told[f"rotor_{name}/value"] == value
+            assert told[f"rotor_{name}/standard_error"] == error > 0
+            assert told[f"rotor_{name}/degrees_of_freedom"] >= 3
+        for name in ("median", "median_above_50mm_s"):
+            value = read(path, f"statistics/impacts/all/normal_speed/{name}")
+            assert told[f"{name}/value"] == value
+            assert 0 < told[f"{name}/standard_error"] < 0.5 * value
+        assert told["rate/ball_ball/value"] == read(path, "statistics/impacts/ball_ball/rate")
+        assert 0 < told["fast_rate/all/standard_error"][1] < 0.5 * told["fast_rate/all/value"][1]
+    assert summary["statistics"]["precision"]["rotor_power"]["standard_error"] == told["rotor_power/standard_error"]  # fmt: skip
+
+
+def test_short_runs_hold_the_truth_in_their_intervals(run):
+    """24 runs of five revolutions: of 95 % chance, fewer than 19 within come once in a thousand times."""
+    told = []
+    for seed in range(101, 125):
+        path, _ = run(f"run.seed={seed}", "run.precision=0", "run.sample_from=0.15 s", "run.time=0.4 s", "balls.count=150")  # fmt: skip
+        told.append([*read(path, "statistics/rotor/power", "statistics/rotor/power_error")])
+    value, error = np.array(told).T
+    within = abs(value - value.mean()) <= 1.96 * error
+    assert 19 <= within.sum()
+    assert np.median(error) < 4 * value.std()
 
 
 def test_the_summary_says_what_was_cut_and_how_well_it_is_known(known):

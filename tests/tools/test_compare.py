@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT
+from scipy.special import stdtrit
 
 from milltools.compare import load, rows
 
@@ -145,9 +146,28 @@ def test_values_are_those_of_the_file(runs):
             assert getattr(found[key], side).value == pytest.approx(value, rel=loose), key
 
 
-def test_the_error_of_the_power_is_that_of_the_file_where_blocks_are_few(runs, copy):
-    """The file's own error counts blocks as independent, and so does the comparison of fewer than eight."""
-    short = copy("one", statistics__duration=0.42)
+@pytest.mark.parametrize(
+    "key, name, column",
+    [
+        ("rotor_power", "rotor_power", ()),
+        ("median", "median", ()),
+        ("median_above_50mm_s", "median_above_50mm_s", ()),
+        ("rate_all", "rate/all", ()),
+        ("rate_ball_ball_above_1", "fast_rate/ball_ball", 1),
+    ],
+)
+def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
+    with h5py.File(runs["one"]) as file:
+        told = file[f"statistics/precision/{name}"]
+        value, error, freedom = (told[part][column] for part in ("value", "standard_error", "degrees_of_freedom"))  # fmt: skip
+    found = table(runs["one"], runs["two"])[key].a
+    assert (found.value, found.dof) == (value, pytest.approx(freedom))
+    assert found.error * stdtrit(freedom, 0.975) == pytest.approx(1.96 * error)
+
+
+def test_a_file_that_tells_no_errors_has_them_from_its_revolutions(runs, copy):
+    """Independent where there are fewer than eight."""
+    short = copy("one", statistics__duration=0.42, statistics__precision=None)
     with h5py.File(runs["one"]) as file:
         blocks = file["statistics/rotor/block_power"][:7]
     found = table(short, short)["rotor_power"]
@@ -226,7 +246,7 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
 
 
 def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy):
-    bare = copy("one", observables__fast_collisions=None)
+    bare = copy("one", observables__fast_collisions=None, statistics__precision=None)
     row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))  # fmt: skip
     assert row.a.error / row.a.value == pytest.approx(power.a.error / power.a.value, rel=0.05)
     assert row.remark == "error as of the normal dissipation"
@@ -329,7 +349,7 @@ def test_a_mill_without_a_rotor_is_compared(millsim, mill, write_deck):
     done = mill("compare", "1.h5", "2.h5")
     assert (done.returncode, done.stderr) == (0, "")
     assert "10 equal blocks of 0.15 s" in done.stdout
-    assert "rotor power" not in done.stdout
+    assert not re.search("^rotor power", done.stdout, re.M)
     assert re.search(r"^speed of balls, mean .* agree$", done.stdout, re.M)
 
 

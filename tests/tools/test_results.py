@@ -49,16 +49,24 @@ def tree(file):
     }
 
 
+def only_millsims(name):
+    """Errors of medians and rates, which only millsim's batches tell."""
+    parts = name.split("/")
+    return parts[:2] == ["statistics", "precision"] and parts[2:3] not in ([], ["rotor_power"], ["rotor_torque"])  # fmt: skip
+
+
 def test_names_types_shapes_and_labels_are_those_of_millsim(pair):
     ours, theirs = (tree(file) for file in pair)
-    assert ours.keys() == theirs.keys()
+    assert ours.keys() == {name for name in theirs if not only_millsims(name)}
     for name in ours:
         mine, other = ours[name], theirs[name]
         assert type(mine) is type(other), name
         attributes = {key: value for key, value in mine.attrs.items() if key != "part"}
         assert attributes.keys() == other.attrs.keys(), name
         for key, value in attributes.items():
-            if isinstance(value, str):
+            if key == "description" and ("precision/" in name or name.endswith("_error")):
+                assert value != ""  # errors are made in another way
+            elif isinstance(value, str):
                 value = value.replace("the impact, its normal part", "the impact; negative where the rebound floor gave energy")  # fmt: skip
                 assert value == other.attrs[key], (name, key)
             else:
@@ -115,6 +123,8 @@ def test_the_dissipated_power_is_that_of_the_series(pair):
 def test_the_rotors_power_torque_and_blocks_come_from_the_series(pair):
     ours, theirs = (file["statistics/rotor"] for file in pair)
     for name in theirs:
+        if name.endswith("_error"):  # of revolutions; millsim's is of batches
+            continue
         scale = np.abs(theirs[f"block_{name.split('_')[0]}"][:]).max(initial=0) if name.startswith(("power", "torque")) else 0  # fmt: skip
         assert np.allclose(ours[name][()], theirs[name][()], rtol=1e-9, atol=1e-9 * scale, equal_nan=True), name  # fmt: skip
 

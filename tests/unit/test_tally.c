@@ -163,31 +163,33 @@ static void turn(double from, double to, double even, double odd)
     }
 }
 
-START_TEST(power_and_torque_have_the_standard_error_of_their_revolutions)
+START_TEST(power_and_torque_are_told_by_revolutions_and_with_one_error)
 {
     fixture_create(&f);
     turn(0, 1.5, 100, 300);
     fixture_finish(&f, 1.5);
+    const struct mill_precision_known *known = &f.results->at.known;
     ck_assert_uint_eq(f.results->blocks, 10);
-    ck_assert_double_eq_tol(f.results->power, 200, 1e-9);
-    ck_assert_double_eq_tol(f.results->torque, 3, 1e-9);
+    ck_assert_double_eq_tol(known->power.value, 200, 1e-9);
+    ck_assert_double_eq_tol(known->torque.value, 3, 1e-9);
     for (int i = 0; i < 10; i++)
         ck_assert_double_eq_tol(f.results->block_power[i], (i % 2 ? 300 : 100), 1e-6);
-    /* sd of five 100 and five 300 with n - 1: sqrt(10/9) * 100 */
-    ck_assert_double_eq_tol(f.results->power_error, 100 / 3.0, 1e-6);
-    ck_assert_double_eq_tol(f.results->torque_error, 1 / 3.0, 1e-6);
+    /* ten revolutions that take turns scatter by 100 about the mean: 32 if they were independent */
+    ck_assert_double_gt(known->power.error, 10);
+    ck_assert_double_lt(known->power.error, 100);
+    ck_assert_double_eq_tol(known->torque.error / known->power.error, 1e-2, 1e-6);
 }
 END_TEST
 
-START_TEST(with_fewer_than_two_revolutions_there_is_no_standard_error)
+START_TEST(with_fewer_than_three_revolutions_there_is_no_standard_error)
 {
-    f.asked.end = 0.69; /* 1.9 revolutions */
+    f.asked.end = 0.79; /* 2.9 revolutions */
     fixture_create(&f);
-    turn(0, 0.69, 100, 100);
-    fixture_finish(&f, 0.69);
-    ck_assert_uint_eq(f.results->blocks, 1);
-    ck_assert_double_eq_tol(f.results->power, 100, 1e-9);
-    ck_assert_double_nan(f.results->power_error);
+    turn(0, 0.79, 100, 100);
+    fixture_finish(&f, 0.79);
+    ck_assert_uint_eq(f.results->blocks, 2);
+    ck_assert_double_eq_tol(f.results->at.known.power.value, 100, 1e-9);
+    ck_assert_double_nan(f.results->at.known.power.error);
 }
 END_TEST
 
@@ -206,14 +208,14 @@ START_TEST(a_mill_without_a_rotor_has_no_revolutions_and_no_power)
     fixture_create(&f);
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(f.results->blocks, 0);
-    ck_assert(f.results->power == 0);
+    ck_assert(f.results->at.known.power.value == 0);
 }
 END_TEST
 
 START_TEST(a_window_of_whole_revolutions_loses_none_to_rounding)
 {
     f.world.balls = 1; /* the snapshots are not looked at */
-    for (int revolutions = 1; revolutions < 200; revolutions++) {
+    for (int revolutions = 1; revolutions < 200; revolutions += 3) {
         f.asked.sample_from = 0.1 * revolutions;
         f.world.rotor_speed = 1 + 0.37 * revolutions;
         f.asked.end = f.asked.sample_from + revolutions * 2 * PI / f.world.rotor_speed;
@@ -229,11 +231,13 @@ END_TEST
 START_TEST(very_many_revolutions_are_taken_together)
 {
     f.asked.sample_from = 0;
-    f.asked.end = 1e6;
-    f.world.rotor_speed = 2 * PI;
+    f.asked.end = 20;
+    f.world.rotor_speed = 2 * PI * 100;
+    f.world.balls = 1;
     fixture_create(&f);
-    ck_assert(f.tally->revolutions == 16);
-    ck_assert_uint_eq(f.tally->planned, 62500);
+    fixture_finish(&f, 20);
+    ck_assert(f.results->revolutions == 2);
+    ck_assert_uint_eq(f.results->blocks, 1000);
 }
 END_TEST
 
@@ -260,7 +264,7 @@ START_TEST(a_run_stopped_before_the_window_has_empty_statistics)
     ck_assert(f.results->duration == 0);
     ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), 0);
     ck_assert(mill_tally_per_second(f.results, 0) == 0);
-    ck_assert_double_nan(f.results->power);
+    ck_assert_double_nan(f.results->at.known.power.value);
     ck_assert_double_nan(f.results->floor_share[MILL_BALL_BALL]);
     snprintf(path, sizeof path, "/tmp/millsim_tally_%ld.h5", (long)getpid());
     ck_assert_int_eq(mill_h5_create(path, MILL_H5_OVERWRITE, &file, NULL), MILL_OK);
@@ -451,7 +455,8 @@ static void damage(struct kept *kept, int how)
         ((struct mill_strike *)kept_find(kept, "pairs")->value)[3].tangential = -1;
         break;
     case 2:
-        ((struct mill_tally_progress *)kept_find(kept, "progress")->value)->blocks = 11;
+        ((struct mill_precision_progress *)kept_find(kept, "batches")->value)->batches =
+            MILL_PRECISION_BATCHES;
         break;
     case 3:
         *(double *)kept_find(kept, "pair_bits")->value = 41;
@@ -529,8 +534,8 @@ static Suite *make_suite(void)
     tcase_add_test(tests, without_a_strike_window_strikes_are_impacts);
     tcase_add_test(tests, tangential_speeds_above_50_mm_per_s_are_chosen_by_the_normal_speed);
     tcase_add_test(tests, the_floor_share_is_that_of_the_window);
-    tcase_add_test(tests, power_and_torque_have_the_standard_error_of_their_revolutions);
-    tcase_add_test(tests, with_fewer_than_two_revolutions_there_is_no_standard_error);
+    tcase_add_test(tests, power_and_torque_are_told_by_revolutions_and_with_one_error);
+    tcase_add_test(tests, with_fewer_than_three_revolutions_there_is_no_standard_error);
     tcase_add_test(tests, a_rotor_that_turns_the_other_way_has_revolutions_too);
     tcase_add_test(tests, a_mill_without_a_rotor_has_no_revolutions_and_no_power);
     tcase_add_test(tests, a_window_of_whole_revolutions_loses_none_to_rounding);

@@ -409,6 +409,7 @@ class Results:
         blocks.close(*(sums[times <= time] for sums in (times, series["rotor_work"], impulse)))
         rotor = mean(series["rotor_work"], math.nan), mean(impulse, math.nan)
         sheet.put_rotor(group.create_group("rotor"), blocks, *rotor)
+        sheet.put_precision(group.create_group("precision"), blocks, *rotor)
 
     @staticmethod
     def _impulse(times, series):

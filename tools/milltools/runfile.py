@@ -29,7 +29,14 @@ KIND_LABEL = {
 
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
 ENERGIES = ("normal_energy", "total_energy", "dissipated_energy")
-PRECISION = {MEDIAN: "precision/median_above_50mm_s", "rotor/power": "precision/rotor_power"}
+# where /statistics tells how well a number is known
+PRECISION = {
+    MEDIAN: "precision/median_above_50mm_s",
+    "impacts/all/normal_speed/median": "precision/median",
+    "rotor/power": "precision/rotor_power",
+    "rotor/torque": "precision/rotor_torque",
+    **{f"impacts/{row}/rate": f"precision/rate/{row}" for row in KIND_LABEL},
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -354,7 +361,8 @@ class Run:
         )
 
     def standard_error(self, path: str) -> float:
-        """Of a scalar under /statistics, in its unit; NaN if the run does not tell."""
+        """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 % interval;
+        NaN if it does not tell."""
         places = [f"{path}_error"]
         if path in PRECISION:
             places.insert(0, f"{PRECISION[path]}/standard_error")
@@ -362,6 +370,16 @@ class Run:
             if self.has(f"statistics/{place}"):
                 return float(self.statistic(place))
         return float("nan")
+
+    def known(self, name: str, column=()) -> tuple[float, float, float] | None:
+        """(value, standard error, degrees of freedom) below /statistics/precision, as in "rotor_power" or
+        "fast_rate/ball_ball" with its column; None where the file does not tell."""
+        if not self.has(f"statistics/precision/{name}/degrees_of_freedom"):
+            return None
+        return tuple(
+            float(self.statistic(f"precision/{name}/{part}")[column])
+            for part in ("value", "standard_error", "degrees_of_freedom")
+        )
 
     def histogram(
         self, row: str, group: str = "impacts", speed: str = "normal_speed", species=None

@@ -10,6 +10,7 @@ import functools
 import math
 
 import numpy as np
+from scipy.special import stdtrit
 
 from milltools.kinds import KINDS
 
@@ -387,5 +388,9 @@ class Blocks:
 
 
 def block_error(values):
-    """Standard error of the mean of independent values; NaN of fewer than two."""
-    return float(np.std(values, ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
+    """Standard error of the mean of independent values, widened by Student's t so that 1.96 of it are the 95 % interval; NaN
+    of fewer than four."""
+    if len(values) < 4:
+        return math.nan
+    widened = float(stdtrit(len(values) - 1, 0.975)) / 1.96
+    return widened * float(np.std(values, ddof=1)) / math.sqrt(len(values))

@@ -139,7 +139,10 @@ def put_maps(group, maps):
 
 def put_rotor(group, blocks, power, torque):
     """rotor/: means over the window [W], [N m] and those of the blocks."""
-    error = "standard error of the mean {} from the scatter of the blocks; NaN with fewer than two"
+    error = (
+        "standard error of the mean {} from the scatter of the blocks, widened by Student's t: value +- 1.96 times this "
+        "is the 95 % interval; NaN with fewer than four"
+    )
     put(group, "power", power, "W", "work of the rotor on the balls / duration")
     put(group, "power_error", block_error(blocks.power), "W", error.format("power"))
     put(group, "torque", torque, "N m", "mean torque of the rotor on the balls about +x")
@@ -152,6 +155,19 @@ def put_rotor(group, blocks, power, torque):
     put(group, "block_duration", blocks.duration, "s", text)
     put(group, "block_power", blocks.power, "W", "mean power of each block")
     put(group, "block_torque", blocks.torque, "N m", "mean torque of each block")
+
+
+def put_precision(group, blocks, power, torque):
+    """precision/: what is known of the means over the window [W], [N m], as rotor/ tells it."""
+    for name, value, values, unit in (
+        ("rotor_power", power, blocks.power, "W"),
+        ("rotor_torque", torque, blocks.torque, "N m"),
+    ):
+        one, error = group.create_group(name), block_error(values)
+        put(one, "value", value, unit, "mean over the window, the same as in rotor")
+        put(one, "standard_error", error, unit, "its standard error, the same as in rotor")
+        freedom = len(values) - 1 if math.isfinite(error) else 0
+        put(one, "degrees_of_freedom", float(freedom), "1", "of the standard error; 0: none")
 
 
 def put_floor_share(group):

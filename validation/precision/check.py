@@ -6,6 +6,7 @@ import math
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
+from precision import short
 
 SEEDS = 32  # of each mill that ends when it is known
 ASKED = 0.02
@@ -28,6 +29,7 @@ def check(case):
     for rpm, mill in found.items():
         claim(case, rpm, mill)
     draw(case, found)
+    short.check(case)
 
 
 # --- The runs -----------------------------------------------------------------------------------------------------

@@ -100,19 +100,18 @@ class Result:
 
     @property
     def power(self) -> Measurement:
-        """Mean power of the rotor over the window [W]; its standard error from `run.precision`, else from whole
-        revolutions, NaN with fewer than two."""
+        """Mean power of the rotor over the window [W] with its standard error: value +- 1.96 of it is the 95 % interval; NaN
+        where the window is too short to tell, with fewer than three revolutions at any rate."""
         return self._measured("rotor/power")
 
     @property
     def torque(self) -> Measurement:
-        """Mean torque of the rotor on the balls about +x [N m]; error as of power, from whole revolutions."""
+        """Mean torque of the rotor on the balls about +x [N m]; error as of power."""
         return self._measured("rotor/torque")
 
     @property
     def median_impact_speed(self) -> Measurement:
-        """Median normal speed of all impacts above 50 mm/s [m/s]; its standard error is known of runs with
-        `run.precision`, else NaN."""
+        """Median normal speed of all impacts above 50 mm/s [m/s]; error as of power."""
         return self._measured(MEDIAN)
 
     def read(self, path: str, index=()):

@@ -1,6 +1,7 @@
 """How sure is a number, and do two numbers agree?
 
-A run is cut into blocks of time (whole revolutions where there are enough); the scatter of the block means gives the
+What the file tells with a standard error is taken from there: rotor power, medians, rates. For all else (energies, losses,
+speeds of balls, and files of programs that tell no error) a run is cut into blocks of time (whole revolutions where there are enough); the scatter of the block means gives the
 standard error of the mean, with Student's t where blocks are few. Neighbouring blocks that go together
 are worth less than independent ones: with eight blocks and more the lag-1 correlation r is estimated (its bias of
 -1/K taken off) and a positive r widens the error as in a first-order autoregressive series, K -> K (1-r)/(1+r).
@@ -15,6 +16,7 @@ import math
 import numpy as np
 from scipy.special import stdtrit
 
+NORMAL = 1.96  # a told error is widened so that this many of it are the 95 % interval
 CONFIDENCE = 0.99  # two-sided: one row in a hundred of equal runs is said to differ
 FEWEST_FOR_CORRELATION = 8
 COARSE = 0.10  # a comparison that would not notice this relative difference says so
@@ -51,6 +53,17 @@ def from_blocks(value: float, blocks: np.ndarray, remark: str = "") -> Estimate:
     effective = len(blocks) * (1 - r) / (1 + r)
     error = float(np.std(blocks, ddof=1)) / math.sqrt(effective)
     return Estimate(value, error, max(effective - 1, 1.0), remark)
+
+
+def from_file(known: tuple[float, float, float] | None) -> Estimate | None:
+    """What a run tells of itself, (value, standard error, degrees of freedom); None where it does not. The error is told
+    widened by Student's t at 95 %; here it is taken back, for other levels and for differences."""
+    if known is None:
+        return None
+    value, error, freedom = known
+    if not math.isfinite(error):
+        return Estimate(value)
+    return Estimate(value, error * NORMAL / float(stdtrit(freedom, 0.975)), freedom)
 
 
 def mean_of(estimates: list[Estimate]) -> Estimate:

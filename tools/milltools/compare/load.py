@@ -72,6 +72,11 @@ class Measured:
             for row in rows
             for name in ("median", "median_above_50mm_s")
         }
+        names = ["rotor_power", "median", "median_above_50mm_s", *(f"rate/{row}" for row in rows)]
+        self.known = {name: run.known(name) for name in names}
+        for row in rows:
+            for column in range(len(THRESHOLDS)):
+                self.known[f"fast_rate/{row}", column] = run.known(f"fast_rate/{row}", column)
 
     def _load_balls(self, run):
         """Maps, and what the frames within the window say about speeds and the maps' noise."""

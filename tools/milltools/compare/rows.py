@@ -50,6 +50,11 @@ class Table:
 # ---- what a run has to say, each as measure(run) -> Estimate, or None where the file does not hold it
 
 
+def told(name, otherwise):
+    """As the file tells it; of a file that does not, `otherwise` measures it."""
+    return lambda run: errors.from_file(run.known[name]) or otherwise(run)
+
+
 def power(name):
     """Rate of a cumulative series, or of a sum of them."""
 
@@ -84,9 +89,15 @@ def fast(kind, column, strikes=False):
     """Rate of impacts (or strikes) at or above a threshold."""
 
     def measure(run: Measured):
+        known = errors.from_file(run.known[f"fast_rate/{kind}", column])
+        if known and not strikes:
+            return known
         count = (run.strikes if strikes else run.impacts)[kind].above(THRESHOLDS[column])
         value = count / run.duration
         name, remark = f"fast_collisions/{kind}", "error as of the impacts" if strikes else ""
+        if known and known.value > 0:
+            relative = known.error / known.value
+            return Estimate(value, value * relative, known.dof, remark)
         if name in run.series:
             rate, blocks = run.rates(name, column)
         elif (
@@ -113,8 +124,8 @@ def all_impacts(run: Measured):
 
 def median(name):
     """Median impact speed. Impacts come in bursts, so their number says nothing about its error (two seeds of the reference
-    mill differed by eight times what independent impacts would); only replicates do."""
-    return lambda run: Estimate(run.medians["all", name])
+    mill differed by eight times what independent impacts would): the file tells it, else only replicates do."""
+    return told(name, lambda run: Estimate(run.medians["all", name]))
 
 
 def ball_speed(column):
@@ -136,7 +147,7 @@ def ball_speed(column):
 def quantities(steady: bool):
     """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price."""
     group = "power"
-    yield group, "rotor_power", "rotor power", "W", power("rotor_work"), True
+    yield group, "rotor_power", "rotor power", "W", told("rotor_power", power("rotor_work")), True
     yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}"), True
     yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}"), True  # fmt: skip
     for kind in KINDS:
@@ -158,7 +169,7 @@ def quantities(steady: bool):
             f"ball-blade above {speed:g} m/s, merged",
         )
         yield group, key, label, "1/s", fast("ball_blade", column, strikes=True), True
-    yield group, "rate_all", "impacts, all", "1/s", all_impacts, False
+    yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts), False
     yield group, "median", "median v_n, all impacts", "m/s", median("median"), False
     yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s"), False  # fmt: skip
     group = "balls"
@@ -290,7 +301,8 @@ def notes(sides: list[Side]) -> list[str]:
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
-            f"Errors from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
+            "Errors of rotor power, medians and rates are those that the files tell; all others, and those of files that tell "
+            f"none, are from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
             f"{errors.FEWEST_FOR_CORRELATION} or more, neighbours that go together widen them; fewer count as independent."
         )
     else:
@@ -298,7 +310,8 @@ def notes(sides: list[Side]) -> list[str]:
             "Blocks of a run that is not steady are no samples of one mean: errors come from the scatter between "
             "replicates (a1.h5,a2.h5), and are unknown without."
         )
-    if any("fast_collisions/ball_ball" not in r.series for s in sides for r in s.runs):
+    runs = [run for side in sides for run in side.runs]
+    if any("fast_collisions/ball_ball" not in r.series and not r.known["rate/all"] for r in runs):
         said.append(
             "Without /observables/fast_collisions errors of impact rates are those of the normal dissipation."
         )

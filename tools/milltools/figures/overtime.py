@@ -259,7 +259,7 @@ class Collisions(OverTime):
 
 _CAPTION = (
     "{} of the rotor on the balls: means over short intervals (thin), over whole revolutions (thick), and over the sampled "
-    "window (shaded) with its standard error from the scatter of the revolutions."
+    "window (shaded) with its standard error."
 )
 FIGURES = (
     Draw("power", "Power of the rotor", "rotor_work", "power", "W", _CAPTION.format("Power")),

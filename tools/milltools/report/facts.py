@@ -11,7 +11,6 @@ from milltools.pages import plain
 from milltools.report.numbers import MISSING, SPACE, Number, count, scaled, small, with_error
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--part")
-FEW_BLOCKS = 8
 ANOMALIES = (  # of /run, as shown, what it means
     (
         "not_closing",
@@ -121,13 +120,13 @@ def rotor_mean(run, name: str, unit: str) -> Number | None:
 
 
 def rotor_remark(run) -> str:
-    """How far its error is to be trusted."""
+    """What its mean is over."""
     blocks = int(run.statistic("rotor/blocks"))
     turns = blocks * float(run.statistic("rotor/block_revolutions")) if blocks else 0
     words = f"{turns:.0f} whole revolution{'s'[: turns != 1]}"
     if not math.isfinite(float(run.statistic("rotor/power_error"))):
-        return words + ": too few for an error"
-    return words + (": the error is rough" if blocks < FEW_BLOCKS else "")
+        return words + ": error not known"
+    return words
 
 
 def anomalies(run) -> list[Anomaly] | None:

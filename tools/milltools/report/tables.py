@@ -74,6 +74,15 @@ def balance(run) -> list[tuple[str, object, str]]:
         mean = facts.rotor_mean(run, name, unit)
         if mean is not None:
             found.append((f"rotor {name}", mean, facts.rotor_remark(run)))
+    for name, label, what, unit in (
+        ("median", "median normal speed", "all impacts", "m/s"),
+        ("median_above_50mm_s", "median normal speed", "impacts above 50 mm/s", "m/s"),
+        ("fast_rate/all", "rate", "impacts above 1 m/s", "/s"),
+    ):
+        known = run.known(name, 1 if name.startswith("fast") else ())
+        if known and facts.sampled(run):
+            remark = what if math.isfinite(known[1]) else f"{what}: error not known"
+            found.append((label, with_error(*known[:2], unit), remark))
     if facts.sampled(run):
         lost = scaled(run.statistic("impacts/all/dissipated_power"), "W")
         found.append(("dissipated power", lost, "all contacts, over the sampled window"))
