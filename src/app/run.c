@@ -234,6 +234,10 @@ static void keep(const struct run *r)
 static void write_results(const struct run *r, const char *status)
 {
     const struct mill_facts facts = facts_of(r, status);
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(&r->observers, &mill_tally_type);
+    struct mill_tally_results *results;
+    struct mill_notes notes;
     struct mill_sink_file to;
     struct mill_error error;
     mill_sink_file(&to, r->file, "");
@@ -241,6 +245,13 @@ static void write_results(const struct run *r, const char *status)
         mill_h5_spend(r->file, error.text);
     mill_sink_file(&to, r->file, "/run");
     mill_record_tell(r->world, &facts, &to.sink);
+    if (mill_tally_results_make(tally, r->world, facts.local, &results, &error) != MILL_OK) {
+        mill_h5_spend(r->file, error.text);
+        return;
+    }
+    mill_notes_take(&notes, r->world, results, facts.local, strcmp(status, "stopped") == 0);
+    mill_notes_tell(&notes, &to.sink);
+    mill_tally_results_free(results);
 }
 
 /* Publishes all results up to now, as if the run ended here, together with the state. */
@@ -363,7 +374,7 @@ enum mill_status mill_run(struct mill_run_order *order)
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .notes = 0};
+        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
             status = MILL_FAILED;
     }

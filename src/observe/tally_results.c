@@ -47,6 +47,7 @@ static void add(struct mill_tally_results *r, const struct mill_gathered *from)
     mill_tally_window_add(r->impacts, from->impacts, MILL_KINDS);
     mill_tally_window_add(r->strikes, from->strikes, MILL_KINDS);
     mill_maps_add(&r->maps, &from->maps);
+    r->recontacts += from->recontacts;
 }
 
 /* The row of all, and the tangential speeds of all */
