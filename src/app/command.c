@@ -23,7 +23,7 @@ static const struct row {
                   "\n                       may be repeated"},
     [MILL_CHECK] = {"check", 'c', NULL,
                     "check the deck, print it with all defaults, and forecast what\n"
-                     "                       its run will cost, from a trial of 1.5 s; do not run"},
+                    "                       its run will cost, from a trial of 1.5 s; do not run"},
     [MILL_RESUME] = {"resume", 'r', NULL,
                      "continue an interrupted run of this output file, to the\n"
                      "                       same results as if it had never been interrupted"},

@@ -1,8 +1,8 @@
-/* How long will it take? The first of the run tells, but a charge at rest has few contacts until
- * the rotor has swept it up: then their rate grows 3 to 30 times within a revolution, the less the
- * more balls there are, and is steady. Where the trial ends before that, the rate goes on to grow
- * as it does in the reference mill with other charges (validation/forecast): its logarithm linearly
- * with the rotor's angle. */
+/* How long will it take? The begin of the run tells, but a charge at rest has few contacts until
+ * the rotor has swept it up: their rate grows 3 to 30 times within a turn, the sooner the fuller
+ * the drum, the more the less elastic the balls; then it is steady. While it grows its logarithm is
+ * taken to be linear in time, with the three constants below from fifteen charges of the reference
+ * mill (validation/forecast has fifteen others). */
 #include "app/forecast.h"
 
 #include "app/record.h"
@@ -10,16 +10,17 @@
 
 #include <math.h>
 
-#define TRIAL 1.5        /* [s] of processor time */
-#define SLICE 5000       /* events between two looks at the clock */
-#define SWEPT 0.15       /* turns until the charge is swept up, times its share of the drum; */
-#define MOST_TURNS 1.0   /* at most */
+#define TRIAL 1.5      /* [s] of processor time */
+#define SLICE 5000     /* events between two looks at the clock */
+#define SWEPT 0.15     /* turns until the charge is swept up, times its share of the drum, */
+#define MOST_TURNS 1.2 /* at most; the rate grows by exp(1 + LOSS (1 - restitution)) */
+#define LOSS 6.0
 #define RAPID 10.0       /* centripetal over gravitational acceleration from which it is swept up */
 #define FRAME 36.0       /* [byte] of a ball in a frame */
 #define ROW 300.0        /* [byte] of a row of the series */
 #define IMPACT 80.0      /* [byte] of a row of the log */
 #define STATISTICS 1.2e6 /* [byte] of a file's histograms and maps */
-#define GATHERED 8e6      /* [byte] of memory for statistics and the file's library */
+#define GATHERED 8e6     /* [byte] of memory for statistics and the file's library */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 
 /* How far the trial was at some moment */
@@ -56,35 +57,25 @@ static enum mill_status try(struct mill_sim *sim, double until, struct point end
     return status;
 }
 
-/* By what factor, as a logarithm, the rate of contacts is short of that of a steady mill. */
-static double short_of(const struct mill_world *world, double time)
+struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world)
 {
-    double volume = 0;
+    const double r = world->drum_radius, speed = fabs(world->rotor_speed);
+    double balls = 0;
+    if (!(speed * speed * r > RAPID * vec3_norm(world->g)))
+        return (struct mill_forecast_growth){0, 1};
     for (int32_t i = 0; i < world->balls; i++)
-        volume += 4 * MILL_PI / 3 * pow(world->species[world->ball[i].species].radius, 3);
-    const double radius = world->drum_radius, turn = 2 * MILL_PI / fabs(world->rotor_speed);
-    const double share = volume / (MILL_PI * radius * radius * world->drum_length);
-    const double swept = fmin(MOST_TURNS, SWEPT / share) * turn;
-    const double loss = 1 + 6 * (1 - world->law[MILL_BALL_BALL].restitution);
-    if (!(pow(world->rotor_speed, 2) * radius > RAPID * vec3_norm(world->g)))
-        return 0;
-    return loss * fmax(0, 1 - time / swept);
+        balls += 4 * MILL_PI / 3 * pow(world->species[world->ball[i].species].radius, 3);
+    const double turns = SWEPT * MILL_PI * r * r * world->drum_length / balls;
+    return (struct mill_forecast_growth){fmin(MOST_TURNS, turns) * 2 * MILL_PI / speed,
+                                         1 + LOSS * (1 - world->law[MILL_BALL_BALL].restitution)};
 }
 
-/* Contacts from the trial's end to the run's. */
-static double extrapolate(const struct mill_world *world, const struct point ends[2], double end,
-                          double *rate)
+double mill_forecast_work(const struct mill_forecast_growth *growth, double time)
 {
-    enum { STEPS = 200 };
-    const double step = (end - ends[1].time) / STEPS, took = ends[1].time - ends[0].time;
-    const double now = short_of(world, 0.5 * (ends[0].time + ends[1].time));
-    const double known = took > 0 ? (ends[1].contacts - ends[0].contacts) / took : 0;
-    double sum = 0;
-    for (int i = 0; i < STEPS; i++) {
-        *rate = known * exp(now - short_of(world, ends[1].time + (i + 0.5) * step));
-        sum += *rate * step;
-    }
-    return sum;
+    const double swept = growth->swept, power = growth->power;
+    if (time >= swept)
+        return time - swept + swept / power;
+    return swept / power * exp(power * (time / swept - 1));
 }
 
 enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
@@ -100,10 +91,14 @@ enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_wo
         return status;
     struct mill_forecast f = {.trial = ends[1].time, .contacts = ends[1].contacts};
     const double met = ends[1].contacts - ends[0].contacts, end = deck->time;
-    double rest = extrapolate(world, ends, end, &f.rate);
-    if (deck->max_collisions > 0)
-        rest = fmin(rest, fmax(0, deck->max_collisions - f.contacts));
-    f.contacts += rest;
+    const double most = deck->max_collisions > 0 ? deck->max_collisions : (double)INFINITY;
+    const struct mill_forecast_growth growth = mill_forecast_growth(world);
+    const double from = mill_forecast_work(&growth, ends[0].time);
+    const double work = mill_forecast_work(&growth, ends[1].time) - from;
+    f.rate = work > 0 ? met / work : 0; /* of a steady mill */
+    double rest = f.rate * (mill_forecast_work(&growth, end) - from) - met;
+    rest = fmax(0, fmin(rest, most - f.contacts));
+    f.contacts = fmin(f.contacts + rest, most);
     f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
     if (deck->frames > 0)
         f.file += (floor(end / deck->frames) + 1) * world->balls * FRAME;

@@ -3,6 +3,7 @@
 #include "app/run.h"
 
 #include "app/checkpoint.h"
+#include "app/forecast.h"
 #include "app/summary.h"
 #include "base/version.h"
 #include "deck/deck.h"
@@ -29,6 +30,7 @@ struct run {
     struct mill_sim *sim;
     struct mill_h5 *file;
     struct mill_observers observers;
+    struct mill_forecast_growth growth;
     bool resumes;               /* there is a state to go on from */
     bool complete;              /* the end is reached, also where the file has yet to be finished */
     struct mill_error ended_by; /* what ended it: "time", or as an observer says */
@@ -161,9 +163,14 @@ static enum mill_status take_up(struct run *r)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time,
+    const double time = mill_sim_time(r->sim), end = r->deck->time;
+    struct mill_progress p = {time,
+                              end,
+                              mill_forecast_work(&r->growth, time),
+                              mill_forecast_work(&r->growth, end),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
-                              .begins = begins, .known = mill_summary_known(&r->observers)};
+                              .begins = begins,
+                              .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     mill_progress_show(&r->order->display, &p);
@@ -182,6 +189,7 @@ static enum mill_status prepare(struct run *r)
         status = mill_observers_open(&r->observers, &r->observe, r->file, r->sim, r->error);
     if (status != MILL_OK)
         return status;
+    r->growth = mill_forecast_growth(r->world);
     show(r, true);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
