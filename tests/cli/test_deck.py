@@ -623,7 +623,9 @@ def test_white_space_and_comments_make_no_difference(millsim, write_deck, change
 
 
 def test_the_locale_makes_no_difference(millsim, small_deck):
-    german = millsim("--check", "-q", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"})
+    german = millsim(
+        "--check", "-q", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"}
+    )
     assert german.stdout == millsim("--check", "-q", "deck.ini").stdout
 
 

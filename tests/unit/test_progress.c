@@ -189,11 +189,11 @@ static const struct recorded {
                              7.007, 8.729,   10.04,  11.57,  15.53, 19.54, 27.93,
                              35.58, 42.67,   49.94,  56.94,  64.03, 70.88}},
 };
-#define CONTACT 2e-5 /* [s] of wall time: a slow machine, on which even the first takes a minute   \
-                      */
+#define CONTACT 2e-5 /* [s] of wall time: a slow machine */
+* /
 
-/* Share of the time that is done after so many contacts */
-static double share_at(const struct recorded *run, double contacts)
+    /* Share of the time that is done after so many contacts */
+    static double share_at(const struct recorded *run, double contacts)
 {
     int k = 1;
     while (k < MARKS - 1 && run->contacts[k] < contacts)
