@@ -190,10 +190,9 @@ static const struct recorded {
                              35.58, 42.67,   49.94,  56.94,  64.03, 70.88}},
 };
 #define CONTACT 2e-5 /* [s] of wall time: a slow machine */
-* /
 
-    /* Share of the time that is done after so many contacts */
-    static double share_at(const struct recorded *run, double contacts)
+/* Share of the time that is done after so many contacts */
+static double share_at(const struct recorded *run, double contacts)
 {
     int k = 1;
     while (k < MARKS - 1 && run->contacts[k] < contacts)
