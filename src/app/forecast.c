@@ -21,6 +21,7 @@
 #define IMPACT 80.0      /* [byte] of a row of the log */
 #define STATISTICS 1.2e6 /* [byte] of a file's histograms and maps */
 #define GATHERED 8e6     /* [byte] of memory for statistics and the file's library */
+#define OBSERVED 1.15    /* times the processor time of a trial that nobody observes */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 
 /* How far the trial was at some moment */
@@ -103,9 +104,9 @@ enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_wo
     if (deck->frames > 0)
         f.file += (floor(end / deck->frames) + 1) * world->balls * FRAME;
     /* without contacts there is only the time to go by */
-    f.cpu = ends[1].cpu + f.file * WRITING;
-    f.cpu += met > 0 ? rest * (ends[1].cpu - ends[0].cpu) / met
-                     : (end / f.trial - 1) * (ends[1].cpu - ends[0].cpu);
+    const double cost = ends[1].cpu - ends[0].cpu;
+    f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);
+    f.cpu = OBSERVED * f.cpu + f.file * WRITING;
     f.memory = mill_record_peak_memory() + GATHERED;
     *forecast = f;
     return MILL_OK;

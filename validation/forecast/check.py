@@ -198,14 +198,14 @@ def draw(case, told, true, lines):
         axis.grid(alpha=0.3)
     axes[0].legend(fontsize=9, loc="upper left")
     figure.colorbar(colours, ax=axes[1], label="filling [% of the free volume]")
-    share, said, left = np.array([line for line in lines if line[2] > 0]).T
+    share, said, left = np.array([line for line in lines if min(line[1:]) > 0]).T
     axes[2].fill_between(share, left / FACTOR, left * FACTOR, color="C2", alpha=0.15)
     axes[2].plot(share, left, color="grey", lw=0.8, label="what was left")
     axes[2].plot(share, said, ".", color="C0", label="as told")
     late = share >= 10
     axes[2].set(
         yscale="log", xlabel="share of the run done [%]", ylabel="processor time left [s]",
-        title=f"From 10 % on the time left is right within {np.median(off(said, left)[late]):.2g} times (median)",
+        title=f"Time left: off by {np.median(off(said, left)[late]):.2g} times in the median",
     )  # fmt: skip
     axes[2].grid(alpha=0.3)
     axes[2].legend(fontsize=9)
