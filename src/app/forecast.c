@@ -61,11 +61,15 @@ static enum mill_status try(struct mill_sim *sim, double until, struct point end
 struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world)
 {
     const double r = world->drum_radius, speed = fabs(world->rotor_speed);
-    double balls = 0;
-    if (!(speed * speed * r > RAPID * vec3_norm(world->g)))
+    double balls = 0, mass = 0; /* [m^3], [kg] */
+    for (int32_t i = 0; i < world->balls; i++) {
+        const struct mill_species *of = &world->species[world->ball[i].species];
+        balls += 4 * MILL_PI / 3 * pow(of->radius, 3);
+        mass += of->mass;
+    }
+    const bool rests = world->start.kinetic <= 0.5 * mass * pow(0.1 * speed * r, 2);
+    if (!rests || !(speed * speed * r > RAPID * vec3_norm(world->g)))
         return (struct mill_forecast_growth){0, 1};
-    for (int32_t i = 0; i < world->balls; i++)
-        balls += 4 * MILL_PI / 3 * pow(world->species[world->ball[i].species].radius, 3);
     const double turns = SWEPT * MILL_PI * r * r * world->drum_length / balls;
     return (struct mill_forecast_growth){fmin(MOST_TURNS, turns) * 2 * MILL_PI / speed,
                                          1 + LOSS * (1 - world->law[MILL_BALL_BALL].restitution)};
