@@ -30,8 +30,8 @@ struct run {
     struct mill_sim *sim;
     struct mill_h5 *file;
     struct mill_observers observers;
-    struct mill_forecast_growth growth;
-    bool resumes;               /* there is a state to go on from */
+    struct mill_forecast_growth growth; /* for the time left */
+    bool resumes;                       /* there is a state to go on from */
     bool complete;              /* the end is reached, also where the file has yet to be finished */
     struct mill_error ended_by; /* what ended it: "time", or as an observer says */
     double due;                 /* [s] of wall time, the next checkpoint */
