@@ -35,6 +35,7 @@ CASES = [
     "invariances",
     "sensitivities",
     "precision",
+    "forecast",
 ]
 
 

@@ -22,13 +22,14 @@ static const struct row {
                   "\n                       override a value of the deck: -s 'rotor.speed=800 rpm';"
                   "\n                       may be repeated"},
     [MILL_CHECK] = {"check", 'c', NULL,
-                    "check the deck and print it with all defaults; do not run"},
+                    "check the deck, print it with all defaults, and forecast what\n"
+                    "                       its run will cost, from a trial of 1.5 s; do not run"},
     [MILL_RESUME] = {"resume", 'r', NULL,
                      "continue an interrupted run of this output file, to the\n"
                      "                       same results as if it had never been interrupted"},
     [MILL_FORCE] = {"force", 'f', NULL, "overwrite an existing output file"},
     [MILL_JSON] = {"json", 'j', NULL, "print the summary as one JSON object"},
-    [MILL_QUIET] = {"quiet", 'q', NULL, "no progress"},
+    [MILL_QUIET] = {"quiet", 'q', NULL, "no progress, no forecast"},
     [MILL_EXPORT_START] =
         {"export-start", 0, "FILE",
          "\n                       write the balls as they start to FILE, which balls.start reads\n"

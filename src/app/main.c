@@ -1,14 +1,17 @@
 /* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
+#include "app/forecast.h"
 #include "app/record.h"
 #include "app/run.h"
 #include "deck/deck.h"
+#include "observe/notes.h"
 #include "store/draft.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <gsl/gsl_errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -146,9 +149,42 @@ static enum mill_status run(struct mill_run_order *o)
     return status;
 }
 
+/* Two digits */
+static double rounded(double x)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.1e", x);
+    return atof(text);
+}
+
+/* What the run will cost, and where the model will leave its reach. */
+static void tell_forecast(const struct mill_deck *deck, struct mill_world *world, FILE *out)
+{
+    const bool braked = !deck->rotor || deck->wavy || deck->law[MILL_BALL_DRUM].friction > 0;
+    const bool whole = deck->precision == 0 && deck->max_collisions == 0;
+    struct mill_forecast f = {.rate = NAN};
+    struct mill_notes notes;
+    struct mill_error why;
+    if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
+        fprintf(out,
+                "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of memory, a file "
+                "of %g MB; from a trial of %g s\n",
+                !whole   ? "at most "
+                : braked ? ""
+                         : "at least ",
+                rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory),
+                rounded(1e-6 * f.file), rounded(f.trial));
+    else
+        fprintf(out, "millsim: forecast: none, for the trial failed: %s\n", why.text);
+    mill_notes_expect(&notes, world, f.rate);
+    for (int i = 0; i < notes.count; i++)
+        if (notes.note[i].text[0])
+            fprintf(out, "millsim: note: %s\n", notes.note[i].text);
+}
+
 /* Makes the start, and writes it or prints the deck. --check means all of it: balls that do not fit
  * or overlap show only when the mill is built. */
-static enum mill_status make_start(struct mill_run_order *o)
+static enum mill_status make_start(struct mill_run_order *o, FILE *aside)
 {
     const struct mill_command *a = o->asked;
     const struct mill_start_watch watch = {mill_progress_stage, &o->display};
@@ -156,6 +192,8 @@ static enum mill_status make_start(struct mill_run_order *o)
     enum mill_status status = mill_deck_setup_world(o->deck, &watch, &world, o->error);
     if (status == MILL_OK && a->given[MILL_CHECK]) {
         mill_deck_print(o->deck, o->page);
+        if (!a->given[MILL_QUIET])
+            tell_forecast(o->deck, world, aside);
     } else if (status == MILL_OK) {
         begun = 1; /* a signal waits: writing takes a moment, and would leave its draft */
         status = mill_record_export(world, a->deck, a->output, a->given[MILL_FORCE], o->error);
@@ -165,8 +203,9 @@ static enum mill_status make_start(struct mill_run_order *o)
     return status;
 }
 
-/* What is to be printed goes to the page. */
-static enum mill_status act(const struct mill_command *a, FILE *page, struct mill_error *error)
+/* What is to be printed goes to the page, and what is to be remarked after it, aside. */
+static enum mill_status act(const struct mill_command *a, FILE *page, FILE *aside,
+                            struct mill_error *error)
 {
     const bool check = a->given[MILL_CHECK] != NULL;
     struct mill_run_order order = {a,          .stop = &stop, .begun = &begun,
@@ -183,7 +222,7 @@ static enum mill_status act(const struct mill_command *a, FILE *page, struct mil
     if (status == MILL_OK && !check)
         status = check_output(&order);
     if (status == MILL_OK)
-        status = check || a->given[MILL_EXPORT_START] ? make_start(&order) : run(&order);
+        status = check || a->given[MILL_EXPORT_START] ? make_start(&order, aside) : run(&order);
     mill_deck_free(deck);
     return status;
 }
@@ -202,8 +241,8 @@ int main(int argc, char **argv)
 {
     struct mill_command a = {0};
     struct mill_error error = {""};
-    char *text = NULL;
-    size_t size = 0;
+    char *text = NULL, *remarks = NULL;
+    size_t size = 0, length = 0;
     occupy_standard_streams();
     catch_signals();
     gsl_set_error_handler_off(); /* its own handler would abort */
@@ -211,11 +250,11 @@ int main(int argc, char **argv)
     /* else glibc keeps what the start's packing needed for good: half the memory of a large run */
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
-    FILE *page = open_memstream(&text, &size);
+    FILE *page = open_memstream(&text, &size), *aside = open_memstream(&remarks, &length);
     enum mill_status status = mill_command_read(argc, argv, &a, &error);
-    if (status == MILL_OK && page)
-        status = act(&a, page, &error);
-    const bool printed = page && !ferror(page);
+    if (status == MILL_OK && page && aside)
+        status = act(&a, page, aside, &error);
+    const bool printed = page && aside && !ferror(page) && fclose(aside) == 0;
     if (!page || fclose(page) != 0 || !printed)
         status = mill_error_set(&error, MILL_FAILED, "out of memory");
     int result = status == MILL_STOPPED ? 128 + (int)stop : (int)status;
@@ -223,10 +262,13 @@ int main(int argc, char **argv)
     if ((status == MILL_OK || status == MILL_STOPPED) && !put(text)) {
         fprintf(stderr, "millsim: cannot write to standard output: %s\n", strerror(errno));
         result = result ? result : (int)MILL_FAILED;
+    } else if (status == MILL_OK) {
+        fputs(remarks, stderr);
     }
     if (status != MILL_OK)
         say(error.text);
     free(text);
+    free(remarks);
     mill_command_free(&a);
     return result;
 }

@@ -1,6 +1,7 @@
 /* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
  * place and fitted to its width; in a log file one comes after 2 s and then at gaps that grow from
- * 10 s to 10 min. Rates are those of the last 5 to 10 s, since a mill slows down as it fills. */
+ * 10 s to 10 min. Rates are those of the last fifth of the time or more, 10 s at most: they change
+ * as the charge is swept up, and what is still to come of that is in the time left. */
 #include "app/progress.h"
 
 #include "app/record.h"
@@ -53,7 +54,9 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[2], FIELD, "%.3g collisions/s",
                  (double)(now->collisions - then->collisions) / wall);
         snprintf(field[3], FIELD, "%.3g s/s", speed);
-        format_left(speed > 0.0 ? (now->end - now->time) / speed : HUGE_VAL, field[4], FIELD);
+        const double done = now->work - then->work;
+        format_left(done > 0.0 ? (now->works - now->work) * wall / done : HUGE_VAL, field[4],
+                    FIELD);
     }
     snprintf(field[5], FIELD, "%s", now->known ? now->known : "");
     for (int given = 0; given == 0 || (given < FIELDS && strlen(whole) > room); given++) {
@@ -71,6 +74,8 @@ void mill_progress_show(struct mill_progress_display *display, const struct mill
     struct winsize size;
     char line[MILL_PROGRESS_LINE];
     if (now->begins)
+        display->run = now->wall;
+    if (now->begins)
         display->then[0] = display->then[1] = *now;
     if (now->begins || !display->out)
         return;
@@ -87,9 +92,10 @@ void mill_progress_show(struct mill_progress_display *display, const struct mill
         display->gap = fmin(2.0 * display->gap, 600.0);
     }
     fflush(display->out);
-    if (now->stage || now->wall - display->then[1].wall < 5.0)
+    if (now->stage ||
+        now->wall - display->then[1].wall < fmin(5.0, 0.2 * (now->wall - display->run)))
         return;
-    display->then[0] = display->then[1]; /* stays 5 to 10 s behind */
+    display->then[0] = display->then[1];
     display->then[1] = *now;
 }
 

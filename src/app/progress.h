@@ -10,7 +10,8 @@ enum { MILL_PROGRESS_LINE = 160 }; /* characters */
 #define MILL_PROGRESS_EVERY 0.25   /* [s] of wall time between two reports */
 
 struct mill_progress {
-    double time, end; /* [s] simulated */
+    double time, end;   /* [s] simulated */
+    double work, works; /* [s] done, and in all: in a mill that is steady, time and end */
     uint64_t collisions;
     double wall;       /* [s] of this leg */
     bool begins;       /* the run stands here: rates count from now on */
@@ -22,9 +23,10 @@ struct mill_progress_display {
     FILE *out;                    /* NULL: nothing is shown */
     bool terminal;                /* one line rewritten in place; else a plain line now and then */
     int shown;                    /* columns of the line standing on the terminal; 0: none */
-    double began, stage;          /* [s] wall time of its making; from then, of the last stage */
+    double began, stage, run;     /* [s] wall time of its making; from then, of the last stage, and
+                                     of the run's begin */
     double due, gap;              /* [s] wall time of the next plain line; to the one after */
-    struct mill_progress then[2]; /* older states, to take rates from: 5 to 10 s ago */
+    struct mill_progress then[2]; /* older states, to take rates from */
 };
 
 /* out: usually stderr; terminal: whether it is one. */

@@ -3,6 +3,7 @@
 #include "app/run.h"
 
 #include "app/checkpoint.h"
+#include "app/forecast.h"
 #include "app/summary.h"
 #include "base/version.h"
 #include "deck/deck.h"
@@ -29,7 +30,8 @@ struct run {
     struct mill_sim *sim;
     struct mill_h5 *file;
     struct mill_observers observers;
-    bool resumes;               /* there is a state to go on from */
+    struct mill_forecast_growth growth; /* for the time left */
+    bool resumes;                       /* there is a state to go on from */
     bool complete;              /* the end is reached, also where the file has yet to be finished */
     struct mill_error ended_by; /* what ended it: "time", or as an observer says */
     double due;                 /* [s] of wall time, the next checkpoint */
@@ -161,9 +163,14 @@ static enum mill_status take_up(struct run *r)
 
 static void show(const struct run *r, bool begins)
 {
-    struct mill_progress p = {mill_sim_time(r->sim), r->deck->time,
+    const double time = mill_sim_time(r->sim), end = r->deck->time;
+    struct mill_progress p = {time,
+                              end,
+                              mill_forecast_work(&r->growth, time),
+                              mill_forecast_work(&r->growth, end),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
-                              .begins = begins, .known = mill_summary_known(&r->observers)};
+                              .begins = begins,
+                              .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < MILL_KINDS; k++)
         p.collisions += r->world->account.collisions[k];
     mill_progress_show(&r->order->display, &p);
@@ -182,6 +189,7 @@ static enum mill_status prepare(struct run *r)
         status = mill_observers_open(&r->observers, &r->observe, r->file, r->sim, r->error);
     if (status != MILL_OK)
         return status;
+    r->growth = mill_forecast_growth(r->world);
     show(r, true);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
@@ -234,6 +242,10 @@ static void keep(const struct run *r)
 static void write_results(const struct run *r, const char *status)
 {
     const struct mill_facts facts = facts_of(r, status);
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(&r->observers, &mill_tally_type);
+    struct mill_tally_results *results;
+    struct mill_notes notes;
     struct mill_sink_file to;
     struct mill_error error;
     mill_sink_file(&to, r->file, "");
@@ -241,6 +253,13 @@ static void write_results(const struct run *r, const char *status)
         mill_h5_spend(r->file, error.text);
     mill_sink_file(&to, r->file, "/run");
     mill_record_tell(r->world, &facts, &to.sink);
+    if (mill_tally_results_make(tally, r->world, facts.local, &results, &error) != MILL_OK) {
+        mill_h5_spend(r->file, error.text);
+        return;
+    }
+    mill_notes_take(&notes, r->world, results, facts.local, strcmp(status, "stopped") == 0);
+    mill_notes_tell(&notes, &to.sink);
+    mill_tally_results_free(results);
 }
 
 /* Publishes all results up to now, as if the run ended here, together with the state. */
@@ -363,7 +382,7 @@ enum mill_status mill_run(struct mill_run_order *order)
     mill_h5_abandon(r.file); /* still open: something failed, and what was published stands */
     if (status == MILL_OK || status == MILL_STOPPED) {
         const struct mill_facts facts = facts_of(&r, r.complete ? "complete" : "stopped");
-        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .notes = 0};
+        struct mill_summary s = {order->page, r.world, &r.observers, &facts, .results = NULL};
         if (mill_summary_write(&s, asked->given[MILL_JSON], r.error) != MILL_OK)
             status = MILL_FAILED;
     }

@@ -266,8 +266,9 @@ static void print_all(const struct mill_summary *s)
     fprintf(s->out, "%-*s ", LABEL, "output");
     print_name(s->out, facts->output);
     fputc('\n', s->out);
-    for (int i = 0; i < s->notes; i++)
-        print_note(s->out, s->note[i]);
+    for (int i = 0; i < s->notes.count; i++)
+        if (s->notes.note[i].text[0])
+            print_note(s->out, s->notes.note[i].text);
     fprintf(s->out, "\nmillsim %s ", facts->version);
     print_name(s->out, facts->deck);
     fprintf(s->out, ": %.6g s in %s wall, %s contacts, %s, ", facts->time,
@@ -279,111 +280,6 @@ static void print_all(const struct mill_summary *s)
         fprintf(s->out, "no anomalies\n");
 }
 
-/* ---- notes ---- */
-
-/* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. In the last
- * tenth of the window the rotor had at most one in 200 of all contacts; nine tenths of the kinetic
- * energy are in the charge's turning about the axis, L^2 / 2I with angular momentum L and moment of
- * inertia I; and it turns so fast that it stays up, w^2 r > g with w = L / I, r^2 = I / m. A smooth
- * drum without friction ends like that, as nothing brakes the balls: a thick ring at nearly the
- * rotor's speed, a thin one slower, once the rotor does not reach it any more. */
-static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
-                         double t)
-{
-    if (world->rotor_speed == 0)
-        return 0;
-    uint64_t all = 0, rotor = 0; /* contacts in the last tenth */
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        const uint64_t late = r->at.at_end.collisions[kind] - r->late.collisions[kind];
-        all += late;
-        rotor += kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE ? late : 0;
-    }
-    if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
-        return 0;
-    double mass = 0, inertia = 0, momentum = 0;
-    for (int32_t i = 0; i < world->balls; i++) {
-        const double m = world->species[world->ball[i].species].mass;
-        const vec3 x = mill_world_position(world, i, t), v = mill_world_velocity(world, i, t);
-        mass += m;
-        inertia += m * (x.y * x.y + x.z * x.z);
-        momentum += m * (x.y * v.z - x.z * v.y);
-    }
-    const double speed = momentum / inertia, gravity = hypot(world->g.y, world->g.z);
-    const bool turning =
-        0.5 * momentum * speed >= 0.9 * mill_world_energy(world, t).kinetic && speed != 0;
-    return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
-}
-
-/* Over the window the rotor's power and the dissipation differ by more than a twentieth. */
-static bool unsteady(const struct mill_world *world, const struct mill_tally_results *r)
-{
-    double dissipated = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        dissipated += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
-    dissipated = mill_tally_per_second(r, dissipated);
-    const double power = r->at.known.power.value;
-    return world->rotor_speed != 0 && r->duration > 0 &&
-           fabs(power - dissipated) > 0.05 * fmax(fabs(power), fabs(dissipated));
-}
-
-/* What should a reader of the summary be warned of? Rules with stated bounds, from the account
- * alone. Balls are pressed with more than one part in fifty of the power: how much so is a matter
- * of the bodies' stiffness, which hard spheres have none of. Restitution of 0.6 or less together
- * with friction, or three tenths of the ball-ball contacts at the rebound floor: the charge
- * collapses inelastically and the floor shapes the result. */
-static void take_notes(struct mill_summary *s)
-{
-    const struct mill_world *world = s->world;
-    const struct mill_tally_results *r = s->results;
-    const double floored = r->floor_share[MILL_BALL_BALL];
-    const double ring = ring_speed(world, r, s->facts->local);
-    const double work = world->account.rotor_work;
-    const double pinched = work != 0 ? world->account.pinch_work / work : 0;
-    int kind = 0;
-    while (kind < MILL_KINDS &&
-           !(world->account.collisions[kind] > 0 && world->law[kind].friction > 0 &&
-             world->law[kind].restitution <= 0.6))
-        kind++;
-    if (strcmp(s->facts->status, "stopped") == 0)
-        snprintf(s->note[s->notes++], sizeof s->note[0],
-                 "stopped at %.6g s of %.6g s; the file holds everything up to then.",
-                 s->facts->time, s->facts->end);
-    if (!(r->duration > 0))
-        snprintf(s->note[s->notes++], sizeof s->note[0],
-                 "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
-                 r->tally->begin);
-    if (ring != 0)
-        snprintf(s->note[s->notes++], sizeof s->note[0],
-                 "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's "
-                 "speed%s.",
-                 100 * ring / world->rotor_speed,
-                 world->law[MILL_BALL_DRUM].friction > 0
-                     ? ""
-                     : ": nothing brakes the balls in a smooth drum without friction");
-    else if (unsteady(world, r))
-        snprintf(s->note[s->notes++], sizeof s->note[0],
-                 "not steady: the rotor's power and the dissipated power differ by more than 5 %% "
-                 "over the sampled window. Sample later or for longer.");
-    if (kind < MILL_KINDS)
-        snprintf(
-            s->note[s->notes++], sizeof s->note[0],
-            "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; "
-            "in dense beds below that their power no longer agrees with soft spheres.",
-            mill_kind_name[kind], world->law[kind].restitution);
-    if (fabs(pinched) > 0.02)
-        snprintf(s->note[s->notes++], sizeof s->note[0],
-                 "%.1f %% of the rotor's work is done on balls that it presses against others and "
-                 "walls (let go %llu times, where steel would give way): gaps around the blades "
-                 "wider than a few balls make it less.",
-                 100 * pinched, (unsigned long long)world->counts.reliefs);
-    if (floored > 0.3)
-        snprintf(
-            s->note[s->notes++], sizeof s->note[0],
-            "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
-            "depend on it; rather use those above 50 mm/s.",
-            100 * floored);
-}
-
 enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mill_error *error)
 {
     const struct mill_tally *tally =
@@ -392,7 +288,8 @@ enum mill_status mill_summary_write(struct mill_summary *s, bool json, struct mi
         mill_tally_results_make(tally, s->world, s->facts->local, &s->results, error);
     if (status != MILL_OK)
         return status;
-    take_notes(s);
+    mill_notes_take(&s->notes, s->world, s->results, s->facts->local,
+                    strcmp(s->facts->status, "stopped") == 0);
     if (json)
         status = mill_summary_json(s, error);
     else

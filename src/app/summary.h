@@ -4,6 +4,7 @@
 
 #include "app/record.h"
 #include "millsim/world.h"
+#include "observe/notes.h"
 #include "observe/observers.h"
 #include "observe/tally.h"
 
@@ -17,8 +18,7 @@ struct mill_summary {
     const struct mill_facts *facts;
     /* ---- filled in ---- */
     struct mill_tally_results *results; /* of the tally among the observers */
-    int notes;
-    char note[7][256]; /* what a reader of the numbers ought to know, one sentence each */
+    struct mill_notes notes;
 };
 
 /* The caller asks `out` for errors. MILL_FAILED: out of memory. */

@@ -123,6 +123,7 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
     mill_tell_number(sink, "sample_from", s->results->begin, "s", "");
     open_group(sink, "run");
     mill_record_tell(s->world, facts, sink);
+    mill_notes_tell(&s->notes, sink);
     close_group(sink);
     const enum mill_status status =
         mill_observers_results(s->observers, s->world, facts->local, sink, error);
@@ -130,10 +131,11 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
     fputc('[', s->out);
     json.first = true;
     json.depth++;
-    for (int i = 0; i < s->notes; i++) {
-        next(&json, NULL);
-        text_value(&json, s->note[i]);
-    }
+    for (const struct mill_note *n = s->notes.note; n < s->notes.note + s->notes.count; n++)
+        if (n->text[0]) {
+            next(&json, NULL);
+            text_value(&json, n->text);
+        }
     fputs("]\n}\n", s->out);
     return status;
 }

@@ -83,7 +83,7 @@ bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now)
 }
 
 struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_kind kind,
-                                      int32_t ball, int32_t partner, double time, bool *fresh)
+                                      int32_t ball, int32_t partner, double time, double *since)
 {
     assert(ball >= 0 && ball < 1 << 30 && partner >= -1 && partner < 1 << 30);
     const uint64_t pair = (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);
@@ -91,7 +91,9 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_ki
         struct mill_strike *bucket = bucket_of(strikes, pair), *oldest = bucket;
         for (int k = 0; k < BUCKET; k++) {
             if (bucket[k].pair == pair) {
-                *fresh = !(time - bucket[k].time < strikes->window);
+                *since = time - bucket[k].time;
+                if (!(*since < strikes->window))
+                    *since = INFINITY;
                 bucket[k].time = time;
                 return &bucket[k];
             }
@@ -99,7 +101,7 @@ struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_ki
                 oldest = &bucket[k];
         }
         if (!(time - oldest->time < strikes->window)) {
-            *fresh = true;
+            *since = INFINITY;
             oldest->pair = pair;
             oldest->time = time;
             return oldest;

@@ -27,13 +27,15 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
 {
     struct mill_speeds *speeds = &tally->gathered.strikes[impact->kind];
     struct mill_strike alone, *strike = &alone;
-    bool fresh = true;
+    double since = INFINITY;
     if (tally->pairs.window > 0)
         strike = mill_strikes_meet(&tally->pairs, impact->kind, impact->ball, impact->partner,
-                                   impact->time, &fresh);
+                                   impact->time, &since);
     if (!strike)
         return mill_error_set(error, MILL_FAILED, "out of memory for the table of strikes");
-    if (fresh) {
+    tally->gathered.recontacts +=
+        tally->at.open && !impact->lasting && since < tally->contact[impact->kind];
+    if (isinf(since)) {
         strike->portion = (int32_t)tally->gathered.last;
         strike->normal = tally->at.open ? (int16_t)normal : -1;
         strike->tangential = (int16_t)tangential;
@@ -139,6 +141,7 @@ static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_
                  {"impacts", sizeof *g->impacts, MILL_KINDS, g->impacts},
                  {"strikes", sizeof *g->strikes, MILL_KINDS, g->strikes},
                  {"energies", sizeof *g->energies.pair, g->energies.pairs, g->energies.pair},
+                 {"recontacts", sizeof g->recontacts, 1, &g->recontacts},
                  {"samples", sizeof maps->samples, 1, &g->maps.samples},
                  {"hits", sizeof *maps->cross.hits, maps->cells, maps->cross.hits},
                  {"flow", sizeof *maps->cross.flow, maps->cells, maps->cross.flow}};
@@ -194,6 +197,17 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
 
 /* ---- life ---- */
 
+double mill_tally_contact(const struct mill_world *world, enum mill_kind kind)
+{
+    const double part = kind == MILL_BALL_BALL ? 0.5 : 1.0;
+    double mass = 0, radius = 0;
+    for (int32_t i = 0; i < world->balls; i++) {
+        mass += world->species[world->ball[i].species].mass / world->balls;
+        radius += world->species[world->ball[i].species].radius / world->balls;
+    }
+    return mill_impact_duration(part * mass, part * radius, MILL_TALLY_SLOW);
+}
+
 static void free_tally(struct mill_observer *observer)
 {
     struct mill_tally *tally = (struct mill_tally *)observer;
@@ -233,6 +247,8 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        tally->contact[kind] = mill_tally_contact(world, kind);
     if (!mill_maps_init(&tally->gathered.maps, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the maps");
     if (!mill_energies_init(&tally->gathered.energies, world))

@@ -25,6 +25,7 @@ struct mill_speeds {
 struct mill_gathered {
     struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
     struct mill_energies energies;
+    uint64_t recontacts; /* impacts within a contact's duration of the pair's last one */
     struct mill_maps maps;
     int64_t last; /* number of the last of the portions as gathered that it is made of */
 };
@@ -53,6 +54,7 @@ struct mill_tally {
     struct mill_observer observer; /* first: the loop sees only this */
     double begin, end;             /* [s] the window as planned; begin 0 where it is to be found */
     double watch;                  /* [s] pairs are remembered from here on */
+    double contact[MILL_KINDS];    /* [s] how long soft spheres of steel would touch */
     double interval;               /* [s] between the maps' snapshots; INFINITY: none */
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
@@ -69,6 +71,11 @@ struct mill_tally {
 
 extern const struct mill_observer_type mill_tally_type;
 
+/* [s] How long a contact of this kind of the mean ball lasts, were it of steel, at a normal speed
+ * of MILL_TALLY_SLOW: of a dense bed, and ten times the speed shortens it by no more than 1.6. */
+#define MILL_TALLY_SLOW 0.1 /* [m/s] */
+double mill_tally_contact(const struct mill_world *world, enum mill_kind kind);
+
 /* ---- results ---- */
 
 /* What the window comes to, as if the run ended now. A run that has not reached its window has
@@ -79,6 +86,7 @@ struct mill_tally_results {
     double begin, duration;         /* [s] of the window */
     struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS];
     struct mill_energies energies;
+    uint64_t recontacts; /* of the impacts */
     struct mill_maps maps;
     double floor_share[MILL_TALLY_ROWS]; /* of the impacts in the window, those at which the rebound
                                             floor acted; NaN when there were none */

@@ -35,6 +35,7 @@ static void add(struct mill_tally_results *r, const struct mill_gathered *from)
     mill_tally_window_add(r->strikes, from->strikes, MILL_KINDS);
     mill_energies_add(&r->energies, &from->energies);
     mill_maps_add(&r->maps, &from->maps);
+    r->recontacts += from->recontacts;
 }
 
 /* The row of all, and the tangential speeds of all */
@@ -108,7 +109,8 @@ enum mill_status mill_tally_results_make(const struct mill_tally *tally,
     r->reached = asked > 0 && r->at.settled && mill_precision_reached(&r->at.known, asked);
     r->duration = r->at.open ? fmax(0, r->at.over - r->begin) : 0;
     if (!mill_maps_like(&r->maps, &tally->gathered.maps) ||
-        !mill_energies_like(&r->energies, &tally->gathered.energies) || !make_blocks(r, world, from)) {
+        !mill_energies_like(&r->energies, &tally->gathered.energies) ||
+        !make_blocks(r, world, from)) {
         mill_tally_results_free(r);
         *out = NULL;
         return mill_error_set(error, MILL_FAILED, "out of memory for the results");

@@ -49,6 +49,7 @@ static void join_portions(struct mill_tally *t)
             mill_tally_window_add(first->strikes, first[m].strikes, MILL_KINDS);
             mill_energies_add(&first->energies, &first[m].energies);
             mill_maps_add(&first->maps, &first[m].maps);
+            first->recontacts += first[m].recontacts;
         }
         first->last = first[many - 1].last;
         if (k > 0)
@@ -103,6 +104,7 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         memset(gathered->strikes, 0, sizeof gathered->strikes);
         mill_energies_clear(&gathered->energies);
         mill_maps_clear(&gathered->maps);
+        gathered->recontacts = 0;
         gathered->last++;
         memset(t->before, 0, sizeof t->before);
     }

@@ -201,10 +201,10 @@ def test_deck_and_start_may_come_through_pipes_and_redirection(millsim, write_de
     (tmp_path / "start.txt").write_text(SMALL_START)
     os.mkfifo(tmp_path / "pipe")
     for words in (
-        f"{PROGRAM} -c <(sed s/start.txt/pipe/ deck.ini) -s balls.start=$PWD/pipe & cat start.txt > pipe; wait $!",
-        f"{PROGRAM} -c <(sleep 0.3; cat deck.ini) -s balls.start=$PWD/start.txt",
-        f"cat deck.ini | {PROGRAM} -c /dev/stdin -s balls.start=$PWD/start.txt",
-        f"{PROGRAM} -c /dev/stdin -s balls.start=$PWD/start.txt < deck.ini",
+        f"{PROGRAM} -qc <(sed s/start.txt/pipe/ deck.ini) -s balls.start=$PWD/pipe & cat start.txt > pipe; wait $!",
+        f"{PROGRAM} -qc <(sleep 0.3; cat deck.ini) -s balls.start=$PWD/start.txt",
+        f"cat deck.ini | {PROGRAM} -qc /dev/stdin -s balls.start=$PWD/start.txt",
+        f"{PROGRAM} -qc /dev/stdin -s balls.start=$PWD/start.txt < deck.ini",
     ):
         done = subprocess.run(
             ["bash", "-c", words], cwd=tmp_path, capture_output=True, text=True, timeout=30
@@ -428,7 +428,7 @@ def test_buckles_that_let_no_ball_out_are_warned_of(millsim, write_deck):
     text = WAVY.replace("start = start.txt\n", "").replace("buckles = 5", "buckles = 14")
     write_deck(text.replace("buckle_height = 4 mm", "buckle_height = 7 mm"))
     mouth = 2e3 * Profile(0.03, 14, 0.007).neck
-    orders = ("--check", "deck.ini", "-s", "blades.tip_radius=15 mm", "-s")
+    orders = ("--check", "-q", "deck.ini", "-s", "blades.tip_radius=15 mm", "-s")
     assert millsim(*orders, f"balls.diameter={0.99 * mouth} mm").stderr == ""
     assert millsim(*orders, f"balls.diameter={1.01 * mouth} mm").stderr == (
         f"millsim: warning: deck.ini:11: [drum] buckle_height: buckles open only {mouth:.3g} mm wide, less than a ball's "

@@ -148,7 +148,7 @@ def test_the_gas_can_be_printed_as_a_deck_that_millsim_reads(engine, millsim, tm
         check=True,
     )
     (tmp_path / "gas.ini").write_text(done.stdout)
-    checked = millsim("--check", "gas.ini")
+    checked = millsim("--check", "-q", "gas.ini")
     assert checked.returncode == 0, checked.stderr
     assert "count = 4000" in checked.stdout and "restitution = 1" in checked.stdout
 

@@ -120,7 +120,7 @@ def test_too_little_memory_is_told_as_that(millsim, small_deck):
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             resource.setrlimit(resource.RLIMIT_AS, (1024 * kilobytes, 1024 * kilobytes))
 
-        return millsim("--check", "deck.ini", preexec_fn=limit)
+        return millsim("--check", "-q", "deck.ini", preexec_fn=limit)
 
     too_little, enough = 1_000, 200_000
     if check(enough).returncode != 0:
@@ -281,7 +281,7 @@ def test_a_folder_without_permission_is_refused(millsim, small_deck, tmp_path):
 
 
 def test_check_writes_nothing(millsim, small_deck, tmp_path):
-    assert millsim("--check", "deck.ini").returncode == 0
+    assert millsim("--check", "-q", "deck.ini").returncode == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.ini"]
 
 

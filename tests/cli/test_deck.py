@@ -75,7 +75,7 @@ def printed(millsim):
     """printed(*arguments): {"section.key": value} as `--check` prints it."""
 
     def check(*arguments):
-        result = millsim("--check", *arguments)
+        result = millsim("--check", "-q", *arguments)
         assert result.returncode == 0, result.stderr
         values, section = {}, None
         for line in result.stdout.splitlines():
@@ -356,11 +356,11 @@ def test_many_frames_are_warned_of_and_too_many_refused(
 ):
     write_deck()
     order = f"output.frames={frames}"
-    done = millsim("--check", "deck.ini", "-s", order)
+    done = millsim("--check", "-q", "deck.ini", "-s", order)
     assert (done.returncode, done.stderr.count("\n")) == (0, 1)
     assert done.stderr.startswith(f"millsim: warning: --set {order}: [output] frames: ")
     assert f" {gigabytes} GB" in done.stderr
-    assert millsim("--check", "deck.ini", "-s", "output.frames=0.6 us").stderr == ""
+    assert millsim("--check", "-q", "deck.ini", "-s", "output.frames=0.6 us").stderr == ""
     complaint = refused("deck.ini", "-s", "output.frames=4.9 ns")
     assert "too short: more than 1e7 frames until 0.05 s (7.35 GB of ball states)" in complaint
 
@@ -371,7 +371,7 @@ def test_names_and_lines_may_be_long(millsim, refused, write_deck):
     write_deck(text + f"[balls]\nstart = {folder}end.txt\n")
     assert f"{folder}end.txt': No such file" in refused("deck.ini")
     write_deck(text)
-    assert f"[balls.{name}]" in millsim("--check", "deck.ini").stdout
+    assert f"[balls.{name}]" in millsim("--check", "-q", "deck.ini").stdout
     write_deck(text.replace(name, name + "n"))
     assert "the name is longer than 63 characters" in refused("deck.ini")
 
@@ -413,7 +413,7 @@ def test_a_pitched_blade_is_measured_as_turned(millsim, refused, write_deck):
     blade = "[blade.a]\nposition = {} mm\nangle = 90 deg\ntip_radius = 20 mm\n"
     blade += "width = 6 mm\nthickness = 4 mm\npitch = 30 deg\n"
     write_deck(SMALL + blade.format(-16.39))
-    assert millsim("--check", "deck.ini").returncode == 0
+    assert millsim("--check", "-q", "deck.ini").returncode == 0
     write_deck(SMALL + blade.format(-16.41))
     complaint = refused("deck.ini")
     assert complaint.startswith("deck.ini:24: [blade.a] position: ")
@@ -425,7 +425,7 @@ def test_a_pitched_blades_corners_may_not_leave_the_drum(millsim, refused, write
     text, _ = set_key(SMALL, "blades", "tip_radius", "29 mm")
     text, _ = set_key(text, "blades", "width", "18 mm")
     write_deck(text)
-    assert millsim("--check", "deck.ini").returncode == 0
+    assert millsim("--check", "-q", "deck.ini").returncode == 0
     text, _ = set_key(text, "blades", "pitch", "90 deg")
     write_deck(text)
     assert "the blade's corners reach" in refused("deck.ini")
@@ -436,13 +436,13 @@ def test_blades_may_fill_the_drums_length_exactly(millsim, write_deck):
         text, _ = set_key(SMALL, "blades", "width", width)
         text, _ = set_key(text, "blades", "count", count)
         write_deck(text)
-        assert millsim("--check", "deck.ini").returncode == 0
+        assert millsim("--check", "-q", "deck.ini").returncode == 0
 
 
 def test_a_gap_below_a_ball_is_a_warning(millsim, write_deck):
     text, line = set_key(SMALL, "blades", "tip_radius", "26 mm")
     write_deck(text)
-    result = millsim("--check", "deck.ini")
+    result = millsim("--check", "-q", "deck.ini")
     assert result.returncode == 0
     assert result.stderr.startswith(
         f"millsim: warning: deck.ini:{line}: [blades] tip_radius: the gap of"
@@ -451,7 +451,7 @@ def test_a_gap_below_a_ball_is_a_warning(millsim, write_deck):
 
 
 def test_a_gap_of_more_than_a_ball_is_no_warning(millsim, small_deck):
-    assert millsim("--check", "deck.ini").stderr == ""
+    assert millsim("--check", "-q", "deck.ini").stderr == ""
 
 
 def test_a_ball_longer_than_the_drum_is_refused(refused, write_deck):
@@ -615,24 +615,26 @@ def test_a_rotor_may_stand_or_turn_backwards(printed, write_deck, value):
 )
 def test_white_space_and_comments_make_no_difference(millsim, write_deck, change):
     write_deck()
-    plain = millsim("--check", "deck.ini")
+    plain = millsim("--check", "-q", "deck.ini")
     write_deck(change(SMALL))
-    changed = millsim("--check", "deck.ini")
+    changed = millsim("--check", "-q", "deck.ini")
     assert changed.returncode == 0, changed.stderr
     assert changed.stdout == plain.stdout
 
 
 def test_the_locale_makes_no_difference(millsim, small_deck):
-    german = millsim("--check", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"})
-    assert german.stdout == millsim("--check", "deck.ini").stdout
+    german = millsim(
+        "--check", "-q", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"}
+    )
+    assert german.stdout == millsim("--check", "-q", "deck.ini").stdout
 
 
 def test_sections_may_come_in_any_order(millsim, write_deck):
     write_deck()
-    plain = millsim("--check", "deck.ini").stdout
+    plain = millsim("--check", "-q", "deck.ini").stdout
     sections = ["[" + part for part in SMALL.split("[")[1:]]
     write_deck("".join(reversed(sections)))
-    assert millsim("--check", "deck.ini").stdout == plain
+    assert millsim("--check", "-q", "deck.ini").stdout == plain
 
 
 # ---- files that are no decks ----
@@ -715,10 +717,10 @@ def test_a_wrong_override_is_refused(refused, small_deck, order, words):
 
 
 def fixed_point(millsim, tmp_path, deck, *arguments):
-    first = millsim("--check", deck, *arguments)
+    first = millsim("--check", "-q", deck, *arguments)
     assert first.returncode == 0, first.stderr
     (tmp_path / "full.ini").write_text(first.stdout)
-    second = millsim("--check", "full.ini")
+    second = millsim("--check", "-q", "full.ini")
     assert second.returncode == 0, second.stderr
     assert second.stdout == first.stdout
     return first.stdout
@@ -765,7 +767,7 @@ def test_a_file_name_may_hold_a_hash(printed, write_deck, tmp_path):
 
 
 def test_every_value_of_a_checked_deck_is_explained(millsim, small_deck):
-    out = millsim("--check", "deck.ini").stdout
+    out = millsim("--check", "-q", "deck.ini").stdout
     values = [line for line in out.splitlines() if " = " in line and not line.startswith("#")]
     assert len(values) > 25
     assert all(re.search(r" # \w.{3,}$", line) for line in values)

@@ -318,7 +318,7 @@ def test_the_dead_corner_is_never_taken_for_known(run):
 def test_a_share_is_a_number_or_has_a_percent_sign(millsim, tmp_path):
     (tmp_path / "mill.ini").write_text(MILL)
     for text in ("2 %", "2%", "0.02", "2e-2", "2 percent"):
-        done = millsim("--check", "-s", f"run.precision={text}", "mill.ini")
+        done = millsim("--check", "-q", "-s", f"run.precision={text}", "mill.ini")
         assert re.search(r"^precision = 0\.02 ", done.stdout, re.M), text
 
 

@@ -93,7 +93,7 @@ def test_nothing_else_is_done_at_the_same_time(millsim, other):
 
 def count(millsim, *arguments):
     """Balls of the deck as --check prints it."""
-    result = millsim("--check", *arguments)
+    result = millsim("--check", "-q", *arguments)
     assert result.returncode == 0, result.stderr
     section = result.stdout.split("[balls]\n")[1]
     assert "fill" not in section.split("\n\n")[0]
@@ -121,7 +121,7 @@ def test_an_override_of_the_fill_replaces_the_count_and_the_other_way_round(mill
     ],
 )  # fmt: skip
 def test_a_wrong_fill_is_refused(millsim, write_deck, line, complaint):
-    result = millsim("--check", write_deck(SMALL.replace("count = 20", line)).name)
+    result = millsim("--check", "-q", write_deck(SMALL.replace("count = 20", line)).name)
     assert result.returncode == 2
     assert result.stderr == f"millsim: deck.ini:{complaint}\n"
 
@@ -131,6 +131,6 @@ def test_too_many_balls_by_fill_are_refused_at_the_fill(millsim, write_deck):
     kind = "fill = 5 %\ndiameter = 1.957 mm\ndensity = 7800 kg/m^3\n"
     sizes = "[drum]\nradius = 1 m\nlength = 1 m\n[contact]\nrestitution = 0.8\n"
     deck = f"[run]\ntime = 1 s\n[balls.a]\n{kind}[balls.b]\n{kind}{sizes}"
-    result = millsim("--check", write_deck(deck).name)
+    result = millsim("--check", "-q", write_deck(deck).name)
     assert result.returncode == 2
     assert result.stderr == "millsim: deck.ini:8: [balls.b] fill: more than 50000000 balls in all\n"

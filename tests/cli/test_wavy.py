@@ -130,13 +130,13 @@ def test_a_ball_falls_into_the_buckle_at_the_bottom_or_onto_the_bulge(
 
 def test_the_deck_is_printed_and_stored_with_its_buckles(millsim, write_deck, tmp_path):
     write_deck(wavy(5, "2 mm"))
-    printed = millsim("--check", "deck.ini").stdout
+    printed = millsim("--check", "-q", "deck.ini").stdout
     assert "profile = wavy " in printed
     assert "buckles = 5 " in printed
     assert "buckle_height = 0.002 m " in printed
     assert "buckle_angle = 0 rad " in printed
     write_deck(printed)
-    assert millsim("--check", "deck.ini").stdout == printed
+    assert millsim("--check", "-q", "deck.ini").stdout == printed
     run_of(millsim, "-o", "stored.h5")
     with h5py.File(tmp_path / "stored.h5") as file:
         assert file["deck/drum/buckles"][()] == b"5"
@@ -144,7 +144,7 @@ def test_the_deck_is_printed_and_stored_with_its_buckles(millsim, write_deck, tm
 
 
 def test_a_circle_has_no_buckles_to_print(millsim, small_deck):
-    assert "buckle" not in millsim("--check", "deck.ini").stdout
+    assert "buckle" not in millsim("--check", "-q", "deck.ini").stdout
 
 
 @pytest.mark.parametrize("key", ["buckles", "buckle_height"])
@@ -203,8 +203,8 @@ def test_blades_shaft_and_balls_must_clear_the_buckles(refused, write_deck):
 
 def test_a_gap_below_a_ball_under_a_bulge_is_a_warning(millsim, write_deck):
     write_deck(wavy(4, "8 mm"))
-    done = millsim("--check", "deck.ini")
+    done = millsim("--check", "-q", "deck.ini")
     assert done.returncode == 0
     assert "gap of 3.89 mm between blade and drum is less than a ball's diameter" in done.stderr
     write_deck(wavy(4, "6 mm"))
-    assert millsim("--check", "deck.ini").stderr == ""
+    assert millsim("--check", "-q", "deck.ini").stderr == ""

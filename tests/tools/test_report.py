@@ -153,7 +153,7 @@ def test_whatever_a_run_says_stays_text(changed):
         file["run/command"] = f"millsim '{EVIL}.ini' -s {IMAGE}"
         file["run/version"], file["run/compiler"] = EVIL, IMAGE
         file["run/status"] = EVIL
-        file["run/notes"] = f"{EVIL}\n\x1b[31m{IMAGE}"
+        file["run/notes"][()] = f"{EVIL}\n\x1b[31m{IMAGE}"
         text = file["deck/text"].asstr()[()]
         del file["deck/text"]
         file["deck/text"] = text + f"# {EVIL}</pre>{IMAGE}\n"
@@ -246,7 +246,7 @@ def test_anomalies_are_named_counted_and_explained(changed):
 def test_another_programs_run_says_what_it_is(changed):
     def soft(file):
         file["run/program"] = "LIGGGHTS"
-        file["run/notes"] = "Soft spheres."
+        file["run/notes"][()] = "Soft spheres."
         for name in ("not_closing", "reliefs", "smoothed", "overlaps"):
             del file[f"run/{name}"]
 

@@ -1,11 +1,12 @@
 /* The progress line: fits the terminal, tells the share done honestly, and is rare in a log file.
  */
+#include "app/forecast.h"
 #include "app/progress.h"
 #include "unit.h"
 
-static const struct mill_progress start = {.end = 0.3};
+static const struct mill_progress start = {.end = 0.3, .works = 0.3};
 static const struct mill_progress half = {
-    .time = 0.15, .end = 0.3, .collisions = 12000000, .wall = 5.0};
+    .time = 0.15, .end = 0.3, .work = 0.15, .works = 0.3, .collisions = 12000000, .wall = 5.0};
 
 START_TEST(all_is_told_where_there_is_room)
 {
@@ -31,7 +32,7 @@ START_TEST(the_longest_fields_stay_within_the_line)
 {
     static const char known[] =
         "median of v_n to 0.5 %, mean power to 0.25 %, both at level 95 %, and so on";
-    const struct mill_progress then = {.end = -1.234e-307};
+    const struct mill_progress then = {.end = -1.234e-307, .works = 1e300};
     const struct mill_progress now = {.time = -1.235e-307,
                                       .end = -1.234e-307,
                                       .collisions = UINT64_MAX,
@@ -74,8 +75,9 @@ START_TEST(a_start_that_takes_long_is_shown_by_what_it_does)
 {
     const struct mill_progress placing = {
         .time = 4e5, .end = 1e6, .wall = 2.5, .stage = "dropping balls"};
-    const struct mill_progress begun = {.end = 0.3, .wall = 9.0, .begins = true};
-    const struct mill_progress later = {.time = 0.15, .end = 0.3, .collisions = 100, .wall = 14.0};
+    const struct mill_progress begun = {.end = 0.3, .works = 0.3, .wall = 9.0, .begins = true};
+    const struct mill_progress later = {
+        .time = 0.15, .end = 0.3, .work = 0.15, .works = 0.3, .collisions = 100, .wall = 14.0};
     char *text = NULL;
     size_t size = 0;
     struct mill_progress_display display;
@@ -102,8 +104,12 @@ static const struct left {
 START_TEST(time_left_is_told_in_its_own_units)
 {
     char line[MILL_PROGRESS_LINE];
-    const struct mill_progress now = {
-        .time = 0.15, .end = 0.3, .collisions = 1, .wall = lefts[_i].wall};
+    const struct mill_progress now = {.time = 0.15,
+                                      .end = 0.3,
+                                      .work = 0.15,
+                                      .works = 0.3,
+                                      .collisions = 1,
+                                      .wall = lefts[_i].wall};
     mill_progress_format(&start, &now, 150, line);
     ck_assert_ptr_nonnull(strstr(line, lefts[_i].text));
 }
@@ -160,6 +166,101 @@ START_TEST(a_shorter_line_wipes_out_the_longer_one_before)
 }
 END_TEST
 
+/* Runs of the reference mill with other charges: millions of contacts at these shares of the time
+ * (the series of `collisions`, seed 1). */
+enum { MARKS = 20, MOST_BALLS = 12308 };
+static const double mark[MARKS] = {0,   0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18,
+                                   0.2, 0.25, 0.3,  0.4,  0.5,  0.6, 0.7,  0.8,  0.9,  1};
+static const struct recorded {
+    int balls;
+    double rpm, restitution, end; /* [s] */
+    double contacts[MARKS];
+} runs[] = {
+    {4000, 1000, 0.8, 0.3, {0,       0.002271, 0.008272, 0.01625, 0.02691, 0.04168, 0.06591,
+                            0.09842, 0.1353,   0.1803,   0.2151,  0.314,   0.4222,  0.6513,
+                            0.8996,  1.187,    1.463,    1.737,   2.011,   2.301}},
+    {6154, 600, 0.8, 0.3, {0,       0.002473, 0.009011, 0.02069, 0.03416, 0.05085, 0.07136,
+                           0.09755, 0.1451,   0.2231,   0.3225,  0.5868,  0.886,   1.472,
+                           1.965,   2.526,    3.109,    3.693,   4.333,   5.089}},
+    {7693, 1000, 0.6, 0.2, {0,     0.01072, 0.07707, 0.1778, 0.3051, 0.4816, 0.8157,
+                            1.348, 2.143,   3.156,   4.563,  7.518,  10.51,  17.63,
+                            25.02, 32.37,   39.78,   47.65,  55.24,  63.09}},
+    {12308, 1000, 0.8, 0.2, {0,     0.09304, 0.2855, 0.5923, 1.336, 2.824, 4.925,
+                             7.007, 8.729,   10.04,  11.57,  15.53, 19.54, 27.93,
+                             35.58, 42.67,   49.94,  56.94,  64.03, 70.88}},
+};
+#define CONTACT 2e-5 /* [s] of wall time: a slow machine */
+
+/* Share of the time that is done after so many contacts */
+static double share_at(const struct recorded *run, double contacts)
+{
+    int k = 1;
+    while (k < MARKS - 1 && run->contacts[k] < contacts)
+        k++;
+    const double part =
+        (contacts - run->contacts[k - 1]) / (run->contacts[k] - run->contacts[k - 1]);
+    return mark[k - 1] + part * (mark[k] - mark[k - 1]);
+}
+
+/* [s] of "1 h 05 min left" and the like */
+static double seconds_of(const char *line)
+{
+    const char *left = strstr(line, " left");
+    int a = 0, b = 0;
+    ck_assert_msg(left != NULL, "%s", line);
+    while (left > line && strncmp(left - 3, "   ", 3) != 0)
+        left--;
+    if (sscanf(left, "%d h %d min left", &a, &b) == 2)
+        return 3600 * a + 60 * b;
+    if (sscanf(left, "%d min %d s left", &a, &b) == 2)
+        return 60 * a + b;
+    ck_assert_int_eq(sscanf(left, "%d s left", &a), 1);
+    return a;
+}
+
+START_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2)
+{
+    static struct mill_ball balls[MOST_BALLS];
+    const struct recorded *run = &runs[_i];
+    struct mill_species steel = {.radius = 0.0025};
+    const struct mill_world world = {.g = {0, 0, -9.81},
+                                     .balls = run->balls,
+                                     .ball = balls,
+                                     .species = &steel,
+                                     .drum_radius = 0.075,
+                                     .drum_length = 0.12,
+                                     .rotor_speed = run->rpm * 3.14159265 / 30,
+                                     .law = {{.restitution = run->restitution}}};
+    const struct mill_forecast_growth growth = mill_forecast_growth(&world);
+    const double takes = 1e6 * run->contacts[MARKS - 1] * CONTACT;
+    struct mill_progress_display display;
+    char *text = NULL;
+    size_t size = 0;
+    int told = 0;
+    mill_progress_init(&display, open_memstream(&text, &size), true);
+    mill_progress_show(&display, &(struct mill_progress){.end = run->end, .begins = true});
+    for (double wall = 0.25; wall < takes; wall += 0.25) {
+        const double share = share_at(run, wall / CONTACT * 1e-6), left = takes - wall;
+        const size_t before = size;
+        const struct mill_progress now = {.time = share * run->end,
+                                          .end = run->end,
+                                          .work = mill_forecast_work(&growth, share * run->end),
+                                          .works = mill_forecast_work(&growth, run->end),
+                                          .wall = wall};
+        mill_progress_show(&display, &now);
+        if (share < 0.1 || left < 2) /* whole seconds are told */
+            continue;
+        const double said = seconds_of(text + before);
+        ck_assert_msg(said < 2 * left && said > left / 2, "at %.0f %%: %.0f s told, %.0f s left",
+                      100 * share, said, left);
+        told++;
+    }
+    ck_assert_int_gt(told, 100);
+    fclose(display.out);
+    free(text);
+}
+END_TEST
+
 int main(void)
 {
     const struct unit_test tests[] = {
@@ -171,6 +272,7 @@ int main(void)
         {a_start_that_takes_long_is_shown_by_what_it_does, 1},
         {time_left_is_told_in_its_own_units, sizeof lefts / sizeof *lefts},
         {a_log_gets_a_line_after_2_s_and_then_at_growing_gaps, 1},
+        {from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2, sizeof runs / sizeof *runs},
         {a_shorter_line_wipes_out_the_longer_one_before, 1},
     };
     return unit_run("progress", tests, sizeof tests / sizeof *tests);

@@ -5,10 +5,10 @@
 static bool fresh_at(struct mill_strikes *strikes, enum mill_kind kind, int ball, int partner,
                      double time)
 {
-    bool fresh = false;
-    if (!mill_strikes_meet(strikes, kind, ball, partner, time, &fresh))
+    double since = 0;
+    if (!mill_strikes_meet(strikes, kind, ball, partner, time, &since))
         ck_abort_msg("out of memory");
-    return fresh;
+    return isinf(since);
 }
 
 /* Random contacts among few pairs, `contacts` of them, about `alive` pairs a window. The
@@ -31,11 +31,12 @@ static void compare_with_a_dictionary(uint64_t seed, int balls, int contacts, do
         const int partner = (int)(random_bits(&seed) % (uint64_t)(balls + 1)) - 1;
         const size_t pair = ((size_t)kind * (size_t)balls + (size_t)ball) * (size_t)(balls + 1) +
                             (size_t)(partner + 1);
-        bool fresh;
+        double since;
         time += window / alive * 2 * (double)(random_bits(&seed) % 1000) / 1000;
         struct mill_strike *strike =
-            mill_strikes_meet(&strikes, (enum mill_kind)kind, ball, partner, time, &fresh);
-        wrong += fresh == (time - last[pair] < window);
+            mill_strikes_meet(&strikes, (enum mill_kind)kind, ball, partner, time, &since);
+        const bool fresh = time - last[pair] >= window;
+        wrong += since != (fresh ? (double)INFINITY : time - last[pair]);
         if (fresh) {
             first[pair] = i % 30000;
             strike->normal = (int16_t)(i % 30000);

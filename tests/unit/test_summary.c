@@ -50,7 +50,7 @@ static const char *printed(bool json)
     fixture_wait(&f, facts.time);
     const struct mill_observers observers = {1, {&f.tally->observer}};
     out = open_memstream(&text, &size);
-    struct mill_summary summary = {out, &f.world, &observers, &facts, .notes = 0};
+    struct mill_summary summary = {out, &f.world, &observers, &facts, .results = NULL};
     ck_assert_int_eq(mill_summary_write(&summary, json, NULL), MILL_OK);
     fclose(out);
     return text;

@@ -72,7 +72,7 @@ class Deck:
     @classmethod
     def check(cls, path, overrides=()):
         """The deck at `path` with `--set` overrides; millsim's own line is the error of a wrong one."""
-        return cls(_ask(path, overrides, "--check"), path, overrides)
+        return cls(_ask(path, overrides, "--check", "--quiet"), path, overrides)
 
     def start(self):
         """Start state of the balls as millsim makes it, to the bit: place [m], velocity [m/s], spin [rad/s], (N, 3) each."""

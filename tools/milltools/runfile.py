@@ -200,6 +200,11 @@ class Run:
         return self.read("run/status")
 
     @property
+    def notes(self) -> list[str]:
+        """What the program that made it has to say about its numbers, a sentence each."""
+        return self.read("run/notes").splitlines() if self.has("run/notes") else []
+
+    @property
     def time(self) -> float:
         """Simulated time reached [s]; 0 before the first checkpoint."""
         return float(self.read("run/time")) if self.has("run/time") else 0.0

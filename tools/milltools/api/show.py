@@ -36,6 +36,8 @@ def facts(result) -> dict[str, str]:
     if run.has_rotor:
         found["rotor power"], found["rotor torque"] = str(result.power), str(result.torque)
     found["anomalies"] = anomalies(run)
+    if run.notes:
+        found["notes"] = " ".join(run.notes)
     return found
 
 

@@ -32,8 +32,7 @@ class Measured:
             self.path = str(path)
             self.program, self.version, self.status = run.program, run.version, run.status
             self.command = run.read("run/command") if run.has("run/command") else ""
-            # what the program that made it had to say about it
-            self.notes = run.read("run/notes").splitlines() if run.has("run/notes") else []
+            self.notes = run.notes
             # of soft spheres: stiffness [Pa], duration of a contact [s]; NaN where a contact takes no time
             self.modulus, self.contact_duration = (
                 float(run.read(f"run/{name}")) if run.has(f"run/{name}") else math.nan

@@ -282,7 +282,7 @@ def notes(sides: list[Side]) -> list[str]:
                 said.append(
                     f"{who} is not complete (status '{run.status}'): it ends at {run.time:.4g} s."
                 )
-            said += [f"{who}: {note}." for note in run.notes]
+            said += [f"{who}: {note.rstrip('.')}." for note in run.notes]
             if not run.steady:
                 said.append(f"{who} is not steady over its window: {run.trend}.")
     for side in sides[1:]:

@@ -1,0 +1,117 @@
+/* How long will it take? The begin of the run tells, but a charge at rest has few contacts until
+ * the rotor has swept it up: their rate grows 3 to 30 times within a turn, the sooner the fuller
+ * the drum, the more the less elastic the balls; then it is steady. While it grows its logarithm is
+ * taken to be linear in time, with the three constants below from fifteen charges of the reference
+ * mill (validation/forecast has fifteen others). */
+#include "app/forecast.h"
+
+#include "app/record.h"
+#include "millsim/sim.h"
+
+#include <math.h>
+
+#define TRIAL 1.5      /* [s] of processor time */
+#define SLICE 5000     /* events between two looks at the clock */
+#define SWEPT 0.15     /* turns until the charge is swept up, times its share of the drum, */
+#define MOST_TURNS 1.2 /* at most; the rate grows by exp(1 + LOSS (1 - restitution)) */
+#define LOSS 6.0
+#define RAPID 10.0       /* centripetal over gravitational acceleration from which it is swept up */
+#define FRAME 36.0       /* [byte] of a ball in a frame */
+#define ROW 300.0        /* [byte] of a row of the series */
+#define IMPACT 80.0      /* [byte] of a row of the log */
+#define STATISTICS 1.2e6 /* [byte] of a file's histograms and maps */
+#define GATHERED 8e6     /* [byte] of memory for statistics and the file's library */
+#define OBSERVED 1.15    /* times the processor time of a trial that nobody observes */
+#define WRITING 1e-9     /* [s/byte] of processor time */
+
+/* How far the trial was at some moment */
+struct point {
+    double time, contacts, cpu; /* [s] simulated, [1], [s] */
+};
+
+static struct point look(const struct mill_sim *sim)
+{
+    const struct mill_world *world = mill_sim_world(sim);
+    struct point p = {mill_sim_time(sim), 0, mill_record_clock(CLOCK_PROCESS_CPUTIME_ID)};
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        p.contacts += (double)world->account.collisions[kind];
+    return p;
+}
+
+/* Its end, and a point before it: since then there was a fifth to two fifths of the contacts. */
+static enum mill_status try(struct mill_sim *sim, double until, struct point ends[2],
+                            struct mill_error *error)
+{
+    struct point now = look(sim), then[2] = {now, now};
+    const double cpu = now.cpu;
+    enum mill_status status = MILL_OK;
+    while (status == MILL_OK && now.time < until && now.cpu - cpu < TRIAL) {
+        status = mill_sim_run(sim, until, SLICE, NULL, error);
+        now = look(sim);
+        if (now.contacts - then[1].contacts > 0.2 * now.contacts) {
+            then[0] = then[1];
+            then[1] = now;
+        }
+    }
+    ends[0] = then[0];
+    ends[1] = now;
+    return status;
+}
+
+struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world)
+{
+    const double r = world->drum_radius, speed = fabs(world->rotor_speed);
+    double balls = 0, mass = 0; /* [m^3], [kg] */
+    for (int32_t i = 0; i < world->balls; i++) {
+        const struct mill_species *of = &world->species[world->ball[i].species];
+        balls += 4 * MILL_PI / 3 * pow(of->radius, 3);
+        mass += of->mass;
+    }
+    const bool rests = world->start.kinetic <= 0.5 * mass * pow(0.1 * speed * r, 2);
+    if (!rests || !(speed * speed * r > RAPID * vec3_norm(world->g)))
+        return (struct mill_forecast_growth){0, 1};
+    const double turns = SWEPT * MILL_PI * r * r * world->drum_length / balls;
+    return (struct mill_forecast_growth){fmin(MOST_TURNS, turns) * 2 * MILL_PI / speed,
+                                         1 + LOSS * (1 - world->law[MILL_BALL_BALL].restitution)};
+}
+
+double mill_forecast_work(const struct mill_forecast_growth *growth, double time)
+{
+    const double swept = growth->swept, power = growth->power;
+    if (time >= swept)
+        return time - swept + swept / power;
+    return swept / power * exp(power * (time / swept - 1));
+}
+
+enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
+                                    struct mill_forecast *forecast, struct mill_error *error)
+{
+    struct mill_sim *sim = NULL;
+    struct point ends[2];
+    enum mill_status status = mill_sim_create(world, &sim, error);
+    if (status == MILL_OK)
+        status = try(sim, deck->time, ends, error);
+    mill_sim_free(sim);
+    if (status != MILL_OK)
+        return status;
+    struct mill_forecast f = {.trial = ends[1].time, .contacts = ends[1].contacts};
+    const double met = ends[1].contacts - ends[0].contacts, end = deck->time;
+    const double most = deck->max_collisions > 0 ? deck->max_collisions : (double)INFINITY;
+    const struct mill_forecast_growth growth = mill_forecast_growth(world);
+    const double from = mill_forecast_work(&growth, ends[0].time);
+    const double work = mill_forecast_work(&growth, ends[1].time) - from;
+    f.rate = work > 0 ? met / work : 0; /* of a steady mill */
+    double rest = f.rate * (mill_forecast_work(&growth, end) - from) - met;
+    rest = fmax(0, fmin(rest, most - f.contacts));
+    f.contacts = fmin(f.contacts + rest, most);
+    f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
+    if (deck->frames > 0)
+        f.file += (floor(end / deck->frames) + 1) * world->balls * FRAME;
+    /* without contacts there is only the time to go by */
+    const double cost = ends[1].cpu - ends[0].cpu;
+    f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);
+    f.cpu = OBSERVED * f.cpu + f.file * WRITING;
+    f.memory = mill_record_peak_memory() + GATHERED;
+    *forecast = f;
+    return MILL_OK;
+}

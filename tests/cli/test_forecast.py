@@ -1,0 +1,72 @@
+"""What `--check` says that a run will cost, and where it will leave the model's reach."""
+
+import json
+import re
+
+import h5py
+from conftest import ROOT
+
+MILL = ROOT / "input/simoloyer.ini"
+FORECAST = re.compile(
+    r"millsim: forecast: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
+    r"a file of (\S+) MB; from a trial of (\S+) s\n"
+)
+
+
+def sets(*values):
+    return [word for value in values for word in ("-s", value)]
+
+
+def test_a_run_shorter_than_the_trial_is_forecast_as_it_is(millsim, tmp_path):
+    short = sets("balls.count=500", "run.time=30 ms", "run.sample_from=0 s")
+    words, *numbers = FORECAST.fullmatch(millsim("--check", *short, MILL).stderr).groups()
+    contacts, _, memory, size, trial = map(float, numbers)
+    summary = json.loads(millsim("--json", "-q", *short, "-o", "short.h5", MILL).stdout)
+    met = sum(summary["run"]["collisions"].values())
+    assert (words, trial) == ("", 0.03)
+    assert abs(contacts - met) <= 0.05 * met  # two digits
+    assert 0.5 < memory * 1e6 / summary["run"]["peak_memory"] < 2
+    assert 0.5 < size * 1e6 / (tmp_path / "short.h5").stat().st_size < 2
+
+
+def test_the_deck_is_printed_as_without_a_forecast(millsim):
+    short = ["--check", *sets("balls.count=50", "run.time=1 ms", "run.sample_from=0 s"), MILL]
+    loud, quiet = millsim(*short), millsim(*short, "--quiet")
+    assert loud.stdout == quiet.stdout
+    assert FORECAST.fullmatch(loud.stderr) and quiet.stderr == ""
+
+
+def test_a_run_that_may_end_sooner_costs_that_at_most(millsim):
+    few = sets("run.max_collisions=10", "balls.count=50", "run.time=5 ms", "run.sample_from=0 s")
+    words, contacts, *_ = FORECAST.fullmatch(millsim("--check", *few, MILL).stderr).groups()
+    assert (words, float(contacts) <= 11) == ("at most ", True)
+
+
+def test_a_charge_that_nothing_brakes_costs_more(millsim):
+    smooth = sets("contact.friction=0", "balls.count=50", "run.time=5 ms", "run.sample_from=0 s")
+    assert FORECAST.fullmatch(millsim("--check", *smooth, MILL).stderr).group(1) == "at least "
+
+
+def test_a_deck_beyond_the_models_reach_says_so_before_it_is_run(millsim):
+    soft = sets("balls.count=50", "run.time=5 ms", "run.sample_from=0 s", "contact.restitution=0.6")
+    said = millsim("--check", *soft, MILL).stderr
+    assert "millsim: note: ball_ball has friction and a restitution of 0.6" in said
+
+
+def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
+    said = millsim("--check", *sets("balls.count=14000"), MILL).stderr
+    assert "millsim: note: a ball is hit every" in said
+
+
+def test_the_file_holds_the_notes_of_the_summary_and_what_they_judge(millsim, tmp_path):
+    soft = sets("contact.restitution=0.65", "run.time=20 ms", "run.sample_from=0 s")
+    done = millsim("--json", "-q", *soft, "-o", "soft.h5", MILL)
+    summary = json.loads(done.stdout)
+    with h5py.File(tmp_path / "soft.h5") as file:
+        assert file["run/notes"].asstr()[()].splitlines() == summary["notes"]
+        reach = file["run/reach"]
+        assert reach["restitution/value"][()] == 0.65 < reach["restitution/limit"][()]
+        for code, rule in summary["run"]["reach"].items():
+            assert reach[f"{code}/limit"][()] == rule["limit"]
+            assert rule["value"] is None or reach[f"{code}/value"][()] == rule["value"]
+    assert any("restitution of 0.65" in note for note in summary["notes"])

@@ -1,0 +1,134 @@
+/* Claims about the notes: where hard spheres leave their reach, before a run and after it. */
+#include "mill_fixture.h"
+#include "observe/notes.h"
+#include "unit.h"
+
+static struct fixture f;
+static struct mill_notes notes;
+
+static void setup(void)
+{
+    fixture_init(&f);
+}
+
+static void teardown(void)
+{
+    fixture_free(&f);
+}
+
+static const struct mill_note *note_of(const char *code)
+{
+    for (int i = 0; i < notes.count; i++)
+        if (notes.note[i].code && strcmp(notes.note[i].code, code) == 0)
+            return &notes.note[i];
+    ck_abort_msg("nothing is said of %s", code);
+    return NULL;
+}
+
+static bool noted(const char *code)
+{
+    return note_of(code)->text[0] != '\0';
+}
+
+static void take(void)
+{
+    fixture_wait(&f, 1.5);
+    ck_assert_int_eq(mill_tally_results_make(f.tally, &f.world, 1.5, &f.results, NULL), MILL_OK);
+    mill_notes_take(&notes, &f.world, f.results, 1.5, false);
+}
+
+/* Two contacts of one pair, `gap` [s] apart, a hundred times */
+static void play_pairs(double gap)
+{
+    fixture_create(&f);
+    for (int i = 0; i < 100; i++) {
+        fixture_play(&f, impact_of(0.6 + 0.001 * i, MILL_BALL_BALL, i % 40, 41, 0.1, 0.1));
+        fixture_play(&f, impact_of(0.6 + 0.001 * i + gap, MILL_BALL_BALL, i % 40, 41, 0.1, 0.1));
+    }
+    take();
+}
+
+START_TEST(friction_and_a_restitution_below_0_7_are_noted_before_the_run)
+{
+    f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.69, .friction = 0.3};
+    mill_notes_expect(&notes, &f.world, NAN);
+    ck_assert(noted("restitution"));
+    ck_assert_ptr_nonnull(strstr(note_of("restitution")->text, "ball_drum"));
+    f.world.law[MILL_BALL_DRUM].restitution = 0.7;
+    mill_notes_expect(&notes, &f.world, NAN);
+    ck_assert(!noted("restitution"));
+    f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.5};
+    mill_notes_expect(&notes, &f.world, NAN);
+    ck_assert(!noted("restitution"));
+}
+END_TEST
+
+START_TEST(a_law_that_no_contact_obeyed_is_not_noted_after_it)
+{
+    f.world.law[MILL_BALL_BLADE] = (struct mill_law){.restitution = 0.5, .friction = 0.3};
+    play_pairs(1e-4);
+    ck_assert(!noted("restitution"));
+}
+END_TEST
+
+START_TEST(balls_hit_more_often_than_a_contact_lasts_are_noted)
+{
+    const double contact = mill_tally_contact(&f.world, MILL_BALL_BALL);
+    const double rate = FIXTURE_BALLS / contact / 2; /* of all contacts: each hits two */
+    mill_notes_expect(&notes, &f.world, 1.01 * rate);
+    ck_assert(noted("contacts_at_once"));
+    mill_notes_expect(&notes, &f.world, 0.99 * rate);
+    ck_assert(!noted("contacts_at_once"));
+}
+END_TEST
+
+START_TEST(hits_count_for_both_balls_of_a_contact)
+{
+    play_pairs(1e-4);
+    const double hits = 2.0 * 200 / FIXTURE_BALLS; /* on a ball in the second of the window */
+    const double expected = hits * mill_tally_contact(&f.world, MILL_BALL_BALL);
+    ck_assert(fabs(note_of("contacts_at_once")->value / expected - 1) < 1e-12);
+}
+END_TEST
+
+/* Of 5 mm steel: 24 us, but pairs are remembered for 10 us; of 1 mm: 4.7 us */
+START_TEST(contacts_while_the_pair_still_touches_are_recontacts)
+{
+    play_pairs(9e-6);
+    ck_assert(note_of("recontact_share")->value == 0.5);
+    ck_assert(noted("recontact_share"));
+}
+END_TEST
+
+START_TEST(contacts_after_the_pair_has_parted_are_none)
+{
+    f.species.radius = 0.0005;
+    f.species.mass = 0.0005 / 125;
+    play_pairs(9e-6);
+    ck_assert(note_of("recontact_share")->value == 0);
+    ck_assert(!noted("recontact_share"));
+}
+END_TEST
+
+START_TEST(what_is_not_known_is_not_noted)
+{
+    fixture_create(&f);
+    take();
+    ck_assert(isnan(note_of("recontact_share")->value) && !noted("recontact_share"));
+    ck_assert(isnan(note_of("floor_share")->value) && !noted("floor_share"));
+}
+END_TEST
+
+int main(void)
+{
+    const struct unit_test tests[] = {
+        {friction_and_a_restitution_below_0_7_are_noted_before_the_run, 1},
+        {a_law_that_no_contact_obeyed_is_not_noted_after_it, 1},
+        {balls_hit_more_often_than_a_contact_lasts_are_noted, 1},
+        {hits_count_for_both_balls_of_a_contact, 1},
+        {contacts_while_the_pair_still_touches_are_recontacts, 1},
+        {contacts_after_the_pair_has_parted_are_none, 1},
+        {what_is_not_known_is_not_noted, 1},
+    };
+    return unit_run_in("notes", setup, teardown, tests, sizeof tests / sizeof *tests);
+}
