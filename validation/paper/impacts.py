@@ -55,7 +55,7 @@ def draw(found):
         xlabel="depth of the border, from drum and end walls [ball diameters]",
         ylabel="impacts within the border [%]",
         title="Half of the impacts lie at the border if it is a ball deep",
-        ylim=(0, 100),
+        ylim=(0, 104),
     )
     ax.legend(frameon=False)
     return figure
