@@ -65,7 +65,7 @@ help:
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make validate-dem  millsim against LIGGGHTS, some 40 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
-	@echo 'make validate-paper  the 2007 paper, statement by statement, some 30 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
+	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
@@ -212,7 +212,7 @@ validate-study:
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/study/validate.py $(if $(KEPT),--kept) $(CASES)
 
-# some 30 minutes; KEPT=1: what is kept of any version will do
+# some 15 minutes; KEPT=1: what is kept of any version will do
 validate-paper:
 	@tools/setup build test
 	@$(MAKE) $(PARALLEL) millsim mill

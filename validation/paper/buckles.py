@@ -16,10 +16,8 @@ GRID = (
     "study.max_collisions=4e6",
 )
 SMOOTH = (2, 0.0)
-LOW = (
-    (3, 1e-3),
-    (8, 0.5e-3),
-)  # the lowest designs of the grid of 19 x 21, with and without friction
+# The lowest designs of the grid of 19 x 21, with and without friction, each by one run
+LOW = ((3, 1e-3), (8, 0.5e-3))
 # The best designs of that grid; better ones of the wide grid, first without and then with overhanging buckles; one past the maximum
 WITHIN = {"smooth": (20, 4e-3), "rough": (20, 2.5e-3)}
 BEYOND = {"smooth": ((28, 4e-3), (40, 8e-3)), "rough": ((28, 4e-3), (36, 5e-3))}
