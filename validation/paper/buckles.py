@@ -16,8 +16,9 @@ GRID = (
     "study.max_collisions=4e6",
 )
 SMOOTH = (2, 0.0)
-# The lowest designs of the grid of 19 x 21, with and without friction, each by one run
-LOW = ((3, 1e-3), (8, 0.5e-3))
+# With friction, few low buckles: the lowest of the grid of 19 x 21 by one run each, so twice as many seeds
+LOW = ((2, 1e-3), (3, 1e-3))
+LOW_SEEDS = tuple(range(1001, 1013))
 # The best designs of that grid; better ones of the wide grid, first without and then with overhanging buckles; one past the maximum
 WITHIN = {"smooth": (20, 4e-3), "rough": (20, 2.5e-3)}
 BEYOND = {"smooth": ((28, 4e-3), (40, 8e-3)), "rough": ((28, 4e-3), (36, 5e-3))}
@@ -61,7 +62,7 @@ def draw(found):
         xlabel="number of buckles [1] (beside the points: best height [mm])",
         ylabel="median impact speed above 50 mm/s [m/s]",
         title="The best chamber has more buckles than the paper's 20",
-        ylim=(0, None),
+        ylim=(0, 1.4),
     )
     ax.legend(frameon=False)
     return figure
@@ -86,7 +87,7 @@ def ask_lowest(case, table, ring, low):
     for design in LOW:
         case.ask(
             LOWEST, f"with friction 0.3: median at {named(design)} over that of the smooth chamber",
-            low[design] / low[SMOOTH], above=1, headline=design == LOW[0],
+            low[design] / low[SMOOTH], above=1, headline=design == LOW[-1],
         )  # fmt: skip
     case.tell(
         "With friction: "
@@ -111,7 +112,7 @@ def ask_largest(case, words, name, found):
 def check(case):
     found = tables(case)
     ring = anew(case, "ring", [SMOOTH], "2 %", seeds=SEEDS[:3])[SMOOTH]
-    low = anew(case, "low", [SMOOTH, *LOW], "1 %", *FRICTION)
+    low = anew(case, "low", [SMOOTH, *LOW], "1 %", *FRICTION, seeds=LOW_SEEDS)
     ask_lowest(case, found["smooth"], ring, low)
     flat = [(20, 3e-3), (20, 5e-3), (16, 4e-3)]
     smooth = anew(
@@ -126,7 +127,7 @@ def check(case):
     )
     gain = {
         "without friction": smooth[WITHIN["smooth"]] / ring.mean(),
-        "with friction 0.3": rough[WITHIN["rough"]] / low[SMOOTH],
+        "with friction 0.3": rough[WITHIN["rough"]] / low[SMOOTH][: len(SEEDS)],
     }
     for words, values in gain.items():
         case.ask(

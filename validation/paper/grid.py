@@ -44,7 +44,8 @@ def check(case):
         FULL, f"{LINE}: change of the median from one design to the next, over the standard error of one", step,
         below=1, error=step * np.sqrt(np.mean(line[ERROR] ** 2) / ((h - h.mean()) ** 2).sum()) / abs(slope),
     )  # fmt: skip
+    known = 100 * line[ERROR].mean() / at
     case.tell(
-        f"At {LINE} the median changes by {100 * slope * 1e-3 / at:.1f} % a millimetre, so by {abs(100 * slope * 1e-5 / at):.2f} % a step, and each is known to "
-        f"{100 * line[ERROR].mean() / at:.1f} %: a grid of 0.5 mm with a surface through it loses nothing."
+        f"At {LINE} the median changes by {100 * slope * 1e-3 / at:.1f} % a millimetre, so by {abs(100 * slope * 1e-5 / at):.2f} % a step. Each run says that it is "
+        f"known to {known:.1f} %; by their scatter it is {scatter * known:.1f} %."
     )

@@ -6,7 +6,7 @@ import numpy as np
 from log import REFERENCE, SEEDS
 from speeds import SMOOTH
 
-PRICE = "A simulated second of the mill takes six minutes of computing"
+PRICE = "A simulated second of the mill takes six minutes of computing: no more"
 MILLS = {"the reference mill, with friction": {}, "the same without friction": SMOOTH}
 
 
@@ -32,5 +32,5 @@ def check(case):
             unit="s",
         )
         case.tell(
-            f"Six minutes on a machine of 2007 are {360 / np.mean(values):.0f} times what {words} takes here."
+            f"Six minutes, on a machine of 2007, are {360 / np.mean(values):.0f} times that ({words})."
         )

@@ -5,7 +5,7 @@ import numpy as np
 from log import BALL, over_seeds
 
 TYPICAL = "The most frequent impact speed is that of a fall from 1.5 mm"
-OWN = "Figure 3: speeds in the window from 0.06 to 0.09 s after the start"
+OWN = "Impact speeds from 0.06 to 0.09 s after the start (Figure 3) have that maximum and stand for the mill"
 FALL = float(np.sqrt(2 * 9.81 * 1.5e-3))  # [m/s]
 BAND = 0.025  # [m/s]: the paper gives the height to two digits, and the maximum is broad
 EDGES = np.linspace(0, 1.5, 76)  # [m/s]
