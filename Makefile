@@ -65,6 +65,7 @@ help:
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
 	@echo 'make validate-dem  millsim against LIGGGHTS, some 40 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
+	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
@@ -211,6 +212,12 @@ validate-study:
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/study/validate.py $(if $(KEPT),--kept) $(CASES)
 
+# some 15 minutes; KEPT=1: what is kept of any version will do
+validate-paper:
+	@tools/setup build test
+	@$(MAKE) $(PARALLEL) millsim mill
+	.venv/bin/python validation/paper/validate.py $(if $(KEPT),--kept) $(CASES)
+
 # JSON=FILE: where to, instead of build/bench.json (build/bench-quick.json with QUICK=1); REPEATS=N
 bench:
 	@tools/setup build test
@@ -258,5 +265,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study lint format pictures bench bench-parts \
+.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format pictures bench bench-parts \
         install clean always

@@ -1,7 +1,7 @@
 """A comparison of several parts: runs them one after another, writes RESULTS.md and the README's short form.
 
 A part is a list of modules with a docstring (its first line is a title) and check(case), which states claims. The
-case also tells sentences with figures and remembers the figures it saved. Used by dem/ and study/; the ladder
+case also tells sentences with figures and remembers the figures it saved. Used by dem/, study/ and paper/; the ladder
 itself runs its cases in parallel.
 """
 
@@ -29,6 +29,10 @@ class Part(ladder.Case):
         self.told = []
         self.figures = set()
 
+    def table(self):
+        """The claims as lines of Markdown."""
+        return ladder.claims_table(self.claims)
+
     def tell(self, sentence):
         """A sentence with figures, below the table of claims."""
         self.told.append(sentence)
@@ -53,6 +57,7 @@ def run_part(mark, name, modules, make_case):
         except Exception:
             result["failure"] = traceback.format_exc()
         result["claims"], result["told"] = case.claims, case.told
+        result["table"] = case.table()
         result["figures"] = sorted(case.figures)
     held = sum(claim.holds for claim in case.claims)
     seconds = time.monotonic() - begin
@@ -69,13 +74,17 @@ def run_part(mark, name, modules, make_case):
     return result
 
 
-def write_results(title, writer, introduction, results, path):
+def counted(claims):
+    """The sentence that begins the results."""
+    return f"{sum(claim.holds for claim in claims)} of {len(claims)} claims hold."
+
+
+def write_results(title, writer, introduction, results, path, counted):
     claims = [claim for result in results for claim in result["claims"]]
-    held = sum(claim.holds for claim in claims)
     lines = [
         f"# {title}",
         "",
-        f"Written by `{writer}`: {held} of {len(claims)} claims hold. {introduction}",
+        f"Written by `{writer}`: {counted(claims)} {introduction}",
         "",
     ]
     for result in results:
@@ -84,19 +93,20 @@ def write_results(title, writer, introduction, results, path):
         if result["failure"]:
             lines += ["**It failed:**", ""]
             lines += ["    " + line for line in result["failure"].rstrip().splitlines()] + [""]
-        lines += [*ladder.claims_table(result["claims"]), ""]
+        lines += [*result["table"], ""]
         lines += [f"- {sentence}" for sentence in result["told"]] + [""]
         lines += [f"![{figure}]({figure})\n" for figure in result["figures"]]
     text = re.sub("\n{3,}", "\n\n", "\n".join(lines))
     path.write_text(text.rstrip() + "\n")
 
 
-def write_short_form(mark, writer, results, path):
+def short_form(results, mark):
+    """The headlines as lines of the README's table."""
     rows = ["| claim | against | expected | measured | part |", "| --- | --- | --- | --- | --- |"]
     for result in results:
         link = f"[{result['name']}](validation/{mark}/RESULTS.md#{result['name']})"
         rows += ladder.headlines(result["claims"], link)
-    ladder.put_between(path, mark, writer, rows)
+    return rows
 
 
 def parser(description, parts):
@@ -107,11 +117,14 @@ def parser(description, parts):
     return found
 
 
-def main(mark, title, introduction, parts, names, make_case):
+def main(
+    mark, title, introduction, parts, names, make_case, counted=counted, short_form=short_form
+):
     """Runs the parts called `names` (none: all, and only then results are written); the exit status.
 
     mark: name of the folder, of its marks in README.md and of its target `make validate-MARK`; parts: name -> modules;
-    make_case(scratch) gives what check() works with.
+    make_case(scratch) gives what check() works with;
+    counted(claims), short_form(results, mark): the first sentence of the results, and the README's table.
     """
     for name in names:
         if name not in parts:
@@ -129,8 +142,9 @@ def main(mark, title, introduction, parts, names, make_case):
             return 130
     if not names:
         writer = f"make validate-{mark}"
-        write_results(title, writer, introduction, results, ladder.HERE / mark / "RESULTS.md")
-        write_short_form(mark, writer, results, ladder.ROOT / "README.md")
+        path = ladder.HERE / mark / "RESULTS.md"
+        write_results(title, writer, introduction, results, path, counted)
+        ladder.put_between(ladder.ROOT / "README.md", mark, writer, short_form(results, mark))
         say(f"{mark}: {time.monotonic() - begin:.0f} s; validation/{mark}/RESULTS.md written")
     good = all(
         not r["failure"] and r["claims"] and all(c.holds for c in r["claims"]) for r in results

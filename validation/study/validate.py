@@ -14,14 +14,13 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 matplotlib.use("Agg")
 
 import parts
-from runs import StudyCase
+from studies import StudyCase
 
 # In this order: later parts stand on the tables of earlier ones. Modules of each part.
 PARTS = {
     "figure7": ("figure7",),
     "friction": ("friction",),
     "optimum": ("optimum",),
-    "figure5": ("figure5",),
     "overhead": ("overhead",),
 }
 INTRODUCTION = (

@@ -1,4 +1,4 @@
-"""What the parts share: studies by the mill command, kept in build/study from one call to the next, and single designs measured closely."""
+"""What study/ and paper/ share: studies by the mill command, kept in build/study from one call to the next, and single designs measured closely."""
 
 import concurrent.futures
 import json
@@ -17,8 +17,7 @@ from milltools.engine import program, version
 from milltools.study import opened, show_optimum
 from milltools.study.deck import Study
 
-HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "study"
 FIGURE7 = ROOT / "input" / "figure7.study"
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
@@ -34,7 +33,6 @@ class StudyCase(Part):
         super().__init__(folder, scratch)
         self.program = program()
         self.keep = keep  # kept tables are taken, whatever version made them
-        self.file = FIGURE7
         KEPT.mkdir(parents=True, exist_ok=True)
 
     def mill(self, *words):
@@ -51,8 +49,8 @@ class StudyCase(Part):
             raise RuntimeError(f"mill {words[0]}: {said[-1] if said else done.returncode}")
         return done.stdout
 
-    def study(self, name, command, *options):
-        """Table of `mill COMMAND input/figure7.study OPTIONS`, and the wall time it took [s]."""
+    def study(self, name, command, *options, file=FIGURE7):
+        """Table of `mill COMMAND FILE OPTIONS`, and the wall time it took [s]."""
         path = KEPT / f"{name}.parquet"
         note = path.with_suffix(".json")
         # made by this call, or by an earlier one and asked for
@@ -62,7 +60,7 @@ class StudyCase(Part):
                 old.unlink()
             say(f"    {name}: mill {command} ...")
             begin = time.monotonic()
-            self.mill(command, FIGURE7, "-o", path, *options)
+            self.mill(command, file, "-o", path, *options)
             note.write_text(
                 json.dumps({"wall": time.monotonic() - begin, "millsim": version()}) + "\n"
             )
@@ -76,7 +74,7 @@ class StudyCase(Part):
         """One of the pictures (contour, slices, beside, ...) that `mill study` draws of a kept table, in this folder as `figure`."""
         drawn = self.scratch / "drawn.png"
         self.mill("study", KEPT / f"{name}.parquet", "--png", drawn, *options)
-        shutil.copyfile(self.scratch / f"drawn-{kind}.png", HERE / figure)
+        shutil.copyfile(self.scratch / f"drawn-{kind}.png", self.folder / figure)
         self.figures.add(figure)
 
     def alike(self, name):
@@ -121,12 +119,6 @@ class StudyCase(Part):
         jobs = [(design, seed) for design in range(len(designs)) for seed in seeds]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             return np.array(list(pool.map(one, jobs))).reshape(len(designs), len(seeds))
-
-
-def grid(table):
-    """(n, h [m], medians (n, h)) of a full grid of one replicate; NaN where a run failed."""
-    wide = table.pivot(index=N, columns=H, values=MEDIAN)
-    return wide.index.to_numpy(), wide.columns.to_numpy(), wide.to_numpy()
 
 
 def best(table):

@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+"""Every statement of the 2007 paper put to the mill: writes RESULTS.md, figures, and README's short form.
+
+validate.py [PART ...] [--kept]      ends with 1 when a question has no answer
+"""
+
+import pathlib
+import sys
+
+import matplotlib
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+matplotlib.use("Agg")
+
+import parts
+from verdicts import PaperCase, counted, short_form
+
+# Modules of each part.
+PARTS = {
+    "gas": ("ideal_gas",),
+    "impacts": ("impacts", "maps"),
+    "speeds": ("speeds",),
+    "buckles": ("buckles",),
+    "grid": ("grid",),
+    "process": ("process",),
+    "price": ("price",),
+}
+INTRODUCTION = (
+    "[README.md](README.md) says how a question becomes a verdict. Errors are standard errors, from as many runs with seeds of their own as "
+    "*runs* says."
+)
+
+
+def main():
+    parser = parts.parser(__doc__.splitlines()[0], PARTS)
+    parser.add_argument(
+        "--kept", action="store_true", help="take kept measurements whatever version made them"
+    )
+    arguments = parser.parse_args()
+    return parts.main(
+        "paper",
+        "The paper, statement by statement",
+        INTRODUCTION,
+        PARTS,
+        arguments.part,
+        lambda scratch: PaperCase(HERE, scratch, arguments.kept),
+        counted,
+        short_form,
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
