@@ -166,7 +166,7 @@ def draw_ratio(axis, runs):
             axis.plot(CLOCK, mean, color=COLOURS[name], label=label)
             axis.fill_between(CLOCK, mean - spread, mean + spread, color=COLOURS[name], alpha=0.2)
     axis.set(
-        title="A gas of acetate keeps the measured ratio, one of glass loses it\n(shaded: scatter of single runs)",
+        title="A gas of acetate keeps the measured ratio,\none of glass loses it (shaded: scatter of single runs)",
         xlabel="time / Haff time [1]",
         ylabel="rotational / translational energy [1]",
         xlim=(0, CLOCK[-1]),
@@ -216,13 +216,17 @@ def draw_scan(axis, scan):
             color=COLOURS[name],
             label=f"millsim, e {law.e:g}, $\\beta_0$ {law.beta:g}",
         )
+        none = np.isnan(value)
+        label = "no ratio lasts: it rises from all starts" if none.any() else None
+        height = np.full(none.sum(), 0.97)
+        axis.plot(np.array(FRICTIONS)[none], height, "^", color=COLOURS[name], label=label)
         axis.axvline(law.mu, color=COLOURS[name], ls=":", label=f"friction of {name}")
     axis.set(
-        title="Two thirds last where spheres have the friction of acetate",
+        title="Which ratio lasts is decided by restitution and friction:\nspheres like glass are ruled out",
         xlabel="friction of the spheres and walls [1]",
         ylabel="ratio that three Haff times leave as it is [1]",
         xscale="log",
-        ylim=(0, 1.1),
+        ylim=(0, 1.5),
     )
     axis.set_xticks(FRICTIONS, [f"{mu:g}" for mu in FRICTIONS])
     axis.set_xticks([], minor=True)
