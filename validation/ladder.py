@@ -275,7 +275,8 @@ def headlines(claims: list[Claim], link: str) -> list[str]:
             if claim.expected is None
             else f"{show(claim.expected)} +- {show(claim.band, 2)}"
         )
-        verdict = "" if claim.holds else " **(outside)**"
+        why = f": {cell(claim.known)}" if claim.known else ""
+        verdict = "" if claim.holds else f" **(outside{why})**"
         rows.append(
             f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)} "
             f"| {with_unit(show(claim.measured) + error, claim.unit)}{verdict} | {link} |"

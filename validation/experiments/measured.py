@@ -4,7 +4,7 @@ import numpy as np
 from single.oblique import Law
 
 # Binary impacts. S. F. Foerster, M. Y. Louge, H. Chang, K. Allia, Phys. Fluids 6 (1994) 1108-1115.
-# The coefficients as they are quoted elsewhere; the paper itself could not be read
+# Coefficients and errors as they are commonly quoted, unchecked: the paper itself could not be read
 GLASS = Law(0.97, 0.092, 0.44)
 GLASS_ERROR = Law(0.01, 0.006, 0.07)
 ACETATE = Law(0.87, 0.25, 0.43)
@@ -13,7 +13,7 @@ ACETATE_ERROR = Law(0.02, 0.02, 0.06)
 # Spheres of aluminium oxide, 5 mm, on a thick plate of soda-lime glass. A. H. Kharaz, D. A. Gorham, A. D. Salman,
 # Powder Technology 120 (2001) 281-291. Two people read its figures for their own programs: MFIX (tests/dem/DEM05,
 # AUTOTEST/POST_ALPHA.dat, POST_COEFF.dat, POST_OMEGA.dat) and Lethe (examples/dem/3d-oblique-wall-impact,
-# oblique_wall_impact_postprocessing.py). Both programs, and Yade's (3.9 m/s), use the friction.
+# oblique_wall_impact_postprocessing.py). The friction is what both and Yade take, the speed Lethe's and Yade's, the restitution Yade's.
 SPEED = 3.9  # [m/s]
 DIAMETER, DENSITY = 0.005, 4000.0  # [m], [kg/m^3]
 FRICTION, RESTITUTION = 0.092, 0.98
