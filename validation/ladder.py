@@ -4,7 +4,7 @@
 A case is a folder with a deck, a README.md (claim, source, tolerance) and a check.py whose check(case) runs
 millsim, works out what it measures, and states claims. The first line of check.py's docstring is its title.
 
-    ladder.py [CASE ...] [--jobs N]      ends with 1 when a claim is outside its band
+    ladder.py [CASE ...] [--jobs N]      ends with 1 when a claim is outside its band, unless it is known why
 """
 
 import argparse
@@ -36,6 +36,7 @@ CASES = [
     "sensitivities",
     "precision",
     "forecast",
+    "experiments",
 ]
 
 
@@ -51,11 +52,17 @@ class Claim:
     error: float | None  # standard error of `measured`
     unit: str
     headline: bool  # goes into the README
+    known: str = ""  # why it is known not to hold; then holding it is the surprise
 
     @property
     def holds(self) -> bool:
         off = self.measured - (0.0 if self.expected is None else self.expected)
         return math.isfinite(off) and abs(off) <= self.band
+
+    @property
+    def as_known(self) -> bool:
+        """Holds, or fails with a reason that is told."""
+        return self.holds != bool(self.known)
 
 
 class Case:
@@ -100,9 +107,19 @@ class Case:
         return path
 
     def claim(
-        self, what, measured, expected, band, *, against, error=None, unit="1", headline=False
+        self,
+        what,
+        measured,
+        expected,
+        band,
+        *,
+        against,
+        error=None,
+        unit="1",
+        headline=False,
+        known="",
     ):
-        """`measured` lies within `band` of `expected`."""
+        """`measured` lies within `band` of `expected`; it is `known` why, if it does not."""
         self.claims.append(
             Claim(
                 what,
@@ -113,14 +130,25 @@ class Case:
                 _number(error),
                 unit,
                 headline,
+                known,
             )
         )
 
-    def bound(self, what, measured, limit, *, against, error=None, unit="1", headline=False):
-        """|measured| is at most `limit`."""
+    def bound(
+        self, what, measured, limit, *, against, error=None, unit="1", headline=False, known=""
+    ):
+        """|measured| is at most `limit`; it is `known` why, if it is not."""
         self.claims.append(
             Claim(
-                what, against, float(measured), None, float(limit), _number(error), unit, headline
+                what,
+                against,
+                float(measured),
+                None,
+                float(limit),
+                _number(error),
+                unit,
+                headline,
+                known,
             )
         )
 
@@ -174,6 +202,13 @@ def figures(case: dict) -> list[str]:
     return sorted(path.name for path in (HERE / case["name"]).glob("*.png"))
 
 
+def verdict_of(claim: Claim) -> str:
+    """yes, NO, or NO with the reason that is known."""
+    if claim.holds:
+        return "yes, against what is known" if claim.known else "yes"
+    return f"**NO**: {claim.known}" if claim.known else "**NO**"
+
+
 def claims_table(claims: list[Claim]) -> list[str]:
     """The claims as lines of a Markdown table; none of none."""
     if not claims:
@@ -193,7 +228,7 @@ def claims_table(claims: list[Claim]) -> list[str]:
             with_unit(show(claim.measured), claim.unit),
             show(claim.error, 2),
             band,
-            "yes" if claim.holds else "**NO**",
+            cell(verdict_of(claim)),
         ]
         lines.append("| " + " | ".join(row) + " |")
     return lines
@@ -241,7 +276,8 @@ def headlines(claims: list[Claim], link: str) -> list[str]:
             if claim.expected is None
             else f"{show(claim.expected)} +- {show(claim.band, 2)}"
         )
-        verdict = "" if claim.holds else " **(outside)**"
+        why = f": {cell(claim.known)}" if claim.known else ""
+        verdict = "" if claim.holds else f" **(outside{why})**"
         rows.append(
             f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)} "
             f"| {with_unit(show(claim.measured) + error, claim.unit)}{verdict} | {link} |"
@@ -309,7 +345,7 @@ def main() -> int:
                 print(result["failure"], flush=True)
     ordered = [results[name] for name in CASES if name in results]
     good = all(
-        not r["failure"] and r["claims"] and all(Claim(**c).holds for c in r["claims"])
+        not r["failure"] and r["claims"] and all(Claim(**c).as_known for c in r["claims"])
         for r in ordered
     )
     if not arguments.case:

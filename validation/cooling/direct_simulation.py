@@ -15,7 +15,7 @@ WALL_HITS = (
 )
 
 
-def direct_simulation(e, beta, seed):
+def direct_simulation(e, beta, seed, friction=FRICTION):
     """Boltzmann's equation of a homogeneous gas, solved by chance (Bird): unit mass, unit radius, no places.
 
     Pairs and directions n are drawn at random and collide with a probability in proportion to |g.n|. No mean
@@ -32,7 +32,7 @@ def direct_simulation(e, beta, seed):
             rows.append((2 * count / ORACLE_BALLS, np.log(energy / start), spin / energy))
             fastest = 7 * np.sqrt(2 * energy / (3 * ORACLE_BALLS))
             hits += turn_back(v, round(2 * count * WALL_HITS) - hits, fastest, rng)
-        count += collide_some(v, w, e, beta, fastest, rng)
+        count += collide_some(v, w, (e, beta, friction), fastest, rng)
         batch += 1
     return at_counts(*np.array(rows).T)
 
@@ -53,8 +53,9 @@ def turn_back(v, number, fastest, rng):
     return done
 
 
-def collide_some(v, w, e, beta, fastest, rng):
+def collide_some(v, w, law, fastest, rng):
     """Of ORACLE_BATCH random pairs those collide that chance lets; returns how many."""
+    e, beta, friction = law
     pairs = rng.integers(ORACLE_BALLS, size=2 * ORACLE_BATCH)
     once = np.zeros(2 * ORACLE_BATCH, dtype=bool)
     once[np.unique(pairs, return_index=True)[1]] = True
@@ -73,7 +74,7 @@ def collide_some(v, w, e, beta, fastest, rng):
     normal = (1 + e) / 2 * g_n
     tangential = (1 + beta) / 7 * slip
     size = np.sqrt((tangential**2).sum(axis=1))
-    tangential *= np.minimum(1, FRICTION * normal / np.maximum(size, 1e-300))[:, None]
+    tangential *= np.minimum(1, friction * normal / np.maximum(size, 1e-300))[:, None]
     kick = normal[:, None] * n + tangential
     twist = 2.5 * np.cross(n, kick)
     v[i] -= kick

@@ -1,0 +1,34 @@
+"""make validate: what a claim that is known not to hold means."""
+
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "validation"))
+
+import ladder
+
+
+@pytest.fixture
+def case(tmp_path):
+    return ladder.Case(tmp_path, tmp_path)
+
+
+def test_a_claim_outside_its_band_is_no_fault_if_it_is_known_why(case):
+    case.bound("off", 2, 1, against="theory", known="the theory is too simple")
+    (claim,) = case.claims
+    assert not claim.holds and claim.as_known
+    assert "**NO**: the theory is too simple" in ladder.claims_table(case.claims)[-1]
+
+
+def test_a_claim_that_holds_against_what_is_known_is_a_fault(case):
+    case.claim("on", 1, 1, 0.1, against="theory", known="the theory is too simple")
+    (claim,) = case.claims
+    assert claim.holds and not claim.as_known
+    assert "against what is known" in ladder.claims_table(case.claims)[-1]
+
+
+def test_a_claim_of_which_nothing_is_known_must_hold(case):
+    case.bound("off", 2, 1, against="theory")
+    assert not case.claims[0].as_known
