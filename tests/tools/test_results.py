@@ -23,7 +23,7 @@ def pair(request, tmp_path_factory):
 
 
 def tree(file):
-    """Everything in the file but /run and energies, which others do not have (and what millsim's views show again), by name."""
+    """Everything in the file but /run, energies and pinches, which others do not have (and what millsim's views show again), by name."""
     found = {}
     file.visititems(lambda name, item: found.update({name: item}))
     # visititems names what is linked once only
@@ -45,7 +45,7 @@ def tree(file):
         name: item
         for name, item in found.items()
         if name.split("/")[0] not in ("run", "VTKHDF", "h5md")
-        and not name.startswith("statistics/energies")
+        and not name.startswith(("statistics/energies", "statistics/rotor/pinch_power"))
     }
 
 
@@ -87,6 +87,11 @@ def same(mine, other):
     )
 
 
+def pressed(tree_or_file):
+    """Were balls pinched? What their contacts lose is in the statistics, but in no row of the log."""
+    return tree_or_file["statistics/rotor"]["pinch_power"][()] != 0
+
+
 # all but what follows from single precision (maps), from the rows (power) or from a rebound floor
 EXACT = ("deck/", "particles/", "observables/", "impacts/", "statistics/impacts/", "statistics/strikes/", "statistics/duration", "statistics/maps/samples")  # fmt: skip
 
@@ -97,9 +102,11 @@ def test_everything_that_can_be_is_the_same_to_the_bit(pair):
     for name in ours.keys() & theirs.keys():
         from_rows = name.startswith("statistics/impacts/") and name.endswith("dissipated_power")
         if isinstance(ours[name], h5py.Dataset) and name.startswith(EXACT) and not from_rows:
+            if name.endswith(("dissipation", "dissipated_power")) and pressed(theirs):
+                continue
             assert same(ours[name], theirs[name]), name
             checked += 1
-    assert checked > 300
+    assert checked > (250 if pressed(theirs) else 300)
 
 
 def test_there_are_enough_impacts_and_strikes_to_tell(pair):
@@ -123,7 +130,9 @@ def test_the_dissipated_power_is_that_of_the_series(pair):
 def test_the_rotors_power_torque_and_blocks_come_from_the_series(pair):
     ours, theirs = (file["statistics/rotor"] for file in pair)
     for name in theirs:
-        if name.endswith("_error"):  # of revolutions; millsim's is of batches
+        if (
+            name.endswith("_error") or name == "pinch_power"
+        ):  # of revolutions; millsim's is of batches
             continue
         scale = np.abs(theirs[f"block_{name.split('_')[0]}"][:]).max(initial=0) if name.startswith(("power", "torque")) else 0  # fmt: skip
         assert np.allclose(ours[name][()], theirs[name][()], rtol=1e-9, atol=1e-9 * scale, equal_nan=True), name  # fmt: skip
@@ -148,6 +157,8 @@ def test_the_maps_are_millsims_to_single_precision(pair, name):
     axes = [key for key in theirs if key.endswith("_edges")]
     assert all(np.array_equal(ours[key], theirs[key]) for key in axes)
     for key in ("impact_count", "normal_speed_sum", "dissipation"):
+        if key == "dissipation" and pressed(pair[1]):
+            continue
         mine, other = ours[key][:].astype(float), theirs[key][:].astype(float)
         assert np.abs(mine - other).sum() <= 1e-3 * np.abs(other).sum(), key  # at edges of cells
         assert mine.sum() == pytest.approx(other.sum(), rel=1e-12)

@@ -112,7 +112,7 @@ def _curve(found: Bins, weight, share):
     if weight == "cumulative":
         return found.edges, np.where(found.exceedance > 0, found.exceedance * share, np.nan)
     density = found.rate_density if weight == "count" else found.power_density
-    return found.middle, np.where(found.count > 0, density * share, np.nan)
+    return found.middle, np.where(density != 0, density * share, np.nan)
 
 
 def _dots(ax, x, y, colour, weight):
@@ -286,7 +286,7 @@ class Spectrum(Figure):
 
 def _rows(kind, found: Bins, axis: str, group: str) -> dict:
     """A kind's bins from the first to the last that is not empty, with what lies below and above all bins about them."""
-    used = np.flatnonzero(found.count)
+    used = np.flatnonzero((found.count != 0) | (found.dissipation != 0))
     a, b = (used[0], used[-1] + 1) if len(used) else (0, 0)
 
     def whole(first, values, last):
