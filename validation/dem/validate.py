@@ -22,6 +22,7 @@ PARTS = {
     "transient": ("transient",),
     "steady": ("steady",),
     "other": ("other",),
+    "pinches": ("pinches",),
     "price": ("price",),
 }
 INTRODUCTION = (
