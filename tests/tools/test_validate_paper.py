@@ -12,7 +12,7 @@ sys.path[:0] = [str(ROOT / "validation" / "paper"), str(ROOT / "validation")]
 import log
 import process
 import speeds
-import studies
+import study_case
 import verdicts
 
 from milltools.runfile import Blade
@@ -21,7 +21,7 @@ from milltools.runfile import Blade
 @pytest.fixture
 def case(tmp_path, monkeypatch):
     """A part that keeps its measurements in tmp_path."""
-    monkeypatch.setattr(studies, "KEPT", tmp_path)
+    monkeypatch.setattr(study_case, "KEPT", tmp_path)
     monkeypatch.setattr(verdicts, "KEPT", tmp_path)
     monkeypatch.setattr(verdicts, "version", lambda: "1.0")
     return verdicts.PaperCase(tmp_path, tmp_path, keep=True)

@@ -2,7 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from studies import FRICTION, MEDIAN, H, N, named
+from study_case import FRICTION, MEDIAN, H, N, named
 
 LOWEST = "The smooth chamber (h = 0) has the lowest median impact speed"
 TWICE = "Buckles double the median impact speed"

@@ -1,7 +1,7 @@
 """The paper's own grid of Figure 7, 19 x 1001 designs: what it would cost, and whether its steps of 0.01 mm show anything."""
 
 import numpy as np
-from studies import MEDIAN, ROOT, H
+from study_case import MEDIAN, ROOT, H
 
 FULL = "Figure 7 on a grid of 19 x 1001 designs (h in steps of 0.01 mm)"
 STUDY = ROOT / "input" / "figure7-full.study"

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 from gas.check import LEFT, LEVEL, THIN, of_velocities, p_value, residuals, temperature
-from studies import ROOT
+from study_case import ROOT
 
 GAS = "An ideal gas of elastic balls has the speeds of theory, by chi-square tests at level 0.9"
 SEEDS = 40

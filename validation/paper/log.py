@@ -4,7 +4,7 @@ import dataclasses
 
 import h5py
 import numpy as np
-from studies import ROOT
+from study_case import ROOT
 
 from milltools.runfile import Run
 

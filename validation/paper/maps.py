@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from buckles import SMOOTH, WITHIN
 from matplotlib.colors import LogNorm
-from studies import FIGURE7, FRICTION, MEDIAN, H, N, named
+from study_case import FIGURE7, FRICTION, MEDIAN, H, N, named
 
 from milltools.study.deck import Study
 

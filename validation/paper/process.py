@@ -2,7 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from studies import MEDIAN, ROOT
+from study_case import MEDIAN, ROOT
 
 MAIN = "Rotor speed, filling, size and restitution of the balls are main process parameters"
 STUDY = ROOT / "input" / "process.study"

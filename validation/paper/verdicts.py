@@ -11,7 +11,7 @@ import json
 import ladder
 import numpy as np
 from scipy import stats
-from studies import KEPT, StudyCase
+from study_case import KEPT, StudyCase
 
 from milltools.engine import version
 

@@ -1,6 +1,6 @@
 """Figure 7 of the paper: median normal impact speed over number and height of buckles, frictionless, 1000 rpm."""
 
-from studies import MEDIAN, H, N, best, named
+from study_case import MEDIAN, H, N, best, named
 
 WALL = 15 * 60.0  # [s]
 

@@ -1,7 +1,7 @@
 """The same study with friction 0.3: how much of the gain is left."""
 
 from figure7 import check_grid
-from studies import FRICTION, KEPT, MEDIAN, H
+from study_case import FRICTION, KEPT, MEDIAN, H
 
 NAMES = ("figure7", "friction")
 

@@ -1,7 +1,7 @@
 """mill optimize on Figure 7: the best design in a tenth of the runs, for five seeds."""
 
 import numpy as np
-from studies import KEPT, best, named
+from study_case import KEPT, best, named
 
 from milltools.study.gp import of_table
 from milltools.study.table import Table

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pandas
-from studies import FIGURE7, ROOT
+from study_case import FIGURE7, ROOT
 
 SPIN = '''#!{python}
 """Stands in for millsim: one second of CPU time, its own start included, then the file of a real run."""

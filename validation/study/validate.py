@@ -14,7 +14,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 matplotlib.use("Agg")
 
 import parts
-from studies import StudyCase
+from study_case import StudyCase
 
 # In this order: later parts stand on the tables of earlier ones. Modules of each part.
 PARTS = {
