@@ -141,7 +141,7 @@ class PaperCase(StudyCase):
         self.claims.append(
             Question(
                 question, statement, float(values.mean()), None if sign else expected, float(bound),
-                None if error is None else float(error), unit, headline, sign, runs, reason,
+                None if error is None else float(error), unit, headline, sign=sign, runs=runs, reason=reason,
             )
         )  # fmt: skip
 
