@@ -186,6 +186,9 @@ static void print_means(const struct mill_summary *s)
     if (s->world->rotor_speed != 0) {
         print_mean(s->out, "rotor power", &known->power, "W", turns);
         print_mean(s->out, "rotor torque", &known->torque, "N m", turns);
+        if (r->pinch_power > 0)
+            fprintf(s->out, "%-*s %s of this power, on balls that blades press\n", LABEL, "pinches",
+                    mill_summary_si(r->pinch_power, "W"));
     }
     print_mean(s->out, "median v_n", &known->median, "m/s", "all impacts");
     print_mean(s->out, "median v_n", &known->median_fast, "m/s", "impacts above 50 mm/s");
@@ -275,7 +278,8 @@ static void print_all(const struct mill_summary *s)
             mill_summary_si(wall, "s"), mill_summary_si((double)totals.contacts, ""),
             mill_summary_si(facts->peak_memory, "B"));
     if (totals.anomalies > 0)
-        fprintf(s->out, "%llu anomalies\n", (unsigned long long)totals.anomalies);
+        fprintf(s->out, "%llu anomal%s\n", (unsigned long long)totals.anomalies,
+                totals.anomalies == 1 ? "y" : "ies");
     else
         fprintf(s->out, "no anomalies\n");
 }

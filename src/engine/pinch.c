@@ -1,3 +1,4 @@
+/* When is a ball pressed, and when must it be let go? The header has the rules. */
 #include "engine/pinch.h"
 
 #include "base/memory.h"
@@ -9,6 +10,11 @@
  * duration of one would press a soft sphere in three times as deep as that impact does. Half or
  * twice as many change the power of a mill with pinches by 2 %; validation/dem holds ten. */
 #define IMPACTS 10.0
+
+/* Of the bodies' speed: what a pressed ball parts from other bodies with. Three times as much, or
+ * the rebound floor alone, give a mill the same power; but slower than this its contacts only get
+ * more, and it is left at rest on the wall. */
+#define PARTING 0.01
 
 bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
 {
@@ -22,6 +28,7 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
     }
     if (speed <= 0.0)
         return true;
+    p->parting = fmax(PARTING * speed, w->rebound_floor);
     p->duration = malloc(sizeof *p->duration * (size_t)w->species_count);
     p->most = malloc(sizeof *p->most * (size_t)w->species_count);
     p->ball = mill_memory_get((size_t)w->balls, sizeof *p->ball);

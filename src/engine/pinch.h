@@ -1,9 +1,10 @@
 /* Pinches: a ball that a moving body presses against something meets both without end. A stiff soft
  * sphere does not: what outlasts an impact is no rebound any more but one contact that goes on. So
  * it is here. A ball that meets such bodies again and again, each time within the duration of an
- * impact since the last, is pressed as soon as this has lasted longer than one; its contacts then
- * have no restitution and are no impacts of their own. A ball that is given more within that
- * duration than any impact could is let go: a soft one would give way. */
+ * impact since the last, is pressed as soon as this has lasted longer than one. Its contacts then
+ * are no impacts of their own and have no restitution; it parts from other bodies just fast enough
+ * not to meet them without end. A ball that is given more within that duration than any impact
+ * could is let go: a soft one would give way. */
 #ifndef MILLSIM_PINCH_H
 #define MILLSIM_PINCH_H
 
@@ -18,6 +19,7 @@ struct mill_pinches {
     struct mill_pinch *ball; /* [balls]; NULL: nothing pinches */
     double *duration;        /* [s] of an impact at the bodies' greatest speed, by species */
     double *most;            /* [N s] more than this within it lets a ball go, by species */
+    double parting;          /* [m/s] least normal speed after a contact of a pressed ball */
 };
 
 /* False when out of memory */

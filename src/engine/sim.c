@@ -159,8 +159,11 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     struct mill_law law = w->law[kind];
     impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
                       (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
-    if (impact->lasting)
+    double least = w->rebound_floor; /* [m/s] to part with */
+    if (impact->lasting) {
         law.restitution = 0.0;
+        least = sim->pinches.parting;
+    }
     /* Friction and the rebound floor can pass a ball in a corner to and fro without any time going
      * by, the floor giving what friction takes. Where time stands still contacts are therefore
      * smooth until it moves on; then the floor parts the bodies. */
@@ -168,8 +171,7 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
         law.friction = 0.0;
         w->counts.smoothed++;
     }
-    const struct mill_rebound rebound =
-        mill_impact_resolve(&law, w->rebound_floor, reduced_mass, n, slip);
+    const struct mill_rebound rebound = mill_impact_resolve(&law, least, reduced_mass, n, slip);
     const bool smooth = law.friction == 0.0;
     impact->time = w->base + sim->now;
     impact->normal = vec3_scale(n, -1.0);

@@ -94,9 +94,17 @@ START_TEST(impulses_that_lie_a_duration_back_do_not_count)
 }
 END_TEST
 
+START_TEST(a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed)
+{
+    ck_assert_double_eq_tol(most, 10 * 2 * mill.world->species[0].mass * 100 * pinches.parting,
+                            1e-12 * most);
+    ck_assert_double_gt(pinches.parting, mill.world->rebound_floor);
+}
+END_TEST
+
 START_TEST(where_no_blade_moves_nothing_is_kept_and_nothing_pressed)
 {
-    struct mill_pinches none = {NULL, NULL, NULL};
+    struct mill_pinches none = {.ball = NULL};
     struct bench still;
     struct model stands = pinching[0];
     stands.rotor.speed = 0.0;
@@ -117,6 +125,7 @@ int main(void)
         {pressed_stays_pressed_when_local_time_restarts, 1},
         {more_than_ten_elastic_impacts_at_once_let_the_ball_go, 1},
         {impulses_that_lie_a_duration_back_do_not_count, 1},
+        {a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed, 1},
         {where_no_blade_moves_nothing_is_kept_and_nothing_pressed, 1},
     };
     return unit_run_in("pinch", set_up, tear_down, tests, sizeof tests / sizeof *tests);

@@ -169,7 +169,7 @@ START_TEST(an_energy_that_is_no_number_is_an_anomaly)
     run_mill();
     f.world.account.rotor_work = (double)NAN;
     assert_holds(printed(false), "anomalies          energies that are no numbers: 1\n");
-    assert_holds(text, ", 1 anomalies\n");
+    assert_holds(text, ", 1 anomaly\n");
 }
 END_TEST
 
