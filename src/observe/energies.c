@@ -4,17 +4,10 @@
 
 #include "observe/sink.h"
 
+#include <stddef.h>
 #include <stdlib.h>
 
 #define PAIR "; by species of the ball, and between balls by that of the other, which is no lower"
-
-static const struct {
-    const char *name, *meaning;
-} of[MILL_ENERGIES] = {
-    {"normal", "impacts by m* v_n^2 / 2, with the normal speed just before" PAIR},
-    {"total", "impacts by m* (v_n^2 + v_t^2) / 2, with normal and slip speed just before" PAIR},
-    {"dissipated", "impacts by the energy dissipated" PAIR},
-};
 
 bool mill_energies_like(struct mill_energies *e, const struct mill_energies *as)
 {
@@ -55,9 +48,10 @@ void mill_energies_add(struct mill_energies *into, const struct mill_energies *f
 {
     for (size_t i = 0; i < into->pairs; i++)
         for (int bin = 0; bin < MILL_ENERGIES_BINS; bin++) {
-            for (int k = 0; k < MILL_ENERGIES; k++)
-                into->pair[i].count[k][bin] += from->pair[i].count[k][bin];
-            into->pair[i].dissipation[bin] += from->pair[i].dissipation[bin];
+            into->pair[i].normal[bin].count += from->pair[i].normal[bin].count;
+            into->pair[i].normal[bin].dissipation += from->pair[i].normal[bin].dissipation;
+            into->pair[i].total[bin] += from->pair[i].total[bin];
+            into->pair[i].dissipated[bin] += from->pair[i].dissipated[bin];
         }
 }
 
@@ -74,17 +68,31 @@ static void tell_kind(const struct mill_energies *e, enum mill_kind kind, struct
     const int balls = kind == MILL_BALL_BALL;
     const size_t n = MILL_ENERGIES_BINS, pairs = e->species * e->step[kind];
     const struct mill_energies_pair *pair = e->pair + e->first[kind] - !balls;
+    const struct {
+        const char *name, *unit, *meaning;
+        size_t at, step; /* [bytes] in a pair, and from bin to bin */
+        enum mill_h5_type type;
+    } of[] = {
+        {"normal", "1", "impacts by m* v_n^2 / 2, with the normal speed just before" PAIR,
+         offsetof(struct mill_energies_pair, normal[0].count), sizeof pair->normal[0], MILL_H5_U64},
+        {"total", "1",
+         "impacts by m* (v_n^2 + v_t^2) / 2, with normal and slip speed just before" PAIR,
+         offsetof(struct mill_energies_pair, total), sizeof pair->total[0], MILL_H5_U64},
+        {"dissipated", "1", "impacts by the energy dissipated" PAIR,
+         offsetof(struct mill_energies_pair, dissipated), sizeof pair->dissipated[0], MILL_H5_U64},
+        {"dissipation", "J", "energy dissipated by those of each bin of `normal`",
+         offsetof(struct mill_energies_pair, normal[0].dissipation), sizeof pair->normal[0],
+         MILL_H5_F64},
+    };
     const size_t dims[3] = {e->species, balls ? e->species : n, n};
     sink->open(sink, mill_kind_name[kind]);
-    for (int k = 0; k < MILL_ENERGIES; k++) {
-        for (size_t i = 0; i < pairs; i++)
-            memcpy(e->room + i * n, pair[i].count[k], n * sizeof *pair->count[k]);
-        sink->values(sink, of[k].name, MILL_H5_U64, 2 + balls, dims, e->room, "1", of[k].meaning);
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
+        for (size_t i = 0; i < pairs * n; i++)
+            memcpy(e->room + i, (const char *)&pair[i / n] + of[k].at + i % n * of[k].step,
+                   sizeof *e->room);
+        sink->values(sink, of[k].name, of[k].type, 2 + balls, dims, e->room, of[k].unit,
+                     of[k].meaning);
     }
-    for (size_t i = 0; i < pairs; i++)
-        memcpy(e->room + i * n, pair[i].dissipation, n * sizeof *pair->dissipation);
-    sink->values(sink, "dissipation", MILL_H5_F64, 2 + balls, dims, e->room, "J",
-                 "energy dissipated by those of each bin of `normal`");
     sink->close(sink);
 }
 

@@ -9,27 +9,24 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Of normal approach, m* v_n^2 / 2; with the slip of the surfaces, m* (v_n^2 + v_t^2) / 2; lost */
-enum mill_energies_of {
-    MILL_ENERGIES_NORMAL,
-    MILL_ENERGIES_TOTAL,
-    MILL_ENERGIES_DISSIPATED,
-    MILL_ENERGIES
-};
-
 enum {
     MILL_ENERGIES_LOWEST = -54, /* bins from 2^-54 J = 5.6e-17 J */
     MILL_ENERGIES_HIGHEST = 10, /* to 2^10 J */
+    MILL_ENERGIES_INSIDE = (MILL_ENERGIES_HIGHEST - MILL_ENERGIES_LOWEST) * 16, /* 2^10 bins */
     /* the first: below, zero and negative too; the last: above */
-    MILL_ENERGIES_BINS = (MILL_ENERGIES_HIGHEST - MILL_ENERGIES_LOWEST) * 16 + 2,
+    MILL_ENERGIES_BINS = MILL_ENERGIES_INSIDE + 2,
     MILL_ENERGIES_SHIFT = 52 - 4,
-    MILL_ENERGIES_FIRST = (1023 + MILL_ENERGIES_LOWEST) * 16 - 1
+    MILL_ENERGIES_FIRST = (1023 + MILL_ENERGIES_LOWEST) * 16
 };
 
+/* Slots are bins: slot i is edge(i) <= E < edge(i + 1). */
 struct mill_energies_pair {
     double half_mass; /* [kg] m* / 2 */
-    uint64_t count[MILL_ENERGIES][MILL_ENERGIES_BINS];
-    double dissipation[MILL_ENERGIES_BINS]; /* [J] by those of each bin of the first */
+    struct {
+        uint64_t count;
+        double dissipation; /* [J] by these impacts */
+    } normal[MILL_ENERGIES_BINS];
+    uint64_t total[MILL_ENERGIES_BINS], dissipated[MILL_ENERGIES_BINS];
 };
 
 /* Pairs are numbered: of the ball and the other ball, species by species, then of the ball at each
@@ -57,22 +54,18 @@ void mill_energies_tell(const struct mill_energies *energies, struct mill_sink *
 /* [J] Lower edge of bin i, and upper one of the last: 0..MILL_ENERGIES_BINS */
 double mill_energies_edge(int i);
 
-/* Bin of an energy [J] from the lowest edge on, for doubles grow as their bits do */
-static inline size_t mill_energies_inside(double energy)
+/* Bin of any energy [J], for doubles grow as their bits do */
+static inline size_t mill_energies_bin(double energy)
 {
     uint64_t bits;
     memcpy(&bits, &energy, sizeof bits);
-    return (size_t)(bits >> MILL_ENERGIES_SHIFT) - MILL_ENERGIES_FIRST;
+    const uint64_t inside = (bits >> MILL_ENERGIES_SHIFT) - MILL_ENERGIES_FIRST;
+    if (inside < MILL_ENERGIES_INSIDE)
+        return inside + 1;
+    return energy > 1 ? MILL_ENERGIES_BINS - 1 : 0;
 }
 
-/* Bin of any energy [J] */
-static inline size_t mill_energies_bin(double energy)
-{
-    if (!(energy >= 0x1p-54))
-        return 0;
-    return energy < 0x1p10 ? mill_energies_inside(energy) : MILL_ENERGIES_BINS - 1;
-}
-
+/* Of normal approach, m* v_n^2 / 2; with the slip of the surfaces, m* (v_n^2 + v_t^2) / 2; lost */
 static inline void mill_energies_impact(struct mill_energies *energies,
                                         const struct mill_impact *impact)
 {
@@ -83,18 +76,12 @@ static inline void mill_energies_impact(struct mill_energies *energies,
     const double v = impact->normal_speed, slip = impact->tangential_speed;
     const double normal = pair->half_mass * (v * v);
     const double total = normal + pair->half_mass * (slip * slip), lost = impact->dissipation;
-    size_t by_normal = mill_energies_inside(normal);
-    size_t by_total = mill_energies_inside(total), by_lost = mill_energies_inside(lost);
-    if (!(normal >= 0x1p-54) || !(lost >= 0x1p-54) || !(total < 0x1p10)) { /* any outside */
-        by_normal = mill_energies_bin(normal);
-        by_total = mill_energies_bin(total);
-        by_lost = mill_energies_bin(lost);
-    }
+    const size_t by_normal = mill_energies_bin(normal);
     const uint64_t once = !impact->lasting;
-    pair->count[MILL_ENERGIES_NORMAL][by_normal] += once;
-    pair->count[MILL_ENERGIES_TOTAL][by_total] += once;
-    pair->count[MILL_ENERGIES_DISSIPATED][by_lost] += once;
-    pair->dissipation[by_normal] += lost;
+    pair->normal[by_normal].count += once;
+    pair->normal[by_normal].dissipation += lost;
+    pair->total[mill_energies_bin(total)] += once;
+    pair->dissipated[mill_energies_bin(lost)] += once;
 }
 
 #endif

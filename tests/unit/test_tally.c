@@ -319,13 +319,13 @@ START_TEST(an_impact_counts_by_normal_total_and_dissipated_energy)
     fixture_finish(&f, 1.5);
     const struct mill_energies_pair *balls = &f.results->energies.pair[0], *blade = balls + 4;
     ck_assert_uint_eq(f.results->energies.pairs, MILL_KINDS);
-    ck_assert_uint_eq(balls->count[MILL_ENERGIES_NORMAL][mill_energies_bin(0.25 * mass * 9)], 1);
-    ck_assert_uint_eq(balls->count[MILL_ENERGIES_TOTAL][mill_energies_bin(0.25 * mass * 45)], 1);
-    ck_assert_uint_eq(balls->count[MILL_ENERGIES_DISSIPATED][mill_energies_bin(0.5)], 1);
+    ck_assert_uint_eq(balls->normal[mill_energies_bin(0.25 * mass * 9)].count, 1);
+    ck_assert_uint_eq(balls->total[mill_energies_bin(0.25 * mass * 45)], 1);
+    ck_assert_uint_eq(balls->dissipated[mill_energies_bin(0.5)], 1);
     const size_t bin = mill_energies_bin(0.5 * mass * 4);
-    ck_assert_uint_eq(blade->count[MILL_ENERGIES_NORMAL][bin], 1);
-    ck_assert(blade->dissipation[bin] == -0.25);
-    ck_assert_uint_eq(blade->count[MILL_ENERGIES_DISSIPATED][0], 1);
+    ck_assert_uint_eq(blade->normal[bin].count, 1);
+    ck_assert(blade->normal[bin].dissipation == -0.25);
+    ck_assert_uint_eq(blade->dissipated[0], 1);
 }
 END_TEST
 
