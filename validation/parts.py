@@ -109,23 +109,33 @@ def short_form(results, mark):
     return rows
 
 
-def parser(description, parts):
-    found = argparse.ArgumentParser(description=description)
-    found.add_argument(
-        "part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md"
-    )
-    return found
-
-
 def main(
-    mark, title, introduction, parts, names, make_case, counted=counted, short_form=short_form
+    description,
+    kept,
+    folder,
+    title,
+    introduction,
+    parts,
+    make_case,
+    counted=counted,
+    short_form=short_form,
 ):
-    """Runs the parts called `names` (none: all, and only then results are written); the exit status.
+    """Reads the command line and runs the parts named there (none: all, and only then results are written); the exit status.
 
-    mark: name of the folder, of its marks in README.md and of its target `make validate-MARK`; parts: name -> modules;
-    make_case(scratch) gives what check() works with;
+    description: of the command; kept: what --kept takes whatever version made it; folder: the comparison's, of the name of
+    its marks in README.md and of its target `make validate-NAME`; parts: name -> modules;
+    make_case(folder, scratch, kept) gives what check() works with;
     counted(claims), short_form(results, mark): the first sentence of the results, and the README's table.
     """
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument(
+        "part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md"
+    )
+    parser.add_argument(
+        "--kept", action="store_true", help=f"take kept {kept} whatever version made them"
+    )
+    asked = parser.parse_args()
+    mark, names = folder.name, asked.part
     for name in names:
         if name not in parts:
             say(f"{mark}: no part '{name}'; there are {', '.join(parts)}")
@@ -136,13 +146,15 @@ def main(
     for k, name in enumerate(chosen, 1):
         say(f"{mark}: part {k} of {len(chosen)}: {name}")
         try:
-            results.append(run_part(mark, name, parts[name], make_case))
+            results.append(
+                run_part(mark, name, parts[name], lambda at: make_case(folder, at, asked.kept))
+            )
         except KeyboardInterrupt:
             say(f"{mark}: stopped")
             return 130
     if not names:
         writer = f"make validate-{mark}"
-        path = ladder.HERE / mark / "RESULTS.md"
+        path = folder / "RESULTS.md"
         write_results(title, writer, introduction, results, path, counted)
         ladder.put_between(ladder.ROOT / "README.md", mark, writer, short_form(results, mark))
         say(f"{mark}: {time.monotonic() - begin:.0f} s; validation/{mark}/RESULTS.md written")

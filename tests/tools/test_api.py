@@ -233,6 +233,38 @@ def test_numbers_come_with_their_errors_and_units(result, file):
     assert result.median_impact_speed.error == pytest.approx(told, nan_ok=True)
 
 
+@pytest.mark.parametrize(
+    "kind, species", [("ball_ball", ("steel", "glass")), ("ball_drum", "glass")]
+)
+def test_rates_above_an_energy_are_those_of_the_logged_impacts(result, file, kind, species):
+    log, least = file["impacts"], 2.0**-19  # [J] an edge
+    mass = np.where(np.arange(50) < 30, 7800 * 0.005**3, 2500 * 0.003**3) * np.pi / 6
+    ball, partner = log["ball"][:], log["partner"][:]
+    chosen = (log["kind"][:] == KINDS.index(kind)) & (log["time"][:] >= 0.04)
+    if kind == "ball_ball":
+        chosen &= (ball < 30) != (partner < 30)
+        mass = mass[ball] * mass[partner] / (mass[ball] + mass[partner])
+    else:
+        chosen &= ball >= 30
+        mass = mass[ball]
+    normal = mass / 2 * log["normal_speed"][:] ** 2
+    total = normal + mass / 2 * log["tangential_speed"][:] ** 2
+    energies = {"normal": normal, "total": total, "dissipated": log["dissipation"][:]}
+    for name, energy in energies.items():
+        expected = np.sum(energy[chosen] >= least) / 0.21
+        speed = f"{name}_energy"
+        assert expected > 0
+        assert result.rate(least, kind, speed=speed, species=species) == pytest.approx(expected)
+    table = result.spectrum(kind, speed="normal_energy", species=species)
+    hard = table["low"] >= least
+    assert table["dissipation"][hard].sum() == pytest.approx(
+        log["dissipation"][:][chosen & (normal >= least)].sum()
+    )
+    assert result.rate(0, kind, speed="normal_energy") == pytest.approx(
+        result.rate(0, kind)  # by speed: all of them
+    )
+
+
 def test_where_a_run_knows_its_precision_that_is_the_error():
     result = milltools.run(SMALL, run__time="1 s", run__precision=0.1)
     known = "statistics/precision/{}/standard_error"

@@ -52,11 +52,16 @@ def test_the_error_of_a_mean_is_that_of_its_scatter():
     assert told == pytest.approx(runs.mean(axis=1).std(ddof=1), rel=0.15)
 
 
+@pytest.mark.parametrize("freedom", [3.5, 20.0])
+def test_an_error_is_shown_as_the_file_tells_it(freedom):
+    assert errors.from_file((850.0, 12.5, freedom)).told == pytest.approx(12.5)
+
+
 def test_a_real_difference_is_found():
     found = errors.difference(Estimate(100, 1, 10), Estimate(105, 1, 10), "unknown")
-    assert (found.verdict, found.mood) == ("differ by 3.5 standard errors", "differ")
+    assert (found.verdict, found.mood) == ("differ by 3.3 standard errors", "differ")
     assert found.relative == pytest.approx(0.05)
-    assert found.error == pytest.approx(math.sqrt(2) / 100)
+    assert found.error == pytest.approx(math.sqrt(2) / 100 * 2.08596 / 1.96, rel=1e-4)
     assert found.dof == pytest.approx(20)
 
 

@@ -28,9 +28,10 @@ from milltools.figures import (
     sankey,
     spectra,
 )
+from milltools.histogram import Histogram
 from milltools.kinds import KINDS
 from milltools.profile import Profile
-from milltools.runfile import Histogram, Run
+from milltools.runfile import Run
 
 PLAIN = SMALL.replace("count = 20", "count = 300").replace(
     "time = 50 ms", "time = 0.25 s\nsample_from = 0.05 s"

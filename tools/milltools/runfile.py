@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 from milltools.errors import UserError
-from milltools.kinds import KINDS
+from milltools.histogram import ENERGIES, Histogram, by_energy, by_speed
 
 KIND_LABEL = {
     "ball_ball": "ball-ball",
@@ -28,7 +28,6 @@ KIND_LABEL = {
 
 
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
-ENERGIES = ("normal_energy", "total_energy", "dissipated_energy")
 # where /statistics tells how well a number is known
 PRECISION = {
     MEDIAN: "precision/median_above_50mm_s",
@@ -50,38 +49,6 @@ class Blade:
     width: float
     thickness: float
     pitch: float
-
-
-@dataclasses.dataclass(frozen=True)
-class Histogram:
-    """Impacts by speed or energy: `edges` [m/s] or [J] (n + 1,), `count` (n,), `dissipation` [J] (n,; NaN where it is not known),
-    what lies outside them (number, and energy), and `part`: "all" of the energy, or only its "normal" part (programs that
-    cannot tell the rest per impact)."""
-
-    edges: np.ndarray
-    count: np.ndarray
-    dissipation: np.ndarray
-    underflow: float
-    overflow: float
-    part: str
-    dissipation_underflow: float = 0.0
-    dissipation_overflow: float = 0.0
-
-    def above(self, speed: float) -> float:
-        """Number of impacts at or above a speed [m/s] or energy [J]; exact if it is an edge, else log-linear within its bin;
-        below the first edge all of them."""
-        upper = np.searchsorted(
-            self.edges, speed * (1 - 1e-9), side="left"
-        )  # first edge at or above
-        if upper >= len(self.edges):
-            return float(self.overflow)
-        total = float(self.count[upper:].sum()) + float(self.overflow)
-        if speed < self.edges[0] * (1 - 1e-9):
-            return total + float(self.underflow)
-        if upper > 0 and self.edges[upper] > speed * (1 + 1e-9):
-            low, high = np.log(self.edges[upper - 1 : upper + 1])
-            total += float(self.count[upper - 1]) * (high - np.log(speed)) / (high - low)
-        return total
 
 
 def _is_text(path) -> bool:
@@ -392,59 +359,10 @@ class Run:
         """Impacts (or `strikes`) of a kind or "all" by "normal_speed" or "tangential_speed" [m/s]; impacts by "normal_energy",
         "total_energy" or "dissipated_energy" [J], these also of one `species`, a name, or of a pair of balls, two names."""
         if speed in ENERGIES:
-            return self._energies(row, group, speed.removesuffix("_energy"), species)
+            return by_energy(self, row, group, speed.removesuffix("_energy"), species)
         if species is not None:
             raise UserError(f"{self.path}: species are told apart by energy, not by speed")
-        path = f"statistics/{group}/{row}/{speed}/histogram"
-        return Histogram(
-            self.read(f"{path}/edges"),
-            self.read(f"{path}/count"),
-            self.read(f"{path}/dissipation"),
-            float(self.attribute(f"{path}/count", "underflow", 0)),
-            float(self.attribute(f"{path}/count", "overflow", 0)),
-            self.attribute(f"{path}/dissipation", "part", "all"),
-            float(self.attribute(f"{path}/dissipation", "underflow", 0)),
-            float(self.attribute(f"{path}/dissipation", "overflow", 0)),
-        )
-
-    def _energies(self, row: str, group: str, name: str, species) -> Histogram:
-        if group != "impacts":
-            raise UserError(f"{self.path}: energies are known of impacts, not of {group}")
-        names = [] if species is None else [species] if isinstance(species, str) else list(species)
-        known = self.species_names()
-        for word in names:
-            if word not in known:
-                raise UserError(
-                    f"{self.path}: no balls '{word}': the species are {', '.join(known)}"
-                )
-        chosen = sorted(known.index(word) for word in names)
-        if len(chosen) > 2 or (len(chosen) == 2 and row != "ball_ball"):
-            raise UserError(f"{self.path}: two species at most, and two of ball_ball alone")
-
-        def total(what):
-            """Over the kinds, and the pairs that are asked for."""
-            return sum(self._of_pairs(f"{kind}/{what}", chosen) for kind in kinds)
-
-        kinds = KINDS if row == "all" else (row,)
-        count = total(name)
-        lost = total("dissipation") if name == "normal" else np.full(len(count), np.nan)
-        edges = self.read("statistics/energies/edges")[1:-1]
-        outside = (float(values[k]) for values in (count, lost) for k in (0, -1))
-        below, above, lost_below, lost_above = outside
-        return Histogram(
-            edges, count[1:-1], lost[1:-1], below, above, "all", lost_below, lost_above
-        )
-
-    def _of_pairs(self, path: str, species: list[int]) -> np.ndarray:
-        values = self.read(
-            f"statistics/energies/{path}", why="written by an older program, or another"
-        )
-        if len(species) == 2:
-            return values[tuple(species)]
-        if species and values.ndim == 3:  # of balls: it with each, itself once
-            one = species[0]
-            return values[one].sum(axis=0) + values[:, one].sum(axis=0) - values[one, one]
-        return values[species[0]] if species else values.sum(axis=tuple(range(values.ndim - 1)))
+        return by_speed(self, f"statistics/{group}/{row}/{speed}/histogram")
 
     def map(self, name: str, view: str = "cross_section") -> np.ndarray:
         """A map, as in "solid_fraction": indices (y, z) in the cross section, (x, r) in the view "axial"."""

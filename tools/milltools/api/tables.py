@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import pandas as pd
 
 from milltools.errors import UserError
+from milltools.histogram import ENERGIES
 from milltools.kinds import KINDS
-from milltools.runfile import ENERGIES, Run
+from milltools.runfile import Run
 from milltools.schema import LOG
 
 ROWS = (*KINDS, "all")

@@ -24,14 +24,24 @@ COARSE = 0.10  # a comparison that would not notice this relative difference say
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """A value, its standard error (NaN: unknown) with its degrees of freedom, and what to know about it. `pooled`: the
-    error is of one scatter for both sides, so that their degrees of freedom are the same ones."""
+    """A value, its standard error as it scatters (NaN: unknown) with its degrees of freedom, and what to know about it.
+    `pooled`: the error is of one scatter for both sides, so that their degrees of freedom are the same ones."""
 
     value: float
     error: float = math.nan
     dof: float = 0.0
     remark: str = ""
     pooled: bool = False
+
+    @property
+    def told(self) -> float:
+        """The standard error as millsim tells all errors: widened, so that value +- 1.96 of it is the 95 % interval."""
+        return self.error * _widening(self.dof) if math.isfinite(self.error) else math.nan
+
+
+def _widening(dof: float) -> float:
+    """Student's quantile for 95 % over that of the normal distribution."""
+    return float(stdtrit(dof, 0.975)) / NORMAL if math.isfinite(dof) else 1.0
 
 
 def lag_correlation(blocks: np.ndarray) -> float:
@@ -63,7 +73,7 @@ def from_file(known: tuple[float, float, float] | None) -> Estimate | None:
     value, error, freedom = known
     if not math.isfinite(error):
         return Estimate(value)
-    return Estimate(value, error * NORMAL / float(stdtrit(freedom, 0.975)), freedom)
+    return Estimate(value, error / _widening(freedom), freedom)
 
 
 def mean_of(estimates: list[Estimate]) -> Estimate:
@@ -109,7 +119,7 @@ def combine(first: list[Estimate], second: list[Estimate], steady: bool):
 
 @dataclasses.dataclass(frozen=True)
 class Difference:
-    """B - A relative to A, its standard error likewise (NaN: unknown), and the verdict with its `mood`: "agree",
+    """B - A relative to A, its standard error likewise (as told, NaN: unknown), and the verdict with its `mood`: "agree",
     "differ" or "open"."""
 
     relative: float
@@ -130,11 +140,11 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     if not math.isfinite(error) or error == 0:
         return Difference(off / scale, math.nan, 0, unknown, "open")
     dof = a.dof if a.pooled else float(_welch(errors, [a, b]))
-    reach = float(stdtrit(dof, 0.5 + CONFIDENCE / 2)) * error
+    reach, told = float(stdtrit(dof, 0.5 + CONFIDENCE / 2)) * error, error * _widening(dof)
     if abs(off) > reach:
-        verdict, mood = f"differ by {abs(off) / error:.1f} standard errors", "differ"
+        verdict, mood = f"differ by {abs(off) / told:.1f} standard errors", "differ"
     elif not reach < COARSE * scale:
         verdict, mood = "too little data", "open"
     else:
         verdict, mood = "agree", "agree"
-    return Difference(off / scale, error / scale, dof, verdict, mood)
+    return Difference(off / scale, told / scale, dof, verdict, mood)

@@ -148,7 +148,7 @@ def write_csv(tables, path):
                 for row in table.rows:
                     writer.writerow(
                         [*names, row.group, row.key, row.label.strip(), row.unit]
-                        + [digits(x) for e in (row.a, row.b) for x in (e.value, e.error)]
+                        + [digits(x) for e in (row.a, row.b) for x in (e.value, e.told)]
                         + [digits(row.difference, 100), digits(row.difference_error, 100)]
                         + [digits(row.dof) if row.dof else "", row.verdict, row.remark]
                     )

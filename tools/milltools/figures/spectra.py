@@ -333,7 +333,7 @@ def _trio(prefix, title, words, **what):
         Spectrum(
             f"{prefix}-exceedance",
             f"{title}: exceedance",
-            f"How often an impact reaches at least a {words}: impacts per second at or above it, by contact kind.",
+            f"How often an impact reaches a certain {words}: impacts per second at or above it, by contact kind.",
             weight="cumulative",
             **what,
         ),

@@ -21,7 +21,7 @@ ANOMALIES = (  # of /run, as shown, what it means
         "reliefs",
         "pinched balls let go",
         "A ball was pressed between a blade and a wall, or between other balls, with nowhere to go, and the blade "
-        "let it pass. The thousands of contacts before it are in the counts.",
+        "let it pass. Contacts of a pressed ball are not in the counts.",
     ),
     (
         "smoothed",
