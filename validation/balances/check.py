@@ -13,7 +13,14 @@ from balances.smooth import smooth
 
 def check(case):
     reference = power(case, Mill(case.run()))
-    rough(case, Mill(case.run("rough.ini"), margin=0.25))
-    steady = smooth(case, Mill(case.run("smooth.ini")))
+    rubbing, sliding = Mill(case.run("rough.ini"), margin=0.25), Mill(case.run("smooth.ini"))
+    case.bound(
+        "contacts of pressed balls in the two logged mills",
+        sum(int(mill.file["run/pinch_contacts"][()]) for mill in (rubbing, sliding)),
+        0,
+        against="the log has no rows of them: it would not be whole",
+    )
+    rough(case, rubbing)
+    steady = smooth(case, sliding)
     draw_mills(case, reference, steady)
     draw_atmosphere(case, atmosphere(case))

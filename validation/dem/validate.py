@@ -22,7 +22,7 @@ PARTS = {
     "transient": ("transient",),
     "steady": ("steady",),
     "other": ("other",),
-    "pinches": ("pinches",),
+    "pinches": ("pinches", "gaps"),
     "price": ("price",),
 }
 INTRODUCTION = (
@@ -30,22 +30,15 @@ INTRODUCTION = (
     "what they may be, *error* their standard error."
 )
 
-
-def main():
-    parser = parts.parser(__doc__.splitlines()[0], PARTS)
-    parser.add_argument(
-        "--kept", action="store_true", help="take kept runs of LIGGGHTS whatever version made them"
-    )
-    arguments = parser.parse_args()
-    return parts.main(
-        "dem",
-        "Held against LIGGGHTS",
-        INTRODUCTION,
-        PARTS,
-        arguments.part,
-        lambda scratch: DemCase(HERE, scratch, arguments.kept),
-    )
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(
+        parts.main(
+            __doc__,
+            "runs of LIGGGHTS",
+            HERE,
+            "Held against LIGGGHTS",
+            INTRODUCTION,
+            PARTS,
+            DemCase,
+        )
+    )

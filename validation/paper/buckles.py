@@ -8,7 +8,7 @@ LOWEST = "The smooth chamber (h = 0) has the lowest median impact speed"
 TWICE = "Buckles double the median impact speed"
 INSIDE = "The maximum lies inside the range that was varied, 2 to 20 buckles"
 FLAT = "The maximum is flat"
-ROUGH = "Leaving out friction and rotation of the balls is an oversimplification"
+ROUGH = "Leaving out friction and rotation of the balls is an oversimplification (Reichardt, Adam & Wiechert)"
 SEEDS = tuple(range(1001, 1007))  # of no study
 GRID = (
     "vary.drum.buckles=8, 12, 16, 20, 24, 28, 32, 36, 40, 50, 60, 80, 120",

@@ -31,24 +31,17 @@ INTRODUCTION = (
     "*runs* says."
 )
 
-
-def main():
-    parser = parts.parser(__doc__.splitlines()[0], PARTS)
-    parser.add_argument(
-        "--kept", action="store_true", help="take kept measurements whatever version made them"
-    )
-    arguments = parser.parse_args()
-    return parts.main(
-        "paper",
-        "The paper, statement by statement",
-        INTRODUCTION,
-        PARTS,
-        arguments.part,
-        lambda scratch: PaperCase(HERE, scratch, arguments.kept),
-        counted,
-        short_form,
-    )
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(
+        parts.main(
+            __doc__,
+            "measurements",
+            HERE,
+            "The paper, statement by statement",
+            INTRODUCTION,
+            PARTS,
+            PaperCase,
+            counted,
+            short_form,
+        )
+    )

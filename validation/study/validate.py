@@ -28,22 +28,15 @@ INTRODUCTION = (
     "standard error."
 )
 
-
-def main():
-    parser = parts.parser(__doc__.splitlines()[0], PARTS)
-    parser.add_argument(
-        "--kept", action="store_true", help="take kept tables whatever version made them"
-    )
-    arguments = parser.parse_args()
-    return parts.main(
-        "study",
-        "Design studies of the wavy chamber",
-        INTRODUCTION,
-        PARTS,
-        arguments.part,
-        lambda scratch: StudyCase(HERE, scratch, arguments.kept),
-    )
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(
+        parts.main(
+            __doc__,
+            "tables",
+            HERE,
+            "Design studies of the wavy chamber",
+            INTRODUCTION,
+            PARTS,
+            StudyCase,
+        )
+    )

@@ -1,0 +1,115 @@
+"""Gaps: forty designs whose blades come as near as half a millimetre to the drum, and LIGGGHTS at four of them."""
+
+import subprocess
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas
+from mills import Window, claim, judge
+from pinches import PINCHED
+from runs import ROOT, folder, say
+
+DECK = ROOT / "input" / "simoloyer.ini"
+RADIUS = 75e-3  # [m] of the drum
+SEEDS = 4
+SCATTER = 10  # [%] between two seeds of 0.15 s
+# tip radius and width of the blades [mm]: gaps of two balls, of half a ball and of none; the reference mill, 67 and 12, is in steady.py
+DESIGNS = [("66", "17"), ("72.5", "10"), ("74.5", "23.5")]
+WEDGE = ("70.5", "17")  # the gap is nearly a ball: it jams between edge and drum
+TIP, WIDTH, POWER = "blades.tip_radius", "blades.width", "rotor/power"
+
+
+def check(case):
+    table = sweep(case)
+    soft = {}
+    for design in DESIGNS:
+        windows = compared(case, design, "steel")
+        soft[design] = windows[0]
+        for quantity in PINCHED:
+            verdict = judge(quantity, *windows)
+            claim(case, verdict, "LIGGGHTS, steel", suffix=f", {named(design)}")
+    windows = compared(case, WEDGE, "1e10")
+    verdicts = [judge(quantity, *windows) for quantity in PINCHED]
+    case.tell(
+        f"Not claimed: {named(WEDGE)}. A ball jams between the edge of the blade and the drum, and how hard it is to get through is a matter of its "
+        "stiffness; such a run notes its pinches. Against LIGGGHTS at 1e10 Pa millsim is off by "
+        + ", ".join(f"{v.off:+.0f} +- {v.error:.0f} % ({v.quantity.name})" for v in verdicts)
+        + "."
+    )
+    draw(case, table, soft)
+
+
+def named(design):
+    tip, width = design
+    return f"{1e3 * RADIUS - float(tip):g} mm at the tip, blades {width} mm wide"
+
+
+def compared(case, design, modulus):
+    """Windows of LIGGGHTS' run of a design, and of millsim's."""
+    tip, width = design
+    settings = {
+        "blades__tip_radius": f"{tip} mm",
+        "blades__width": f"{width} mm",
+        "run__time": "0.2 s" if modulus == "steel" else "0.25 s",
+    }
+    path = case.dem(f"gaps-{tip}-{width}", DECK, modulus, **settings)
+    return [Window(path)], [Window(path) for path in case.seeds(SEEDS, DECK, **settings)]
+
+
+def sweep(case):
+    """The table of gaps.study, two seeds a design."""
+    say("    40 designs, two seeds each")
+    path = case.scratch / "gaps.parquet"
+    study = folder() / "gaps.study"
+    subprocess.run(
+        [ROOT / "mill", "sweep", "-q", "--no-picture", study, "-o", path],
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
+    table = pandas.read_parquet(path)
+    case.bound(
+        f"{len(table)} runs of 40 designs: failed, cut short or with a ball deep in a body",
+        int((table.status != "done").sum()),
+        0,
+        against="no run is spoilt by a pinch",
+        headline=True,
+    )
+    power = table.groupby([TIP, WIDTH])[POWER]
+    off = 100 * (power.max() - power.min()) / power.mean()
+    case.bound(
+        "40 designs: largest difference of power between two seeds",
+        off.max(),
+        SCATTER,
+        unit="%",
+        against="two runs of 0.15 s: no single ball decides",
+    )
+    share = (table["rotor/pinch_power"] / table[POWER]).groupby(table[TIP]).mean()
+    told = ", ".join(
+        f"{1e3 * (RADIUS - tip):.1f} mm: {100 * part:.0f} %" for tip, part in share.items()
+    )
+    case.tell(
+        f"Two seeds of a design differ by {np.sqrt(np.mean(off**2)):.1f} % rms. Share of the power that pressed balls take, by the gap at the tip: {told}."
+    )
+    return table
+
+
+def draw(case, table, soft):
+    figure, axis = plt.subplots(figsize=(8, 5), layout="constrained")
+    designs = table.groupby([WIDTH, TIP])[POWER].mean()
+    for k, (width, powers) in enumerate(designs.groupby(level=0)):
+        gap = 1e3 * (RADIUS - powers.index.get_level_values(TIP))
+        axis.plot(gap, powers.values, ".-", color=f"C{k}", label=f"blades {1e3 * width:g} mm wide")
+        drawn = [(t, w) for t, w in soft if abs(float(w) - 1e3 * width) < 1e-6]
+        axis.plot(
+            [1e3 * RADIUS - float(tip) for tip, _ in drawn],
+            [soft[design][0].values["power"] for design in drawn],
+            "o", mfc="none", ms=10, color=f"C{k}",
+        )  # fmt: skip
+    axis.plot([], [], "o", mfc="none", ms=10, color="k", label="LIGGGHTS, steel")
+    axis.axvline(5, color="grey", lw=0.8, ls=":")
+    axis.annotate(" a ball", (5, axis.get_ylim()[1]), va="top")
+    axis.set(xlabel="gap between blades and drum [mm]", ylabel="rotor power [W]", yscale="log")
+    axis.legend(fontsize=8)
+    axis.set_title("Forty designs, none spoilt: balls jam only where the gap is just below a ball")
+    case.save(figure, "gaps.png")
+    plt.close(figure)
