@@ -9,7 +9,7 @@ from conftest import ROOT
 MILL = ROOT / "input/simoloyer.ini"
 FORECAST = re.compile(
     r"millsim: forecast: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
-    r"a file of (\S+) MB; from a trial of (\S+) s\n"
+    r"a file of (\S+) MB; from a trial of (\S+) s simulated\n"
 )
 
 
