@@ -33,10 +33,11 @@ void mill_spectrum_grid_init(struct mill_spectrum_grid *grid)
 {
     for (int k = 0; k <= MILL_SPECTRUM_BINS; k++)
         grid->edge[k] = edge_speed(MILL_SPECTRUM_LOWEST + k);
-    int slot = 1; /* where the lowest cells lie below the first edge, that edge decides already */
-    for (int cell = 0; cell <= MILL_SPECTRUM_CELLS; cell++) {
+    grid->edge[MILL_SPECTRUM_BINS + 1] = INFINITY;
+    int slot = 0;
+    for (int cell = 0; cell < MILL_SPECTRUM_CELLS; cell++) {
         const double lowest = ldexp(1 + (cell % 64) / 64.0, cell / 64 - 22);
-        while (slot < MILL_SPECTRUM_BINS && lowest >= grid->edge[slot])
+        while (lowest >= grid->edge[slot])
             slot++;
         grid->first[cell] = (uint16_t)slot;
     }

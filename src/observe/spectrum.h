@@ -22,8 +22,8 @@ enum {
 
 /* The bins, the same for all spectra. Bin k (slot k + 1) is edge[k] <= v < edge[k + 1]. */
 struct mill_spectrum_grid {
-    double edge[MILL_SPECTRUM_BINS + 1];     /* [m/s] */
-    uint16_t first[MILL_SPECTRUM_CELLS + 1]; /* slot of the lowest speed of a cell */
+    double edge[MILL_SPECTRUM_SLOTS];    /* [m/s]; the last: INFINITY */
+    uint16_t first[MILL_SPECTRUM_CELLS]; /* slot of the lowest speed of a cell */
 };
 
 struct mill_spectrum_slot {
@@ -43,15 +43,13 @@ void mill_spectrum_grid_init(struct mill_spectrum_grid *grid);
  * narrower than a bin, so it holds one edge at most and one comparison settles the guess. */
 static inline int mill_spectrum_find(const struct mill_spectrum_grid *grid, double v)
 {
-    if (!(v >= grid->edge[0]))
-        return 0;
-    if (v >= grid->edge[MILL_SPECTRUM_BINS])
-        return MILL_SPECTRUM_BINS + 1;
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits);
     const uint64_t cell = (bits >> MILL_SPECTRUM_SHIFT) - ((uint64_t)(1023 - 22) << 6);
+    if (cell >= MILL_SPECTRUM_CELLS)
+        return v > 1 ? MILL_SPECTRUM_BINS + 1 : 0;
     const int slot = grid->first[cell];
-    return slot + (v >= grid->edge[slot]); /* edge[slot] is the upper edge of this slot's bin */
+    return slot + (v >= grid->edge[slot]); /* edge[slot] is where the next slot begins */
 }
 
 /* Counts a speed v [m/s] that belongs into `slot` so many times (0 or 1), and the dissipation [J]

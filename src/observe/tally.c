@@ -60,9 +60,9 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         const int normal = mill_spectrum_find(&tally->grid, impact->normal_speed);
         const int tangential = mill_spectrum_find(&tally->grid, impact->tangential_speed);
         if (tally->at.open) {
+            mill_energies_impact(&tally->gathered.energies, impact);
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
             mill_maps_impact(&tally->gathered.maps, impact);
-            mill_energies_impact(&tally->gathered.energies, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
