@@ -135,6 +135,7 @@ def test_values_are_those_of_the_file(runs):
             from_row = int(round(0.1 / 0.001))
             expected = {
                 "rotor_power": power,
+                "rotor_torque": file["statistics/rotor/torque"][()],
                 "dissipated_power": lost,
                 "median": file["statistics/impacts/all/normal_speed/median"][()],
                 "kinetic_energy": file["observables/kinetic_energy/value"][from_row:].mean(),
@@ -150,10 +151,12 @@ def test_values_are_those_of_the_file(runs):
     "key, name, column",
     [
         ("rotor_power", "rotor_power", ()),
+        ("rotor_torque", "rotor_torque", ()),
         ("median", "median", ()),
         ("median_above_50mm_s", "median_above_50mm_s", ()),
         ("rate_all", "rate/all", ()),
         ("rate_ball_ball_above_1", "fast_rate/ball_ball", 1),
+        ("rate_all_above_2", "fast_rate/all", 2),
     ],
 )
 def test_the_error_is_the_one_that_the_file_tells(runs, key, name, column):
@@ -250,6 +253,16 @@ def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy)
     row, power = (table(bare, runs["two"])[k] for k in ("rate_ball_ball_above_0.5", "normal_dissipation_ball_ball"))  # fmt: skip
     assert row.a.error / row.a.value == pytest.approx(power.a.error / power.a.value, rel=0.05)
     assert row.remark == "error as of the normal dissipation"
+
+
+def test_where_the_file_tells_no_errors_blocks_do(runs, copy):
+    bare = table(copy("one", statistics__precision=None), runs["two"])
+    torque, power = bare["rotor_torque"].a, bare["rotor_power"].a
+    assert torque.error / torque.value == pytest.approx(power.error / power.value)
+    told = table(runs["one"], runs["two"])["rate_all_above_1"].a
+    counted = bare["rate_all_above_1"].a
+    assert counted.value == pytest.approx(told.value)
+    assert 0.2 * told.error < counted.error < 5 * told.error
 
 
 def test_what_only_one_file_holds_is_said(runs, copy):

@@ -71,7 +71,13 @@ class Measured:
             for row in rows
             for name in ("median", "median_above_50mm_s")
         }
-        names = ["rotor_power", "median", "median_above_50mm_s", *(f"rate/{row}" for row in rows)]
+        names = [
+            "rotor_power",
+            "rotor_torque",
+            "median",
+            "median_above_50mm_s",
+            *(f"rate/{row}" for row in rows),
+        ]
         self.known = {name: run.known(name) for name in names}
         for row in rows:
             for column in range(len(THRESHOLDS)):

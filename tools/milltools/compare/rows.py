@@ -55,18 +55,28 @@ def told(name, otherwise):
     return lambda run: errors.from_file(run.known[name]) or otherwise(run)
 
 
-def power(name):
-    """Rate of a cumulative series, or of a sum of them."""
+def added(run: Measured, name: str, kind: str, column=None):
+    """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not hold it."""
+    names = [name.format(kind=k) for k in (KINDS if kind == "all" else [kind])]
+    if any(n not in run.series for n in names):
+        return None
+    parts = [run.rates(n, column) for n in names]
+    return sum(p[0] for p in parts), sum(p[1] for p in parts)
 
+
+def power(name, kind="rotor"):
     def measure(run: Measured):
-        names = [n.format(kind=kind) for n in (name,) for kind in KINDS] if "{" in name else [name]
-        names = list(dict.fromkeys(names))
-        if any(n not in run.series for n in names):
-            return None
-        parts = [run.rates(n) for n in names]
-        return errors.from_blocks(sum(p[0] for p in parts), sum(p[1] for p in parts))
+        found = added(run, name, kind)
+        return found and errors.from_blocks(*found)
 
     return measure
+
+
+def torque(run: Measured):
+    """A rotor of constant speed does work as its torque goes."""
+    found = added(run, "rotor_work", "rotor")
+    speed = run.rotor_speed or math.inf
+    return found and errors.from_blocks(*(part / speed for part in found))
 
 
 def mean(name):
@@ -94,19 +104,17 @@ def fast(kind, column, strikes=False):
             return known
         count = (run.strikes if strikes else run.impacts)[kind].above(THRESHOLDS[column])
         value = count / run.duration
-        name, remark = f"fast_collisions/{kind}", "error as of the impacts" if strikes else ""
+        remark = "error as of the impacts" if strikes else ""
         if known and known.value > 0:
             relative = known.error / known.value
             return Estimate(value, value * relative, known.dof, remark)
-        if name in run.series:
-            rate, blocks = run.rates(name, column)
-        elif (
-            f"dissipation_normal/{kind}" in run.series
-        ):  # what fast impacts lose goes up and down with their number
-            rate, blocks = run.rates(f"dissipation_normal/{kind}")
+        found = added(run, "fast_collisions/{kind}", kind, column)
+        if not found:  # what fast impacts lose goes up and down with their number
+            found = added(run, "dissipation_normal/{kind}", kind)
             remark = "error as of the normal dissipation"
-        else:
+        if not found:
             return Estimate(value)
+        rate, blocks = found
         if not rate > 0:
             return Estimate(value)
         estimate = errors.from_blocks(value, blocks * value / rate, remark)
@@ -148,20 +156,29 @@ def quantities(steady: bool):
     """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price."""
     group = "power"
     yield group, "rotor_power", "rotor power", "W", told("rotor_power", power("rotor_work")), True
-    yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}"), True
-    yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}"), True  # fmt: skip
+    yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
+    yield (
+        group,
+        "dissipated_power",
+        "dissipated power, all",
+        "W",
+        power("dissipation/{kind}", "all"),
+        True,
+    )
+    yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}", "all"), True  # fmt: skip
     for kind in KINDS:
         key = f"normal_dissipation_{kind}"
-        yield group, key, f"  normal part, {KIND_LABEL[kind]}", "W", power(f"dissipation_normal/{kind}"), True  # fmt: skip
+        yield group, key, f"  normal part, {KIND_LABEL[kind]}", "W", power("dissipation_normal/{kind}", kind), True  # fmt: skip
     group = "energy"
     for name in ("kinetic", "rotational", "elastic"):
         yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy"), True
         if not steady:
             yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy"), True  # fmt: skip
     group = "impacts"
-    for kind in KINDS:
+    for kind in ("all", *KINDS):
         for column, speed in enumerate(THRESHOLDS):
-            key, label = f"rate_{kind}_above_{speed:g}", f"{KIND_LABEL[kind]} above {speed:g} m/s"
+            key = f"rate_{kind}_above_{speed:g}"
+            label = f"{'all kinds' if kind == 'all' else KIND_LABEL[kind]} above {speed:g} m/s"
             yield group, key, label, "1/s", fast(kind, column), True
     for column, speed in enumerate(THRESHOLDS):
         key, label = (
