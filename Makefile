@@ -40,7 +40,7 @@ FUZZERS := $(patsubst %,$(BUILD)/tests/fuzz/fuzz_%,$(FUZZ))
 # who hands the bytes to a fuzz target: libFuzzer, or files of the corpus one by one
 FUZZ_LINK := -Wl,--wrap=mill_units_create,--wrap=mill_units_free $(if $(filter fuzz,$(MODE)),-fsanitize=fuzzer)
 FUZZ_MAIN := $(BUILD)/tests/fuzz/units_once.o $(if $(filter fuzz,$(MODE)),,$(BUILD)/tests/fuzz/replay.o)
-PROBES := $(patsubst %.c,build/release/%,$(wildcard validation/*/*.c))
+PROBES := $(patsubst %.c,$(BUILD)/%,$(wildcard validation/*/*.c))
 C_FILES := $(wildcard src/*/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/bench/*.[ch] tests/fuzz/*.[ch] \
              validation/*/*.[ch] examples/*.c)
 
@@ -127,7 +127,7 @@ run:
 
 test:
 	@tools/setup build test dem slurm render pov browser
-	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(BUILD)/millsim millsim mill
+	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim mill
 	@$(MAKE) --no-print-directory unit replay cli
 
 # a claim that takes a minute hangs: sanitizers on a busy machine need more than Check's four seconds

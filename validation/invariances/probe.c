@@ -5,7 +5,7 @@
  * equidistant times (with
  * --reverse as many again on the way back) one row of figures (time, contacts, rotor work,
  * dissipation, 0...) and then one row a ball: position, velocity, spin. */
-#include "deck/deck_setup.h"
+#include "deck/deck.h"
 #include "engine/sim_private.h"
 #include "millsim/sim.h"
 
