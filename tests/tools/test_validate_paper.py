@@ -67,6 +67,11 @@ def test_a_statement_whose_answers_differ_counts_them(case):
     assert "*2 confirmed, 1 refuted*" in case.table()[0]
 
 
+def test_what_is_wanted_has_the_unit_of_the_answer(case):
+    case.ask("border", "near", 40, above=50, error=1, unit="%")
+    assert "| near | > 50 % | 40 +- 1 % |" in "\n".join(case.table())
+
+
 def test_the_first_sentence_counts_statements_and_answers(case):
     case.ask("border", "near", 40, above=50, error=1)
     case.ask("border", "wide", 60, above=50, error=1)

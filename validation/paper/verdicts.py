@@ -50,8 +50,10 @@ class Question(ladder.Claim):
         if self.reason:
             return ""
         if self.sign:
-            return f"{'>' if self.sign > 0 else '<'} {ladder.show(self.band, 3)}"
-        return f"{ladder.show(self.expected, 3)} +- {ladder.show(self.band, 2)}"
+            words = f"{'>' if self.sign > 0 else '<'} {ladder.show(self.band, 3)}"
+        else:
+            words = f"{ladder.show(self.expected, 3)} +- {ladder.show(self.band, 2)}"
+        return ladder.with_unit(words, self.unit)
 
     @property
     def answer(self) -> str:
@@ -113,7 +115,7 @@ def short_form(results, mark) -> list[str]:
         for statement, asked in by_statement(result["claims"]).items():
             link = f"[{overall(asked)}](validation/{mark}/RESULTS.md#{result['name']})"
             first = next((q for q in asked if q.headline), asked[0])
-            cells = (statement, f"{first.what} {first.asked}".strip(), first.answer, link)
+            cells = (statement, f"{first.what}: {first.asked}".rstrip(": "), first.answer, link)
             rows.append("| " + " | ".join(map(ladder.cell, cells)) + " |")
     return rows
 
