@@ -78,6 +78,14 @@ def test_rotor_power_and_its_error_are_the_files_on_one_scale(page, folder):
     assert float(found[2]) == pytest.approx(1e3 * error, abs=2e-1)
 
 
+def test_the_power_on_pressed_balls_stands_below_the_rotors(page, changed):
+    def press(file):
+        file["statistics/rotor/pinch_power"][()] = 1.25
+
+    assert "pinches" not in page[2].rows
+    assert changed(press, source="small.h5")[1].rows["pinches"] == [1.25]
+
+
 def test_the_verdict_says_what_was_run_in_numbers(page):
     words = page[2].text
     assert (

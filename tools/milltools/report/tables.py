@@ -74,6 +74,10 @@ def balance(run) -> list[tuple[str, object, str]]:
         mean = facts.rotor_mean(run, name, unit)
         if mean is not None:
             found.append((f"rotor {name}", mean, facts.rotor_remark(run)))
+    if facts.sampled(run) and run.has("statistics/rotor/pinch_power"):
+        pinches = run.statistic("rotor/pinch_power")
+        if pinches > 0:
+            found.append(("pinches", scaled(pinches, "W"), "part of the rotor power, on balls that blades press"))  # fmt: skip
     for name, label, what, unit in (
         ("median", "median normal speed", "all impacts", "m/s"),
         ("median_above_50mm_s", "median normal speed", "impacts above 50 mm/s", "m/s"),
