@@ -265,6 +265,18 @@ def test_rates_above_an_energy_are_those_of_the_logged_impacts(result, file, kin
     )
 
 
+def test_all_that_is_known_with_an_error_is_in_one_table(result, file):
+    table, told = result.estimates, file["statistics/precision"]
+    for name, place, column in (
+        ("median", "median", ()),
+        ("rate/ball_drum", "rate/ball_drum", ()),
+        ("rate_above_1/all", "fast_rate/all", 1),
+    ):
+        parts = [told[f"{place}/{p}"][column] for p in ("value", "standard_error", "degrees_of_freedom")]  # fmt: skip
+        assert list(table.loc[name])[:3] == pytest.approx(parts, nan_ok=True, rel=0)
+    assert table.loc["rate_above_1/all", "unit"] == "s-1"
+
+
 def test_where_a_run_knows_its_precision_that_is_the_error():
     result = milltools.run(SMALL, run__time="1 s", run__precision=0.1)
     known = "statistics/precision/{}/standard_error"

@@ -361,7 +361,9 @@ class Run:
         if speed in ENERGIES:
             return by_energy(self, row, group, speed.removesuffix("_energy"), species)
         if species is not None:
-            raise UserError(f"{self.path}: species are told apart by energy, not by speed")
+            raise UserError(
+                f'{self.path}: species are told apart by energy alone: ask with speed="normal_energy"'
+            )
         return by_speed(self, f"statistics/{group}/{row}/{speed}/histogram")
 
     def map(self, name: str, view: str = "cross_section") -> np.ndarray:

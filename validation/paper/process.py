@@ -114,7 +114,7 @@ def check(case):
         case.tell(f"{words[0].upper()}{words[1:]} {more} changes {change(laws, key, 1.1)}.")
     case.tell(
         f"The laws leave {left[MEDIAN]:.1f} % (median) and {left[POWER]:.1f} % (power) of the variance of the logarithm. They stand on {len(done)} of "
-        f"{len(table)} designs by Sobol's sequence: {int(table.message.fillna('').str.contains('pinched').sum())} were spoilt by pinched balls, the rest was "
+        f"{len(table)} designs by Sobol's sequence: {int((table.status == 'failed').sum())} failed, the rest was "
         f"not known to 2 % by {CONTACTS:.0e} contacts or 1 s; {table.cpu.sum():.0f} CPU s. The deck asks for 128 designs and 2e7 contacts."
     )
     case.picture("process", "sensitivity", "process-sensitivity.png")

@@ -128,6 +128,15 @@ class Result:
 
         return tables.summary(self.file)
 
+    @property
+    def estimates(self) -> pandas.DataFrame:
+        """All that the file knows with a standard error, a row each: rotor_power, rotor_torque, median, median_above_50mm_s,
+        rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, with KIND "all", too; columns value, error
+        (value +- 1.96 of it is the 95 % interval; NaN: not known), degrees_of_freedom, unit."""
+        from milltools.api import tables
+
+        return tables.estimates(self.file)
+
     def spectrum(
         self, kind="all", *, group="impacts", speed="normal_speed", species=None
     ) -> pandas.DataFrame:

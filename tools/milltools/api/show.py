@@ -2,6 +2,7 @@
 
 import html
 
+from milltools.api.measurement import Measurement
 from milltools.runfile import Run
 
 COLUMNS = (  # of tables.summary: head, unit, format
@@ -33,6 +34,14 @@ def facts(result) -> dict[str, str]:
     begin, end = run.window
     found["sampled"] = f"{run.duration:.4g} s, from {begin:.4g} s to {end:.4g} s"
     found["impact speed"] = f"{result.median_impact_speed}, median v_n of impacts above 50 mm/s"
+    known = result.estimates.T
+    for name, what in (
+        ("median", "of all impacts"),
+        ("rate_above_1/all", "of impacts above 1 m/s"),
+    ):
+        if name in known:
+            number = Measurement(*known[name][["value", "error", "unit"]])
+            found[name.split("_")[0]] = f"{number}, {what}"
     if run.has_rotor:
         found["rotor power"], found["rotor torque"] = str(result.power), str(result.torque)
     found["anomalies"] = anomalies(run)

@@ -8,7 +8,7 @@ from milltools.errors import UserError
 from milltools.histogram import ENERGIES
 from milltools.kinds import KINDS
 from milltools.runfile import Run
-from milltools.schema import LOG
+from milltools.schema import LOG, THRESHOLDS
 
 ROWS = (*KINDS, "all")
 SUMMARY = {  # column: path below impacts/ROW
@@ -35,6 +35,24 @@ def summary(run: Run) -> pd.DataFrame:
     table = pd.DataFrame(found, index=pd.Index(ROWS, name="kind"))
     table.attrs["units"] = units | {"floor_share": "1"}
     return table
+
+
+def estimates(run: Run) -> pd.DataFrame:
+    """What the file knows with a standard error: one row a number."""
+    run.need_statistics()
+    places = {name: (name, ()) for name in ("rotor_power", "rotor_torque", "median", "median_above_50mm_s")}  # fmt: skip
+    for row in ROWS:
+        places[f"rate/{row}"] = f"rate/{row}", ()
+        for column, speed in enumerate(THRESHOLDS):
+            places[f"rate_above_{speed:g}/{row}"] = f"fast_rate/{row}", column
+    found = {}
+    for name, (place, column) in places.items():
+        known = run.known(place, column)
+        if known:
+            found[name] = *known, run.attribute(f"statistics/precision/{place}/value", "unit")
+    columns = ["value", "error", "degrees_of_freedom", "unit"]
+    table = pd.DataFrame.from_dict(found, orient="index", columns=columns)
+    return table.rename_axis("name")
 
 
 def spectrum(run: Run, kind: str, group: str, speed: str, species=None) -> pd.DataFrame:
