@@ -56,7 +56,7 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
 {
     const double contact = mill_tally_contact(world, MILL_BALL_BALL);
     add(notes, "contacts_at_once", rate * contact, AT_ONCE, rate * contact > AT_ONCE,
-        "a ball is hit every %.2g us, and a contact of such balls of steel lasts %.2g us: soft "
+        "a ball is hit every %.3g us, and a contact of such balls of steel lasts %.3g us: soft "
         "spheres would be in several at once, and rates and power of hard ones do not hold.",
         1e6 / rate, 1e6 * contact);
 }
