@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import sys
 
 
 class Stopped(BaseException):
@@ -30,13 +31,24 @@ def stops_in_order():
         if impatient or not _waits:
             raise_if_asked()
 
+    def lost(what):
+        """Python drops what is raised in a finalizer or a callback, an end that is asked for, too: it comes again."""
+        if issubclass(what.exc_type, (KeyboardInterrupt, Stopped)):
+            signal.setitimer(signal.ITIMER_REAL, 0.01)
+        else:
+            hook(what)
+
     wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     signals = [number for number in wanted if signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, stop) for number in signals}
+    before[signal.SIGALRM] = signal.signal(signal.SIGALRM, lambda *_: raise_if_asked())
+    hook, sys.unraisablehook = sys.unraisablehook, lost
     try:
         yield
     finally:
         _asked = None  # whoever drives next in this process was not asked to end
+        sys.unraisablehook = hook
+        signal.setitimer(signal.ITIMER_REAL, 0)
         for number, handler in before.items():
             signal.signal(number, handler)
 
