@@ -121,6 +121,7 @@ needed:
 
 run:
 	@tools/setup build
+	@tools/setup python || true
 	@$(MAKE) $(PARALLEL) all
 	./millsim --force -o reference.h5 input/simoloyer.ini
 	@./mill report reference.h5 || echo 'make run: no report, for the reason above; the run is whole, in reference.h5'
