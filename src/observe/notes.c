@@ -148,8 +148,9 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_law(notes, world, true);
     judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
-        "%.0f %% of the rotor's work is done on balls that it presses against others and walls "
-        "(let go %llu times): how much that is depends on the stiffness of the bodies. Wider gaps "
+        "%.0f %% of the rotor's work since the start is done on balls that it presses against "
+        "others and walls (let go %llu times): how much that is depends on the stiffness of the "
+        "bodies. Wider gaps "
         "around the blades make it less.",
         100 * pinched, (unsigned long long)world->counts.reliefs);
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,

@@ -68,7 +68,7 @@ def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
             raise UserError(f"{run.path}: no balls '{word}': the species are {', '.join(known)}")
     chosen = sorted(known.index(word) for word in names)
     if len(chosen) > 2 or (len(chosen) == 2 and row != "ball_ball"):
-        raise UserError(f"{run.path}: two species at most, and two of ball_ball alone")
+        raise UserError(f"{run.path}: two species at most, and two with kind 'ball_ball' alone")
     kinds = KINDS if row == "all" else (row,)
 
     def total(what):

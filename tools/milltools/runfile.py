@@ -16,6 +16,7 @@ import numpy as np
 
 from milltools.errors import UserError
 from milltools.histogram import ENERGIES, Histogram, by_energy, by_speed
+from milltools.schema import THRESHOLDS
 
 KIND_LABEL = {
     "ball_ball": "ball-ball",
@@ -35,6 +36,21 @@ PRECISION = {
     "rotor/power": "precision/rotor_power",
     "rotor/torque": "precision/rotor_torque",
     **{f"impacts/{row}/rate": f"precision/rate/{row}" for row in KIND_LABEL},
+}
+
+
+# what is known with a standard error: name -> (its group below /statistics/precision, which of its values)
+ESTIMATES = {
+    **{
+        name: (name, ())
+        for name in ("rotor_power", "rotor_torque", "median", "median_above_50mm_s")
+    },
+    **{f"rate/{row}": (f"rate/{row}", ()) for row in KIND_LABEL},
+    **{
+        f"rate_above_{speed:g}/{row}": (f"fast_rate/{row}", column)
+        for row in KIND_LABEL
+        for column, speed in enumerate(THRESHOLDS)
+    },
 }
 
 
@@ -343,13 +359,13 @@ class Run:
                 return float(self.statistic(place))
         return float("nan")
 
-    def known(self, name: str, column=()) -> tuple[float, float, float] | None:
-        """(value, standard error, degrees of freedom) below /statistics/precision, as in "rotor_power" or
-        "fast_rate/ball_ball" with its column; None where the file does not tell."""
-        if not self.has(f"statistics/precision/{name}/degrees_of_freedom"):
+    def known(self, name: str) -> tuple[float, float, float] | None:
+        """(value, standard error, degrees of freedom) of one of ESTIMATES; None where the file does not tell."""
+        group, column = ESTIMATES[name]
+        if not self.has(f"statistics/precision/{group}/degrees_of_freedom"):
             return None
         return tuple(
-            float(self.statistic(f"precision/{name}/{part}")[column])
+            float(self.statistic(f"precision/{group}/{part}")[column])
             for part in ("value", "standard_error", "degrees_of_freedom")
         )
 

@@ -21,7 +21,7 @@ class Measurement:
         return self.value
 
     def __str__(self) -> str:
-        unit = {"m s-1": "m/s", "s-1": "1/s"}.get(self.unit, self.unit)
+        unit = {"m s-1": "m/s"}.get(self.unit, self.unit)
         if not math.isfinite(self.error) or self.error <= 0 or not math.isfinite(self.value):
             return f"{self.value:.{SHOWN}g} {unit}"
         digits = max(2 - math.floor(math.log10(self.error)), 0)  # three of the error

@@ -34,14 +34,13 @@ def facts(result) -> dict[str, str]:
     begin, end = run.window
     found["sampled"] = f"{run.duration:.4g} s, from {begin:.4g} s to {end:.4g} s"
     found["impact speed"] = f"{result.median_impact_speed}, median v_n of impacts above 50 mm/s"
-    known = result.estimates.T
-    for name, what in (
-        ("median", "of all impacts"),
-        ("rate_above_1/all", "of impacts above 1 m/s"),
+    for head, name, unit, what in (
+        ("median", "median", "m/s", "of all impacts"),
+        ("rate", "rate_above_1/all", "1/s", "of impacts above 1 m/s"),
     ):
-        if name in known:
-            number = Measurement(*known[name][["value", "error", "unit"]])
-            found[name.split("_")[0]] = f"{number}, {what}"
+        known = run.known(name)
+        if known:
+            found[head] = f"{Measurement(*known[:2], unit)}, {what}"
     if run.has_rotor:
         found["rotor power"], found["rotor torque"] = str(result.power), str(result.torque)
     found["anomalies"] = anomalies(run)

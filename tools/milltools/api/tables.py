@@ -7,8 +7,8 @@ import pandas as pd
 from milltools.errors import UserError
 from milltools.histogram import ENERGIES
 from milltools.kinds import KINDS
-from milltools.runfile import Run
-from milltools.schema import LOG, THRESHOLDS
+from milltools.runfile import ESTIMATES, Run
+from milltools.schema import LOG
 
 ROWS = (*KINDS, "all")
 SUMMARY = {  # column: path below impacts/ROW
@@ -40,16 +40,11 @@ def summary(run: Run) -> pd.DataFrame:
 def estimates(run: Run) -> pd.DataFrame:
     """What the file knows with a standard error: one row a number."""
     run.need_statistics()
-    places = {name: (name, ()) for name in ("rotor_power", "rotor_torque", "median", "median_above_50mm_s")}  # fmt: skip
-    for row in ROWS:
-        places[f"rate/{row}"] = f"rate/{row}", ()
-        for column, speed in enumerate(THRESHOLDS):
-            places[f"rate_above_{speed:g}/{row}"] = f"fast_rate/{row}", column
     found = {}
-    for name, (place, column) in places.items():
-        known = run.known(place, column)
+    for name, (group, _) in ESTIMATES.items():
+        known = run.known(name)
         if known:
-            found[name] = *known, run.attribute(f"statistics/precision/{place}/value", "unit")
+            found[name] = *known, run.attribute(f"statistics/precision/{group}/value", "unit")
     columns = ["value", "error", "degrees_of_freedom", "unit"]
     table = pd.DataFrame.from_dict(found, orient="index", columns=columns)
     return table.rename_axis("name")

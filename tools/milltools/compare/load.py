@@ -10,9 +10,8 @@ from milltools.compare import maps
 from milltools.errors import UserError
 from milltools.kinds import KINDS
 from milltools.profile import Profile
-from milltools.runfile import Run
+from milltools.runfile import ESTIMATES, Run
 
-THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast impacts
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
 SPEED_EDGES = np.geomspace(1e-4, 1e3, 7 * 40 + 1)  # [m/s]
 MOST_BLOCKS = 64
@@ -71,17 +70,7 @@ class Measured:
             for row in rows
             for name in ("median", "median_above_50mm_s")
         }
-        names = [
-            "rotor_power",
-            "rotor_torque",
-            "median",
-            "median_above_50mm_s",
-            *(f"rate/{row}" for row in rows),
-        ]
-        self.known = {name: run.known(name) for name in names}
-        for row in rows:
-            for column in range(len(THRESHOLDS)):
-                self.known[f"fast_rate/{row}", column] = run.known(f"fast_rate/{row}", column)
+        self.known = {name: run.known(name) for name in ESTIMATES}
 
     def _load_balls(self, run):
         """Maps, and what the frames within the window say about speeds and the maps' noise."""

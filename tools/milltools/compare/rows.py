@@ -8,13 +8,13 @@ from milltools.compare.errors import Estimate
 from milltools.compare.load import (
     GEOMETRY,
     LEVELS,
-    THRESHOLDS,
     Measured,
     Side,
     different_keys,
 )  # fmt: skip
 from milltools.kinds import KINDS
 from milltools.runfile import KIND_LABEL
+from milltools.schema import THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
@@ -99,7 +99,7 @@ def fast(kind, column, strikes=False):
     """Rate of impacts (or strikes) at or above a threshold."""
 
     def measure(run: Measured):
-        known = errors.from_file(run.known[f"fast_rate/{kind}", column])
+        known = errors.from_file(run.known[f"rate_above_{THRESHOLDS[column]:g}/{kind}"])
         if known and not strikes:
             return known
         count = (run.strikes if strikes else run.impacts)[kind].above(THRESHOLDS[column])

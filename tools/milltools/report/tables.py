@@ -81,9 +81,9 @@ def balance(run) -> list[tuple[str, object, str]]:
     for name, label, what, unit in (
         ("median", "median normal speed", "all impacts", "m/s"),
         ("median_above_50mm_s", "median normal speed", "impacts above 50 mm/s", "m/s"),
-        ("fast_rate/all", "rate", "impacts above 1 m/s", "/s"),
+        ("rate_above_1/all", "rate", "impacts above 1 m/s", "/s"),
     ):
-        known = run.known(name, 1 if name.startswith("fast") else ())
+        known = run.known(name)
         if known and facts.sampled(run):
             remark = what if math.isfinite(known[1]) else f"{what}: error not known"
             found.append((label, with_error(*known[:2], unit), remark))
