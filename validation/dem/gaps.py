@@ -13,8 +13,8 @@ DECK = ROOT / "input" / "simoloyer.ini"
 RADIUS = 75e-3  # [m] of the drum
 SEEDS = 4
 SCATTER = 10  # [%] between two seeds of 0.15 s
-# tip radius and width of the blades [mm]: gaps of two balls, of half a ball and of none; the reference mill, 67 and 12, is in steady.py
-DESIGNS = [("66", "17"), ("72.5", "10"), ("74.5", "23.5")]
+# tip radius and width of the blades [mm]: gaps of two balls and more, of half a ball and of none; the reference mill, 67 and 12, is in steady.py
+DESIGNS = [("64", "13.5"), ("66", "17"), ("72.5", "10"), ("74.5", "23.5")]
 WEDGE = ("70.5", "17")  # the gap is nearly a ball: it jams between edge and drum
 TIP, WIDTH, POWER = "blades.tip_radius", "blades.width", "rotor/power"
 
