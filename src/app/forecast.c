@@ -7,6 +7,7 @@
 
 #include "app/record.h"
 #include "millsim/sim.h"
+#include "observe/observers.h"
 
 #include <math.h>
 
@@ -20,8 +21,7 @@
 #define ROW 300.0        /* [byte] of a row of the series */
 #define IMPACT 80.0      /* [byte] of a row of the log */
 #define STATISTICS 1.2e6 /* [byte] of a file's histograms and maps */
-#define GATHERED 8e6     /* [byte] of memory for statistics and the file's library */
-#define OBSERVED 1.15    /* times the processor time of a trial that nobody observes */
+#define LIBRARY 5e6      /* [byte] of memory for the file's library */
 #define WRITING 1e-9     /* [s/byte] of processor time */
 
 /* How far the trial was at some moment */
@@ -39,8 +39,8 @@ static struct point look(const struct mill_sim *sim)
 }
 
 /* Its end, and a point before it: since then there was a fifth to two fifths of the contacts. */
-static enum mill_status try(struct mill_sim *sim, double until, struct point ends[2],
-                            struct mill_error *error)
+static enum mill_status go(struct mill_sim *sim, double until, struct point ends[2],
+                           struct mill_error *error)
 {
     struct point now = look(sim), then[2] = {now, now};
     const double cpu = now.cpu;
@@ -55,6 +55,26 @@ static enum mill_status try(struct mill_sim *sim, double until, struct point end
     }
     ends[0] = then[0];
     ends[1] = now;
+    return status;
+}
+
+/* The trial with its statistics, gathered from the begin; free both in any case. */
+static enum mill_status try(const struct mill_deck *deck, struct mill_world *world,
+                            struct point ends[2], struct mill_observer **tally,
+                            struct mill_tally_results **results, struct mill_error *error)
+{
+    const struct mill_observe asked = {.end = deck->time, .strike_window = deck->strike_window};
+    struct mill_sim *sim = NULL;
+    *tally = mill_observers_one(&mill_tally_type, &asked, world, error);
+    enum mill_status status = *tally ? mill_sim_create(world, &sim, error) : MILL_FAILED;
+    if (status == MILL_OK)
+        status = mill_sim_observe(sim, *tally);
+    if (status == MILL_OK)
+        status = go(sim, deck->time, ends, error);
+    if (status == MILL_OK)
+        status = mill_tally_results_make((struct mill_tally *)*tally, world,
+                                         mill_sim_local_time(sim), results, error);
+    mill_sim_free(sim);
     return status;
 }
 
@@ -83,25 +103,18 @@ double mill_forecast_work(const struct mill_forecast_growth *growth, double time
     return swept / power * exp(power * (time / swept - 1));
 }
 
-enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
-                                    struct mill_forecast *forecast, struct mill_error *error)
+/* Of a trial with these ends; returns the rate of contacts in the steady mill [1/s]. */
+static double work_out(const struct mill_deck *deck, const struct mill_world *world,
+                       const struct point ends[2], struct mill_forecast *forecast)
 {
-    struct mill_sim *sim = NULL;
-    struct point ends[2];
-    enum mill_status status = mill_sim_create(world, &sim, error);
-    if (status == MILL_OK)
-        status = try(sim, deck->time, ends, error);
-    mill_sim_free(sim);
-    if (status != MILL_OK)
-        return status;
     struct mill_forecast f = {.trial = ends[1].time, .contacts = ends[1].contacts};
     const double met = ends[1].contacts - ends[0].contacts, end = deck->time;
     const double most = deck->max_collisions > 0 ? deck->max_collisions : (double)INFINITY;
     const struct mill_forecast_growth growth = mill_forecast_growth(world);
     const double from = mill_forecast_work(&growth, ends[0].time);
     const double work = mill_forecast_work(&growth, ends[1].time) - from;
-    f.rate = work > 0 ? met / work : 0; /* of a steady mill */
-    double rest = f.rate * (mill_forecast_work(&growth, end) - from) - met;
+    const double rate = work > 0 ? met / work : 0;
+    double rest = rate * (mill_forecast_work(&growth, end) - from) - met;
     rest = fmax(0, fmin(rest, most - f.contacts));
     f.contacts = fmin(f.contacts + rest, most);
     f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
@@ -110,8 +123,23 @@ enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_wo
     /* without contacts there is only the time to go by */
     const double cost = ends[1].cpu - ends[0].cpu;
     f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);
-    f.cpu = OBSERVED * f.cpu + f.file * WRITING;
-    f.memory = mill_record_peak_memory() + GATHERED;
+    f.cpu += f.file * WRITING;
+    f.memory = mill_record_peak_memory() + LIBRARY;
     *forecast = f;
-    return MILL_OK;
+    return rate;
+}
+
+enum mill_status mill_forecast_make(const struct mill_deck *deck, struct mill_world *world,
+                                    struct mill_forecast *forecast, struct mill_error *error)
+{
+    struct mill_observer *tally = NULL;
+    struct mill_tally_results *results = NULL;
+    struct point ends[2];
+    const enum mill_status status = try(deck, world, ends, &tally, &results, error);
+    const double rate = status == MILL_OK ? work_out(deck, world, ends, forecast) : (double)NAN;
+    mill_notes_expect(&forecast->notes, world, results, rate);
+    mill_tally_results_free(results);
+    if (tally)
+        mill_observers_free_one(tally);
+    return status;
 }

@@ -5,7 +5,6 @@
 #include "app/record.h"
 #include "app/run.h"
 #include "deck/deck.h"
-#include "observe/notes.h"
 #include "store/draft.h"
 
 #include <errno.h>
@@ -162,24 +161,23 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
 {
     const bool braked = !deck->rotor || deck->wavy || deck->law[MILL_BALL_DRUM].friction > 0;
     const bool whole = deck->precision == 0 && deck->max_collisions == 0;
-    struct mill_forecast f = {.rate = NAN};
-    struct mill_notes notes;
+    struct mill_forecast f;
     struct mill_error why;
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
-        fprintf(out,
-                "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of memory, a file "
-                "of %g MB; from a trial of %g s simulated\n",
-                !whole   ? "at most "
-                : braked ? ""
-                         : "at least ",
-                rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory),
-                rounded(1e-6 * f.file), rounded(f.trial));
+        fprintf(
+            out,
+            "millsim: forecast to a factor of 2: %s%g contacts, %g s of processor time, %g MB of "
+            "memory, a file of %g MB; from a trial of %g s simulated\n",
+            !whole   ? "at most "
+            : braked ? ""
+                     : "at least ",
+            rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory), rounded(1e-6 * f.file),
+            rounded(f.trial));
     else
         fprintf(out, "millsim: forecast: none, for the trial failed: %s\n", why.text);
-    mill_notes_expect(&notes, world, f.rate);
-    for (int i = 0; i < notes.count; i++)
-        if (notes.note[i].text[0])
-            fprintf(out, "millsim: note: %s\n", notes.note[i].text);
+    for (int i = 0; i < f.notes.count; i++)
+        if (f.notes.note[i].text[0])
+            fprintf(out, "millsim: note: %s\n", f.notes.note[i].text);
 }
 
 /* Makes the start, and writes it or prints the deck. --check means all of it: balls that do not fit

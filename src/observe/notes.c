@@ -18,8 +18,8 @@
  * good, and what hard ones count does not exist. In the reference mill at 37 % of the drum. */
 #define AT_ONCE 1.0
 #define UNSTEADY 0.05
-/* Up to a fifth of the rotor's work on pressed balls power agrees with soft spheres of steel
- * (validation/dem); no mill beyond that was held against them. */
+/* Of the rotor's power on pressed balls. With three fifths it still is that of soft spheres of
+ * steel, but twice that of softer ones (validation/dem). */
 #define PINCHED 0.2
 
 /* Adds a rule's value and, where it is noted, its sentence. */
@@ -61,11 +61,36 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
         1e6 / rate, 1e6 * contact);
 }
 
-void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world, double rate)
+/* Shares of the window's power and contacts */
+static void judge_shares(struct mill_notes *notes, const struct mill_tally_results *r)
+{
+    const double power = r->at.known.power.value, floored = r->floor_share[MILL_BALL_BALL];
+    const double pinched = power != 0 ? r->pinch_power / power : 0;
+    const double impacts = (double)mill_spectrum_total(&r->impacts[MILL_TALLY_ALL].normal, 0).count;
+    const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
+    add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
+        "%.0f %% of the rotor's power goes to balls that it presses against others and walls: that "
+        "is for bodies of steel, and softer ones take less. Wider gaps around the blades make it "
+        "less.",
+        100 * pinched);
+    add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
+        "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
+        "depend on it; rather use those above 50 mm/s.",
+        100 * floored);
+    add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
+        "%.0f %% of the contacts come while soft balls would still touch from the pair's last one: "
+        "rather use strikes for rates.",
+        100 * share);
+}
+
+void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
+                       const struct mill_tally_results *trial, double rate)
 {
     notes->count = 0;
     judge_law(notes, world, false);
     judge_rate(notes, world, 2 * rate / world->balls); /* nearly all are of two balls */
+    if (trial)
+        judge_shares(notes, trial);
 }
 
 /* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. In the last
@@ -128,16 +153,11 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *r, double t, bool stopped)
 {
-    const double floored = r->floor_share[MILL_BALL_BALL], now = world->base + t;
-    double hits = 0, impacts = 0; /* on balls; of all kinds */
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        const double count = (double)mill_spectrum_total(&r->impacts[kind].normal, 0).count;
-        impacts += count;
-        hits += kind == MILL_BALL_BALL ? 2 * count : count;
-    }
-    const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
-    const double work = world->account.rotor_work;
-    const double pinched = work != 0 ? world->account.pinch_work / work : 0;
+    const double now = world->base + t;
+    double hits = 0; /* on balls */
+    for (int kind = 0; kind < MILL_KINDS; kind++)
+        hits += (double)mill_spectrum_total(&r->impacts[kind].normal, 0).count *
+                (kind == MILL_BALL_BALL ? 2 : 1);
     notes->count = 0;
     add(notes, NULL, now, r->tally->end, stopped,
         "stopped at %.6g s of %.6g s; the file holds everything up to then.", now, r->tally->end);
@@ -147,20 +167,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_motion(notes, world, r, t);
     judge_law(notes, world, true);
     judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);
-    add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
-        "%.0f %% of the rotor's work since the start is done on balls that it presses against "
-        "others and walls (let go %llu times): how much that is depends on the stiffness of the "
-        "bodies. Wider gaps "
-        "around the blades make it less.",
-        100 * pinched, (unsigned long long)world->counts.reliefs);
-    add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
-        "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
-        "depend on it; rather use those above 50 mm/s.",
-        100 * floored);
-    add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
-        "%.0f %% of the contacts come while soft balls would still touch from the pair's last one: "
-        "rather use strikes for rates.",
-        100 * share);
+    judge_shares(notes, r);
 }
 
 void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)

@@ -17,8 +17,10 @@ struct mill_notes {
     struct mill_note note[10];
 };
 
-/* Of a mill that has yet to run, with `rate` [1/s] contacts to be expected; NaN: not known. */
-void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world, double rate);
+/* Of a mill that has yet to run, with `rate` [1/s] contacts to be expected; NaN: not known.
+ * trial: what a short run of it came to; NULL: none. */
+void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
+                       const struct mill_tally_results *trial, double rate);
 
 /* Of its results, world at local time t. stopped: the run was, by a signal. */
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,

@@ -8,7 +8,7 @@ from conftest import ROOT
 
 MILL = ROOT / "input/simoloyer.ini"
 FORECAST = re.compile(
-    r"millsim: forecast: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
+    r"millsim: forecast to a factor of 2: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
     r"a file of (\S+) MB; from a trial of (\S+) s simulated\n"
 )
 
@@ -56,6 +56,15 @@ def test_a_deck_beyond_the_models_reach_says_so_before_it_is_run(millsim):
 def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
     said = millsim("--check", *sets("balls.count=14000"), MILL).stderr
     assert "millsim: note: a ball is hit every" in said
+
+
+def test_blades_that_jam_balls_say_so_before_the_run(millsim):
+    jammed = sets(
+        "blades.tip_radius=70.5 mm", "blades.width=17 mm", "run.time=60 ms", "run.sample_from=0 s"
+    )
+    said = millsim("--check", *jammed, MILL).stderr
+    assert "% of the rotor's power goes to balls that it presses" in said
+    assert "% of the contacts come while soft balls would still touch" in said
 
 
 def test_the_file_holds_the_notes_of_the_summary_and_what_they_judge(millsim, tmp_path):

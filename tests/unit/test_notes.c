@@ -51,14 +51,14 @@ static void play_pairs(double gap)
 START_TEST(friction_and_a_restitution_below_0_7_are_noted_before_the_run)
 {
     f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.69, .friction = 0.3};
-    mill_notes_expect(&notes, &f.world, NAN);
+    mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(noted("restitution"));
     ck_assert_ptr_nonnull(strstr(note_of("restitution")->text, "ball_drum"));
     f.world.law[MILL_BALL_DRUM].restitution = 0.7;
-    mill_notes_expect(&notes, &f.world, NAN);
+    mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(!noted("restitution"));
     f.world.law[MILL_BALL_DRUM] = (struct mill_law){.restitution = 0.5};
-    mill_notes_expect(&notes, &f.world, NAN);
+    mill_notes_expect(&notes, &f.world, NULL, NAN);
     ck_assert(!noted("restitution"));
 }
 END_TEST
@@ -75,9 +75,9 @@ START_TEST(balls_hit_more_often_than_a_contact_lasts_are_noted)
 {
     const double contact = mill_tally_contact(&f.world, MILL_BALL_BALL);
     const double rate = FIXTURE_BALLS / contact / 2; /* of all contacts: each hits two */
-    mill_notes_expect(&notes, &f.world, 1.01 * rate);
+    mill_notes_expect(&notes, &f.world, NULL, 1.01 * rate);
     ck_assert(noted("contacts_at_once"));
-    mill_notes_expect(&notes, &f.world, 0.99 * rate);
+    mill_notes_expect(&notes, &f.world, NULL, 0.99 * rate);
     ck_assert(!noted("contacts_at_once"));
 }
 END_TEST
@@ -110,6 +110,34 @@ START_TEST(contacts_after_the_pair_has_parted_are_none)
 }
 END_TEST
 
+/* Of 10 J that the rotor does in the window, 2.1 J on pressed balls; before it, all of 10 J */
+static void play_pinches(void)
+{
+    fixture_create(&f);
+    f.world.account.rotor_work = f.world.account.pinch_work = 10;
+    fixture_wait(&f, 0.6);
+    f.world.account.rotor_work += 10;
+    f.world.account.pinch_work += 2.1;
+    take();
+}
+
+START_TEST(pinches_are_a_share_of_the_power_in_the_window)
+{
+    play_pinches();
+    ck_assert(fabs(note_of("pinches")->value / 0.21 - 1) < 1e-12);
+    ck_assert(noted("pinches"));
+}
+END_TEST
+
+START_TEST(shares_of_a_trial_are_noted_before_the_run)
+{
+    play_pinches();
+    mill_notes_expect(&notes, &f.world, f.results, NAN);
+    ck_assert(noted("pinches"));
+    ck_assert(isnan(note_of("contacts_at_once")->value) && !noted("contacts_at_once"));
+}
+END_TEST
+
 START_TEST(what_is_not_known_is_not_noted)
 {
     fixture_create(&f);
@@ -128,6 +156,8 @@ int main(void)
         {hits_count_for_both_balls_of_a_contact, 1},
         {contacts_while_the_pair_still_touches_are_recontacts, 1},
         {contacts_after_the_pair_has_parted_are_none, 1},
+        {pinches_are_a_share_of_the_power_in_the_window, 1},
+        {shares_of_a_trial_are_noted_before_the_run, 1},
         {what_is_not_known_is_not_noted, 1},
     };
     return unit_run_in("notes", setup, teardown, tests, sizeof tests / sizeof *tests);

@@ -35,22 +35,28 @@ FREE = math.pi * (0.075**2 - 0.015**2) * 0.12 - 5 * 0.052 * 0.012 * 0.007
 BALL = math.pi / 6 * 0.005**3
 FACTOR = 2
 QUICK = 2.5  # [s] of processor time of a check, the start's packing included
+UNTOLD = 0.3
 FORECAST = re.compile(
-    r"forecast: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB"
+    r"forecast to a factor of 2: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB"
 )
 WHAT = ("contacts", "processor time", "memory", "size of the file")
 UNITS = ("", " s", " MB", " MB")
 
 
 def check(case):
-    told, true, took = [], [], []
+    told, true, took, before, after = [], [], [], [], []
     for deck in DECKS:
         began = os.times()
-        told.append(forecast(case, deck))
+        numbers, notes = forecast(case, deck)
         took.append(os.times().children_user - began.children_user)
-        true.append(truth(case, deck))
+        told.append(numbers)
+        before.append(notes)
+        numbers, notes = truth(case, deck)
+        true.append(numbers)
+        after.append(notes)
     told, true = np.array(told), np.array(true)
     claim(case, told, true, took)
+    claim_notes(case, before, after)
     lines = watch(case, WATCHED)
     case.bound(
         f"{name(WATCHED)}: time left on the progress line, from 10 % on, largest factor off what was left",
@@ -85,19 +91,27 @@ def words(case, deck):
 
 
 def forecast(case, deck):
-    """Contacts, [s], [MB], [MB]."""
+    """Contacts, [s], [MB], [MB]; and the rules that --check notes."""
     done = subprocess.run(
         [*words(case, deck), "--check"], capture_output=True, text=True, check=True
     )
-    return [float(number) for number in FORECAST.search(done.stderr).groups()]
+    numbers = [float(number) for number in FORECAST.search(done.stderr).groups()]
+    return numbers, rules(re.findall("note: (.*)", done.stderr))
+
+
+def rules(notes):
+    """What the sentences say, whatever their numbers."""
+    return {re.sub(r"[\d.]+", "#", note) for note in notes}
 
 
 def truth(case, deck):
+    """The same of the run."""
     path = case.run(output="run.h5", **settings(deck))
     with h5py.File(path) as file:
         run = file["run"]
         contacts = sum(int(count[()]) for count in run["events/collisions"].values())
-        return [contacts, run["cpu_time"][()], run["peak_memory"][()] / 1e6, path.stat().st_size / 1e6]  # fmt: skip
+        numbers = [contacts, run["cpu_time"][()], run["peak_memory"][()] / 1e6, path.stat().st_size / 1e6]  # fmt: skip
+        return numbers, rules(run["notes"].asstr()[()].splitlines())
 
 
 def watch(case, deck):
@@ -172,6 +186,31 @@ def claim(case, told, true, took):
         "processor time of a forecast, the longest of them", max(took), QUICK, unit="s",
         against="a check should not be waited for",
     )  # fmt: skip
+
+
+def claim_notes(case, before, after):
+    """before, after: rules noted of each charge."""
+    pairs = list(zip(before, after, strict=True))
+    case.bound(
+        "charges beyond the model's reach of which nothing is said before the run",
+        sum(bool(later and not sooner) for sooner, later in pairs),
+        0,
+        against="the notes of the run",
+        headline=True,
+    )
+    case.bound(
+        "notes before the run that the run itself has not",
+        sum(len(sooner - later) for sooner, later in pairs),
+        0,
+        against="the notes of the run",
+    )
+    count = sum(map(len, after))
+    case.bound(
+        f"share of the {count} notes of the runs that was not told before them",
+        sum(len(later - sooner) for sooner, later in pairs) / count,
+        UNTOLD,
+        against="the notes of the run; what is just beyond a bound may be below it in a trial",
+    )
 
 
 # --- Figure -------------------------------------------------------------------------------------------------------
