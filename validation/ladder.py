@@ -271,6 +271,7 @@ def headlines(claims: list[Claim], link: str) -> list[str]:
         if not claim.headline:
             continue
         error = f" +- {show(claim.error, 2)}" if claim.error else ""
+        either = " in size" if claim.expected is None and claim.measured < 0 else ""
         expected = (
             f"at most {show(claim.band, 3)}"
             if claim.expected is None
@@ -279,7 +280,7 @@ def headlines(claims: list[Claim], link: str) -> list[str]:
         why = f": {cell(claim.known)}" if claim.known else ""
         verdict = "" if claim.holds else f" **(outside{why})**"
         rows.append(
-            f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)} "
+            f"| {cell(claim.what)} | {cell(claim.against)} | {with_unit(expected, claim.unit)}{either} "
             f"| {with_unit(show(claim.measured) + error, claim.unit)}{verdict} | {link} |"
         )
     return rows

@@ -179,10 +179,10 @@ static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_known *known = &r->at.known;
-    const double revolutions = (double)r->blocks * r->revolutions;
+    const double revolutions = r->duration * fabs(s->world->rotor_speed) / (2 * MILL_PI);
     char turns[TEXT];
-    snprintf(turns, sizeof turns, "%.0f whole revolution%s", revolutions,
-             revolutions == 1 ? "" : "s");
+    snprintf(turns, sizeof turns, "%.3g revolution%s", revolutions,
+             fabs(revolutions - 1) < 5e-3 ? "" : "s");
     if (s->world->rotor_speed != 0) {
         print_mean(s->out, "rotor power", &known->power, "W", turns);
         print_mean(s->out, "rotor torque", &known->torque, "N m", turns);

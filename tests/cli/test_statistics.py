@@ -426,7 +426,7 @@ def test_the_table_holds_the_numbers_of_the_file(folder, file):
         fields = next(line for line in lines if line.startswith(row + " ")).split()
         assert int(fields[1]) == file[f"statistics/impacts/{row}/count"][()]
     power = file["statistics/rotor/power"][()]
-    shown = re.search(r"rotor power +([\d.]+) \+- ([\d.]+) W +\(4 whole revolutions\)", table)
+    shown = re.search(r"rotor power +([\d.]+) \+- ([\d.]+) W +\(4 revolutions\)", table)
     assert float(shown[1]) == pytest.approx(power, rel=1e-2)
     error = file["statistics/rotor/power_error"][()]
     assert float(shown[2]) == pytest.approx(error, rel=1e-2)

@@ -119,7 +119,7 @@ START_TEST(the_table_gives_power_with_its_standard_error)
 {
     run_mill();
     assert_holds(printed(false), "rotor power        100.0 +- 0.");
-    assert_holds(text, " W  (10 whole revolutions)\n");
+    assert_holds(text, " W  (10 revolutions)\n");
     /* a speed that rises through the whole run is no sample of one median */
     assert_holds(text, "median v_n         525.1 mm/s  (impacts above 50 mm/s: error not known)\n");
     assert_holds(text, "rate               0 /s  (impacts above 1 m/s: error not known)\n");
@@ -131,7 +131,7 @@ START_TEST(the_table_says_why_there_is_no_standard_error)
     f.asked.end = 0.65;
     facts.time = facts.local = 0.65;
     fixture_create(&f);
-    assert_holds(printed(false), "(1 whole revolution: error not known)");
+    assert_holds(printed(false), "(1.5 revolutions: error not known)");
 }
 END_TEST
 

@@ -130,9 +130,10 @@ def judge(quantity, soft, hard):
 def claim(case, verdict, against, band=None, suffix="", headline=None):
     """States a Verdict; band [%]: another than the quantity's."""
     quantity = verdict.quantity
-    case.bound(
+    case.claim(
         f"{quantity.name}{suffix}: millsim {verdict.hard:.5g} {quantity.unit}",
         verdict.off,
+        0,
         quantity.band if band is None else band,
         error=verdict.error,
         unit="%",

@@ -121,9 +121,8 @@ def rotor_mean(run, name: str, unit: str) -> Number | None:
 
 def rotor_remark(run) -> str:
     """What its mean is over."""
-    blocks = int(run.statistic("rotor/blocks"))
-    turns = blocks * float(run.statistic("rotor/block_revolutions")) if blocks else 0
-    words = f"{turns:.0f} whole revolution{'s'[: turns != 1]}"
+    turns = run.duration * abs(run.rotor_speed) / (2 * math.pi)
+    words = f"{turns:.3g} revolution{'s'[: abs(turns - 1) >= 5e-3]}"
     if not math.isfinite(float(run.statistic("rotor/power_error"))):
         return words + ": error not known"
     return words
