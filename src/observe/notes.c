@@ -46,9 +46,9 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
             least = kind;
     const double value = least < 0 ? (double)NAN : world->law[least].restitution;
     add(notes, "restitution", value, INELASTIC, value < INELASTIC,
-        "%s has friction and a restitution of %.3g: hard spheres are meant for 0.7 and more; in "
-        "dense beds below that their power no longer agrees with soft spheres.",
-        mill_kind_name[least < 0 ? 0 : least], value);
+        "contacts with friction have a restitution of %.3g (%s): hard spheres are meant for 0.7 "
+        "and more; in dense beds below that their power no longer agrees with soft spheres.",
+        value, mill_kind_name[least < 0 ? 0 : least]);
 }
 
 /* Contacts that a soft ball would be in at a time; rate [1/s]: how often the mean ball is hit */

@@ -50,7 +50,7 @@ def test_a_charge_that_nothing_brakes_costs_more(millsim):
 def test_a_deck_beyond_the_models_reach_says_so_before_it_is_run(millsim):
     soft = sets("balls.count=50", "run.time=5 ms", "run.sample_from=0 s", "contact.restitution=0.6")
     said = millsim("--check", *soft, MILL).stderr
-    assert "millsim: note: ball_ball has friction and a restitution of 0.6" in said
+    assert "millsim: note: contacts with friction have a restitution of 0.6 (ball_ball)" in said
 
 
 def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):

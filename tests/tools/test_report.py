@@ -78,6 +78,15 @@ def test_rotor_power_and_its_error_are_the_files_on_one_scale(page, folder):
     assert float(found[2]) == pytest.approx(1e3 * error, abs=2e-1)
 
 
+def test_the_figure_of_the_median_has_the_files_error(page, folder):
+    with h5py.File(folder / "small.h5") as file:
+        known = file["statistics/precision/median_above_50mm_s"]
+        median, error = known["value"][()], known["standard_error"][()]
+    found = re.search(r"median impact speed\s+([\d.]+).±.([\d.]+).mm/s", page[2].text)
+    assert float(found[1]) == pytest.approx(1e3 * median, rel=1e-3)
+    assert float(found[2]) == pytest.approx(1e3 * error, abs=1e-1)
+
+
 def test_the_power_on_pressed_balls_stands_below_the_rotors(page, changed):
     def press(file):
         file["statistics/rotor/pinch_power"][()] = 1.25

@@ -196,7 +196,7 @@ START_TEST(the_table_fits_100_columns_with_every_note_and_large_numbers)
     facts.status = "stopped";
     const char *table = printed(false);
     assert_holds(table, "note: stopped at 1.5 s");
-    assert_holds(table, "note: ball_ball has friction and a restitution of 0.5");
+    assert_holds(table, "note: contacts with friction have a restitution of 0.5");
     assert_holds(table, "note: 100 % of the ball-ball contacts");
     assert_fits(table);
 }

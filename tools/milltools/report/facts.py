@@ -215,7 +215,9 @@ def tiles(run) -> list[tuple[str, str, str]]:
             lost = scaled(run.statistic("impacts/all/dissipated_power"), "W")
             found.append(("dissipated power", str(lost), "in all contacts"))
         normal = "impacts/all/normal_speed"
-        median = scaled(run.statistic(f"{normal}/median_above_50mm_s"), "m/s")
+        known = run.known("median_above_50mm_s")
+        error = known[1] if known else math.nan
+        median = with_error(float(run.statistic(f"{normal}/median_above_50mm_s")), error, "m/s")
         of_all = scaled(run.statistic(f"{normal}/median"), "m/s")
         found.append(
             ("median impact speed", str(median), f"normal, above 50 mm/s; {of_all} of all contacts")
