@@ -179,7 +179,7 @@ lint:
 	@$(MAKE) $(PARALLEL) BUILD=build/lint WERROR=1 build/lint/millsim && tools/check-names build/lint/src/*/*.o
 	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
 	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
-	codespell -q 3 .
+	git ls-files -z | xargs -0 codespell -q 3
 	.venv/bin/ruff check tests tools validation && .venv/bin/ruff format --check tests tools validation
 
 format:

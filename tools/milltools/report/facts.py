@@ -122,7 +122,7 @@ def rotor_mean(run, name: str, unit: str) -> Number | None:
 def rotor_remark(run) -> str:
     """What its mean is over."""
     turns = run.duration * abs(run.rotor_speed) / (2 * math.pi)
-    words = f"{turns:.3g} revolution{'s'[: abs(turns - 1) >= 5e-3]}"
+    words = f"over {turns:.3g} revolution{'s'[: abs(turns - 1) >= 5e-3]}"
     if not math.isfinite(float(run.statistic("rotor/power_error"))):
         return words + ": error not known"
     return words

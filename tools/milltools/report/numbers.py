@@ -36,7 +36,7 @@ def _scale(value: float) -> tuple[int, int] | None:
 
 
 def _tail(thousands: int, unit: str) -> str:
-    tail = PREFIX[thousands] + unit
+    tail = PREFIX[thousands] + unit.replace(" ", SPACE)
     return SPACE + tail if tail else ""
 
 
