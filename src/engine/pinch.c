@@ -60,17 +60,27 @@ void mill_pinches_meet(struct mill_pinches *p, struct mill_world *w, int32_t i, 
         w->counts.pinch_time += b->last - b->since > duration ? passed : 0.0;
     } else {
         b->impulse = 0.0;
+        b->against = vec3_make(0.0, 0.0, 0.0);
+        b->friction = 0.0;
         b->since = t;
     }
     b->last = t;
 }
 
+/* In a nip forces along the line between its two contacts are within both cones of friction while
+ * the angle between the surfaces is less than the two angles of friction together. */
+static bool is_nipped(const struct mill_pinch *b, vec3 normal, double friction)
+{
+    const double f = friction, g = b->friction, cosine = -vec3_dot(normal, b->against);
+    return cosine * sqrt((1.0 + f * f) * (1.0 + g * g)) > 1.0 - f * g;
+}
+
 bool mill_pinches_push(struct mill_pinches *p, const struct mill_world *w, int32_t i,
-                       double impulse)
+                       double impulse, vec3 normal, double friction)
 {
     struct mill_pinch *b = &p->ball[i];
     b->impulse += impulse;
-    if (b->impulse <= p->most[w->ball[i].species])
+    if (b->impulse <= p->most[w->ball[i].species] && !is_nipped(b, normal, friction))
         return false;
     b->since = b->last;
     b->impulse = 0.0;

@@ -4,7 +4,8 @@
  * impact since the last, is pressed as soon as this has lasted longer than one. Its contacts then
  * are no impacts of their own and have no restitution; it parts from other bodies just fast enough
  * not to meet them without end. A ball that is given more within that duration than any impact
- * could is let go: a soft one would give way. */
+ * could is let go: a soft one would give way. So is one in a nip so narrow that it slips on neither
+ * surface: a rigid one would jam, a soft one rolls through and gives back what it has stored. */
 #ifndef MILLSIM_PINCH_H
 #define MILLSIM_PINCH_H
 
@@ -13,6 +14,8 @@
 struct mill_pinch {
     double since, last; /* [s] local: first and last of those contacts */
     double impulse;     /* [N s] given in them; what lies a duration back counts no more */
+    vec3 against;       /* normal of the last other surface met since then; zero: none */
+    double friction;    /* on that surface */
 };
 
 struct mill_pinches {
@@ -40,9 +43,20 @@ static inline bool mill_pinches_press(const struct mill_pinches *p, const struct
 /* A body that pinches is about to meet ball i. */
 void mill_pinches_meet(struct mill_pinches *pinches, struct mill_world *world, int32_t i, double t);
 
-/* It has given the ball this impulse [N s]. Is the ball to be let go? */
+/* It has given the ball this impulse [N s] along the normal, with this coefficient of friction. Is
+ * the ball to be let go? */
 bool mill_pinches_push(struct mill_pinches *pinches, const struct mill_world *world, int32_t i,
-                       double impulse);
+                       double impulse, vec3 normal, double friction);
+
+/* Ball i has met a surface that does not pinch. */
+static inline void mill_pinches_lean(struct mill_pinches *p, int32_t i, vec3 normal,
+                                     double friction)
+{
+    if (!p->ball)
+        return;
+    p->ball[i].against = normal;
+    p->ball[i].friction = friction;
+}
 
 /* Local time goes back by this [s]. */
 void mill_pinches_restart(struct mill_pinches *pinches, int32_t balls, double by);

@@ -248,10 +248,14 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
                                  .partner_species = -1,
                                  .position = c.point};
     const bool pinches = shape->type->pinches && sim->pinches.ball;
+    const double friction = w->law[impact.kind].friction;
     if (pinches)
         mill_pinches_meet(&sim->pinches, w, i, sim->now);
+    else
+        mill_pinches_lean(&sim->pinches, i, c.normal, friction);
     resolve(sim, i, MILL_NOBODY, sb->mass, n, slip, &impact);
-    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(impact.impulse, c.normal))) {
+    if (pinches && mill_pinches_push(&sim->pinches, w, i, vec3_dot(impact.impulse, c.normal),
+                                     c.normal, friction)) {
         sim->schedule->plan[i].let_go = true;
         w->counts.reliefs++;
     }

@@ -36,6 +36,48 @@ static void meet(int count, const double *times)
         mill_pinches_meet(&pinches, mill.world, BALL, times[k] * duration);
 }
 
+/* The blade gives the ball an impulse upwards, with this friction. Is it let go? */
+static bool push_up(double impulse, double friction)
+{
+    return mill_pinches_push(&pinches, mill.world, BALL, impulse, vec3_make(0.0, 0.0, 1.0),
+                             friction);
+}
+
+static bool push(double impulse)
+{
+    return push_up(impulse, 0.3);
+}
+
+/* A surface above the ball, turned by an angle [rad] from one that faces the blade, then the blade:
+ * is the ball let go? */
+static bool nipped(double angle, double above, double below)
+{
+    const double t = 2.0 * duration;
+    mill_pinches_meet(&pinches, mill.world, BALL, t);
+    mill_pinches_lean(&pinches, BALL, vec3_make(0.0, sin(angle), -cos(angle)), above);
+    mill_pinches_meet(&pinches, mill.world, BALL, t + 0.1 * duration);
+    return push_up(1e-9 * most, below);
+}
+
+START_TEST(a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go)
+{
+    const double held = atan(0.3) + atan(0.2);
+    ck_assert(nipped(held - 1e-6, 0.3, 0.2));
+    ck_assert(!nipped(held + 1e-6, 0.3, 0.2));
+    ck_assert(!nipped(1e-6, 0.0, 0.0));
+    ck_assert(nipped(2.0 * atan(1.5) - 1e-6, 1.5, 1.5));
+    ck_assert(!nipped(2.0 * atan(1.5) + 1e-6, 1.5, 1.5));
+}
+END_TEST
+
+START_TEST(a_wall_met_before_the_blade_came_makes_no_nip)
+{
+    mill_pinches_lean(&pinches, BALL, vec3_make(0.0, 0.0, -1.0), 1.5);
+    mill_pinches_meet(&pinches, mill.world, BALL, 2.0 * duration);
+    ck_assert(!push_up(1e-9 * most, 1.5));
+}
+END_TEST
+
 START_TEST(meeting_a_blade_again_within_one_duration_is_not_yet_a_pinch)
 {
     meet(3, (double[]){1.0, 1.3, 1.9});
@@ -77,10 +119,10 @@ START_TEST(more_than_ten_elastic_impacts_at_once_let_the_ball_go)
 {
     for (int k = 0; k < 10; k++) {
         mill_pinches_meet(&pinches, mill.world, BALL, duration);
-        ck_assert(!mill_pinches_push(&pinches, mill.world, BALL, most / 10.0 * (1.0 - 1e-12)));
+        ck_assert(!push(most / 10.0 * (1.0 - 1e-12)));
     }
     mill_pinches_meet(&pinches, mill.world, BALL, duration);
-    ck_assert(mill_pinches_push(&pinches, mill.world, BALL, most / 10.0));
+    ck_assert(push(most / 10.0));
 }
 END_TEST
 
@@ -89,7 +131,7 @@ START_TEST(impulses_that_lie_a_duration_back_do_not_count)
 {
     for (int k = 0; k < 1000; k++) {
         mill_pinches_meet(&pinches, mill.world, BALL, 0.5 * k * duration);
-        ck_assert(!mill_pinches_push(&pinches, mill.world, BALL, 0.4 * most));
+        ck_assert(!push(0.4 * most));
     }
 }
 END_TEST
@@ -125,6 +167,8 @@ int main(void)
         {pressed_stays_pressed_when_local_time_restarts, 1},
         {more_than_ten_elastic_impacts_at_once_let_the_ball_go, 1},
         {impulses_that_lie_a_duration_back_do_not_count, 1},
+        {a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go, 1},
+        {a_wall_met_before_the_blade_came_makes_no_nip, 1},
         {a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed, 1},
         {where_no_blade_moves_nothing_is_kept_and_nothing_pressed, 1},
     };

@@ -22,7 +22,7 @@ PARTS = {
     "transient": ("transient",),
     "steady": ("steady",),
     "other": ("other",),
-    "pinches": ("pinches", "gaps"),
+    "pinches": ("pinches", "gaps", "nips"),
     "price": ("price",),
 }
 INTRODUCTION = (

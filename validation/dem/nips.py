@@ -1,0 +1,66 @@
+"""Nips: gaps at the tip from a little more than a ball down to nine tenths of one, where friction holds the ball between edge and drum."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from gaps import DECK, RADIUS
+from mills import Window, claim, judge
+from pinches import PINCHED, pinch_share
+
+SEEDS = 4
+HALF = 3.5e-3  # [m] half the blades' thickness: their corners are the nearest to the drum
+# [mm] from corner to drum, for balls of 5 mm; why a deviation of power is known, if it is
+GAPS = {
+    "5.05": "",
+    "4.95": "",
+    "4.91": "",
+    "4.8": "",
+    "4.7": "",
+    "4.6": "in LIGGGHTS balls pressed in by 0.2 mm on either side take more than an impact to get through; here they are let go at once",
+    "4.5": "",
+}
+SETTINGS = {"run__time": "0.12 s", "run__sample_from": "0.05 s"}
+
+
+def check(case):
+    soft, hard = [], []
+    for gap, known in GAPS.items():
+        tip = np.sqrt((RADIUS - 1e-3 * float(gap)) ** 2 - HALF**2)
+        settings = SETTINGS | {"blades__tip_radius": f"{1e3 * tip:.4f} mm"}
+        windows = (
+            [Window(case.dem(f"nips-{gap}", DECK, "steel", **settings))],
+            [Window(path) for path in case.seeds(SEEDS, DECK, **settings)],
+        )
+        for quantity in PINCHED:
+            claim(
+                case,
+                judge(quantity, *windows),
+                "LIGGGHTS, steel",
+                suffix=f", {gap} mm at the tip",
+                headline=quantity.headline and gap in ("4.8", "4.6"),
+                known=known if quantity.key == "power" else "",
+            )
+        shares = [pinch_share(run.path) for run in windows[1]]
+        case.tell(
+            f"{gap} mm at the tip: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed balls, "
+            f"{np.mean([count for _, count in shares]):.0f} are let go in a run."
+        )
+        soft.append(windows[0][0].values["power"])
+        hard.append([run.values["power"] for run in windows[1]])
+    draw(case, np.array([float(gap) for gap in GAPS]), np.array(soft), np.array(hard))
+
+
+def draw(case, gaps, soft, hard):
+    figure, axis = plt.subplots(figsize=(8, 5), layout="constrained")
+    axis.errorbar(gaps, hard.mean(axis=1), hard.std(axis=1, ddof=1), fmt=".-", label="millsim")
+    axis.plot(gaps, soft, "o", mfc="none", ms=10, color="k", label="LIGGGHTS, steel")
+    axis.axvline(5, color="grey", lw=0.8, ls=":")
+    axis.annotate(" a ball", (5, axis.get_ylim()[1]), va="top")
+    axis.set(xlabel="gap between the blades' corners and the drum [mm]", ylabel="rotor power [W]")
+    axis.set_ylim(0)
+    axis.legend()
+    worst = np.max(np.abs(hard.mean(axis=1) / soft - 1))
+    axis.set_title(
+        f"Balls squeezed through a gap just below their diameter: power within {100 * worst:.0f} % of soft spheres"
+    )
+    case.save(figure, "nips.png")
+    plt.close(figure)
