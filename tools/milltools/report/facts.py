@@ -20,8 +20,8 @@ ANOMALIES = (  # of /run, as shown, what it means
     (
         "reliefs",
         "pinched balls let go",
-        "A ball was pressed between a blade and a wall, or between other balls, with nowhere to go, and the blade "
-        "let it pass. Contacts of a pressed ball are not in the counts.",
+        "A ball was pressed between a blade and a wall, or between other balls, with nowhere to go, or was squeezed "
+        "through a gap narrower than itself, and the blade let it pass. Contacts of a pressed ball are not in the counts.",
     ),
     (
         "smoothed",
