@@ -35,4 +35,7 @@ struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebou
  * the ball at a wall. The hard sphere does without it; the model ends where it matters. */
 double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed);
 
+/* [N] What presses such a sphere in by this depth [m] at a wall of steel: 4/3 E r^(1/2) d^(3/2). */
+double mill_impact_force(double radius, double depth);
+
 #endif

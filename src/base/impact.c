@@ -47,3 +47,9 @@ double mill_impact_duration(double reduced_mass, double reduced_radius, double n
     const double inertia = reduced_mass / STEEL;
     return 2.868 * mill_elementary_root5(inertia * inertia / (reduced_radius * normal_speed));
 }
+
+double mill_impact_force(double radius, double depth)
+{
+    assert(radius > 0.0 && depth >= 0.0);
+    return 4.0 / 3.0 * STEEL * sqrt(radius * depth) * depth;
+}

@@ -67,20 +67,26 @@ void mill_pinches_meet(struct mill_pinches *p, struct mill_world *w, int32_t i, 
     b->last = t;
 }
 
-/* In a nip forces along the line between its two contacts are within both cones of friction while
- * the angle between the surfaces is less than the two angles of friction together. */
-static bool is_nipped(const struct mill_pinch *b, vec3 normal, double friction)
+/* [N] The force from which on a ball of this radius is held in the nip between an edge and the
+ * surface it leans against. It slips on neither when the angle between them is less than both
+ * angles of friction together; a ball that is pressed in by d at either side is d (1 + cos) / r
+ * nearer to that in the cosine of the angle. Zero: it is held by any force. */
+static double holding(const struct mill_pinch *b, vec3 normal, double friction, double radius)
 {
     const double f = friction, g = b->friction, cosine = -vec3_dot(normal, b->against);
-    return cosine * sqrt((1.0 + f * f) * (1.0 + g * g)) > 1.0 - f * g;
+    const double held = (1.0 - f * g) / sqrt((1.0 + f * f) * (1.0 + g * g));
+    return cosine < held ? mill_impact_force(radius, radius * (held - cosine) / (1.0 + cosine))
+                         : 0.0;
 }
 
 bool mill_pinches_push(struct mill_pinches *p, const struct mill_world *w, int32_t i,
                        double impulse, vec3 normal, double friction)
 {
     struct mill_pinch *b = &p->ball[i];
+    const int16_t species = w->ball[i].species;
+    const double held = holding(b, normal, friction, w->species[species].radius);
     b->impulse += impulse;
-    if (b->impulse <= p->most[w->ball[i].species] && !is_nipped(b, normal, friction))
+    if (b->impulse <= fmin(p->most[species], held * p->duration[species]))
         return false;
     b->since = b->last;
     b->impulse = 0.0;

@@ -48,25 +48,45 @@ static bool push(double impulse)
     return push_up(impulse, 0.3);
 }
 
-/* A surface above the ball, turned by an angle [rad] from one that faces the blade, then the blade:
- * is the ball let go? */
-static bool nipped(double angle, double above, double below)
+/* A blade, a surface above the ball, turned by an angle [rad] from one that faces the blade, and
+ * the blade again with this impulse: is the ball let go? */
+static bool nipped(double angle, double above, double below, double impulse)
 {
-    const double t = 2.0 * duration;
+    static double t;
+    t += 2.0 * duration;
     mill_pinches_meet(&pinches, mill.world, BALL, t);
     mill_pinches_lean(&pinches, BALL, vec3_make(0.0, sin(angle), -cos(angle)), above);
     mill_pinches_meet(&pinches, mill.world, BALL, t + 0.1 * duration);
-    return push_up(1e-9 * most, below);
+    return push_up(impulse, below);
 }
 
 START_TEST(a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go)
 {
-    const double held = atan(0.3) + atan(0.2);
-    ck_assert(nipped(held - 1e-6, 0.3, 0.2));
-    ck_assert(!nipped(held + 1e-6, 0.3, 0.2));
-    ck_assert(!nipped(1e-6, 0.0, 0.0));
-    ck_assert(nipped(2.0 * atan(1.5) - 1e-6, 1.5, 1.5));
-    ck_assert(!nipped(2.0 * atan(1.5) + 1e-6, 1.5, 1.5));
+    const double held = atan(0.3) + atan(0.2), wide = 2.0 * atan(1.5);
+    ck_assert(nipped(held - 1e-6, 0.3, 0.2, 1e-6 * most));
+    ck_assert(!nipped(held + 1e-2, 0.3, 0.2, 1e-6 * most));
+    ck_assert(nipped(wide - 1e-6, 1.5, 1.5, 1e-6 * most));
+    ck_assert(!nipped(wide + 1e-2, 1.5, 1.5, 1e-6 * most));
+}
+END_TEST
+
+/* 4/3 E r^(1/2) d^(3/2), E = 1.154e11 Pa */
+START_TEST(a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_friction_holds_it)
+{
+    const double r = mill.world->species[mill.world->ball[BALL].species].radius;
+    const double held = cos(2.0 * atan(0.3)), cosine = held - 0.002;
+    const double depth = r * 0.002 / (1.0 + cosine);
+    const double force = 4.0 / 3.0 * 1.1538e11 * sqrt(r * depth) * depth;
+    ck_assert(force * duration < most);
+    ck_assert(!nipped(acos(cosine), 0.3, 0.3, 0.999 * force * duration));
+    ck_assert(nipped(acos(cosine), 0.3, 0.3, 1.001 * force * duration));
+}
+END_TEST
+
+START_TEST(surfaces_that_face_the_same_way_make_no_nip)
+{
+    ck_assert(!nipped(PI, 0.3, 0.3, 0.999 * most));
+    ck_assert(nipped(PI, 0.3, 0.3, 1.001 * most));
 }
 END_TEST
 
@@ -168,6 +188,8 @@ int main(void)
         {more_than_ten_elastic_impacts_at_once_let_the_ball_go, 1},
         {impulses_that_lie_a_duration_back_do_not_count, 1},
         {a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go, 1},
+        {a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_friction_holds_it, 1},
+        {surfaces_that_face_the_same_way_make_no_nip, 1},
         {a_wall_met_before_the_blade_came_makes_no_nip, 1},
         {a_pressed_ball_parts_at_a_hundredth_of_the_blades_speed, 1},
         {where_no_blade_moves_nothing_is_kept_and_nothing_pressed, 1},
