@@ -50,7 +50,8 @@ def test_a_pinched_ball_is_let_go_and_booked(millsim, tmp_path, pitch):
 
 def test_contacts_of_pressed_balls_are_neither_counted_nor_logged(millsim, tmp_path):
     (tmp_path / "deck.ini").write_text(DECK.format(pitch=20))
-    done = millsim("deck.ini", "--json", "--quiet", "-s", "output.impacts=all")
+    wide = ["-s", "blades.width=12 mm", "-s", "output.impacts=all"]
+    done = millsim("deck.ini", "--json", "--quiet", *wide)
     run = json.loads(done.stdout)["run"]
     assert run["pinch_contacts"] > 1000
     with h5py.File(tmp_path / "deck.h5") as file:
