@@ -63,7 +63,7 @@ help:
 	@echo 'make golden    the same bits whatever compiler, optimisation and C library, and those frozen in tests/golden'
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
 	@echo 'make validate  the verification ladder: validation/RESULTS.md and figures (CASES="gas dense": only these, and no RESULTS.md)'
-	@echo 'make validate-dem  millsim against LIGGGHTS, some 60 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
+	@echo 'make validate-dem  millsim against LIGGGHTS, some 80 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
 	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'

@@ -164,15 +164,15 @@ static void tell_forecast(const struct mill_deck *deck, struct mill_world *world
     struct mill_forecast f;
     struct mill_error why;
     if (mill_forecast_make(deck, world, &f, &why) == MILL_OK)
-        fprintf(
-            out,
-            "millsim: forecast to a factor of 2: %s%g contacts, %g s of processor time, %g MB of "
-            "memory, a file of %g MB; from a trial of %g s simulated\n",
-            !whole   ? "at most "
-            : braked ? ""
-                     : "at least ",
-            rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory), rounded(1e-6 * f.file),
-            rounded(f.trial));
+        fprintf(out,
+                "millsim: forecast: %s%g contacts, %g s of processor time, %g MB of "
+                "memory, a file of %g MB; from a trial of %g s simulated; to a "
+                "factor of 2 up to 40 %% filling\n",
+                !whole   ? "at most "
+                : braked ? ""
+                         : "at least ",
+                rounded(f.contacts), rounded(f.cpu), rounded(1e-6 * f.memory),
+                rounded(1e-6 * f.file), rounded(f.trial));
     else
         fprintf(out, "millsim: forecast: none, for the trial failed: %s\n", why.text);
     for (int i = 0; i < f.notes.count; i++)

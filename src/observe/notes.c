@@ -70,16 +70,18 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
         "%.0f %% of the rotor's power goes to balls that it presses against others and walls: that "
-        "is for bodies of steel, and softer ones take less. Wider gaps around the blades make it "
-        "less.",
+        "is for bodies of steel, softer ones take less, and the rates of drum and blade impacts "
+        "are "
+        "less sure. Wider gaps around the blades make it less.",
         100 * pinched);
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
         "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
         "depend on it; rather use those above 50 mm/s.",
         100 * floored);
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
-        "%.0f %% of the contacts come while soft balls would still touch from the pair's last one: "
-        "rather use strikes for rates.",
+        "%.0f %% of the contacts follow the last one of the same two bodies so soon that soft "
+        "balls "
+        "would still touch: rather use strikes for rates.",
         100 * share);
 }
 

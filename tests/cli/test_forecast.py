@@ -8,8 +8,8 @@ from conftest import ROOT
 
 MILL = ROOT / "input/simoloyer.ini"
 FORECAST = re.compile(
-    r"millsim: forecast to a factor of 2: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
-    r"a file of (\S+) MB; from a trial of (\S+) s simulated\n"
+    r"millsim: forecast: (.*?)(\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, "
+    r"a file of (\S+) MB; from a trial of (\S+) s simulated; to a factor of 2 up to 40 % filling\n"
 )
 
 
@@ -64,7 +64,7 @@ def test_blades_that_jam_balls_say_so_before_the_run(millsim):
     )
     said = millsim("--check", *jammed, MILL).stderr
     assert "% of the rotor's power goes to balls that it presses" in said
-    assert "% of the contacts come while soft balls would still touch" in said
+    assert "% of the contacts follow the last one of the same two bodies" in said
 
 
 def test_the_file_holds_the_notes_of_the_summary_and_what_they_judge(millsim, tmp_path):

@@ -62,24 +62,27 @@ static bool nipped(double angle, double above, double below, double impulse)
 
 START_TEST(a_ball_that_slips_on_neither_surface_of_a_nip_is_let_go)
 {
-    const double held = atan(0.3) + atan(0.2), wide = 2.0 * atan(1.5);
-    ck_assert(nipped(held - 1e-6, 0.3, 0.2, 1e-6 * most));
-    ck_assert(!nipped(held + 1e-2, 0.3, 0.2, 1e-6 * most));
-    ck_assert(nipped(wide - 1e-6, 1.5, 1.5, 1e-6 * most));
-    ck_assert(!nipped(wide + 1e-2, 1.5, 1.5, 1e-6 * most));
+    ck_assert(nipped(1e-3, 0.3, 0.2, 1e-3 * most));
+    ck_assert(!nipped(atan(0.3) + atan(0.2) + 0.1, 0.3, 0.2, 0.999 * most));
+    ck_assert(!nipped(0.1, 0.0, 0.0, 1e-3 * most));
 }
 END_TEST
 
-/* 4/3 E r^(1/2) d^(3/2), E = 1.154e11 Pa */
+/* [N s] 4/3 E r^(1/2) d^(3/2), E = 1.154e11 Pa, for a duration */
+static double pressing(double r, double depth)
+{
+    return 4.0 / 3.0 * 1.1538e11 * sqrt(r * depth) * depth * duration;
+}
+
 START_TEST(a_ball_in_a_wider_nip_is_let_go_once_it_is_pressed_in_so_far_that_friction_holds_it)
 {
     const double r = mill.world->species[mill.world->ball[BALL].species].radius;
-    const double held = cos(2.0 * atan(0.3)), cosine = held - 0.002;
-    const double depth = r * 0.002 / (1.0 + cosine);
-    const double force = 4.0 / 3.0 * 1.1538e11 * sqrt(r * depth) * depth;
-    ck_assert(force * duration < most);
-    ck_assert(!nipped(acos(cosine), 0.3, 0.3, 0.999 * force * duration));
-    ck_assert(nipped(acos(cosine), 0.3, 0.3, 1.001 * force * duration));
+    const double held = cos(2.0 * atan(1.0)), angle = 2.0 * atan(1.0) + 0.002;
+    const double grip = r * (held - cos(angle)) / (1.0 + cos(angle));
+    const double all = pressing(r, grip) + 0.04 * pressing(r, 0.5 * r * (1.0 - cos(angle)));
+    pinches.most[mill.world->ball[BALL].species] = 2.0 * all;
+    ck_assert(!nipped(angle, 1.0, 1.0, 0.999 * all));
+    ck_assert(nipped(angle, 1.0, 1.0, 1.001 * all));
 }
 END_TEST
 

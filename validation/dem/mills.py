@@ -127,7 +127,7 @@ def judge(quantity, soft, hard):
     )
 
 
-def claim(case, verdict, against, band=None, suffix="", headline=None, known=""):
+def claim(case, verdict, against, band=None, suffix="", headline=None):
     """States a Verdict; band [%]: another than the quantity's."""
     quantity = verdict.quantity
     case.claim(
@@ -139,7 +139,6 @@ def claim(case, verdict, against, band=None, suffix="", headline=None, known="")
         unit="%",
         against=f"{against}: {verdict.soft:.5g} {quantity.unit}",
         headline=quantity.headline if headline is None else headline,
-        known=known,
     )
 
 

@@ -37,7 +37,7 @@ FACTOR = 2
 QUICK = 2.5  # [s] of processor time of a check, the start's packing included
 UNTOLD = 0.3
 FORECAST = re.compile(
-    r"forecast to a factor of 2: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB"
+    r"forecast: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB"
 )
 WHAT = ("contacts", "processor time", "memory", "size of the file")
 UNITS = ("", " s", " MB", " MB")
