@@ -127,7 +127,7 @@ def judge(quantity, soft, hard):
     )
 
 
-def claim(case, verdict, against, band=None, suffix="", headline=None):
+def claim(case, verdict, against, band=None, suffix="", headline=None, known=""):
     """States a Verdict; band [%]: another than the quantity's."""
     quantity = verdict.quantity
     case.claim(
@@ -139,6 +139,7 @@ def claim(case, verdict, against, band=None, suffix="", headline=None):
         unit="%",
         against=f"{against}: {verdict.soft:.5g} {quantity.unit}",
         headline=quantity.headline if headline is None else headline,
+        known=known,
     )
 
 
