@@ -31,7 +31,7 @@ def check(case):
             verdict = judge(quantity, *windows)
             known = JAM if design == WEDGE and quantity.key == "power" else ""
             claim(case, verdict, "LIGGGHTS, steel", suffix=f", {named(design)}", known=known)
-    powers = [soft[WEDGE].values["power"], compared(case, WEDGE, "1e10")[0][0].values["power"]]
+    powers = [run.values["power"] for run in (soft[WEDGE][0], compared(case, WEDGE, "1e10")[0][0])]
     case.tell(
         f"{named(WEDGE)}: LIGGGHTS' power is {powers[0]:.0f} W at steel and {powers[1]:.0f} W at 1e10 Pa. A ball jams between the edge of the blade and "
         "the drum, and how hard it is to get through is a matter of its stiffness; such a run notes its pinches."

@@ -10,6 +10,7 @@ SEEDS = 4
 HALF = 3.5e-3  # [m] half the blades' thickness: their corners are the nearest to the drum
 # [mm] from corner to drum, for balls of 5 mm
 GAPS = ("5.05", "4.95", "4.91", "4.8", "4.7", "4.6", "4.5")
+STARTS = {"4.5": 2}  # of LIGGGHTS, where not one: a few jams decide there
 # At 4.65 mm: mills that the constants of the rule were not chosen by
 OTHER = {
     "600 rpm": {"rotor__speed": "600 rpm"},
@@ -19,23 +20,28 @@ OTHER = {
 SETTINGS = {"run__time": "0.12 s", "run__sample_from": "0.05 s"}
 
 
-def compared(case, gap, name, **settings):
+def compared(case, gap, name, starts=1, **settings):
     """Windows of LIGGGHTS' run at a gap [mm], and of millsim's."""
     tip = np.sqrt((RADIUS - 1e-3 * float(gap)) ** 2 - HALF**2)
     settings = SETTINGS | {"blades__tip_radius": f"{1e3 * tip:.4f} mm"} | settings
-    path = case.dem(f"nips-{name}", DECK, "steel", **settings)
-    return [Window(path)], [Window(path) for path in case.seeds(SEEDS, DECK, **settings)]
+    soft = [
+        case.dem(f"nips-{name}-{seed}", DECK, "steel", **settings, run__seed=seed)
+        for seed in range(1, 1 + starts)
+    ]
+    return [Window(path) for path in soft], [
+        Window(path) for path in case.seeds(SEEDS, DECK, **settings)
+    ]
 
 
 def check(case):
     soft, hard = [], []
     for gap in GAPS:
-        windows = compared(case, gap, gap)
+        windows = compared(case, gap, gap, STARTS.get(gap, 1))
         for quantity in PINCHED:
             claim(
                 case,
                 judge(quantity, *windows),
-                "LIGGGHTS, steel",
+                f"LIGGGHTS, steel, {len(windows[0])} start{'s' if len(windows[0]) > 1 else ''}",
                 suffix=f", {gap} mm at the tip",
                 headline=quantity.headline and gap in ("4.8", "4.5"),
             )
@@ -44,7 +50,7 @@ def check(case):
             f"{gap} mm at the tip: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed balls, "
             f"{np.mean([count for _, count in shares]):.0f} are let go in a run."
         )
-        soft.append(windows[0][0].values["power"])
+        soft.append(np.mean([run.values["power"] for run in windows[0]]))
         hard.append([run.values["power"] for run in windows[1]])
     for words, settings in OTHER.items():
         windows = compared(case, "4.65", words.replace(",", "").replace(" ", "-"), **settings)
