@@ -215,9 +215,7 @@ def compare(a: Side, b: Side) -> Table:
             rows.append(Row(group, key, label, unit, one, two, math.nan, math.nan, 0, verdict, "open", ""))  # fmt: skip
             continue
         one, two = errors.combine(*sides, steady)
-        unknown = (
-            "error unknown: needs replicates" if key.startswith("median") else "too little data"
-        )
+        unknown = "error unknown: run longer"
         if not steady:
             several = any(len(side.runs) > 1 for side in (a, b))
             unknown = f"error unknown: {'replicates do not tell' if several else 'not steady, no replicates'}"
