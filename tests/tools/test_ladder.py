@@ -8,6 +8,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "validation"))
 
 import ladder
+import parts
 
 
 @pytest.fixture
@@ -32,3 +33,28 @@ def test_a_claim_that_holds_against_what_is_known_is_a_fault(case):
 def test_a_claim_of_which_nothing_is_known_must_hold(case):
     case.bound("off", 2, 1, against="theory")
     assert not case.claims[0].as_known
+
+
+@pytest.mark.parametrize("known, status", [("the theory is too simple", 0), ("", 1)])
+def test_a_comparison_fails_for_a_deviation_of_which_nothing_is_known(
+    tmp_path, monkeypatch, known, status
+):
+    (tmp_path / "off_by_two.py").write_text(
+        f'"""Off."""\ndef check(case):\n    case.bound("off", 2, 1, against="theory", known={known!r})\n'
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "off_by_two", raising=False)
+    monkeypatch.setattr(sys, "argv", ["validate.py", "one"])
+    named = {"one": ("off_by_two",)}
+    assert (
+        parts.main(
+            "Claims.",
+            "runs",
+            tmp_path,
+            "Title",
+            "",
+            named,
+            lambda at, scratch, kept: parts.Part(at, scratch),
+        )
+        == status
+    )
