@@ -42,12 +42,12 @@ def check(case):
                 case,
                 judge(quantity, *windows),
                 f"LIGGGHTS, steel, {len(windows[0])} start{'s' if len(windows[0]) > 1 else ''}",
-                suffix=f", {gap} mm at the tip",
+                suffix=f", {gap} mm at the corners",
                 headline=quantity.headline and gap in ("4.8", "4.5"),
             )
         shares = [pinch_share(run.path) for run in windows[1]]
         case.tell(
-            f"{gap} mm at the tip: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed balls, "
+            f"{gap} mm at the corners: {100 * np.mean([share for share, _ in shares]):.0f} % of the rotor's work is done on pressed balls, "
             f"{np.mean([count for _, count in shares]):.0f} are let go in a run."
         )
         soft.append(np.mean([run.values["power"] for run in windows[0]]))
@@ -56,7 +56,7 @@ def check(case):
         windows = compared(case, "4.65", words.replace(",", "").replace(" ", "-"), **settings)
         verdicts = [judge(quantity, *windows) for quantity in PINCHED]
         case.tell(
-            f"4.65 mm at the tip, {words}, not claimed: millsim is off LIGGGHTS by "
+            f"4.65 mm at the corners, {words}, not claimed: millsim is off LIGGGHTS by "
             + ", ".join(f"{v.off:+.1f} +- {v.error:.1f} % ({v.quantity.name})" for v in verdicts)
             + "."
         )
