@@ -79,5 +79,5 @@ def with_error(value: float, error: float, unit: str) -> Number:
     if scale is None or not math.isfinite(error):
         return scaled(value, unit)
     one, decimals = 1000.0 ** scale[0], scale[1]
-    text = f"{value / one:.{decimals}f}{SPACE}\N{PLUS-MINUS SIGN}{SPACE}{error / one:.{decimals}f}"
+    text = f"{value / one:.{decimals}f} \N{PLUS-MINUS SIGN}{SPACE}{error / one:.{decimals}f}"
     return Number(text + _tail(scale[0], unit), float(value))
