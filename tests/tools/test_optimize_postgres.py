@@ -1,9 +1,9 @@
 """mill optimize on a real PostgreSQL: it keeps the search, survives a restart, and two drivers share it."""
 
 import concurrent.futures
-import re
 import os
 import pathlib
+import re
 import shutil
 import socket
 import subprocess
