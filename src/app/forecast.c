@@ -11,7 +11,7 @@
 
 #include <math.h>
 
-#define TRIAL 1.5      /* [s] of processor time */
+#define TRIAL 2.0      /* [s] of processor time */
 #define SLICE 5000     /* events between two looks at the clock */
 #define SWEPT 0.15     /* turns until the charge is swept up, times its share of the drum, */
 #define MOST_TURNS 1.2 /* at most; the rate grows by exp(1 + LOSS (1 - restitution)) */
