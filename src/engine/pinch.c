@@ -17,7 +17,7 @@
 #define PARTING 0.01
 
 /* Of the force that presses a ball through a nip: what it loses on its way, for it gives most of it
- * back. The power of mills with gaps of 0.88 to 1 diameters asks for 0.03 to 0.05 (validation/dem).
+ * back. The power of mills with gaps of 0.9 to 1 diameters asks for 0.03 to 0.05 (validation/dem).
  */
 #define LOST 0.04
 
@@ -89,7 +89,7 @@ bool mill_pinches_push(struct mill_pinches *p, const struct mill_world *w, int32
                        double impulse, vec3 normal, double friction)
 {
     struct mill_pinch *b = &p->ball[i];
-    const int16_t species = w->ball[i].species;
+    const int32_t species = w->ball[i].species;
     const double passed = passing(b, normal, friction, w->species[species].radius);
     b->impulse += impulse;
     if (b->impulse <= fmin(p->most[species], passed * p->duration[species]))

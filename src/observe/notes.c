@@ -18,8 +18,8 @@
  * good, and what hard ones count does not exist. In the reference mill at 37 % of the drum. */
 #define AT_ONCE 1.0
 #define UNSTEADY 0.05
-/* Of the rotor's power on pressed balls. With three fifths it still is that of soft spheres of
- * steel, but twice that of softer ones (validation/dem). */
+/* Of the rotor's power on pressed balls. Where it is half of all, the power still is within a tenth
+ * of that of soft spheres of steel, but nearly twice that of softer ones (validation/dem). */
 #define PINCHED 0.2
 
 /* Adds a rule's value and, where it is noted, its sentence. */
@@ -71,8 +71,7 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
         "%.0f %% of the rotor's power goes to balls that it presses against others and walls: that "
         "is for bodies of steel, softer ones take less, and the rates of drum and blade impacts "
-        "are "
-        "less sure. Wider gaps around the blades make it less.",
+        "are less sure. Wider gaps around the blades make it less.",
         100 * pinched);
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
         "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
@@ -80,8 +79,7 @@ static void judge_shares(struct mill_notes *notes, const struct mill_tally_resul
         100 * floored);
     add(notes, "recontact_share", share, RECONTACTS, share > RECONTACTS,
         "%.0f %% of the contacts follow the last one of the same two bodies so soon that soft "
-        "balls "
-        "would still touch: rather use strikes for rates.",
+        "balls would still touch: rather use strikes for rates.",
         100 * share);
 }
 

@@ -2,11 +2,10 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from gaps import DECK, RADIUS
+from gaps import DECK, RADIUS, SEEDS
 from mills import Window, claim, judge
 from pinches import PINCHED, pinch_share
 
-SEEDS = 4
 HALF = 3.5e-3  # [m] half the blades' thickness: their corners are the nearest to the drum
 # [mm] from corner to drum, for balls of 5 mm
 GAPS = ("5.05", "4.95", "4.91", "4.8", "4.7", "4.6", "4.5")

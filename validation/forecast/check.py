@@ -35,7 +35,7 @@ FREE = math.pi * (0.075**2 - 0.015**2) * 0.12 - 5 * 0.052 * 0.012 * 0.007
 BALL = math.pi / 6 * 0.005**3
 FACTOR = 2
 QUICK = 2.5  # [s] of processor time of a check, the start's packing included
-UNTOLD = 0.3
+UNTOLD = 0.3  # share of the notes
 FORECAST = re.compile(
     r"forecast: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB"
 )
