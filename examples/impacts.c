@@ -56,7 +56,7 @@ int main(void)
         mill_sim_run(sim, 0.5, UINT64_MAX, NULL, &error) != MILL_OK)
         return fprintf(stderr, "impacts: %s\n", error.text), 1;
     printf("%.3g s: %lu impacts, %lu of them at 1 m/s or more; the rotor has done %.3f J\n",
-           mill_sim_time(sim), counter.all, counter.hard, world->account.rotor_work);
+           mill_sim_time(sim), counter.all, counter.hard, world->account.work);
     mill_sim_free(sim);
     mill_world_free(world);
     return 0;

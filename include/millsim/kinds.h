@@ -14,6 +14,22 @@
 enum mill_kind { MILL_KIND_LIST(MILL_KIND_NUMBER) MILL_KINDS };
 
 extern const char *const mill_kind_name[MILL_KINDS];
-extern const char *const mill_kinds_partner[MILL_KINDS];
+
+/* Those of a mill: the ones above, whether or not it has such surfaces, and from MILL_KINDS on
+ * those of its bodies, "ball_NAME". */
+enum { MILL_KINDS_MOST = 24, MILL_KINDS_LENGTH = 72 };
+struct mill_kinds {
+    int count;
+    char name[MILL_KINDS_MOST][MILL_KINDS_LENGTH];
+};
+
+/* The first MILL_KINDS alone */
+void mill_kinds_init(struct mill_kinds *kinds);
+
+/* Adds that of a body of this name; its number. There must be room. */
+int mill_kinds_add(struct mill_kinds *kinds, const char *body);
+
+/* "another ball", "the drum", ...; of a body its name */
+const char *mill_kinds_partner(const struct mill_kinds *kinds, int kind);
 
 #endif

@@ -9,9 +9,10 @@
 #include <stddef.h>
 
 struct mill_impact {
-    double time; /* [s] simulated */
-    enum mill_kind kind;
-    int32_t ball, partner; /* the other ball (> ball), blade or end wall number, else -1 */
+    double time;           /* [s] simulated */
+    int kind;              /* of the world's */
+    int32_t ball, partner; /* the other ball (> ball); number of the blade, end wall or copy of a
+                              body; else -1 */
     int16_t species, partner_species; /* of the ball; of the other ball, else -1 */
     vec3 position;                    /* [m] of the contact */
     vec3 normal, impulse;             /* unit, into the ball `ball`; [N s] given to it */

@@ -26,21 +26,24 @@ struct mill_setup_drum {
     int buckles;           /* of a wavy profile; 0: a circle */
     double buckle_height;  /* [m] the wall lies between radius - buckle_height and radius + it */
     double buckle_angle;   /* [rad] of one outermost point, from +y towards +z */
+    int rides; /* 1 + the motion that carries it, whose x its axis is then; 0: it stands still */
 };
 
 struct mill_setup_motion {
+    const char *name; /* "rotor": results are told of it apart */
     const struct mill_motion_type *type;
     const void *form; /* what the type takes: &(struct mill_turn){...} */
     int on;           /* the motion that carries it, an earlier one of the list; MILL_STILL: none */
 };
 enum { MILL_STILL = -1 };
 
-/* A surface within the drum */
+/* A surface within the container, or the container: a body that the balls are inside of */
 struct mill_setup_surface {
     const struct mill_shape_type *type;
     const void *form; /* what the type takes: &(struct mill_blade){...} */
     int number;       /* which of its kind, from 0; -1: the only one */
     int motion;       /* that carries it; MILL_STILL: none */
+    int kind; /* of its contacts: MILL_KINDS + its place in the setup's list; 0: of its type */
 };
 
 /* A shaft from end wall to end wall, about the x axis of its motion's frame. */
@@ -60,20 +63,37 @@ struct mill_blade {
 };
 extern const struct mill_shape_type mill_blade_type;
 
+/* A body, met from outside or from inside, at a place in its motion's frame */
+struct mill_body {
+    bool inside;            /* it holds the balls */
+    vec3 centre, x, y, z;   /* [m]; its own axes: unit, orthogonal, right-handed */
+    vec3 size;              /* [m] of a box, along these */
+    double radius;          /* [m] of round ones; of a cone at z = -length / 2 */
+    double end_radius;      /* [m] of a cone at z = length / 2 */
+    double length;          /* [m] along z; of a capsule without its round ends */
+    double rounding;        /* [m] radius of rounded edges: shrunk by it and grown again as far */
+    size_t facets;          /* of a mesh: closed, corners counter-clockwise seen from outside it */
+    const vec3 (*facet)[3]; /* [m] in its own frame */
+};
+extern const struct mill_shape_type mill_box_type, mill_round_cylinder_type, mill_round_cone_type,
+    mill_round_capsule_type, mill_round_sphere_type, mill_facets_type;
+
 struct mill_setup {
-    vec3 gravity; /* [m/s^2] */
-    struct mill_setup_drum drum;
+    vec3 gravity;                /* [m/s^2] */
+    struct mill_setup_drum drum; /* radius 0: there is none, and one of the surfaces is it */
     int motions;
-    const struct mill_setup_motion
-        *motion; /* motion 0 is the rotor: a turn about x, for the results of the rotor */
+    const struct mill_setup_motion *motion;
     int surfaces;
     const struct mill_setup_surface *surface;
     int species;
     const struct mill_setup_balls *balls; /* [species] */
     const struct mill_setup_ball *start;  /* of all balls, species by species; NULL: random */
     double speed;                         /* [m/s] of every ball of a random start */
-    unsigned long seed;                   /* of a random start */
-    struct mill_law law[MILL_KINDS];      /* of each kind of contact; zeros: no rebound */
+    bool at_rest;       /* a random start in a moving container: it is not carried along with it */
+    unsigned long seed; /* of a random start */
+    int kinds;          /* of contact, beyond the MILL_KINDS of every mill */
+    const char *const *kind;              /* [kinds] their names, without "ball_" */
+    struct mill_law law[MILL_KINDS_MOST]; /* of each kind of contact; zeros: no rebound */
     double rebound_floor; /* [m/s] least normal speed after any contact; at 0 time may stand still
                              where inelastic balls rest, and the run fails */
 };
@@ -88,7 +108,11 @@ enum mill_fault_code {
     MILL_FAULT_BALL_IN_BALL,  /* `ball` overlaps ball `other` by `amount` [m] */
     MILL_FAULT_NO_ROOM, /* the balls do not fit: they would fill the share `amount` of the free
                            volume; what `fits` does */
-    MILL_FAULT_SURFACE  /* surface `other` is not within the drum, or a shaft about another axis */
+    MILL_FAULT_SURFACE, /* surface `other` is not within the drum, or a shaft about another axis */
+    MILL_FAULT_CONTAINER, /* there is none, or more than one */
+    MILL_FAULT_OUTSIDE,   /* surface `other` leaves the container at `when` [s] */
+    MILL_FAULT_CLASH,     /* surfaces `ball` and `other`, of different motions, meet at `when` */
+    MILL_FAULT_MESH       /* the mesh of surface `other` is not one: `text` says why */
 };
 
 enum { MILL_FAULT_SPECIES = 64 }; /* told at most */
@@ -96,8 +120,9 @@ enum { MILL_FAULT_SPECIES = 64 }; /* told at most */
 struct mill_fault {
     enum mill_fault_code code;
     int32_t ball, other;
-    enum mill_kind kind;
-    double amount;
+    int kind;
+    double amount, when;
+    const char *text;
     int32_t fits[MILL_FAULT_SPECIES]; /* balls of each species that fit; all 0: none is known */
 };
 

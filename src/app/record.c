@@ -51,7 +51,7 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
         mill_tell_number(sink, "rotational_energy", totals->energy.rotational, "J", "");
         mill_tell_number(sink, "potential_energy", totals->energy.potential, "J", "");
-        mill_tell_number(sink, "rotor_work", world->account.rotor_work, "J", "");
+        mill_tell_number(sink, "rotor_work", world->account.work, "J", "");
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",

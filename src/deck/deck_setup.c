@@ -141,7 +141,7 @@ static enum mill_status make_setup(const struct mill_deck *deck,
     lists->rotor = (struct mill_turn){
         .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
     lists->motion = (struct mill_setup_motion){
-        .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
+        .name = "rotor", .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
     lists->shaft.radius = deck->shaft_radius;
     setup->surface = lists->surface = calloc((size_t)deck->shapes + 1, sizeof *lists->surface);
     setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
@@ -195,6 +195,8 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
 static enum mill_status tell(const struct mill_deck *deck, const long *line,
                              const struct mill_fault *fault, struct mill_error *error)
 {
+    struct mill_kinds kinds;
+    mill_kinds_init(&kinds);
     switch (fault->code) {
     case MILL_FAULT_NONE:
         return MILL_OK;
@@ -202,6 +204,10 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill and its balls");
     case MILL_FAULT_NUMBER:
     case MILL_FAULT_SURFACE:
+    case MILL_FAULT_CONTAINER:
+    case MILL_FAULT_OUTSIDE:
+    case MILL_FAULT_CLASH:
+    case MILL_FAULT_MESH:
         return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
     case MILL_FAULT_SPEED:
         return mill_error_set(error, MILL_BAD_DECK,
@@ -209,8 +215,8 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
                               deck->start, line[fault->ball]);
     case MILL_FAULT_BALL_IN_SHAPE:
         return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s by %.4g m: move it",
-                              deck->start, line[fault->ball], mill_kinds_partner[fault->kind],
-                              fault->amount);
+                              deck->start, line[fault->ball],
+                              mill_kinds_partner(&kinds, fault->kind), fault->amount);
     case MILL_FAULT_BALL_IN_BALL:
         return mill_error_set(
             error, MILL_BAD_DECK,

@@ -26,9 +26,9 @@ bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
     double speed = 0.0;
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
-        const struct mill_motion_bounds b = mill_motion_bounds(s->motion);
-        const double reach = mill_motion_reach(s->motion, w->drum_radius, 0.5 * w->drum_length);
-        if (s->type->pinches)
+        const struct mill_motion_bounds b = mill_motion_bounds(s->motion, vec3_make(0.0, 0.0, 0.0));
+        const double reach = mill_motion_reach(s->motion, &w->container.places);
+        if (s->pinches)
             speed = fmax(speed, b.speed + b.turning * reach);
     }
     if (speed <= 0.0)

@@ -51,9 +51,10 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
                 continue;
             if (shape->type->parts)
                 next->parts = shape->type->parts(shape, lo, hi, widest);
-            if (shape->type->sector && shape->motion) {
+            if (shape->motion && !shape->fixed && (shape->type->sector || shape->type->hull)) {
                 next->motion = shape->motion->number;
-                next->sector = shape->type->sector(shape, lo, hi, widest);
+                next->sector = shape->type->sector ? shape->type->sector(shape, lo, hi, widest)
+                                                   : (struct mill_sector){0.0, 0.0, -2.0};
             }
             n++;
         }
@@ -70,7 +71,8 @@ static double cell_side(const struct mill_world *w, double diameter)
     const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
     bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0;
     for (int k = 0; k < w->motions; k++) {
-        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
+        const struct mill_motion_bounds b =
+            mill_motion_bounds(w->motion[k], vec3_make(0.0, 0.0, 0.0));
         gas = gas && b.speed <= 0.0 && b.turning <= 0.0;
     }
     return gas && held < DILUTE ? diameter * fmin(mill_elementary_cbrt(HELD / held), WIDEST)
@@ -80,8 +82,9 @@ static double cell_side(const struct mill_world *w, double diameter)
 /* What bodies on a motion see of a ball, and for how long a pose of it serves */
 static struct mill_lately bounds_of(const struct mill_world *w, int motion, double thinnest)
 {
-    const struct mill_motion_bounds b = mill_motion_bounds(w->motion[motion]);
-    const double reach = mill_motion_reach(w->motion[motion], w->drum_radius, 0.5 * w->drum_length);
+    const struct mill_motion_bounds b =
+        mill_motion_bounds(w->motion[motion], vec3_make(0.0, 0.0, 0.0));
+    const double reach = mill_motion_reach(w->motion[motion], &w->container.places);
     const double coriolis = 2.0 * b.turning, drift = b.speed + b.turning * reach;
     return (struct mill_lately){
         .most = fmin(LATELY * thinnest / drift, 1.0), /* what never moves serves for long */
@@ -123,8 +126,7 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     int32_t *near = numbers, *kept = near + n;
     p->pairs =
         (struct mill_pairs){w->ball, &p->cells, p->radius, w->g, equal, near, kept, b, c, square};
-    const double r = w->drum_radius, l = 0.5 * w->drum_length;
-    bool made = mill_cells_init(&p->cells, vec3_make(-l, -r, -r), vec3_make(l, r, r),
+    bool made = mill_cells_init(&p->cells, w->container.places.lo, w->container.places.hi,
                                 cell_side(w, 2.0 * widest), 2.0 * thinnest, w->balls) &&
                 list_surfaces(p, widest);
     for (int32_t i = 0; i < w->balls && made; i++)
@@ -196,8 +198,7 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
     for (int k = 0; k < w->shapes && clear; k++) {
         const struct mill_shape *s = w->shape[k];
         const struct mill_pose pose = mill_shape_pose(s, now);
-        clear =
-            !s->type->pinches || mill_shape_gap(s, w->ball[i].r, radius, &pose) > CLEAR * radius;
+        clear = !s->pinches || mill_shape_gap(s, w->ball[i].r, radius, &pose) > CLEAR * radius;
     }
     return clear;
 }
@@ -260,7 +261,7 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
         else if (is_elsewhere(p, near, now, window, &flight))
             continue;
         const struct mill_shape *shape = w->shape[near->shape];
-        if (plan->let_go && shape->type->pinches)
+        if (plan->let_go && shape->pinches)
             continue;
         flight.parts = near->parts;
         const struct mill_hit hit =
@@ -349,7 +350,7 @@ double mill_schedule_overlap(struct mill_schedule *p, int32_t i, double t)
     for (int k = 0; k < w->shapes; k++) {
         const struct mill_shape *s = w->shape[k];
         const struct mill_pose pose = mill_shape_pose(s, t);
-        if (!p->plan[i].let_go || !s->type->pinches)
+        if (!p->plan[i].let_go || !s->pinches)
             deepest = fmax(deepest, -mill_shape_gap(s, r, radius, &pose));
     }
     return deepest;

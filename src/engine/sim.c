@@ -55,7 +55,7 @@ static void end_epoch(struct mill_sim *sim)
     mill_pinches_restart(&sim->pinches, w->balls, MILL_SIM_EPOCH);
     w->base += MILL_SIM_EPOCH;
     for (int k = 0; k < w->motions; k++)
-        w->motion[k]->type->restart(w->motion[k], MILL_SIM_EPOCH);
+        w->motion[k]->type->restart(w->motion[k], w->base, MILL_SIM_EPOCH);
     sim->watch.last -= MILL_SIM_EPOCH;
     sim->watch.since -= MILL_SIM_EPOCH;
     sim->now = 0.0;
@@ -155,7 +155,7 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
 {
     struct mill_world *w = sim->world;
     struct mill_account *a = &w->account;
-    const enum mill_kind kind = impact->kind;
+    const int kind = impact->kind;
     struct mill_law law = w->law[kind];
     impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
                       (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
@@ -228,6 +228,34 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
 }
 
+/* The work of the surface on the ball, and each motion's part of it: what the impulse does at the
+ * velocity that this motion adds to its carriers'. The impulse turns about the motion's axis. */
+static void book_work(struct mill_sim *sim, const struct mill_shape *shape,
+                      const struct mill_contact *c, const struct mill_impact *impact)
+{
+    struct mill_account *a = &sim->world->account;
+    if (!shape->motion)
+        return;
+    const vec3 impulse = impact->impulse; /* on the ball */
+    const double work = vec3_dot(impulse, c->velocity);
+    double left = work; /* of the motion and its carriers */
+    a->work += work;
+    a->pinch_work += impact->lasting ? work : 0.0;
+    a->work_gross += fabs(work);
+    for (const struct mill_motion *m = shape->motion; m; m = m->on) {
+        const struct mill_pose carrier = mill_motion_pose(m->on, sim->now);
+        const double rest = m->on ? vec3_dot(impulse, mill_pose_velocity(&carrier, c->point)) : 0.0;
+        vec3 through, axis;
+        a->motion[m->number].work += left - rest;
+        left = rest;
+        if (!m->type->axis || !m->type->axis(m, &through, &axis))
+            continue;
+        const vec3 arm = vec3_sub(c->point, mill_pose_out(&carrier, through));
+        a->motion[m->number].impulse +=
+            vec3_dot(mill_pose_turn_out(&carrier, axis), vec3_cross(arm, impulse));
+    }
+}
+
 static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
 {
     struct mill_world *w = sim->world;
@@ -239,15 +267,15 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
     const struct mill_contact c = mill_shape_meet(shape, b->r, b->v, sb->radius, &pose);
     const vec3 n = vec3_scale(c.normal, -1.0); /* from the ball into the surface */
     const vec3 slip = vec3_axpy(vec3_sub(b->v, c.velocity), sb->radius, vec3_cross(w->spin[i], n));
-    if (!sim->schedule->plan[i].let_go || !shape->type->pinches)
+    if (!sim->schedule->plan[i].let_go || !shape->pinches)
         w->counts.largest_overlap = mill_greatest(w->counts.largest_overlap, -c.gap);
-    struct mill_impact impact = {.kind = shape->type->kind,
+    struct mill_impact impact = {.kind = shape->kind,
                                  .ball = i,
                                  .partner = shape->number,
                                  .species = (int16_t)b->species,
                                  .partner_species = -1,
                                  .position = c.point};
-    const bool pinches = shape->type->pinches && sim->pinches.ball;
+    const bool pinches = shape->pinches && sim->pinches.ball;
     const double friction = w->law[impact.kind].friction;
     if (pinches)
         mill_pinches_meet(&sim->pinches, w, i, sim->now);
@@ -259,14 +287,7 @@ static void ball_meets_shape(struct mill_sim *sim, int32_t i, int32_t s)
         sim->schedule->plan[i].let_go = true;
         w->counts.reliefs++;
     }
-    if (shape->motion) {
-        const vec3 impulse = impact.impulse; /* on the ball */
-        const double work = vec3_dot(impulse, c.velocity);
-        w->account.rotor_work += work;
-        w->account.pinch_work += impact.lasting ? work : 0.0;
-        w->account.rotor_work_gross += fabs(work);
-        w->account.rotor_impulse += c.point.y * impulse.z - c.point.z * impulse.y;
-    }
+    book_work(sim, shape, &c, &impact);
     tell(sim, &impact);
     mill_schedule_ball(sim->schedule, i, sim->now, s);
 }

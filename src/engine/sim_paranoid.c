@@ -40,7 +40,9 @@ static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, co
 /* Bound of a coordinate in the mill [m]: what roundings of positions are measured by */
 static double size_of(const struct mill_world *w)
 {
-    return w->drum_radius + 0.5 * w->drum_length;
+    const struct mill_container *c = &w->container;
+    return c->still ? w->drum_radius + 0.5 * w->drum_length
+                    : fmax(vec3_norm(c->places.lo), vec3_norm(c->places.hi));
 }
 
 static double radius_of(const struct mill_world *w, int32_t i)
@@ -53,8 +55,10 @@ static double fastest_surface(const struct mill_world *w)
 {
     double fastest = 0.0;
     for (int k = 0; k < w->motions; k++) {
-        const struct mill_motion_bounds b = mill_motion_bounds(w->motion[k]);
-        fastest = fmax(fastest, b.speed + b.turning * w->drum_radius);
+        const struct mill_motion_bounds b =
+            mill_motion_bounds(w->motion[k], vec3_make(0.0, 0.0, 0.0));
+        const double reach = mill_motion_reach(w->motion[k], &w->container.places);
+        fastest = fmax(fastest, b.speed + b.turning * reach);
     }
     return fastest;
 }
@@ -192,7 +196,7 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     if (plan->shape < 0 || plan->shape >= w->shapes)
         return fault(sim, "ball %d plans to meet surface %d", i, plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
-    const char *kind = mill_kind_name[shape->type->kind];
+    const char *kind = w->kinds.name[shape->kind];
     const vec3 v = mill_world_velocity(w, i, t);
     const struct mill_pose pose = mill_shape_pose(shape, t);
     const struct mill_contact c =
@@ -235,7 +239,7 @@ static bool has_met(struct mill_sim *sim, int32_t i)
     const double gap = gap_at(w, i, shape, sim->now);
     return gap <= MILL_SHAPE_CLOSED + surface_slack(sim, i, sim->now, sim->now) ||
            fault(sim, "ball %d met a surface (%s) with a gap of %.3g m at t = %.17g s", i,
-                 mill_kind_name[shape->type->kind], gap, w->base + sim->now);
+                 w->kinds.name[shape->kind], gap, w->base + sim->now);
 }
 
 static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)
@@ -303,7 +307,7 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
                           double end, bool touching)
 {
     const struct mill_world *w = sim->world;
-    const char *kind = mill_kind_name[shape->type->kind];
+    const char *kind = w->kinds.name[shape->kind];
     const double now = sim->now, gap = gap_at(w, i, shape, now);
     sim->paranoid->checks.surfaces++;
     if (!(gap >= -DEEP))
@@ -349,7 +353,7 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
         holds = j == i || check_pair(sim, i, j, end);
     }
     for (int32_t s = 0; s < w->shapes && holds; s++)
-        if (!q->plan[i].let_go || !w->shape[s]->type->pinches)
+        if (!q->plan[i].let_go || !w->shape[s]->pinches)
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
     if (holds && w->counts.quartics.refuted > 0)
         holds = fault(sim,

@@ -49,7 +49,7 @@ bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i);
 /* All balls, the calendar and the account. fresh: all balls have been planned now. */
 bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh);
 
-/* Rotor work = change of energy + dissipation, to 1e-9 of the energy turned over. */
+/* Work of all motions = change of energy + dissipation, to 1e-9 of the energy turned over. */
 bool mill_sim_paranoid_account(struct mill_sim *sim);
 
 /* The contact that a plan of ball i ends with, if it is a sure one: the bodies touch then, and are

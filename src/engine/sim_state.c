@@ -87,6 +87,6 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
     /* the motions as they are after so many epochs: a sum of roundings, so they are gone through */
     for (double t = 0.0; state->status == MILL_OK && t < w->base; t += MILL_SIM_EPOCH)
         for (int k = 0; k < w->motions; k++)
-            w->motion[k]->type->restart(w->motion[k], MILL_SIM_EPOCH);
+            w->motion[k]->type->restart(w->motion[k], t + MILL_SIM_EPOCH, MILL_SIM_EPOCH);
     free(cell);
 }

@@ -16,6 +16,7 @@ void mill_world_free(struct mill_world *w)
     for (int k = 0; k < w->motions; k++)
         free(w->motion[k]);
     free(w->motion);
+    free(w->motion_name);
     free(w->species);
     free(w->spin);
     free(w->ball);
@@ -34,6 +35,23 @@ vec3 mill_world_velocity(const struct mill_world *w, int32_t i, double t)
     assert(i >= 0 && i < w->balls);
     const struct mill_ball *b = &w->ball[i];
     return vec3_axpy(b->v, t - b->t, w->g);
+}
+
+struct mill_pose mill_world_frame(const struct mill_world *w, double t)
+{
+    const struct mill_container *c = &w->container;
+    struct mill_pose pose = c->still ? mill_pose_still : mill_motion_pose(c->motion, t);
+    if (c->still)
+        return pose;
+    const vec3 place = mill_pose_out(&pose, c->frame.place);
+    const vec3 x = mill_pose_turn_out(&pose, c->frame.x), y = mill_pose_turn_out(&pose, c->frame.y);
+    pose.velocity = mill_pose_velocity(&pose, place);
+    pose.z = mill_pose_turn_out(&pose, c->frame.z);
+    pose.x = x;
+    pose.y = y;
+    pose.place = place;
+    pose.about_x = false;
+    return pose;
 }
 
 struct mill_energy mill_world_energy(const struct mill_world *w, double t)
@@ -55,10 +73,10 @@ void mill_world_balance(const struct mill_world *w, double t, double *error, dou
     const double change = (e.kinetic - w->start.kinetic) + (e.rotational - w->start.rotational) +
                           (e.potential - w->start.potential);
     double dissipation = 0.0;
-    for (int k = 0; k < MILL_KINDS; k++)
+    for (int k = 0; k < w->kinds.count; k++)
         dissipation += w->account.dissipation[k];
-    *error = fabs(w->account.rotor_work - change - dissipation);
+    *error = fabs(w->account.work - change - dissipation);
     *turnover = w->start.kinetic + w->start.rotational + fabs(w->start.potential) +
-                fabs(e.potential - w->start.potential) + w->account.rotor_work_gross +
+                fabs(e.potential - w->start.potential) + w->account.work_gross +
                 w->account.dissipation_gross + w->account.incident;
 }

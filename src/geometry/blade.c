@@ -204,9 +204,8 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     const struct mill_heading pitch = mill_elementary_heading(is->pitch);
     const vec3 radial = {0.0, angle.cos, angle.sin}, around = {0.0, -angle.sin, angle.cos};
     const vec3 along = {1.0, 0.0, 0.0};
-    b->convex.bounds = mill_motion_bounds(motion);
-    b->convex.reach = mill_motion_reach(motion, chamber->drum.radius + chamber->drum.height,
-                                        chamber->half_length);
+    b->convex.bounds = mill_motion_bounds(motion, vec3_make(0.0, 0.0, 0.0));
+    b->convex.reach = mill_motion_reach(motion, &chamber->places);
     b->half = vec3_make(0.5 * is->width, 0.5 * is->tip_radius, 0.5 * is->thickness);
     b->w = vec3_axpy(vec3_scale(along, pitch.cos), pitch.sin, around);
     b->s = radial;

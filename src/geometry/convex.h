@@ -39,8 +39,11 @@ struct mill_view {
 /* Every convex body starts with this. */
 struct mill_convex {
     struct mill_shape base;
-    double reach;                     /* [m] mill_motion_reach of the chamber */
-    struct mill_motion_bounds bounds; /* of the motion */
+    double reach; /* [m] mill_motion_reach of the chamber; 0: bounds are taken around the ball,
+                     from: */
+    vec3 centre;  /* [m] of the body, in its motion's frame */
+    struct mill_motion_bounds bounds; /* of the motion, at the centre; of a body of revolution about
+                                         the turning axis without the turning */
 };
 
 /* Place and normal in the body's frame */
@@ -65,6 +68,37 @@ static inline double mill_convex_acceleration(const struct mill_convex *c,
     return f->pull + b->acceleration + omega * (2.0 * v + omega * c->reach) + b->spin_up * c->reach;
 }
 
+/* How a ball moves as seen from a body, at an instant */
+struct mill_seen {
+    double speed;    /* [m/s] relative to the body's centre, across the axis that it turns about */
+    double distance; /* [m] from that centre */
+    double acceleration; /* [m/s^2] at most, within: */
+    double within;       /* [s] so long that the bound grows by no more than half */
+};
+
+/* In the body's frame: gravity, what the centre does, Coriolis, centrifugal and Euler parts. h [s]
+ * is asked for. */
+static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
+                                               const struct mill_flight *f,
+                                               const struct mill_pose *pose, vec3 r, vec3 v,
+                                               double h)
+{
+    const struct mill_motion_bounds *b = &c->bounds;
+    const vec3 centre = mill_pose_out(pose, c->centre);
+    const vec3 u = vec3_sub(v, mill_pose_velocity(pose, centre));
+    const vec3 across = vec3_axpy(u, -vec3_dot(u, b->axis), b->axis);
+    const double free = (f->pull + b->acceleration) * (1.0 + 1e-9), omega = b->turning;
+    struct mill_seen seen = {
+        .speed = vec3_norm(across), .distance = vec3_norm(vec3_sub(r, centre)), .within = h};
+    const double turning = omega * omega + b->spin_up;
+    const double now = free + 2.0 * omega * seen.speed + turning * seen.distance + 1e-9;
+    const double growth = 2.0 * omega * free + turning * (vec3_norm(u) + free * h);
+    if (growth * h > 0.5 * now)
+        seen.within = 0.5 * now / growth;
+    seen.acceleration = now + growth * seen.within;
+    return seen;
+}
+
 /* [s] until the gap, d > 0 or nearly, of rate d1, can vanish at acceleration a */
 static inline double mill_convex_step(double d, double d1, double a, bool glides)
 {
@@ -83,11 +117,11 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
                                                       const struct mill_flight *f, double radius,
                                                       double now, double horizon)
 {
-    assert(horizon >= 0.0 && c->reach > 0.0);
+    assert(horizon >= 0.0);
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
     const bool still = c->bounds.turning == 0.0 && c->bounds.speed == 0.0;
-    const double a = mill_convex_acceleration(c, f, end) + 1e-9;
+    double a = c->reach > 0.0 ? mill_convex_acceleration(c, f, end) + 1e-9 : 0.0;
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
         const vec3 r = vec3_fly(f->r, f->v, f->g, t);
@@ -101,7 +135,13 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
         if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const bool glides = step >= MILL_CONVEX_PATIENCE && d > -MILL_SHAPE_CLOSED;
-        const double next = t + mill_convex_step(d, d1, a, glides);
+        double longest = INFINITY;
+        if (!(c->reach > 0.0)) {
+            const struct mill_seen seen = mill_convex_see(c, f, &pose, r, v, end - t);
+            a = seen.acceleration;
+            longest = seen.within < end - t ? seen.within : (double)INFINITY;
+        }
+        const double next = t + mill_least(mill_convex_step(d, d1, a, glides), longest);
         if (next > end)
             return end < horizon ? later : none;
         if (next > t)

@@ -72,6 +72,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     c->radius = form ? ((const struct mill_shaft *)form)->radius : chamber->drum.radius;
     c->inward = form ? -1.0 : 1.0;
     shape->hollow = form ? 0.0 : c->radius;
+    shape->fixed = true; /* if it turns, then about its own axis */
     return true;
 }
 

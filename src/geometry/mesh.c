@@ -7,6 +7,7 @@
 #include "geometry/mesh.h"
 
 #include "base/elementary.h"
+#include "geometry/body.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -168,6 +169,52 @@ void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *p, double 
             quad(mesh, turned, line + i, rim + joint + i, rim + (joint + i + 1) % count, near);
             quad(mesh, turned, line + i, near, rim + (before - 1) % count, rim + before % count);
         }
+    }
+}
+
+/* ---- bodies ---- */
+
+void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c)
+{
+    const int64_t first = add_point(mesh, a);
+    add_point(mesh, b);
+    add_point(mesh, c);
+    triangle(mesh, false, first, first + 1, first + 2);
+}
+
+/* Point k of m around the axis; a line's end on the axis is one point. */
+static int64_t turned_ring(struct mill_mesh *mesh, const struct mill_body *is, const double at[2],
+                           int m)
+{
+    const int64_t first = (int64_t)mesh->points;
+    for (int k = 0; k < (at[0] > 0.0 ? m : 1); k++) {
+        const struct mill_heading to = mill_elementary_heading(2.0 * MILL_PI * k / m);
+        add_point(mesh, mill_body_out(is, vec3_make(at[0] * to.cos, at[0] * to.sin, at[1])));
+    }
+    return first;
+}
+
+void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const double (*line)[2],
+                      int n, double tolerance)
+{
+    double widest = 0.0;
+    for (int i = 0; i < n; i++)
+        widest = fmax(widest, line[i][0]);
+    const double share = fmin(fmax(tolerance / widest, 1e-4), 0.05);
+    const int m = 4 * (int)ceil(0.25 * MILL_PI / mill_elementary_asin(sqrt(0.5 * share)) / 2.0);
+    int64_t last = turned_ring(mesh, is, line[0], m);
+    for (int i = 1; i < n; i++) {
+        const int64_t ring = turned_ring(mesh, is, line[i], m);
+        for (int k = 0; k < m; k++) {
+            const int64_t next = (k + 1) % m;
+            if (line[i - 1][0] > 0.0 && line[i][0] > 0.0)
+                quad(mesh, is->inside, last + k, last + next, ring + next, ring + k);
+            else if (line[i - 1][0] > 0.0)
+                triangle(mesh, is->inside, last + k, last + next, ring);
+            else if (line[i][0] > 0.0)
+                triangle(mesh, is->inside, last, ring + next, ring + k);
+        }
+        last = ring;
     }
 }
 

@@ -32,6 +32,14 @@ void mill_mesh_drum(const struct mill_shape *, const struct mill_chamber *, doub
 void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *profile, double x,
                    double side, double tolerance);
 
+/* What a line in the half plane of (radius, axis) sweeps out about the body's own axis: line[n][2]
+ * [m] from axis to axis, upwards. Seen from where the balls are. */
+void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *body, const double (*line)[2],
+                      int n, double tolerance);
+
+/* A triangle with corners of its own, counter-clockwise as seen */
+void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c);
+
 /* A box seen from outside; corner i has the greater coordinate along its first, second, third axis
  * (right-handed) where bit 0, 1, 2 of i is set. */
 void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner[8]);

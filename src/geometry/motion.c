@@ -3,7 +3,10 @@
 
 #include <assert.h>
 #include <stdbool.h>
-#include <stddef.h>
+
+/* Periods are the same, and whole multiples, to this part of them. */
+#define ALIKE 1e-9
+enum { MOST_PERIODS = 1000 }; /* in a common one */
 
 /* The pose `inner` within the frame of `outer`. */
 static struct mill_pose within(const struct mill_pose *outer, const struct mill_pose *inner)
@@ -36,7 +39,8 @@ struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t)
     return pose;
 }
 
-/* Of a frame within another: sums of what each does alone, and of what the outer one does to the
+/* Of a point that a carried frame moves: `o` are the bounds of the carrier and of the place that
+ * the point never leaves far. Sums of what each does alone, and of what the outer one does to the
  * inner one's motion (centrifugal, Coriolis and Euler terms). */
 static struct mill_motion_bounds bounds_within(const struct mill_motion_bounds *o,
                                                const struct mill_motion_bounds *i)
@@ -46,6 +50,7 @@ static struct mill_motion_bounds bounds_within(const struct mill_motion_bounds *
                           vec3_norm(vec3_cross(o->axis, i->axis)) < 1e-15;
     const vec3 none = {0.0, 0.0, 0.0};
     return (struct mill_motion_bounds){
+        .home = o->home,
         .far = o->far + i->far,
         .speed = o->speed + turning * i->far + i->speed,
         .acceleration = o->acceleration + (o->spin_up + turning * turning) * i->far +
@@ -58,13 +63,13 @@ static struct mill_motion_bounds bounds_within(const struct mill_motion_bounds *
     };
 }
 
-struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion)
+struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point)
 {
     if (!motion)
-        return (struct mill_motion_bounds){0};
-    struct mill_motion_bounds bounds = motion->type->bounds(motion);
+        return (struct mill_motion_bounds){.home = point};
+    struct mill_motion_bounds bounds = motion->type->bounds(motion, point);
     for (const struct mill_motion *m = motion->on; m; m = m->on) {
-        const struct mill_motion_bounds outer = m->type->bounds(m);
+        const struct mill_motion_bounds outer = m->type->bounds(m, bounds.home);
         if (outer.turning == 0.0) { /* it may stand turned */
             const struct mill_pose pose = m->type->pose(m, 0.0);
             bounds.axis = mill_pose_turn_out(&pose, bounds.axis);
@@ -74,9 +79,70 @@ struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion)
     return bounds;
 }
 
-double mill_motion_reach(const struct mill_motion *motion, double radius, double half_length)
+double mill_motion_reach(const struct mill_motion *motion, const struct mill_reach *places)
 {
-    if (!motion || mill_motion_pose(motion, 0.0).about_x)
-        return radius;
-    return sqrt(radius * radius + half_length * half_length) + mill_motion_bounds(motion).far;
+    const vec3 lo = places->lo, hi = places->hi;
+    vec3 through = {0.0, 0.0, 0.0}, direction = {0.0, 0.0, 0.0};
+    double reach = 0.0, far = 0.0;
+    if (places->radius < (double)INFINITY && (!motion || mill_motion_pose(motion, 0.0).about_x))
+        return places->radius;
+    if (motion &&
+        (motion->on || !motion->type->axis || !motion->type->axis(motion, &through, &direction))) {
+        const struct mill_motion_bounds b = mill_motion_bounds(motion, through);
+        through = b.home;
+        far = b.far;
+    }
+    for (int corner = 0; motion && corner < 8; corner++) {
+        const vec3 at = {corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y,
+                         corner & 4 ? hi.z : lo.z};
+        const vec3 away = vec3_sub(at, through);
+        reach = fmax(reach, vec3_norm(vec3_axpy(away, -vec3_dot(away, direction), direction)));
+    }
+    return reach + far;
+}
+
+bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction)
+{
+    for (const struct mill_motion *m = motion; m; m = m->on) {
+        vec3 through, axis;
+        if (!m->type->axis || !m->type->axis(m, &through, &axis))
+            return false;
+        const struct mill_pose pose = m->type->pose(m, 0.0);
+        direction = mill_pose_turn_out(&pose, direction);
+        if (vec3_norm(vec3_cross(axis, direction)) > 1e-15)
+            return false;
+    }
+    return true;
+}
+
+/* Is the time a whole multiple of the periods of the motion and its carriers? */
+static bool repeats(const struct mill_motion *motion, double time)
+{
+    bool all = true;
+    for (const struct mill_motion *m = motion; m && all; m = m->on) {
+        const double period = m->type->period(m), times = time / period;
+        all = !(period < (double)INFINITY) || fabs(times - rint(times)) <= ALIKE * times;
+    }
+    return all;
+}
+
+struct mill_motion_cycle mill_motion_cycle(struct mill_motion *const *motion, int count)
+{
+    struct mill_motion_cycle cycle = {INFINITY, 0.0, 0};
+    for (int k = 0; k < count; k++) {
+        for (const struct mill_motion *m = motion[k]; m; m = m->on) {
+            const double period = m->type->period(m);
+            cycle.single = period < (double)INFINITY ? fmax(cycle.single, period) : cycle.single;
+        }
+    }
+    if (cycle.single <= 0.0)
+        return cycle;
+    for (int many = 1; many <= MOST_PERIODS && cycle.singles == 0; many++) {
+        bool all = true;
+        for (int k = 0; k < count && all; k++)
+            all = repeats(motion[k], many * cycle.single);
+        cycle.singles = all ? many : 0;
+    }
+    cycle.period = (cycle.singles > 0 ? cycle.singles : 1) * cycle.single;
+    return cycle;
 }

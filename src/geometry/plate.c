@@ -22,9 +22,10 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
                                    const struct mill_pose *pose)
 {
     const struct plate *w = (const struct plate *)shape;
-    (void)pose;
+    const vec3 point = {w->x, centre.y, centre.z}, none = {0.0, 0.0, 0.0};
     return (struct mill_contact){.normal = {w->inward, 0.0, 0.0},
-                                 .point = {w->x, centre.y, centre.z},
+                                 .point = point,
+                                 .velocity = shape->motion ? mill_pose_velocity(pose, point) : none,
                                  .gap = w->inward * (centre.x - w->x) - radius};
 }
 
@@ -48,6 +49,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     (void)form;
     w->inward = shape->number == 0 ? 1.0 : -1.0;
     w->x = -chamber->half_length * w->inward;
+    shape->fixed = true; /* if it turns, then in itself */
     return true;
 }
 

@@ -14,6 +14,10 @@ const char *mill_setup_fault_text(enum mill_fault_code code)
         [MILL_FAULT_BALL_IN_BALL] = "two balls overlap at the start",
         [MILL_FAULT_NO_ROOM] = "the balls do not fit",
         [MILL_FAULT_SURFACE] = "a surface does not fit into the drum",
+        [MILL_FAULT_CONTAINER] = "there is no container, or more than one",
+        [MILL_FAULT_OUTSIDE] = "a body leaves the container",
+        [MILL_FAULT_CLASH] = "two bodies run into each other",
+        [MILL_FAULT_MESH] = "a mesh is not closed, or not sound",
     };
     assert((unsigned)code < sizeof text / sizeof *text);
     return text[code];

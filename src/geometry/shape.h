@@ -1,4 +1,4 @@
-/* A surface that balls meet: drum, end wall, shaft, blade. One shape = one file behind this
+/* A surface that balls meet: drum, end wall, shaft, blade, body. One shape = one file behind this
  * interface. Shapes never change; the pose of what moves is handed in. All of them keep one
  * contract for a contact: the first time at which gap <= 0 and the gap is closing (Bannerman et al.
  * 2014, arXiv 1211.6718). */
@@ -65,10 +65,11 @@ struct mill_contact {
 /* [m] a search by steps takes a gap below this for closed: some 50 roundings of a position */
 #define MILL_SHAPE_CLOSED 1e-15
 
-/* The room of a drum: every other shape ends where it begins */
+/* The room of the container: every other shape ends where it begins */
 struct mill_chamber {
-    struct mill_profile drum;
-    double half_length; /* [m] */
+    struct mill_profile drum; /* its cross-section; of a body the circle around it */
+    double half_length;       /* [m] */
+    struct mill_reach places; /* of the laboratory that it ever comes into */
 };
 
 /* The mill that a form has to fit into */
@@ -89,14 +90,31 @@ struct mill_shape_gaps {
 
 enum { MILL_SHAPE_FAULT = 200 }; /* characters of a fault */
 
+/* A container that is a body is made of walls, each a surface of its own. In the body's frame: */
+struct mill_wall {
+    bool flat;
+    vec3 point, normal; /* [m], unit into the mill: of a flat one */
+    double radius;      /* [m] of a round one about z, at z = 0 */
+    double slope;       /* of the radius along z, where it has no end */
+    double half;        /* [m] half of its straight part, round ends beyond it; INFINITY: no end */
+};
+enum { MILL_WALLS = 6 }; /* of a body, at most */
+
+/* What encloses a body, in its frame: the place nearer than `radius` [m] to the line from -half to
+ * +half on its z axis [m] */
+struct mill_hull {
+    double half, radius;
+};
+
+struct mill_body;
 struct mill_mesh;
 struct mill_shape;
 
 /* A kind of shape. Poses are those of the shape's motion; what stands still has mill_pose_still. */
 struct mill_shape_type {
     const char *name; /* "blade", "end wall": in messages, and of a deck's sections [blade.NAME] */
-    enum mill_kind kind;
-    bool pinches; /* may press a ball against another body, and lets it go then */
+    enum mill_kind kind; /* of its contacts; MILL_BALL_BALL: that of the body */
+    bool pinches;        /* may press a ball against another body, and lets it go then */
     /* Of kinds that a deck can name, those listed in mill_shapes_named: */
     bool on_rotor;              /* the rotor carries them; else they stand still */
     const struct mill_key *key; /* the numbers of the form */
@@ -131,21 +149,31 @@ struct mill_shape_type {
     /* For such a ball, of a body whose motion turns about x alone; NULL: it may be met at any
      * angle. */
     struct mill_sector (*sector)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
-    /* true: the ball touches the shape in a second place as well, told in *contact. NULL for a
-     * shape on which no ball ever does. */
-    bool (*beside)(const struct mill_shape *, vec3 centre, double radius,
-                   struct mill_contact *contact);
+    /* true: the ball, of velocity v, touches the shape in another place as well, told in *contact,
+     * and closes on that. NULL for a shape that no ball ever touches twice. */
+    bool (*beside)(const struct mill_shape *, vec3 centre, vec3 v, double radius,
+                   const struct mill_pose *, struct mill_contact *contact);
     /* Adds what balls can see of it, in its own frame, no flat farther than `tolerance` [m] from
      * the surface. */
     void (*draw)(const struct mill_shape *, const struct mill_chamber *, double tolerance,
                  struct mill_mesh *);
+    /* Of bodies: */
+    /* Its walls, as a container; returns how many. NULL: it is one surface from inside as well. */
+    int (*walls)(const struct mill_body *, struct mill_wall wall[MILL_WALLS]);
+    struct mill_hull (*hull)(const struct mill_body *);
+    double (*volume)(const struct mill_body *); /* [m^3] */
+    /* Adds its outline in its motion's frame, seen from the side where the balls are. */
+    void (*outline)(const struct mill_body *, double tolerance, struct mill_mesh *);
 };
 
 /* Every shape starts with this. */
 struct mill_shape {
     const struct mill_shape_type *type;
     const struct mill_motion *motion; /* that carries it; NULL: it stands still */
+    int kind;                         /* of its contacts: of the world's */
     int number;    /* which of its kind: end wall 0 (x < 0) or 1, blade 0.. ; -1: the only one */
+    bool pinches;  /* may press a ball against another body, and lets it go then */
+    bool fixed;    /* no point of space ever changes its distance from it */
     double hollow; /* [m] least radius of what is curved around the ball; 0: nothing is */
     struct mill_poly_counts *counts; /* where its solver counts; may be NULL */
 };
@@ -171,8 +199,7 @@ static inline struct mill_contact mill_shape_meet(const struct mill_shape *shape
     const struct mill_contact k = shape->type->contact(shape, r, radius, pose);
     struct mill_contact other;
     if (shape->type->beside && vec3_dot(vec3_sub(v, k.velocity), k.normal) >= 0.0 &&
-        shape->type->beside(shape, r, radius, &other) &&
-        vec3_dot(vec3_sub(v, other.velocity), other.normal) < 0.0)
+        shape->type->beside(shape, r, v, radius, pose, &other))
         return other;
     return k;
 }

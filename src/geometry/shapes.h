@@ -8,6 +8,15 @@
 /* Those of the drum, made from its profile and length alone */
 extern const struct mill_shape_type mill_cylinder_drum_type, mill_wavy_type, mill_plate_type;
 
+/* One wall of a container that is a body */
+struct mill_wall_of {
+    const struct mill_body *body;
+    struct mill_hull hull;
+    struct mill_wall wall;
+    const struct mill_shape_type *draws; /* the body's, of one of the walls; else NULL */
+};
+extern const struct mill_shape_type mill_wall_type;
+
 /* Those that a deck names in sections [TYPE.NAME]; NULL behind the last */
 extern const struct mill_shape_type *const mill_shapes_named[];
 
@@ -15,13 +24,17 @@ extern const struct mill_shape_type *const mill_shapes_named[];
 enum { MILL_BLADE_PLACES = 2 };
 extern const struct mill_key mill_blade_key[];
 
-/* The room of the setup's drum. */
+/* The room of the setup's drum, without the box that it sweeps. */
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum);
 
-/* Drum, end walls, then the setup's surfaces: *shapes[*count]. counts: where solvers count; may be
- * NULL. false: out of memory. Owner: the caller, in any case. */
-bool mill_shapes_create(const struct mill_setup *setup, struct mill_motion *const *motion,
-                        struct mill_poly_counts *counts, struct mill_shape ***shapes, int *count);
+/* That body of the setup which holds the balls, or NULL. */
+const struct mill_setup_surface *mill_shapes_container(const struct mill_setup *setup);
+
+/* Drum and end walls, where there are, then the setup's surfaces: *shapes[*count]. counts: where
+ * solvers count; may be NULL. false: out of memory. Owner: the caller, in any case. */
+bool mill_shapes_create(const struct mill_setup *setup, const struct mill_chamber *chamber,
+                        struct mill_motion *const *motion, struct mill_poly_counts *counts,
+                        struct mill_shape ***shapes, int *count);
 void mill_shapes_free(struct mill_shape **shapes, int count);
 
 #endif

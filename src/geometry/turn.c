@@ -2,6 +2,7 @@
  * sun wheel. Rotation by Rodrigues' formula: of a vector, the part along the axis stays, the part
  * across it becomes cos(angle) of itself and sin(angle) of its cross product with the axis. */
 #include "base/elementary.h"
+#include "geometry/phase.h"
 #include "millsim/motion.h"
 
 #include <assert.h>
@@ -11,6 +12,7 @@
 struct turn {
     struct mill_motion base;
     struct mill_turn is;                 /* its axis of length 1, its angle at local time 0 */
+    double start;                        /* [rad] its angle at simulated time 0 */
     bool about_x;                        /* its axis is x through the carrier's origin */
     vec3 along[3], across[3], turned[3]; /* of the directions x, y, z */
 };
@@ -35,7 +37,7 @@ static struct mill_motion *create(const void *form)
     turn->is = *asked;
     turn->is.axis = axis;
     turn->about_x = vec3_norm(asked->centre) == 0.0 && axis.x == 1.0;
-    turn->is.angle = fmod(asked->angle, 2.0 * MILL_PI);
+    turn->start = turn->is.angle = fmod(asked->angle, 2.0 * MILL_PI);
     for (int k = 0; k < 3; k++) {
         turn->along[k] = vec3_scale(axis, vec3_dot(axis, direction[k]));
         turn->across[k] = vec3_sub(direction[k], turn->along[k]);
@@ -71,24 +73,49 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
     return pose;
 }
 
-static struct mill_motion_bounds bounds(const struct mill_motion *motion)
+/* A point goes around its foot on the axis. */
+static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 point)
 {
     const struct mill_turn *is = &((const struct turn *)motion)->is;
-    const double centre = vec3_norm(is->centre), speed = fabs(is->speed);
+    const vec3 out = vec3_sub(point, is->centre);
+    const vec3 home = vec3_axpy(is->centre, vec3_dot(out, is->axis), is->axis);
+    const double far = vec3_norm(vec3_sub(point, home)), speed = fabs(is->speed);
     return (struct mill_motion_bounds){
-        .far = 2.0 * centre,
-        .speed = speed * centre,
-        .acceleration = speed * speed * centre,
+        .home = home,
+        .far = far,
+        .speed = speed * far,
+        .acceleration = speed * speed * far,
         .turning = speed,
         .axis = is->axis,
     };
 }
 
-static void restart(struct mill_motion *motion, double t)
+static double period(const struct mill_motion *motion)
 {
-    struct mill_turn *is = &((struct turn *)motion)->is;
-    is->angle = fmod(is->angle + is->speed * t, 2.0 * MILL_PI);
+    return 2.0 * MILL_PI / fabs(((const struct turn *)motion)->is.speed);
 }
 
-const struct mill_motion_type mill_turn_type = {
-    .is_sound = is_sound, .create = create, .pose = pose, .bounds = bounds, .restart = restart};
+static bool axis(const struct mill_motion *motion, vec3 *through, vec3 *direction)
+{
+    const struct mill_turn *is = &((const struct turn *)motion)->is;
+    *through = is->centre;
+    *direction = is->axis;
+    return true;
+}
+
+/* A rotor's angle is summed up from restart to restart, as in all runs of old; 2e-15 rad a turn. */
+static void restart(struct mill_motion *motion, double base, double by)
+{
+    struct turn *turn = (struct turn *)motion;
+    struct mill_turn *is = &turn->is;
+    is->angle = turn->about_x && !motion->on ? fmod(is->angle + is->speed * by, 2.0 * MILL_PI)
+                                             : mill_phase_radians(turn->start, is->speed, base);
+}
+
+const struct mill_motion_type mill_turn_type = {.is_sound = is_sound,
+                                                .create = create,
+                                                .pose = pose,
+                                                .bounds = bounds,
+                                                .period = period,
+                                                .axis = axis,
+                                                .restart = restart};

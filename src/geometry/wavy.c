@@ -11,9 +11,9 @@
  * arc is known, and mill_poly_first_rise tells when its gap, a quartic, first closes. The pieces
  * have no gaps between them, so no contact at a joint is missed, whichever way roundings go. Most
  * flights cross no line, and mostly one arc is in reach of a cell: one quartic. */
+#include "geometry/wavy.h"
 #include "base/elementary.h"
 #include "geometry/mesh.h"
-#include "geometry/shapes.h"
 
 #include <stdlib.h>
 
@@ -24,76 +24,32 @@
 #define SECTORS 8 /* a buckle: a guess at the pitch, by one division */
 #define DEPTH 3   /* quarterings of a box before an arc counts as in reach */
 
-/* Outer (even) or inner (odd) */
-struct arc {
-    double y, z;                 /* [m] its centre */
-    double uy, uz;               /* direction of that from the axis */
-    double edge_y[2], edge_z[2]; /* outer ones: normals of the lines to the inner centres before and
-                                    after, towards the wedge */
-};
-
-struct wavy {
-    struct mill_shape base;
-    double radius;             /* [m] of the arcs */
-    double far;                /* [m] bound of a coordinate in the drum */
-    double angle;              /* [rad] of arc 0 */
-    double half_pitch;         /* [rad] between an arc and the next */
-    struct mill_heading pitch; /* of half_pitch */
-    bool overhangs;            /* an outer arc's wedge is wider than 180 degrees */
-    int arcs;
-    struct arc *arc;
-    int sectors;       /* of the directions, four or more to a pitch */
-    int16_t *outer_at; /* the outer arc in whose pitch each begins */
-};
-
-/* +1: met from inside (outer arcs), -1: from outside (inner arcs) */
-static double inward(int arc)
-{
-    return arc % 2 == 0 ? 1.0 : -1.0;
-}
-
-/* Of a number that is less than twice as large: no division */
-static int wrap(const struct wavy *w, int arc)
-{
-    return arc < w->arcs ? arc : arc - w->arcs;
-}
-
-/* > 0: on the wedge's side of that edge [m] */
-static double beyond_edge(const struct arc *a, int edge, double y, double z)
-{
-    return a->edge_y[edge] * (y - a->y) + a->edge_z[edge] * (z - a->z);
-}
-
-static double distance(const struct arc *a, double y, double z)
-{
-    return sqrt((y - a->y) * (y - a->y) + (z - a->z) * (z - a->z));
-}
-
 /* ---- which arc is near? ---- */
 
 /* Between the lines through that outer centre? */
-static bool in_wedge(const struct wavy *w, const struct arc *a, double y, double z)
+static bool in_wedge(const struct mill_wavy *w, const struct mill_wavy_arc *a, double y, double z)
 {
-    const bool before = beyond_edge(a, 0, y, z) > 0.0, after = beyond_edge(a, 1, y, z) > 0.0;
+    const bool before = mill_wavy_beyond(a, 0, y, z) > 0.0,
+               after = mill_wavy_beyond(a, 1, y, z) > 0.0;
     return w->overhangs ? before || after : before && after;
 }
 
 /* In the pitch around it? A wide wedge goes on behind the next inner arc, into another's pitch. */
-static bool in_pitch(const struct wavy *w, const struct arc *a, double y, double z)
+static bool in_pitch(const struct mill_wavy *w, const struct mill_wavy_arc *a, double y, double z)
 {
     const double along = y * a->uy + z * a->uz, across = fabs(z * a->uy - y * a->uz);
     return across * w->pitch.cos <= along * w->pitch.sin;
 }
 
 /* Is the place in the half turn after the arc's direction? */
-static bool is_after(const struct arc *a, double y, double z)
+static bool is_after(const struct mill_wavy_arc *a, double y, double z)
 {
     return z * a->uy - y * a->uz >= 0.0;
 }
 
 /* Sectors are equal parts of the square |y| + |z| = 1, from -y on: none is wider than half a
  * pitch. */
-static int sector(const struct wavy *w, double y, double z)
+static int sector(const struct mill_wavy *w, double y, double z)
 {
     const double sum = fabs(y) + fabs(z);
     if (!(sum > 0.0))
@@ -103,29 +59,25 @@ static int sector(const struct wavy *w, double y, double z)
     return k < w->sectors ? k : w->sectors - 1;
 }
 
-/* The arc nearest to a place in the drum; *beside: the other inner arc next to it, across the ray
- * of an outer one. beside may be NULL. */
-static int nearest(const struct wavy *w, double y, double z, int *beside)
+struct mill_wavy_near mill_wavy_nearest(const struct mill_wavy *w, double y, double z)
 {
     int k = w->outer_at[sector(w, y, z)];
     if (is_after(&w->arc[k + 1], y, z))
-        k = wrap(w, k + 2);
-    const struct arc *outer = &w->arc[k];
+        k = mill_wavy_wrap(w, k + 2);
+    const struct mill_wavy_arc *outer = &w->arc[k];
     const bool after = is_after(outer, y, z);
     const int next = k + 1, last = k > 0 ? k - 1 : w->arcs - 1;
-    if (beside)
-        *beside = after ? last : next;
-    if (beyond_edge(outer, after, y, z) > 0.0)
-        return k;
-    return after ? next : last;
+    const bool in = mill_wavy_beyond(outer, after, y, z) > 0.0;
+    return (struct mill_wavy_near){in ? k : after ? next : last, k, after ? last : next};
 }
 
 /* ---- contacts ---- */
 
-static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 centre, double radius)
+struct mill_contact mill_wavy_contact(const struct mill_wavy *w, int arc, vec3 centre,
+                                      double radius)
 {
-    const struct arc *a = &w->arc[arc];
-    const double s = inward(arc), d = distance(a, centre.y, centre.z);
+    const struct mill_wavy_arc *a = &w->arc[arc];
+    const double s = mill_wavy_inward(arc), d = mill_wavy_distance(a, centre.y, centre.z);
     /* at its very centre an outer arc is everywhere alike; the axis is the way out */
     const double uy = d > 0.0 ? (centre.y - a->y) / d : a->uy;
     const double uz = d > 0.0 ? (centre.z - a->z) / d : a->uz;
@@ -134,41 +86,57 @@ static struct mill_contact contact_with(const struct wavy *w, int arc, vec3 cent
                                  .gap = s * (w->radius - s * radius - d)};
 }
 
+/* A contact with the wall in its own frame, as it is in the laboratory */
+static struct mill_contact seen(const struct mill_pose *pose, const struct mill_contact *k)
+{
+    const vec3 point = mill_pose_out(pose, k->point);
+    return (struct mill_contact){.normal = mill_pose_turn_out(pose, k->normal),
+                                 .point = point,
+                                 .velocity = mill_pose_velocity(pose, point),
+                                 .gap = k->gap};
+}
+
 static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
                                    const struct mill_pose *pose)
 {
-    const struct wavy *w = (const struct wavy *)shape;
-    (void)pose;
-    return contact_with(w, nearest(w, centre.y, centre.z, NULL), centre, radius);
+    const struct mill_wavy *w = (const struct mill_wavy *)shape;
+    if (!shape->motion)
+        return mill_wavy_contact(w, mill_wavy_nearest(w, centre.y, centre.z).arc, centre, radius);
+    const vec3 r = mill_pose_in(pose, centre);
+    const struct mill_contact k =
+        mill_wavy_contact(w, mill_wavy_nearest(w, r.y, r.z).arc, r, radius);
+    return seen(pose, &k);
 }
 
 /* A ball too wide for an outer arc, or for the way to it, may touch the inner ones on both sides.
  */
-static bool beside(const struct mill_shape *shape, vec3 centre, double radius,
-                   struct mill_contact *k)
+static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
+                   const struct mill_pose *pose, struct mill_contact *k)
 {
-    const struct wavy *w = (const struct wavy *)shape;
-    int other;
-    const int arc = nearest(w, centre.y, centre.z, &other);
+    const struct mill_wavy *w = (const struct mill_wavy *)shape;
+    const vec3 r = shape->motion ? mill_pose_in(pose, centre) : centre;
+    const struct mill_wavy_near near = mill_wavy_nearest(w, r.y, r.z);
     const double slack = SNUG * w->far;
-    if (inward(arc) > 0.0 && w->radius - radius > slack)
+    if (mill_wavy_inward(near.arc) > 0.0 && w->radius - radius > slack)
         return false;
-    *k = contact_with(w, other, centre, radius);
-    return k->gap <= slack;
+    *k = mill_wavy_contact(w, near.beside, r, radius);
+    if (shape->motion)
+        *k = seen(pose, k);
+    return k->gap <= slack && vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
 
 /* ---- the first contact of a flight ---- */
 
 /* The first time after `from` at which the flight crosses an edge of one of the wedges, `to` if
  * there is none before. */
-static double next_edge(const struct wavy *w, const struct mill_flight *f, struct mill_span parts,
-                        double from, double to)
+static double next_edge(const struct mill_wavy *w, const struct mill_flight *f,
+                        struct mill_span parts, double from, double to)
 {
     for (int i = parts.first % 2; i < parts.count; i += 2) {
-        const struct arc *a = &w->arc[wrap(w, parts.first + i)];
+        const struct mill_wavy_arc *a = &w->arc[mill_wavy_wrap(w, parts.first + i)];
         for (int edge = 0; edge < 2; edge++) {
             const double y = a->edge_y[edge], z = a->edge_z[edge];
-            const double c = beyond_edge(a, edge, f->r.y, f->r.z), b = y * f->v.y + z * f->v.z;
+            const double c = mill_wavy_beyond(a, edge, f->r.y, f->r.z), b = y * f->v.y + z * f->v.z;
             const double half_g = 0.5 * (y * f->g.y + z * f->g.z);
             if (fabs(c) > to * (fabs(b) + to * fabs(half_g)))
                 continue;
@@ -184,11 +152,11 @@ static double next_edge(const struct wavy *w, const struct mill_flight *f, struc
 
 /* The outer arc in whose wedge a piece of a flight runs, from one place through the other, or
  * NO_ARC. The piece may leave the pitch, but through the wall. */
-static int wedge_of(const struct wavy *w, struct mill_span parts, vec3 from, vec3 through)
+static int wedge_of(const struct mill_wavy *w, struct mill_span parts, vec3 from, vec3 through)
 {
     for (int i = parts.first % 2; i < parts.count; i += 2) {
-        const int arc = wrap(w, parts.first + i);
-        const struct arc *a = &w->arc[arc];
+        const int arc = mill_wavy_wrap(w, parts.first + i);
+        const struct mill_wavy_arc *a = &w->arc[arc];
         if (in_wedge(w, a, through.y, through.z) && in_pitch(w, a, from.y, from.z))
             return arc;
     }
@@ -196,12 +164,12 @@ static int wedge_of(const struct wavy *w, struct mill_span parts, vec3 from, vec
 }
 
 /* The inner arc of whose direction the place is, or NO_ARC. */
-static int inner_at(const struct wavy *w, struct mill_span parts, double y, double z)
+static int inner_at(const struct mill_wavy *w, struct mill_span parts, double y, double z)
 {
     double most = -INFINITY;
     int best = NO_ARC;
     for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
-        const int arc = wrap(w, parts.first + i);
+        const int arc = mill_wavy_wrap(w, parts.first + i);
         const double along = y * w->arc[arc].uy + z * w->arc[arc].uz;
         if (along > most) {
             most = along;
@@ -212,17 +180,17 @@ static int inner_at(const struct wavy *w, struct mill_span parts, double y, doub
 }
 
 /* One arc as if it were a full circle */
-static double rise(const struct wavy *w, int arc, const struct mill_flight *f, double radius,
+static double rise(const struct mill_wavy *w, int arc, const struct mill_flight *f, double radius,
                    double horizon, bool touching)
 {
-    const double s = inward(arc), rho = w->radius - s * radius;
+    const double s = mill_wavy_inward(arc), rho = w->radius - s * radius;
     return mill_shape_circle(f, w->arc[arc].y, w->arc[arc].z, rho, s, horizon, touching,
                              w->base.counts);
 }
 
 /* A piece of a flight between two edges: outer is the arc of its wedge, or NO_ARC. The ball has
  * touched the wall's nearest arc there, so that one's gap is zero at the start. */
-static double piece_contact(const struct wavy *w, int outer, const struct mill_flight *f,
+static double piece_contact(const struct mill_wavy *w, int outer, const struct mill_flight *f,
                             struct mill_span parts, double radius, double horizon, bool touching)
 {
     if (outer != NO_ARC)
@@ -230,7 +198,7 @@ static double piece_contact(const struct wavy *w, int outer, const struct mill_f
     const int touched = touching ? inner_at(w, parts, f->r.y, f->r.z) : NO_ARC;
     double first = INFINITY;
     for (int i = 1 - parts.first % 2; i < parts.count; i += 2) {
-        const int arc = wrap(w, parts.first + i);
+        const int arc = mill_wavy_wrap(w, parts.first + i);
         const double t = rise(w, arc, f, radius, horizon, arc == touched);
         if (t < first)
             first = horizon = t;
@@ -240,15 +208,15 @@ static double piece_contact(const struct wavy *w, int outer, const struct mill_f
 
 /* Certainly no contact within h: the flight is too short to reach any of the arcs, taken as full
  * circles. The margin outweighs all rounding; an infinite h rejects nothing. */
-static bool out_of_reach(const struct wavy *w, const struct mill_flight *f, struct mill_span parts,
-                         double radius, double h)
+static bool out_of_reach(const struct mill_wavy *w, const struct mill_flight *f,
+                         struct mill_span parts, double radius, double h)
 {
     const double speed = sqrt(f->v.y * f->v.y + f->v.z * f->v.z);
     const double fall = 0.5 * h * (fabs(f->g.y) + fabs(f->g.z));
     const double way = h * (speed + fall) * (1.0 + 1e-9) + 1e-9 * w->far;
     for (int i = 0; i < parts.count; i++) {
-        const int arc = wrap(w, parts.first + i);
-        const double s = inward(arc), reach = w->radius - s * (radius + way);
+        const int arc = mill_wavy_wrap(w, parts.first + i);
+        const double s = mill_wavy_inward(arc), reach = w->radius - s * (radius + way);
         const double y = f->r.y - w->arc[arc].y, z = f->r.z - w->arc[arc].z;
         if (!(reach > 0.0) || s * (y * y + z * z - reach * reach) >= 0.0)
             return false;
@@ -259,13 +227,14 @@ static bool out_of_reach(const struct wavy *w, const struct mill_flight *f, stru
 static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
                                     double radius, double now, double horizon, bool touching)
 {
-    const struct wavy *w = (const struct wavy *)shape;
+    const struct mill_wavy *w = (const struct mill_wavy *)shape;
+    if (shape->motion)
+        return mill_wavy_moving_contact(w, f, radius, now, horizon);
     const struct mill_span all = {0, (int16_t)w->arcs};
     const struct mill_span parts = f->parts.count > 0 ? f->parts : all;
     if (out_of_reach(w, f, parts, radius, horizon))
         return mill_hit_at(INFINITY);
     const bool fits = w->radius - radius > SNUG * w->far;
-    (void)now;
     struct mill_flight piece = *f;
     for (double from = 0.0;;) {
         int outer = NO_ARC;
@@ -296,15 +265,15 @@ struct patch {
     double y, z, half_y, half_z; /* [m] centre and half sides */
 };
 
-static bool outer_in_reach(const struct wavy *w, const struct arc *a, struct patch p, double rho,
-                           int depth)
+static bool outer_in_reach(const struct mill_wavy *w, const struct mill_wavy_arc *a, struct patch p,
+                           double rho, int depth)
 {
     const double half = sqrt(p.half_y * p.half_y + p.half_z * p.half_z);
-    const bool before = beyond_edge(a, 0, p.y, p.z) > -half;
-    const bool after = beyond_edge(a, 1, p.y, p.z) > -half;
+    const bool before = mill_wavy_beyond(a, 0, p.y, p.z) > -half;
+    const bool after = mill_wavy_beyond(a, 1, p.y, p.z) > -half;
     if (w->overhangs ? !before && !after : !before || !after)
         return false;
-    if (distance(a, p.y, p.z) + half < rho)
+    if (mill_wavy_distance(a, p.y, p.z) + half < rho)
         return false;
     if (depth == 0)
         return true;
@@ -318,11 +287,11 @@ static bool outer_in_reach(const struct wavy *w, const struct arc *a, struct pat
     return false;
 }
 
-static bool arc_in_reach(const struct wavy *w, int arc, struct patch p, double radius)
+static bool arc_in_reach(const struct mill_wavy *w, int arc, struct patch p, double radius)
 {
-    const struct arc *a = &w->arc[arc];
+    const struct mill_wavy_arc *a = &w->arc[arc];
     const double margin = 1e-6 * w->far + 1e-3 * radius;
-    if (inward(arc) > 0.0)
+    if (mill_wavy_inward(arc) > 0.0)
         return outer_in_reach(w, a, p, w->radius - radius - margin, DEPTH);
     const double y = fmax(fabs(p.y - a->y) - p.half_y, 0.0);
     const double z = fmax(fabs(p.z - a->z) - p.half_z, 0.0);
@@ -333,7 +302,9 @@ static bool arc_in_reach(const struct wavy *w, int arc, struct patch p, double r
 static struct mill_span arcs_in_reach(const struct mill_shape *shape, vec3 lo, vec3 hi,
                                       double radius)
 {
-    const struct wavy *w = (const struct wavy *)shape;
+    const struct mill_wavy *w = (const struct mill_wavy *)shape;
+    if (shape->motion) /* any of them may come */
+        return (struct mill_span){0, (int16_t)w->arcs};
     const double far = 1.5 * w->far;
     const double y0 = fmin(fmax(lo.y, -far), far), y1 = fmin(fmax(hi.y, -far), far);
     const double z0 = fmin(fmax(lo.z, -far), far), z1 = fmin(fmax(hi.z, -far), far);
@@ -368,12 +339,12 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
 
 static void release(struct mill_shape *shape)
 {
-    free(((struct wavy *)shape)->arc);
-    free(((struct wavy *)shape)->outer_at);
+    free(((struct mill_wavy *)shape)->arc);
+    free(((struct mill_wavy *)shape)->outer_at);
 }
 
 /* The line from an outer centre to an inner one, its normal turned towards the outer arc. */
-static void set_edge(struct arc *outer, int edge, const struct arc *inner)
+static void set_edge(struct mill_wavy_arc *outer, int edge, const struct mill_wavy_arc *inner)
 {
     const double y = inner->y - outer->y, z = inner->z - outer->z, d = sqrt(y * y + z * z);
     const double side = edge == 0 ? -1.0 : 1.0; /* the inner one comes before, or after */
@@ -383,7 +354,7 @@ static void set_edge(struct arc *outer, int edge, const struct arc *inner)
 
 /* For each sector the outer arc in whose pitch it begins; a hair before that, for is_after() cannot
  * tell the beginning of a pitch of half a turn from its end. */
-static void find_pitches(struct wavy *w)
+static void find_pitches(struct mill_wavy *w)
 {
     const int n = w->arcs / 2;
     for (int k = 0; k < w->sectors; k++) {
@@ -398,7 +369,7 @@ static void find_pitches(struct wavy *w)
 
 static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
-    struct wavy *w = (struct wavy *)shape;
+    struct mill_wavy *w = (struct mill_wavy *)shape;
     const struct mill_profile *p = &chamber->drum;
     const int arcs = w->arcs = 2 * p->buckles;
     (void)form;
@@ -414,21 +385,23 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     w->pitch = mill_elementary_heading(w->half_pitch);
     w->overhangs = p->half_outer > 0.5 * MILL_PI;
     for (int j = 0; j < arcs; j++) {
-        const double far = inward(j) > 0.0 ? p->outer : p->inner;
+        const double far = mill_wavy_inward(j) > 0.0 ? p->outer : p->inner;
         const struct mill_heading u = mill_elementary_heading(w->angle + j * w->half_pitch);
-        w->arc[j] = (struct arc){.y = far * u.cos, .z = far * u.sin, .uy = u.cos, .uz = u.sin};
+        w->arc[j] =
+            (struct mill_wavy_arc){.y = far * u.cos, .z = far * u.sin, .uy = u.cos, .uz = u.sin};
     }
     for (int j = 0; j < arcs; j += 2) {
         set_edge(&w->arc[j], 0, &w->arc[(j + arcs - 1) % arcs]);
         set_edge(&w->arc[j], 1, &w->arc[(j + 1) % arcs]);
     }
     find_pitches(w);
+    w->bounds = mill_motion_bounds(shape->motion, vec3_make(0.0, 0.0, 0.0));
     return true;
 }
 
 const struct mill_shape_type mill_wavy_type = {.name = "drum",
                                                .kind = MILL_BALL_DRUM,
-                                               .size = sizeof(struct wavy),
+                                               .size = sizeof(struct mill_wavy),
                                                .create = create,
                                                .free = release,
                                                .next_contact = next_contact,

@@ -63,7 +63,7 @@ void mill_energies_clear(struct mill_energies *e)
 
 /* ---- telling ---- */
 
-static void tell_kind(const struct mill_energies *e, enum mill_kind kind, struct mill_sink *sink)
+static void tell_kind(const struct mill_energies *e, int kind, struct mill_sink *sink)
 {
     const int balls = kind == MILL_BALL_BALL;
     const size_t n = MILL_ENERGIES_BINS, pairs = e->species * e->step[kind];

@@ -294,7 +294,7 @@ static struct mill_precision_mean tell_median(const struct mill_precision *p, ui
 
 static double work(const struct mill_precision *p, uint64_t from, uint64_t to)
 {
-    return p->accounts[to].rotor_work - p->accounts[from].rotor_work;
+    return p->accounts[to].work - p->accounts[from].work;
 }
 
 uint64_t mill_precision_cut(const struct mill_precision *p, bool *settled)
@@ -369,12 +369,12 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
 {
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
-    known.idle = now->rotor_work_gross <= rounding * now->incident;
+    known.idle = now->work_gross <= rounding * now->incident;
     known.enough =
         known.batches >= MILL_PRECISION_FEWEST && (known.idle || known.batches >= 3 * p->at.period);
-    known.power = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, rotor_work)});
+    known.power = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, work)});
     known.torque =
-        rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, rotor_impulse)});
+        rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, motion[0].impulse)});
     if (p->at.period == 0) /* no rotor */
         known.power.error = known.torque.error = NAN;
     known.median = tell_median(p, from, 0);

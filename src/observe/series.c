@@ -32,7 +32,7 @@ static const struct {
      "rotational kinetic energy of all balls"},
     {"potential_energy", "J", FROM(energy.potential), 0, MILL_H5_F64,
      "potential energy of all balls in gravity, 0 at the drum's centre"},
-    {"rotor_work", "J", FROM(account.rotor_work), 0, MILL_H5_F64,
+    {"rotor_work", "J", FROM(account.work), 0, MILL_H5_F64,
      "work done by the rotor on the balls, cumulative from t = 0"},
     {"rotor_torque", "N m", FROM(torque), 0, MILL_H5_F64,
      "torque of the rotor on the balls about +x, mean over the interval before; 0 in the first "
@@ -93,11 +93,11 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
                                struct mill_error *error)
 {
     struct series *series = (struct series *)self;
-    const double impulse = world->account.rotor_impulse - series->rotor_impulse;
+    const double impulse = world->account.motion[0].impulse - series->rotor_impulse;
     const struct row row = {.energy = mill_world_energy(world, t),
                             .torque = series->rows > 0 ? impulse / series->interval : 0,
                             .account = world->account};
-    series->rotor_impulse = world->account.rotor_impulse;
+    series->rotor_impulse = world->account.motion[0].impulse;
     mill_h5_column_append(series->shared[0], 1, &series->rows);
     mill_h5_column_append(series->shared[1], 1, &self->next);
     for (int i = 0; i < TABLE; i++)

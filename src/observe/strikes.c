@@ -82,8 +82,8 @@ bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now)
     return false;
 }
 
-struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_kind kind,
-                                      int32_t ball, int32_t partner, double time, double *since)
+struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, int32_t ball,
+                                      int32_t partner, double time, double *since)
 {
     assert(ball >= 0 && ball < 1 << 30 && partner >= -1 && partner < 1 << 30);
     const uint64_t pair = (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);

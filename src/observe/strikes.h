@@ -32,8 +32,8 @@ void mill_strikes_free(struct mill_strikes *strikes);
  * the contact starts a strike, and then the caller fills in the slots. Times must not decrease from
  * call to call. The entry is good until the next call. Balls and partners number less than 2^30
  * (partner -1: none). NULL: out of memory. */
-struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, enum mill_kind kind,
-                                      int32_t ball, int32_t partner, double time, double *since);
+struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, int32_t ball,
+                                      int32_t partner, double time, double *since);
 
 /* Entries there are, used or not. */
 size_t mill_strikes_room(const struct mill_strikes *strikes);

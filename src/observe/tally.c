@@ -197,7 +197,7 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
 
 /* ---- life ---- */
 
-double mill_tally_contact(const struct mill_world *world, enum mill_kind kind)
+double mill_tally_contact(const struct mill_world *world, int kind)
 {
     const double part = kind == MILL_BALL_BALL ? 0.5 : 1.0;
     double mass = 0, radius = 0;

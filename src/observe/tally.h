@@ -74,7 +74,7 @@ extern const struct mill_observer_type mill_tally_type;
 /* [s] How long a contact of this kind of the mean ball lasts, were it of steel, at a normal speed
  * of MILL_TALLY_SLOW: of a dense bed, and ten times the speed shortens it by no more than 1.6. */
 #define MILL_TALLY_SLOW 0.1 /* [m/s] */
-double mill_tally_contact(const struct mill_world *world, enum mill_kind kind);
+double mill_tally_contact(const struct mill_world *world, int kind);
 
 /* ---- results ---- */
 

@@ -22,8 +22,8 @@ static bool make_blocks(struct mill_tally_results *r, const struct mill_world *w
         return false;
     for (size_t k = 0; k < r->blocks; k++) {
         const struct mill_account *to = account + period;
-        r->block_power[k] = (to->rotor_work - account->rotor_work) / r->block;
-        r->block_torque[k] = (to->rotor_impulse - account->rotor_impulse) / r->block;
+        r->block_power[k] = (to->work - account->work) / r->block;
+        r->block_torque[k] = (to->motion[0].impulse - account->motion[0].impulse) / r->block;
         account = to;
     }
     return true;
@@ -75,8 +75,8 @@ static void sum_account(struct mill_tally_results *r)
     r->pinch_power = (to->pinch_work - from->pinch_work) / duration;
     const struct mill_spectrum_grid *grid = &r->tally->grid;
     const struct mill_spectrum *all = &r->impacts[MILL_TALLY_ALL].normal;
-    known->power.value = (to->rotor_work - from->rotor_work) / duration;
-    known->torque.value = (to->rotor_impulse - from->rotor_impulse) / duration;
+    known->power.value = (to->work - from->work) / duration;
+    known->torque.value = (to->motion[0].impulse - from->motion[0].impulse) / duration;
     known->median.value = mill_spectrum_quantile(grid, all, 0, 0.5);
     known->median_fast.value = mill_spectrum_quantile(grid, all, MILL_SPECTRUM_FAST, 0.5);
 }

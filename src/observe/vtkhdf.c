@@ -217,7 +217,7 @@ bool mill_vtkhdf_outline(const struct mill_profile *drum, const struct mill_worl
         outline->number = number ? number : outline->number;
         mesh->failed = mesh->failed || !kind || !number;
         for (size_t i = before; i < mesh->triangles && !mesh->failed; i++) {
-            kind[i] = (uint8_t)shape->type->kind;
+            kind[i] = (uint8_t)shape->kind;
             number[i] = shape->number;
         }
     }

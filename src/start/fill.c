@@ -23,6 +23,7 @@ struct pack {
     const struct mill_setup *setup;
     const struct mill_start_watch *watch;
     struct mill_world *world;
+    struct mill_pose frame; /* the container's, at the start */
     struct mill_fill_room room;
     struct mill_random random;
     struct mill_fill_grids grids;
@@ -79,7 +80,7 @@ static bool drop(struct pack *p, int32_t i, double scale)
         } while (y * y + z * z > r * r);
         const double x =
             (mill_random_uniform(&p->random) - 0.5) * (p->world->drum_length - 2.0 * a);
-        place->r = vec3_make(x, y, z);
+        place->r = mill_pose_out(&p->frame, vec3_make(x, y, z));
         if (mill_fill_room_clear(&p->room, place->r, a) && balls_clear(p, i, scale)) {
             mill_fill_grids_place(&p->grids, i);
             return true;
@@ -312,6 +313,8 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
                       struct mill_world *world, struct mill_fault *fault)
 {
     struct pack p = {.setup = setup, .watch = watch, .world = world};
+    p.frame = mill_world_frame(world, 0.0);
+    const bool moves = !world->container.still && !setup->at_rest;
     double widest = 0.0;
     for (int k = 0; k < world->species_count; k++)
         widest = fmax(widest, world->species[k].radius);
@@ -325,4 +328,9 @@ void mill_fill_random(const struct mill_setup *setup, const struct mill_start_wa
     for (int32_t i = 0; fault->code == MILL_FAULT_NONE && i < world->balls && setup->speed > 0.0;
          i++)
         world->ball[i].v = vec3_scale(mill_random_direction(&p.random), setup->speed);
+    for (int32_t i = 0; fault->code == MILL_FAULT_NONE && i < world->balls && moves; i++) {
+        const vec3 v = mill_pose_velocity(&p.frame, world->ball[i].r);
+        world->ball[i].v = vec3_add(world->ball[i].v, v);
+        world->spin[i] = p.frame.angular_velocity;
+    }
 }

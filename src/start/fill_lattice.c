@@ -46,7 +46,15 @@ static void lay_out(struct mill_fill_lattice *l, const double extent[3])
         }
         side *= 1.25;
     } while (points > FEWEST * (double)POINTS);
-    l->lo = vec3_make(-0.5 * extent[0], -0.5 * extent[1], -0.5 * extent[2]);
+}
+
+/* Of the box that the container is in at the start */
+static void extent_of(const struct mill_world *w, double extent[3])
+{
+    const vec3 size = vec3_sub(w->container.hi, w->container.lo);
+    extent[0] = size.x;
+    extent[1] = size.y;
+    extent[2] = size.z;
 }
 
 /* For the cells of the block that begins there, notes which surfaces are nearer than `near` to
@@ -91,10 +99,11 @@ static size_t look_around(struct mill_fill_room *room, const int32_t first[3], c
 bool mill_fill_room_init(struct mill_fill_room *room, const struct mill_world *w, double reach)
 {
     assert(reach > 0.0);
-    const double extent[3] = {w->drum_length, 2.0 * w->drum_radius, 2.0 * w->drum_radius};
     const int32_t *n = room->lattice.n;
-    double side[3], square = 0.0;
+    double extent[3], side[3], square = 0.0;
+    extent_of(w, extent);
     lay_out(&room->lattice, extent);
+    room->lattice.lo = w->container.lo;
     for (int axis = 0; axis < 3; axis++) {
         side[axis] = extent[axis] / n[axis];
         square += side[axis] * side[axis];
@@ -167,13 +176,14 @@ static int16_t class_of(double radius, double widest)
 
 static bool make_grid(struct mill_fill_grid *g, const struct mill_world *w)
 {
-    const double r = w->drum_radius, extent[3] = {w->drum_length, 2.0 * r, 2.0 * r};
+    double extent[3];
+    extent_of(w, extent);
     const double most = 16.0 * (double)g->balls + 4096.0;
     const double wide = 2.0 * g->widest * (1.0 + MILL_FILL_SPACING);
     const double side = fmax(wide, mill_elementary_cbrt(extent[0] * extent[1] * extent[2] / most));
     struct mill_fill_lattice *l = &g->lattice;
     size_t cells = 1;
-    l->lo = vec3_make(-0.5 * w->drum_length, -r, -r);
+    l->lo = w->container.lo;
     for (int axis = 0; axis < 3; axis++) {
         l->n[axis] = (int32_t)fmin(fmax(floor(extent[axis] / side), 1.0), 1024.0);
         l->per_side[axis] = l->n[axis] / extent[axis];

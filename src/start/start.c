@@ -37,31 +37,45 @@ static bool is_drum_sound(const struct mill_setup_drum *d)
 /* Motions ride on earlier ones. */
 static bool are_bodies_sound(const struct mill_setup *s)
 {
-    bool good = s->motions >= 0 && s->surfaces >= 0 && s->surfaces <= MOST_SHAPES;
+    bool good = s->motions >= 0 && s->motions <= MILL_MOTIONS_MOST && s->surfaces >= 0 &&
+                s->surfaces <= MOST_SHAPES && s->kinds >= 0 &&
+                s->kinds <= MILL_KINDS_MOST - MILL_KINDS && s->drum.rides >= 0 &&
+                s->drum.rides <= s->motions;
     for (int k = 0; good && k < s->motions; k++) {
         const struct mill_setup_motion *m = &s->motion[k];
         good = m->on >= MILL_STILL && m->on < k && m->type->is_sound(m->form);
     }
     for (int k = 0; good && k < s->surfaces; k++) {
         const struct mill_setup_surface *b = &s->surface[k];
-        good = b->motion >= MILL_STILL && b->motion < s->motions && b->type->is_sound(b->form);
+        good = b->motion >= MILL_STILL && b->motion < s->motions && b->type->is_sound(b->form) &&
+               b->kind >= 0 && b->kind < MILL_KINDS + s->kinds &&
+               (b->kind > 0 || b->type->kind != MILL_BALL_BALL);
     }
     return good;
+}
+
+static int count_containers(const struct mill_setup *s)
+{
+    int containers = s->drum.radius > 0.0;
+    for (int k = 0; k < s->surfaces; k++)
+        containers +=
+            s->surface[k].type->hull && ((const struct mill_body *)s->surface[k].form)->inside;
+    return containers;
 }
 
 /* Every number that could make the loop meaningless or endless */
 static bool is_sound(const struct mill_setup *s)
 {
     int64_t balls = 0;
-    bool good = is_drum_sound(&s->drum) && are_bodies_sound(s) && s->speed >= 0.0 &&
-                isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) && s->rebound_floor >= 0.0 &&
-                isfinite(s->rebound_floor) && s->species > 0;
+    bool good = (s->drum.radius == 0.0 || is_drum_sound(&s->drum)) && are_bodies_sound(s) &&
+                s->speed >= 0.0 && isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) &&
+                s->rebound_floor >= 0.0 && isfinite(s->rebound_floor) && s->species > 0;
     for (int k = 0; good && k < s->species; k++) {
         const struct mill_setup_balls *b = &s->balls[k];
         good = positive(b->diameter) && positive(b->density) && b->count >= 0;
         balls += b->count;
     }
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
+    for (int kind = 0; kind < MILL_KINDS + s->kinds; kind++) {
         const struct mill_law *law = &s->law[kind];
         good = good && law->restitution >= 0.0 && law->restitution <= 1.0 && law->friction >= 0.0 &&
                fabs(law->tangential) <= 1.0;
@@ -72,7 +86,9 @@ static bool is_sound(const struct mill_setup *s)
 static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
 {
     w->motion = calloc((size_t)setup->motions + 1, sizeof(struct mill_motion *));
-    for (int k = 0; w->motion && k < setup->motions; k++) {
+    w->motion_name = calloc((size_t)setup->motions + 1, sizeof *w->motion_name);
+    w->rotor = -1;
+    for (int k = 0; w->motion && w->motion_name && k < setup->motions; k++) {
         const struct mill_setup_motion *m = &setup->motion[k];
         assert(m->on >= MILL_STILL && m->on < k);
         w->motion[k] = m->type->create(m->form);
@@ -81,10 +97,114 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
         w->motions++;
         w->motion[k]->number = k;
         w->motion[k]->on = m->on == MILL_STILL ? NULL : w->motion[m->on];
+        if (m->name)
+            strncpy(w->motion_name[k], m->name, sizeof w->motion_name[k] - 1);
+        if (m->name && strcmp(m->name, "rotor") == 0)
+            w->rotor = k;
     }
-    if (w->motions > 0)
-        w->rotor_speed = mill_motion_pose(w->motion[0], 0.0).angular_velocity.x;
-    return w->motion != NULL;
+    if (w->rotor >= 0)
+        w->rotor_speed = mill_motion_pose(w->motion[w->rotor], 0.0).angular_velocity.x;
+    return w->motion && w->motion_name;
+}
+
+/* A cylinder about the container's axis: of a drum the one that its buckles reach, of a body that
+ * around it. */
+static void make_container(const struct mill_setup *setup, struct mill_world *w)
+{
+    const struct mill_setup_surface *body = mill_shapes_container(setup);
+    const struct mill_setup_drum *drum = &setup->drum;
+    struct mill_container *c = &w->container;
+    const int motion = body ? body->motion : drum->rides - 1;
+    c->motion = motion >= 0 ? w->motion[motion] : NULL;
+    c->frame = mill_pose_still;
+    if (body) {
+        const struct mill_body *is = body->form;
+        const struct mill_hull hull = body->type->hull(is);
+        w->drum_radius = hull.radius;
+        /* round ends go beyond the hull's line; boxes and cylinders end there */
+        w->drum_length =
+            2.0 * (hull.half + (body->type->walls && body->type != &mill_round_capsule_type &&
+                                        body->type != &mill_round_sphere_type
+                                    ? 0.0
+                                    : hull.radius));
+        c->frame.place = is->centre;
+        c->frame.x = is->z;
+        c->frame.y = is->x;
+        c->frame.z = is->y;
+        c->volume = body->type->volume(is);
+    } else {
+        const struct mill_chamber chamber = mill_shapes_chamber(drum);
+        w->drum_radius = drum->radius + (drum->buckles > 0 ? drum->buckle_height : 0.0);
+        w->drum_length = drum->length;
+        c->volume = mill_profile_area(&chamber.drum) * drum->length;
+    }
+    c->still = !body && !c->motion;
+}
+
+/* Grows the box [lo, hi] by the frame's cylinder. */
+static void take_in(const struct mill_world *w, const struct mill_pose *frame, double margin,
+                    vec3 *lo, vec3 *hi)
+{
+    const double r = w->drum_radius, half = 0.5 * w->drum_length;
+    const vec3 x = frame->x, at = frame->place;
+    /* its half extents across the axis are r times the sine of the angle */
+    const vec3 e = {half * fabs(x.x) + r * sqrt(fmax(0.0, 1.0 - x.x * x.x)) + margin,
+                    half * fabs(x.y) + r * sqrt(fmax(0.0, 1.0 - x.y * x.y)) + margin,
+                    half * fabs(x.z) + r * sqrt(fmax(0.0, 1.0 - x.z * x.z)) + margin};
+    *lo = vec3_make(fmin(lo->x, at.x - e.x), fmin(lo->y, at.y - e.y), fmin(lo->z, at.z - e.z));
+    *hi = vec3_make(fmax(hi->x, at.x + e.x), fmax(hi->y, at.y + e.y), fmax(hi->z, at.z + e.z));
+}
+
+/* Seen at many times of a period the container is never farther from one of these than it gets in
+ * half the time between them. Motions without a common period may take it anywhere within a ball.
+ */
+static void find_places(struct mill_world *w)
+{
+    enum { LOOKS = 512, MOST = 100000 };
+    struct mill_container *c = &w->container;
+    const double r = w->drum_radius, half = 0.5 * w->drum_length, size = sqrt(r * r + half * half);
+    const bool axial = c->motion && mill_motion_pose(c->motion, 0.0).about_x &&
+                       vec3_norm(c->frame.place) == 0.0 && c->frame.x.x == 1.0;
+    struct mill_reach *places = &c->places;
+    *places = (struct mill_reach){{-half, -r, -r}, {half, r, r}, r};
+    c->lo = places->lo;
+    c->hi = places->hi;
+    if (c->still || axial)
+        return;
+    const struct mill_pose begin = mill_world_frame(w, 0.0);
+    c->lo = vec3_make(INFINITY, INFINITY, INFINITY);
+    c->hi = vec3_scale(c->lo, -1.0);
+    take_in(w, &begin, 1e-9 * size, &c->lo, &c->hi);
+    *places = (struct mill_reach){
+        {INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, INFINITY};
+    struct mill_motion *chain = (struct mill_motion *)c->motion;
+    const struct mill_motion_cycle cycle = mill_motion_cycle(&chain, 1);
+    const struct mill_motion_bounds b = mill_motion_bounds(c->motion, c->frame.place);
+    const int looks = cycle.single <= 0.0            ? 1
+                      : cycle.singles * LOOKS < MOST ? cycle.singles * LOOKS
+                                                     : MOST;
+    const double between = looks > 1 ? cycle.period / looks : 0.0;
+    const double margin = 0.5 * between * (b.speed + b.turning * size) + 1e-9 * size;
+    for (int k = 0; k < looks; k++) {
+        const struct mill_pose frame = mill_world_frame(w, k * between);
+        take_in(w, &frame, margin, &places->lo, &places->hi);
+    }
+    if (looks > 0)
+        return;
+    const double far = b.far + size;
+    places->lo = vec3_make(b.home.x - far, b.home.y - far, b.home.z - far);
+    places->hi = vec3_make(b.home.x + far, b.home.y + far, b.home.z + far);
+}
+
+static bool make_shapes(const struct mill_setup *setup, struct mill_world *w)
+{
+    struct mill_chamber chamber = {.drum = mill_profile_make(2, w->drum_radius, 0.0, 0.0),
+                                   .half_length = 0.5 * w->drum_length};
+    if (setup->drum.radius > 0.0)
+        chamber = mill_shapes_chamber(&setup->drum);
+    chamber.places = w->container.places;
+    return mill_shapes_create(setup, &chamber, w->motion, &w->counts.quartics, &w->shape,
+                              &w->shapes);
 }
 
 /* What stands or turns about the drum's axis lies within the drum; a shaft has no other axis. */
@@ -101,7 +221,8 @@ static bool do_surfaces_fit(const struct mill_setup *setup, const struct mill_wo
     for (int k = 0; fits && k < setup->surfaces; k++) {
         const struct mill_setup_surface *s = &setup->surface[k];
         const bool axial =
-            s->motion == MILL_STILL || mill_motion_pose(w->motion[s->motion], 0.0).about_x;
+            drum->rides == 0 && drum->radius > 0.0 &&
+            (s->motion == MILL_STILL || mill_motion_pose(w->motion[s->motion], 0.0).about_x);
         if (s->type == &mill_cylinder_shaft_type)
             fits = axial && ((const struct mill_shaft *)s->form)->radius < fit.bore;
         else if (axial && s->type->fault)
@@ -157,10 +278,8 @@ static void check_balls(const struct mill_world *w, struct mill_fault *fault)
             const struct mill_pose pose = mill_shape_pose(s, 0.0);
             const double gap = mill_shape_gap(s, w->ball[i].r, radius_of(w, i), &pose);
             if (!(gap >= -SLACK))
-                *fault = (struct mill_fault){.code = MILL_FAULT_BALL_IN_SHAPE,
-                                             .ball = i,
-                                             .kind = s->type->kind,
-                                             .amount = -gap};
+                *fault = (struct mill_fault){
+                    .code = MILL_FAULT_BALL_IN_SHAPE, .ball = i, .kind = s->kind, .amount = -gap};
         }
     }
 }
@@ -214,16 +333,24 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     *world = NULL;
     if (!is_sound(setup))
         return fault->code = MILL_FAULT_NUMBER;
+    if (count_containers(setup) != 1)
+        return fault->code = MILL_FAULT_CONTAINER;
     struct mill_world *w = calloc(1, sizeof *w);
-    if (!w || !make_motions(setup, w) || !make_balls(setup, w) ||
-        !mill_shapes_create(setup, w->motion, &w->counts.quartics, &w->shape, &w->shapes)) {
+    bool made = w && make_motions(setup, w) && make_balls(setup, w);
+    if (made) {
+        w->period = mill_motion_cycle(w->motion, w->motions).period;
+        make_container(setup, w);
+        find_places(w);
+        made = make_shapes(setup, w);
+    }
+    if (!made) {
         mill_world_free(w);
         return fault->code = MILL_FAULT_MEMORY;
     }
+    mill_kinds_init(&w->kinds);
+    for (int k = 0; k < setup->kinds; k++)
+        mill_kinds_add(&w->kinds, setup->kind[k]);
     w->g = setup->gravity;
-    w->drum_radius =
-        setup->drum.radius + (setup->drum.buckles > 0 ? setup->drum.buckle_height : 0.0);
-    w->drum_length = setup->drum.length;
     memcpy(w->law, setup->law, sizeof w->law);
     w->rebound_floor = setup->rebound_floor;
     if (do_surfaces_fit(setup, w, fault))

@@ -363,9 +363,9 @@ END_TEST
 
 START_TEST(an_account_that_is_out_by_more_than_a_billionth_is_told)
 {
-    b.world->account.rotor_work += 1e-8 * b.world->start.kinetic;
+    b.world->account.work += 1e-8 * b.world->start.kinetic;
     expect_of_all("the energy account is out by ");
-    b.world->account.rotor_work = 1e-10 * b.world->start.kinetic;
+    b.world->account.work = 1e-10 * b.world->start.kinetic;
     ck_assert(mill_sim_paranoid_all(&sim, true));
 }
 END_TEST

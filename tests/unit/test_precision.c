@@ -210,8 +210,8 @@ static void add_batch(struct mill_account *account, double work, double speed, i
         account->collisions[MILL_BALL_BALL]++;
         account->fast[MILL_BALL_BALL][1] += v >= 1;
     }
-    account->rotor_work += work;
-    account->rotor_work_gross += fabs(work);
+    account->work += work;
+    account->work_gross += fabs(work);
     account->incident += 1;
     mill_precision_close(&batches, count, account);
 }
@@ -347,8 +347,8 @@ static void play(double from, double to)
         const bool early = time < 0.35;
         const double v = (early ? 4 : 1) * exp(0.3 * normal());
         const int ball = (int)(39 * random_share(&chance));
-        f.world.account.rotor_work += (early ? 500 : 100) * (1 + 0.5 * normal()) * step;
-        f.world.account.rotor_work_gross += 100 * step;
+        f.world.account.work += (early ? 500 : 100) * (1 + 0.5 * normal()) * step;
+        f.world.account.work_gross += 100 * step;
         f.world.account.incident += 0.1 * step;
         fixture_play(&f, impact_of(time, MILL_BALL_BALL, ball, ball + 1, v, 0.01));
     }

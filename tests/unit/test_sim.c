@@ -23,9 +23,9 @@ START_TEST(the_books_balance_and_nothing_overlaps_in_small_mills_of_all_kinds)
     ck_assert_uint_eq(b.world->counts.reliefs, 0);
     ck_assert_uint_eq(b.world->counts.not_closing, 0);
     if (b.world->rotor_speed == 0.0)
-        ck_assert_double_eq(b.world->account.rotor_work_gross, 0.0);
+        ck_assert_double_eq(b.world->account.work_gross, 0.0);
     else
-        ck_assert_double_gt(b.world->account.rotor_work, 0.0);
+        ck_assert_double_gt(b.world->account.work, 0.0);
     bench_close(&b);
 }
 END_TEST
@@ -295,8 +295,8 @@ START_TEST(a_turning_shaft_drives_a_ball_by_friction_and_its_work_is_booked)
     ck_assert_double_eq_tol(v.z, 0.5, 1e-14);
     ck_assert_double_eq_tol(v.y, -0.3, 1e-14); /* the top of the shaft moves to -y at 2 m/s */
     ck_assert_double_eq_tol(b.world->spin[0].x * 0.4 * 0.005, -0.3, 1e-14); /* as a gear would */
-    ck_assert_double_eq_tol(b.world->account.rotor_work, 2.0 * j, 1e-16);
-    ck_assert_double_eq_tol(b.world->account.rotor_impulse, 0.02 * j, 1e-18);
+    ck_assert_double_eq_tol(b.world->account.work, 2.0 * j, 1e-16);
+    ck_assert_double_eq_tol(b.world->account.motion[0].impulse, 0.02 * j, 1e-18);
     ck_assert_double_le(bench_balance(&b), 1e-14);
     bench_close(&b);
 }
@@ -344,7 +344,7 @@ START_TEST(a_planet_strikes_balls_beside_blades_that_stand_still)
     open_planetary(&b);
     bench_run(&b, 0.3);
     ck_assert_uint_gt(b.world->account.collisions[MILL_BALL_BLADE], 50);
-    ck_assert_double_gt(b.world->account.rotor_work, 0.0);
+    ck_assert_double_gt(b.world->account.work, 0.0);
     ck_assert_double_le(bench_overlap(&b), 1e-9);
     ck_assert_double_le(bench_balance(&b), 1e-12);
     ck_assert_uint_eq(b.world->counts.overlaps, 0);

@@ -35,7 +35,7 @@ static void run_mill(void)
         const double time = 0.5005 + 0.001 * i;
         fixture_play(&f, impact_of(time, (enum mill_kind)(i % 2 ? 0 : i % 4), i % 40, 40,
                                    0.001 * (1 + i), 0.1));
-        f.world.account.rotor_work += 0.1;
+        f.world.account.work += 0.1;
     }
     for (int i = 0; i < FIXTURE_BALLS; i++)
         f.ball[i].v.x = 1;
@@ -167,7 +167,7 @@ END_TEST
 START_TEST(an_energy_that_is_no_number_is_an_anomaly)
 {
     run_mill();
-    f.world.account.rotor_work = (double)NAN;
+    f.world.account.work = (double)NAN;
     assert_holds(printed(false), "anomalies          energies that are no numbers: 1\n");
     assert_holds(text, ", 1 anomaly\n");
 }
@@ -294,7 +294,7 @@ END_TEST
 START_TEST(json_gives_numbers_to_full_precision_and_no_nan)
 {
     run_mill();
-    f.world.account.rotor_work = 0.1 + 0.2;
+    f.world.account.work = 0.1 + 0.2;
     const char *json = printed(true);
     assert_holds(json, "\"rotor_work\": 0.30000000000000004");
     assert_holds(json, "\"stopped\": false");

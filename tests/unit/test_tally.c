@@ -158,8 +158,8 @@ static void turn(double from, double to, double even, double odd)
         const double time = from + (i + 0.5) * step;
         const bool second = ((int)floor((time - f.asked.sample_from) * 10) & 1) != 0;
         fixture_wait(&f, time);
-        f.world.account.rotor_work += (second ? odd : even) * step;
-        f.world.account.rotor_impulse += (second ? 2 : 4) * step;
+        f.world.account.work += (second ? odd : even) * step;
+        f.world.account.motion[0].impulse += (second ? 2 : 4) * step;
     }
 }
 
@@ -344,7 +344,7 @@ static void play_trace(int from, int to)
                       random_share(&seed));
         impact.position =
             vec3_make(0.1 * random_share(&seed) - 0.05, 0.1 * random_share(&seed) - 0.05, 0.03);
-        f.world.account.rotor_work += random_share(&seed);
+        f.world.account.work += random_share(&seed);
         f.ball[i % FIXTURE_BALLS].v.y = random_share(&seed);
         fixture_play(&f, impact);
     }

@@ -1,0 +1,106 @@
+/* Bodies: where they are, how they move, which cells they reach. */
+#include "geometry/body.h"
+
+#include <assert.h>
+
+/* Of the mill's size: outweighs the rounding of a place. */
+#define MARGIN 1e-6
+
+static bool is_unit(vec3 a)
+{
+    return fabs(vec3_dot(a, a) - 1.0) < 1e-12;
+}
+
+bool mill_body_is_placed(const struct mill_body *b)
+{
+    return isfinite(vec3_norm(b->centre)) && is_unit(b->x) && is_unit(b->y) &&
+           vec3_norm(vec3_sub(vec3_cross(b->x, b->y), b->z)) < 1e-12;
+}
+
+/* A body that turns about a line that stands still stays within a ring about it. */
+static void find_ring(struct mill_bodied *b)
+{
+    const struct mill_motion *motion = b->convex.base.motion;
+    const vec3 z = b->is.z, centre = b->is.centre;
+    b->rings = motion && !motion->on && motion->type->axis &&
+               motion->type->axis(motion, &b->through, &b->axis);
+    if (!b->rings)
+        return;
+    const vec3 a = vec3_sub(vec3_axpy(centre, -b->hull.half, z), b->through);
+    const vec3 way = vec3_scale(z, 2.0 * b->hull.half);
+    const double a_along = vec3_dot(a, b->axis), way_along = vec3_dot(way, b->axis);
+    const vec3 a_out = vec3_axpy(a, -a_along, b->axis),
+               way_out = vec3_axpy(way, -way_along, b->axis);
+    const double square = vec3_dot(way_out, way_out);
+    const double share =
+        square > 0.0 ? fmin(fmax(-vec3_dot(a_out, way_out) / square, 0.0), 1.0) : 0.0;
+    const double first = vec3_norm(a_out), last = vec3_norm(vec3_add(a_out, way_out));
+    b->near = vec3_norm(vec3_axpy(a_out, share, way_out)) - b->hull.radius;
+    b->beyond = fmax(first, last) + b->hull.radius;
+    b->from = fmin(a_along, a_along + way_along) - b->hull.radius;
+    b->to = fmax(a_along, a_along + way_along) + b->hull.radius;
+}
+
+void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
+                      struct mill_hull hull, vec3 symmetry)
+{
+    b->places = chamber->places;
+    struct mill_convex *c = &b->convex;
+    struct mill_motion_bounds *bounds = &c->bounds;
+    b->hull = hull;
+    c->centre = b->is.centre;
+    *bounds = mill_motion_bounds(c->base.motion, c->centre);
+    if (vec3_norm(symmetry) > 0.0 && vec3_norm(bounds->axis) > 0.0) {
+        const struct mill_pose pose = mill_shape_pose(&c->base, 0.0);
+        const vec3 own = mill_pose_turn_out(&pose, mill_body_turn_out(&b->is, symmetry));
+        if (vec3_norm(vec3_cross(own, bounds->axis)) < 1e-12) {
+            bounds->turning = bounds->spin_up = 0.0;
+            bounds->axis = vec3_make(0.0, 0.0, 0.0);
+        }
+    }
+    /* a place on the axis but for rounding moves by less than rounding */
+    const double size = vec3_norm(b->is.centre) + hull.half + hull.radius;
+    c->base.fixed = bounds->turning == 0.0 && bounds->far <= 1e-15 * size;
+    if (c->base.fixed)
+        bounds->speed = bounds->acceleration = bounds->far = 0.0;
+    find_ring(b);
+}
+
+bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec3 lo, vec3 hi,
+                          double radius)
+{
+    const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
+    const double far = 0.5 * vec3_norm(vec3_sub(hi, lo)) + radius * (1.0 + 1e-3) +
+                       MARGIN * (b->beyond + fabs(b->from) + fabs(b->to));
+    const vec3 q = vec3_sub(middle, b->through);
+    const double along = vec3_dot(q, b->axis);
+    const double away = vec3_norm(vec3_axpy(q, -along, b->axis));
+    return away > ring[0] - far && away < ring[1] + far && along > ring[2] - far &&
+           along < ring[3] + far;
+}
+
+void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)
+{
+    const vec3 least = b->places.lo, most = b->places.hi;
+    *lo = vec3_make(fmin(fmax(lo->x, least.x), most.x), fmin(fmax(lo->y, least.y), most.y),
+                    fmin(fmax(lo->z, least.z), most.z));
+    *hi = vec3_make(fmin(fmax(hi->x, least.x), most.x), fmin(fmax(hi->y, least.y), most.y),
+                    fmin(fmax(hi->z, least.z), most.z));
+}
+
+/* The box is the laboratory's; what is fixed has a gap there, which changes no faster than the
+ * place. */
+bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct mill_bodied *b = (const struct mill_bodied *)shape;
+    const double ring[4] = {b->near, b->beyond, b->from, b->to};
+    mill_body_clip(b, &lo, &hi);
+    if (shape->fixed) {
+        const struct mill_pose pose = mill_shape_pose(shape, 0.0);
+        const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
+        const double half = 0.5 * vec3_norm(vec3_sub(hi, lo));
+        const double margin = 1e-3 * radius + MARGIN * (b->hull.radius + b->hull.half);
+        return mill_shape_gap(shape, middle, radius, &pose) <= half + margin;
+    }
+    return !b->rings || b->is.inside || mill_body_ring_meets(b, ring, lo, hi, radius);
+}

@@ -1,0 +1,75 @@
+/* What all bodies have in common: a place in their motion's frame, bounds of how they move, and
+ * which cells of the laboratory they ever come near to. */
+#ifndef MILL_BODY_H
+#define MILL_BODY_H
+
+#include "geometry/convex.h"
+#include "geometry/shapes.h"
+
+/* Every body, and every wall of one, starts with this. */
+struct mill_bodied {
+    struct mill_convex convex;
+    struct mill_body is;
+    struct mill_hull hull;
+    bool rings;               /* it turns about a line that stands still: */
+    vec3 through, axis;       /* [m], unit */
+    double near, beyond;      /* [m] from that line: of its places the least and the greatest */
+    double from, to;          /* [m] along the line */
+    struct mill_reach places; /* where balls ever are */
+    const struct mill_shape_type *of; /* the kind of body; of a wall that draws it, else NULL */
+};
+
+/* Between the body's own axes and its motion's frame */
+static inline vec3 mill_body_turn_in(const struct mill_body *b, vec3 a)
+{
+    return vec3_make(vec3_dot(b->x, a), vec3_dot(b->y, a), vec3_dot(b->z, a));
+}
+
+static inline vec3 mill_body_turn_out(const struct mill_body *b, vec3 a)
+{
+    return vec3_axpy(vec3_axpy(vec3_scale(b->x, a.x), a.y, b->y), a.z, b->z);
+}
+
+static inline vec3 mill_body_in(const struct mill_body *b, vec3 place)
+{
+    return mill_body_turn_in(b, vec3_sub(place, b->centre));
+}
+
+static inline vec3 mill_body_out(const struct mill_body *b, vec3 place)
+{
+    return vec3_add(b->centre, mill_body_turn_out(b, place));
+}
+
+/* Centre and axes: finite, unit, orthogonal, right-handed? */
+bool mill_body_is_placed(const struct mill_body *body);
+
+/* Fills in what the struct holds but for `is`, which is there. symmetry: a direction about which
+ * the surface may turn without changing, in its own frame; zero: none. */
+void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
+                      struct mill_hull hull, vec3 symmetry);
+
+/* reachable of struct mill_shape_type */
+bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
+
+/* The part of a box of the laboratory, which may go on to infinity, where balls ever are */
+void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi);
+
+/* Can a ball whose centre is in the box [lo, hi] touch something of the body that stays within the
+ * given distances from its turning axis, and along it? */
+bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec3 lo, vec3 hi,
+                          double radius);
+
+/* Cheap and certain: within its travel the ball cannot come so near as `radius` to the hull. */
+static inline bool mill_body_is_far(const struct mill_bodied *b, const struct mill_flight *f,
+                                    double radius)
+{
+    if (!(f->travel < (double)INFINITY))
+        return false;
+    const vec3 q = vec3_sub(f->place, b->is.centre);
+    const double z = vec3_dot(q, b->is.z), beyond = fabs(z) - b->hull.half;
+    const double far = b->hull.radius + radius + f->travel;
+    const double square = vec3_dot(q, q) - z * z + (beyond > 0.0 ? beyond * beyond : 0.0);
+    return square > far * far;
+}
+
+#endif

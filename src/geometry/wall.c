@@ -1,0 +1,221 @@
+/* One wall of a container that is a body: flat, or round and met from inside.
+ *
+ * A round wall (of a cylinder, a cone, a capsule, a sphere) is as far as its contact radius m from
+ * a core, a line or a point: with q from the core's nearest place to the ball's centre, the gap
+ * closes when f = m^2 - q^2 does. Its second derivative is at least -2 (v^2 + m a), with v and a
+ * bounds of the ball's speed and acceleration as seen from the wall: the curvature 1/m of the
+ * surface is in it, and no square root. Stepping by that bound never passes the first contact and
+ * converges quadratically on it, as the search for convex bodies does. Of a cone m changes along
+ * the axis.
+ *
+ * What stands still, or turns about its own axis, keeps its closed forms. */
+#include "geometry/body.h"
+#include "geometry/mesh.h"
+
+#include <assert.h>
+
+struct wall {
+    struct mill_bodied body; /* `of`: draws the whole body */
+    struct mill_wall is;     /* in the motion's frame, where flat */
+    double cosine;           /* of the angle between a cone's side and its axis */
+    struct mill_pose pose;   /* of the body's own frame, where that is fixed */
+};
+
+/* ---- flat ---- */
+
+MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 place)
+{
+    const struct wall *w = (const struct wall *)convex;
+    return (struct mill_view){vec3_dot(w->is.normal, vec3_sub(place, w->is.point)), w->is.normal};
+}
+
+/* ---- round ---- */
+
+/* Where a ball's centre is, in the body's own axes: on its axis, and across it */
+struct seat {
+    double m;    /* [m] contact radius there */
+    double z;    /* [m] the core's nearest place */
+    vec3 q;      /* [m] from that */
+    double away; /* [m] its length */
+};
+
+static struct seat seat_of(const struct wall *w, vec3 place, double radius)
+{
+    const struct mill_body *is = &w->body.is;
+    const vec3 q = vec3_sub(place, is->centre);
+    const double z = vec3_dot(q, is->z), half = w->is.half;
+    struct seat s = {.z = z > half ? half : (z < -half ? -half : z)};
+    s.m = w->is.radius + w->is.slope * z - radius / w->cosine;
+    s.q = vec3_axpy(q, -s.z, is->z);
+    s.away = vec3_norm(s.q);
+    return s;
+}
+
+static double gap_of(const struct wall *w, const struct seat *s)
+{
+    return (s->m - s->away) * w->cosine;
+}
+
+/* [s] until f, of rate f1 and with f'' >= -b, can close */
+static double step_of(double f, double f1, double b)
+{
+    if (f <= 0.0)
+        return f1 / b;
+    const double root = sqrt(f1 * f1 + 2.0 * b * f);
+    return f1 < 0.0 ? 2.0 * f / (root - f1) : (f1 + root) / b;
+}
+
+static struct mill_hit search(const struct wall *w, const struct mill_flight *flight, double radius,
+                              double now, double horizon)
+{
+    const struct mill_convex *c = &w->body.convex;
+    const struct mill_body *is = &w->body.is;
+    const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
+    const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
+    const double slope = w->is.slope, lean = sqrt(1.0 + slope * slope);
+    double t = 0.0;
+    for (int step = 0; step < MILL_CONVEX_MOST; step++) {
+        const vec3 r = vec3_fly(flight->r, flight->v, flight->g, t);
+        const vec3 v = vec3_axpy(flight->v, t, flight->g);
+        const struct mill_pose pose = mill_shape_pose(&c->base, now + t);
+        const struct seat s = seat_of(w, mill_pose_in(&pose, r), radius);
+        /* of what turns about its own axis the turning is left out */
+        const vec3 at = c->bounds.turning > 0.0 ? r : mill_pose_out(&pose, c->centre);
+        const vec3 u = mill_pose_turn_in(&pose, vec3_sub(v, mill_pose_velocity(&pose, at)));
+        const double f = (s.m - s.away) * (s.m + s.away);
+        const double f1 = 2.0 * (s.m * slope * vec3_dot(u, is->z) - vec3_dot(u, s.q));
+        const double gap = gap_of(w, &s), closing = 0.5 * f1 / s.m * w->cosine;
+        if (gap <= MILL_SHAPE_CLOSED && closing <= MILL_CONVEX_SLOWEST)
+            return (struct mill_hit){MILL_HIT_CONTACT, t};
+        const struct mill_seen seen = mill_convex_see(c, flight, &pose, r, v, end - t);
+        const double a = seen.acceleration, free = sqrt(s.m * a);
+        const double speed = vec3_norm(u);
+        /* so long that the speed grows by no more than half of what matters */
+        const double cap = mill_least(seen.within, 0.5 * mill_greatest(speed, free) / a);
+        const double h = cap < end - t ? cap : end - t;
+        const double most = speed + a * h, m = s.m + fabs(slope) * most * h;
+        const bool glides = step >= MILL_CONVEX_PATIENCE && gap > -MILL_SHAPE_CLOSED;
+        const double room = glides ? 2.0 * m * MILL_CONVEX_CONCEDED : 0.0;
+        const double next =
+            t + mill_least(step_of(f + room, f1, 2.0 * (most * most + m * a * lean)),
+                           h < end - t ? h : (double)INFINITY);
+        if (next > end)
+            return end < horizon ? later : none;
+        if (next > t)
+            t = next;
+        else if (f1 <= 0.0)
+            return (struct mill_hit){MILL_HIT_CONTACT, t}; /* nearer than the clock can tell */
+        else
+            t = nextafter(t, INFINITY);
+    }
+    return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* a ball that hops along the wall */
+}
+
+static struct mill_contact meet(const struct wall *w, vec3 centre, double radius,
+                                const struct mill_pose *pose)
+{
+    const struct mill_body *is = &w->body.is;
+    const struct seat s = seat_of(w, mill_pose_in(pose, centre), radius);
+    /* in the middle all directions are alike */
+    const vec3 out = s.away > 0.0 ? vec3_scale(s.q, 1.0 / s.away) : is->x;
+    const vec3 inward = vec3_axpy(vec3_scale(out, -w->cosine), w->is.slope * w->cosine, is->z);
+    const double gap = gap_of(w, &s);
+    const vec3 n = mill_pose_turn_out(pose, inward);
+    const vec3 point = vec3_axpy(centre, -(gap + radius), n);
+    return (struct mill_contact){
+        .normal = n, .point = point, .velocity = mill_pose_velocity(pose, point), .gap = gap};
+}
+
+/* ---- both ---- */
+
+/* The flight in the frame of what is fixed */
+static struct mill_flight seen_from(const struct mill_pose *pose, const struct mill_flight *f)
+{
+    struct mill_flight seen = *f;
+    seen.r = mill_pose_in(pose, f->r);
+    seen.v = mill_pose_turn_in(pose, f->v);
+    seen.g = mill_pose_turn_in(pose, f->g);
+    return seen;
+}
+
+static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                    double radius, double now, double horizon, bool touching)
+{
+    const struct wall *w = (const struct wall *)shape;
+    if (shape->fixed && w->is.flat) {
+        const vec3 n = mill_pose_turn_out(&w->pose, w->is.normal);
+        const vec3 r = vec3_sub(f->r, mill_pose_out(&w->pose, w->is.point));
+        const double p[5] = {radius - vec3_dot(n, r), -vec3_dot(n, f->v), -0.5 * vec3_dot(n, f->g)};
+        return mill_hit_at(mill_poly_first_rise(p, horizon, touching, NULL));
+    }
+    if (shape->fixed && w->is.slope == 0.0 && isinf(w->is.half)) {
+        const struct mill_flight seen = seen_from(&w->pose, f);
+        return mill_hit_at(mill_shape_circle(&seen, 0.0, 0.0, w->is.radius - radius, 1.0, horizon,
+                                             touching, shape->counts));
+    }
+    if (w->is.flat)
+        return mill_convex_search(&w->body.convex, view, f, radius, now, horizon);
+    return search(w, f, radius, now, horizon);
+}
+
+static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
+                                   const struct mill_pose *pose)
+{
+    const struct wall *w = (const struct wall *)shape;
+    if (w->is.flat)
+        return mill_convex_contact(&w->body.convex, view, centre, radius, pose);
+    return meet(w, centre, radius, pose);
+}
+
+/* form: the body and which of its walls */
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
+{
+    struct wall *w = (struct wall *)shape;
+    const struct mill_wall_of *asked = form;
+    const struct mill_body *is = asked->body;
+    const vec3 axis = {0.0, 0.0, 1.0}, none = {0.0, 0.0, 0.0};
+    w->body.is = *is;
+    w->body.of = asked->draws;
+    w->is = asked->wall;
+    w->cosine = 1.0 / sqrt(1.0 + w->is.slope * w->is.slope);
+    mill_body_create(&w->body, chamber, asked->hull,
+                     w->is.flat         ? w->is.normal
+                     : w->is.half > 0.0 ? axis
+                                        : none);
+    if (w->is.flat) {
+        w->is.point = mill_body_out(is, w->is.point);
+        w->is.normal = mill_body_turn_out(is, w->is.normal);
+        shape->fixed = shape->fixed || mill_motion_keeps(shape->motion, w->is.normal);
+    } else {
+        shape->hollow = w->is.radius;
+    }
+    const struct mill_pose at = mill_shape_pose(shape, 0.0);
+    /* its x is the body's axis, as mill_shape_circle() wants it */
+    w->pose = mill_pose_still;
+    if (w->is.flat) {
+        w->pose = at;
+    } else {
+        w->pose.place = mill_pose_out(&at, is->centre);
+        w->pose.x = mill_pose_turn_out(&at, is->z);
+        w->pose.y = mill_pose_turn_out(&at, is->x);
+        w->pose.z = mill_pose_turn_out(&at, is->y);
+    }
+    return true;
+}
+
+static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                 double tolerance, struct mill_mesh *mesh)
+{
+    const struct mill_bodied *b = (const struct mill_bodied *)shape;
+    (void)chamber;
+    if (b->of)
+        b->of->outline(&b->is, tolerance, mesh);
+}
+
+const struct mill_shape_type mill_wall_type = {.name = "wall",
+                                               .size = sizeof(struct wall),
+                                               .create = create,
+                                               .next_contact = next_contact,
+                                               .contact = contact,
+                                               .reachable = mill_body_reachable,
+                                               .draw = draw};
