@@ -11,11 +11,14 @@ struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum)
     assert(drum->radius > 0.0 && drum->length > 0.0);
     /* a circle is the profile whose buckles have no height */
     const bool wavy = drum->buckles > 0;
+    const double half = 0.5 * drum->length;
+    const double far = drum->radius + (wavy ? drum->buckle_height : 0.0);
     return (struct mill_chamber){
         .drum =
             mill_profile_make(wavy ? drum->buckles : 2, drum->radius,
                               wavy ? drum->buckle_height : 0.0, wavy ? drum->buckle_angle : 0.0),
-        .half_length = 0.5 * drum->length,
+        .half_length = half,
+        .places = {{-half, -far, -far}, {half, far, far}, far},
     };
 }
 

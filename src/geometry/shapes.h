@@ -24,7 +24,7 @@ extern const struct mill_shape_type *const mill_shapes_named[];
 enum { MILL_BLADE_PLACES = 2 };
 extern const struct mill_key mill_blade_key[];
 
-/* The room of the setup's drum, without the box that it sweeps. */
+/* The room of the setup's drum, as one that stands. */
 struct mill_chamber mill_shapes_chamber(const struct mill_setup_drum *drum);
 
 /* That body of the setup which holds the balls, or NULL. */

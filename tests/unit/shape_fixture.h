@@ -34,7 +34,7 @@ static inline void mill_build_in(struct mill *m, const struct mill_setup_drum *d
     m->chamber = mill_shapes_chamber(drum);
     m->rotor = mill_turn_type.create(&turn);
     ck_assert_ptr_nonnull(m->rotor);
-    ck_assert(mill_shapes_create(&setup, &m->rotor, NULL, &m->shape, &count));
+    ck_assert(mill_shapes_create(&setup, &m->chamber, &m->rotor, NULL, &m->shape, &count));
     ck_assert_int_eq(count, SHAPES);
 }
 
@@ -88,9 +88,9 @@ static inline struct flight later(const struct flight *f, double t)
 /* No gap changes faster than this during the flight [m/s] */
 static inline double fastest(const struct mill_shape *s, const struct flight *f, double until)
 {
-    const struct mill_motion_bounds b = mill_motion_bounds(s->motion);
+    const struct mill_motion_bounds b = mill_motion_bounds(s->motion, nought);
     const double v = vec3_norm(f->path.v) + vec3_norm(f->path.g) * until;
-    const double far = vec3_norm(f->path.r) + v * until + b.far;
+    const double far = vec3_norm(vec3_sub(f->path.r, b.home)) + v * until + b.far;
     return v + b.speed + b.turning * far + 1e-12;
 }
 
