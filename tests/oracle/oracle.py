@@ -80,6 +80,7 @@ class Pair(NamedTuple):
     kind: str
     ball: int
     partner: int
+    surface: int = -1  # which of the surfaces, where kind and partner do not tell
 
 
 def length(a):
@@ -177,14 +178,17 @@ class Simulation:
         n = len(self.r)
         self.first, self.second = np.triu_indices(n, 1)
         self.pairs = [Pair("ball_ball", i, j) for i, j in zip(self.first, self.second)]
+        self.pairs += self.surface_pairs()
+
+    def surface_pairs(self):
+        mill = self.mill
         self.arcs = wavy_arcs(mill) if mill.buckles else None
         surfaces = [("ball_drum", -1), ("ball_wall", 0), ("ball_wall", 1)]
         if mill.shaft_radius > 0:
             surfaces.append(("ball_shaft", -1))
         surfaces += [("ball_blade", k) for k in range(len(mill.blades))]
         self.surfaces = surfaces
-        for kind, number in surfaces:
-            self.pairs += [Pair(kind, i, number) for i in range(n)]
+        return [Pair(kind, i, number) for kind, number in surfaces for i in range(len(self.r))]
 
     # Where things are, t seconds after the last impact
 
@@ -373,6 +377,11 @@ class Simulation:
         self.r, self.v = r[0], v[0]
         self.time += float(t)
 
+    def touched(self, pair):
+        """Of a surface that a ball touches now: the unit normal, the point, and the velocity there."""
+        _, normal, point = self.nearest(pair.kind, pair.partner, self.r[None, [pair.ball]], [0.0])
+        return normal[0, 0], point[0, 0], self.surface_velocity(pair.kind, point[0, 0])
+
     def strike(self, pair):
         """Resolves the contact of `pair`, touching now, and returns its record."""
         mill, i, j = self.mill, pair.ball, pair.partner
@@ -386,9 +395,7 @@ class Simulation:
             other = self.v[j] + np.cross(self.w[j], mill.radius[j] * normal)
             bodies = [(i, 1.0, -mill.radius[i] * normal), (j, -1.0, mill.radius[j] * normal)]
         else:
-            _, normal, point = self.nearest(pair.kind, j, self.r[None, i : i + 1], [0.0])
-            normal, point = normal[0, 0], point[0, 0]
-            other = self.surface_velocity(pair.kind, point)
+            normal, point, other = self.touched(pair)
             bodies = [(i, 1.0, -mill.radius[i] * normal)]
         slip = self.v[i] + np.cross(self.w[i], -mill.radius[i] * normal) - other
         approach = max(0.0, -float(slip @ normal))
@@ -410,7 +417,7 @@ class Simulation:
         for b, sign, arm in bodies:
             self.v[b] += sign * impulse / self.mass[b]
             self.w[b] += sign * np.cross(arm, impulse) / self.inertia[b]
-        work = float(impulse @ other) if pair.kind in ("ball_shaft", "ball_blade") else 0.0
+        work = float(impulse @ other) if pair.kind != "ball_ball" else 0.0  # of the motions
         self.rotor_work += work
         loss = energy + work - self.energy()
         self.dissipated += loss
