@@ -6,7 +6,7 @@ measured, not guessed: the oracle runs again from starts displaced by PERTURBATI
 the rounding errors that either side makes, and only the impacts that these twins agree upon to a
 tenth of the tolerances are compared.
 
-    python few_balls.py [--wavy] SEED...     compares these mills and prints where they part
+    python few_balls.py [--wavy | --any] SEED...     compares these mills and prints where they part
 """
 
 import os
@@ -20,7 +20,9 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
+from any_mill import AnyMill
 from decks import random_case
+from mill_decks import random_mill
 
 PROGRAM = Path(os.environ.get("MILLSIM", Path(__file__).resolve().parents[2] / "millsim"))
 PERTURBATION = 1e-14  # m, m/s, rad; and relative, of spins and the rotor's speed
@@ -34,6 +36,15 @@ TOLERANCE = {
     "normal": 1e-5,
     "normal_speed": 1e-5,
     "tangential_speed": 1e-5,
+}
+# Of mills of any bodies and motions, few impacts each: what is promised of every contact (time, speeds) and what follows from it
+FINE_MOST = 50
+FINE = {
+    "time": 1e-9,
+    "position": 1e-8,
+    "normal": 1e-6,
+    "normal_speed": 1e-7,
+    "tangential_speed": 1e-7,
 }
 
 
@@ -55,15 +66,21 @@ def row_of(impact):
     return Row(*impact[: len(Row._fields)])
 
 
+def terms(mill):
+    """The tolerances of this mill, and how many of its impacts are looked at."""
+    return (FINE, FINE_MOST) if isinstance(mill, AnyMill) else (TOLERANCE, MOST)
+
+
 def mismatch(a, b, mill, scale=1.0):
     """What differs between two rows by more than `scale` tolerances: names of the columns."""
     names = [name for name in ("kind", "ball", "partner") if getattr(a, name) != getattr(b, name)]
-    for name, tolerance in TOLERANCE.items():
+    tolerances, _ = terms(mill)
+    for name, tolerance in tolerances.items():
         # "not <=" so that a NaN is a mismatch
         if not np.abs(np.subtract(getattr(a, name), getattr(b, name))).max() <= scale * tolerance:
             names.append(name)
     # a loss is at most m v^2 / 2: it is known as well as its speeds are
-    loss = mill.mass()[a.ball] * (a.normal_speed + a.tangential_speed) * TOLERANCE["normal_speed"]
+    loss = mill.mass()[a.ball] * (a.normal_speed + a.tangential_speed) * tolerances["normal_speed"]
     if not abs(a.dissipation - b.dissipation) <= scale * loss:
         names.append("dissipation")
     return names
@@ -100,11 +117,14 @@ def twin(case, rng):
     def near(values):
         return values + PERTURBATION * rng.normal(size=np.shape(values))
 
-    mill = replace(
-        case.mill,
-        rotor_angle=float(near(case.mill.rotor_angle)),
-        rotor_speed=case.mill.rotor_speed * float(near(1.0)),
-    )
+    if isinstance(case.mill, AnyMill):
+        mill = case.mill.jolted(near)
+    else:
+        mill = replace(
+            case.mill,
+            rotor_angle=float(near(case.mill.rotor_angle)),
+            rotor_speed=case.mill.rotor_speed * float(near(1.0)),
+        )
     spin = case.spin * near(np.ones_like(case.spin))
     return replace(
         case, mill=mill, position=near(case.position), velocity=near(case.velocity), spin=spin
@@ -113,7 +133,7 @@ def twin(case, rng):
 
 def predict(case):
     """The oracle's impacts, as far as their outcome is certain."""
-    impacts = case.simulation().run(LONGEST, MOST)
+    impacts = case.simulation().run(LONGEST, terms(case.mill)[1])
     rows = [row_of(impact) for impact in impacts]
     certain = len(rows)
     rng = np.random.default_rng(case.seed)
@@ -134,6 +154,8 @@ def run_program(case, until, folder):
     folder = Path(folder)
     (folder / "deck.ini").write_text(case.deck(until))
     (folder / "start.txt").write_text(case.start())
+    for name, data in getattr(case, "files", {}).items():
+        (folder / name).write_bytes(data)
     command = [str(PROGRAM.resolve()), "deck.ini", "-o", "out.h5", "-q", "-f"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, f"exit status {done.returncode}\n{done.stderr}\n{case.deck(until)}"
@@ -159,9 +181,10 @@ def compare(case, impacts, folder):
     if not wrong:
         return None
     feature, kind = impacts[same].feature, impacts[same].kind
-    where = (
-        f" on the {feature}{' of a blade' if kind == 'ball_blade' else ' arc'}" if feature else ""
+    part = (
+        "" if isinstance(case.mill, AnyMill) else " of a blade" if kind == "ball_blade" else " arc"
     )
+    where = f" on the {feature}{part}" if feature else ""
     lines = [
         f"mill {case.seed}: impact {same} of {len(expected)}{where} differs in {', '.join(wrong)}",
         "  oracle",
@@ -174,7 +197,7 @@ def compare(case, impacts, folder):
 
 
 def census(runs):
-    """How many impacts of each kind, on each part of a blade or wavy drum, and of each way to end."""
+    """How many impacts of each kind, on each part of a surface that has several, and of each way to end."""
     names = (
         name
         for impacts in runs
@@ -184,9 +207,9 @@ def census(runs):
     return Counter(names)
 
 
-def main(seeds, wavy):
+def main(seeds, way):
     for seed in seeds:
-        case = random_case(seed, wavy)
+        case = random_mill(seed) if way == "--any" else random_case(seed, way == "--wavy")
         impacts = predict(case)
         folder = tempfile.mkdtemp(prefix=f"mill{seed}-")
         story = compare(case, impacts, folder)
@@ -195,4 +218,5 @@ def main(seeds, wavy):
 
 if __name__ == "__main__":
     words = sys.argv[1:]
-    main([int(word) for word in words if word != "--wavy"], "--wavy" in words)
+    ways = [word for word in words if word.startswith("--")]
+    main([int(word) for word in words if word not in ways], *(ways or [""]))
