@@ -35,12 +35,12 @@ def test_the_program_finds_every_impact_of_the_oracle(seed, tmp_path):
 def test_the_mills_meet_all_parts_of_all_bodies():
     runs = [prediction(seed) for seed in SEEDS]
     count = census(runs)
-    assert min(len(run) for run in runs) >= 4
+    assert min(len(run) for run in runs) >= 3
     assert sum(len(run) for run in runs) >= 2000
     inner = sum(n for kind, n in count.items() if kind.startswith(("ball_part", "ball_inner")))
     assert inner >= 100, count
     for kind, least in {"ball_ball": 100, "ball_jar": 500, "ball_drum": 100, "ball_wall": 50, "ball_lifter": 10,
-                        "ball_pin": 3, "ball_baffle": 10, "ball_inner": 30}.items():  # fmt: skip
+                        "ball_pin": 3, "ball_baffle": 10, "ball_inner": 10}.items():  # fmt: skip
         assert count[kind] >= least, (kind, count)
     for part in ("Box face", "Box edge", "Frustum side", "Frustum end", "Frustum edge", "Capsule end",
                  "Mesh face", "Mesh edge", "CapsuleInside side", "CapsuleInside end", "FrustumInside side",

@@ -197,7 +197,9 @@ def random_laws(rng, sections, frictional):
     laws = {"contact": contact}
     for kind in sorted(kinds):
         own = {}
-        if rng.random() < 0.5:
+        if kind == "ball_tank":  # lively, so that balls come back to the bodies
+            own["restitution"] = number(rng, 0.85, 1, 3)
+        elif rng.random() < 0.5:
             own["restitution"] = number(rng, 0.3, 1, 3)
         if frictional and rng.random() < 0.3:
             own["friction"] = rng.choice(["0", number(rng, 0, 0.5, 3)])
@@ -292,6 +294,21 @@ def random_positions(rng, mill):
     return None
 
 
+def random_velocities(rng, mill, position):
+    """Any velocities; where there are bodies most balls fly at one of them, often at an edge or a corner."""
+    velocity = rng.normal(0, rng.uniform(0.5, 2), position.shape)
+    bodies = [s for s in mill.surfaces[1:] if is_solid(s)]
+    for ball, place in enumerate(position):
+        if bodies and rng.random() < 0.8:
+            body = bodies[int(rng.integers(len(bodies)))]
+            pose = mill.pose(body.motion, np.zeros(1))
+            spots = skin(rng, body, 60) @ pose.rotation[0].T + pose.place[0]
+            near = length(spots - place).argsort()[:30]  # on this side of it
+            way = spots[rng.choice(near)] - place
+            velocity[ball] = rng.uniform(0.5, 3) * way / length(way)
+    return velocity
+
+
 def drawn(rng, seed):
     """Sections and files of a mill as the dice fall, and the size of its largest ball in mm."""
     index, family = divmod(seed, 5)
@@ -334,12 +351,7 @@ def random_mill(seed):
         if position is not None:
             break
     columns = (9, 6, 9, 9, 3 if mill.gravity.any() else 6)[int(rng.integers(5))]
-    velocity = rng.normal(0, rng.uniform(0.5, 2), position.shape)
-    for surface in mill.surfaces[1:]:  # some balls fly at the bodies
-        aim = middle_of(mill, surface) - position
-        aimed = (rng.random(len(aim)) < 0.5)[:, None]
-        speed = rng.uniform(0.5, 3) * aim / length(aim)[:, None]
-        velocity = np.where(aimed, speed + 0.1 * velocity, velocity)
+    velocity = random_velocities(rng, mill, position)
     velocity *= columns >= 6
     spin = rng.normal(0, 100, position.shape) * (columns == 9)
     return AnyCase(seed, sections, mill, position, velocity, spin, columns, files)
