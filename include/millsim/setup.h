@@ -30,10 +30,10 @@ struct mill_setup_drum {
 };
 
 struct mill_setup_motion {
-    const char *name; /* "rotor": results are told of it apart */
     const struct mill_motion_type *type;
     const void *form; /* what the type takes: &(struct mill_turn){...} */
     int on;           /* the motion that carries it, an earlier one of the list; MILL_STILL: none */
+    const char *name; /* "rotor": results are told of it apart; NULL: so is the first one */
 };
 enum { MILL_STILL = -1 };
 

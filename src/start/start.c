@@ -97,9 +97,9 @@ static bool make_motions(const struct mill_setup *setup, struct mill_world *w)
         w->motions++;
         w->motion[k]->number = k;
         w->motion[k]->on = m->on == MILL_STILL ? NULL : w->motion[m->on];
-        if (m->name)
-            strncpy(w->motion_name[k], m->name, sizeof w->motion_name[k] - 1);
-        if (m->name && strcmp(m->name, "rotor") == 0)
+        const char *name = m->name ? m->name : k == 0 ? "rotor" : "";
+        strncpy(w->motion_name[k], name, sizeof w->motion_name[k] - 1);
+        if (strcmp(name, "rotor") == 0)
             w->rotor = k;
     }
     if (w->rotor >= 0)

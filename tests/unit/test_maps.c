@@ -134,7 +134,7 @@ static struct mill_contact lobes(const struct mill_shape *shape, vec3 p, double 
 START_TEST(a_drum_that_is_no_circle_is_measured_by_its_gap)
 {
     const struct mill_shape_type type = {.kind = MILL_BALL_DRUM, .contact = lobes};
-    struct mill_shape shape = {.type = &type};
+    struct mill_shape shape = {.type = &type, .kind = MILL_BALL_DRUM};
     struct mill_shape *list[1] = {&shape};
     struct mill_maps other;
     double cross = 0, axial = 0;

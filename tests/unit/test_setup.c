@@ -78,7 +78,8 @@ START_TEST(a_number_that_is_none_or_out_of_range_is_refused)
         if (number[_i].at == offsetof(struct model, shaft.radius) && !(bad[which] > 0.0))
             continue; /* a model without shaft */
         memcpy((char *)&m + number[_i].at, &bad[which], sizeof(double));
-        refuse(&m, MILL_FAULT_NUMBER);
+        /* a radius of 0: there is no drum */
+        refuse(&m, m.setup.drum.radius == 0.0 ? MILL_FAULT_CONTAINER : MILL_FAULT_NUMBER);
     }
 }
 END_TEST
