@@ -1,0 +1,276 @@
+/* The mesh: a closed surface of triangles, met from outside or from inside, one surface in either
+ * case. Facets lie in the motion's frame, turned so that they are seen from where the balls are. */
+#include "base/elementary.h"
+#include "geometry/facets_near.h"
+#include "geometry/mesh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* [m] a facet that is as near as this touches as well; and no coordinate is greater than */
+#define SNUG 1e-12
+#define FARTHEST 1e9
+
+/* ---- as a shape ---- */
+
+static struct mill_contact contact_at(const struct mill_facets *m,
+                                      const struct mill_facets_near *near, vec3 centre,
+                                      double radius, const struct mill_pose *pose)
+{
+    const double d = near->behind ? -near->d : near->d;
+    vec3 n = vec3_scale(near->way, 1.0 / d);
+    if (!(near->d > 0.0)) {
+        const vec3 out = mill_facets_outwards(m, near);
+        n = vec3_scale(out, 1.0 / vec3_norm(out));
+    }
+    n = mill_pose_turn_out(pose, n);
+    const vec3 point = vec3_axpy(centre, -d, n);
+    return (struct mill_contact){.normal = n,
+                                 .point = point,
+                                 .velocity = mill_pose_velocity(pose, point),
+                                 .gap = d - radius};
+}
+
+/* Most are asked for when a ball touches: it is looked for nearby first. */
+static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, double radius,
+                                   const struct mill_pose *pose)
+{
+    const struct mill_facets *m = (const struct mill_facets *)shape;
+    const vec3 place = mill_pose_in(pose, centre);
+    struct mill_facets_near near;
+    if (!mill_facets_nearest(m, place, 1.01 * radius, &near))
+        mill_facets_nearest(m, place, INFINITY, &near);
+    return contact_at(m, &near, centre, radius, pose);
+}
+
+/* In a concave edge a ball touches several facets: that one which it closes on fastest. */
+static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
+                   const struct mill_pose *pose, struct mill_contact *contact)
+{
+    const struct mill_facets *m = (const struct mill_facets *)shape;
+    const vec3 place = mill_pose_in(pose, centre);
+    struct mill_facets_walk walk = mill_facets_set_out(&m->tree, place, radius + SNUG);
+    double slowest = MILL_CONVEX_SLOWEST;
+    bool found = false;
+    for (int32_t k; (k = mill_facets_walk_on(&walk)) >= 0;) {
+        struct mill_facets_near near = {.facet = k};
+        near.way = mill_facets_look(&m->flat[k], place, &near.part);
+        near.d = vec3_norm(near.way);
+        if (!(near.d <= radius + SNUG && near.d > 0.0))
+            continue;
+        const struct mill_contact one = contact_at(m, &near, centre, radius, pose);
+        const double rate = vec3_dot(vec3_sub(v, one.velocity), one.normal);
+        if (rate > slowest)
+            continue;
+        slowest = rate;
+        *contact = one;
+        found = true;
+    }
+    return found;
+}
+
+static struct mill_hit next_contact(const struct mill_shape *shape, const struct mill_flight *f,
+                                    double radius, double now, double horizon, bool touching)
+{
+    (void)touching;
+    return mill_facets_search((const struct mill_facets *)shape, f, radius, now, horizon);
+}
+
+/* Of a body that turns about a line that stands still each box stays within a ring about it. */
+static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct mill_facets *m = (const struct mill_facets *)shape;
+    const struct mill_bodied *b = &m->body;
+    if (shape->fixed || !b->rings)
+        return mill_body_reachable(shape, lo, hi, radius);
+    mill_body_clip(b, &lo, &hi);
+    for (int32_t at = 0; at < m->tree.nodes;) {
+        const struct mill_facets_node *n = &m->tree.node[at];
+        double middle[3], half[3];
+        for (int k = 0; k < 3; k++) {
+            middle[k] = 0.5 * ((double)n->lo[k] + (double)n->hi[k]);
+            half[k] = 0.5 * ((double)n->hi[k] - (double)n->lo[k]);
+        }
+        const vec3 q = vec3_sub(vec3_make(middle[0], middle[1], middle[2]), b->through);
+        const double along = vec3_dot(q, b->axis), away = vec3_norm(vec3_axpy(q, -along, b->axis));
+        const double around = sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]);
+        const double beside =
+            fabs(b->axis.x) * half[0] + fabs(b->axis.y) * half[1] + fabs(b->axis.z) * half[2];
+        const double ring[4] = {away - around, away + around, along - beside, along + beside};
+        const bool meets = mill_body_ring_meets(b, ring, lo, hi, radius);
+        if (meets && n->leaf != MILL_FACETS_INNER)
+            return true;
+        at = meets ? at + 1 : n->skip;
+    }
+    return false;
+}
+
+/* ---- from its numbers ---- */
+
+static bool is_sound(const void *form)
+{
+    const struct mill_body *is = form;
+    bool good =
+        mill_body_is_placed(is) && is->facets >= 4 && is->facets <= MILL_FACETS_MOST && is->facet;
+    for (size_t k = 0; good && k < 3 * is->facets; k++)
+        good = vec3_norm(is->facet[k / 3][k % 3]) < FARTHEST; /* false of what is no number */
+    return good;
+}
+
+static struct mill_hull hull(const struct mill_body *is)
+{
+    struct mill_hull hull = {0.0, 0.0};
+    for (size_t k = 0; k < 3 * is->facets; k++) {
+        const vec3 p = is->facet[k / 3][k % 3];
+        hull.half = fmax(hull.half, fabs(p.z));
+        hull.radius = fmax(hull.radius, sqrt(p.x * p.x + p.y * p.y));
+    }
+    return hull;
+}
+
+static double volume(const struct mill_body *is)
+{
+    double sixfold = 0.0;
+    for (size_t k = 0; k < is->facets; k++) {
+        const vec3 *p = is->facet[k];
+        sixfold += vec3_dot(p[0], vec3_cross(p[1], p[2]));
+    }
+    return sixfold / 6.0;
+}
+
+static void outline(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
+{
+    (void)tolerance;
+    for (size_t k = 0; k < is->facets; k++) {
+        const vec3 *p = is->facet[k];
+        mill_mesh_triangle(mesh, mill_body_out(is, p[0]), mill_body_out(is, p[is->inside ? 2 : 1]),
+                           mill_body_out(is, p[is->inside ? 1 : 2]));
+    }
+}
+
+static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
+                 double tolerance, struct mill_mesh *mesh)
+{
+    (void)chamber;
+    outline(&((const struct mill_facets *)shape)->body.is, tolerance, mesh);
+}
+
+static double per_square(vec3 a)
+{
+    const double square = vec3_dot(a, a);
+    return square > 0.0 ? 1.0 / square : 0.0;
+}
+
+static struct mill_facets_flat flat_of(const vec3 p[3])
+{
+    const vec3 ab = vec3_sub(p[1], p[0]), ac = vec3_sub(p[2], p[0]), bc = vec3_sub(ac, ab);
+    const vec3 n = vec3_cross(ab, ac);
+    const double square = vec3_dot(n, n);
+    const double per = square > 0.0 ? 1.0 / square : (double)NAN;
+    return (struct mill_facets_flat){.a = p[0],
+                                     .ab = ab,
+                                     .ac = ac,
+                                     .u = vec3_scale(vec3_cross(ac, n), per),
+                                     .v = vec3_scale(vec3_cross(n, ab), per),
+                                     .per = {per_square(ab), per_square(bc), per_square(ac)}};
+}
+
+/* Of a facet: its unit normal, and what it adds to those of its corners */
+static void add_normals(struct mill_facets *m, int32_t facet, const vec3 p[3])
+{
+    struct mill_facets_side *s = &m->side[facet];
+    const vec3 n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+    const double length = vec3_norm(n);
+    s->normal = vec3_scale(n, length > 0.0 ? 1.0 / length : 0.0);
+    for (int k = 0; k < 3; k++) {
+        const vec3 one = vec3_sub(p[(k + 1) % 3], p[k]), other = vec3_sub(p[(k + 2) % 3], p[k]);
+        const double angle =
+            mill_elementary_atan2(vec3_norm(vec3_cross(one, other)), vec3_dot(one, other));
+        vec3 *sum = &m->at_corner[s->corner[k]];
+        *sum = vec3_axpy(*sum, angle, s->normal);
+    }
+}
+
+/* What lies across each side; of an edge that is not one of two facets, the facet itself */
+static void find_across(struct mill_facets *m, const struct mill_facets_joints *j)
+{
+    for (size_t k = 0, step; k < j->edges; k += step) {
+        step = mill_facets_sharing(j, k);
+        for (size_t i = 0; i < step; i++) {
+            const struct mill_facets_edge *e = &j->edge[k + i];
+            const struct mill_facets_edge *other = &j->edge[k + (step == 2 ? 1 - i : i)];
+            m->side[e->facet].across[e->side] = other->facet;
+        }
+    }
+}
+
+/* Facets as the balls see them, in the tree's order */
+static bool arrange(struct mill_facets *m)
+{
+    const struct mill_body *is = &m->body.is;
+    const size_t n = is->facets;
+    vec3(*seen)[3] = malloc(n * sizeof *seen), (*sorted)[3] = malloc(n * sizeof *sorted);
+    struct mill_facets_joints joints = {0};
+    bool good = seen && sorted;
+    for (size_t k = 0; good && k < 3 * n; k++)
+        seen[k / 3][is->inside ? 2 - k % 3 : k % 3] = mill_body_out(is, is->facet[k / 3][k % 3]);
+    good = good && mill_facets_plant((const vec3(*)[3])seen, n, &m->tree);
+    for (size_t k = 0; good && k < n; k++) {
+        memcpy(sorted[k], seen[m->tree.order[k]], sizeof sorted[k]);
+        m->flat[k] = flat_of(sorted[k]);
+    }
+    good = good && mill_facets_join((const vec3(*)[3])sorted, n, &joints);
+    for (size_t k = 0; good && k < n; k++) {
+        memcpy(m->side[k].corner, joints.corner[k], sizeof m->side[k].corner);
+        add_normals(m, (int32_t)k, sorted[k]);
+    }
+    if (good)
+        find_across(m, &joints);
+    mill_facets_part(&joints);
+    free(seen);
+    free(sorted);
+    return good;
+}
+
+static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
+{
+    struct mill_facets *m = (struct mill_facets *)shape;
+    struct mill_body *is = &m->body.is;
+    const vec3 none = {0.0, 0.0, 0.0};
+    *is = *(const struct mill_body *)form;
+    m->corner = malloc(is->facets * sizeof *m->corner);
+    m->flat = malloc(is->facets * sizeof *m->flat);
+    m->side = malloc(is->facets * sizeof *m->side);
+    m->at_corner = calloc(3 * is->facets, sizeof *m->at_corner); /* some remain unused */
+    if (!m->corner || !m->flat || !m->side || !m->at_corner)
+        return false;
+    memcpy(m->corner, is->facet, is->facets * sizeof *m->corner);
+    is->facet = (const vec3(*)[3])m->corner;
+    m->count = (int32_t)is->facets;
+    mill_body_create(&m->body, chamber, hull(is), none);
+    return arrange(m);
+}
+
+static void release(struct mill_shape *shape)
+{
+    struct mill_facets *m = (struct mill_facets *)shape;
+    mill_facets_fell(&m->tree);
+    free(m->corner);
+    free(m->flat);
+    free(m->side);
+    free(m->at_corner);
+}
+
+const struct mill_shape_type mill_facets_type = {.name = "mesh",
+                                                 .is_sound = is_sound,
+                                                 .size = sizeof(struct mill_facets),
+                                                 .create = create,
+                                                 .free = release,
+                                                 .next_contact = next_contact,
+                                                 .contact = contact,
+                                                 .reachable = reachable,
+                                                 .beside = beside,
+                                                 .draw = draw,
+                                                 .hull = hull,
+                                                 .volume = volume,
+                                                 .outline = outline};

@@ -1,0 +1,123 @@
+/* What the files about meshes share: which facets meet at corners and edges, the tree of boxes in
+ * which they are looked up, and what is wrong with a mesh. */
+#ifndef MILL_FACETS_H
+#define MILL_FACETS_H
+
+#include "geometry/shape.h"
+#include "millsim/setup.h"
+
+/* Numbers of facets are 32 bits wide, and a leaf's number has its count beside it. */
+enum { MILL_FACETS_MOST = 1 << 28 };
+
+/* ---- joints ---- */
+
+/* One side of a facet */
+struct mill_facets_edge {
+    int32_t low, high; /* its corners, the lesser number first */
+    int32_t facet;
+    int16_t side;    /* from corner `side` of the facet to the next one */
+    int16_t forward; /* it goes from low to high */
+};
+
+/* Corners at equal coordinates are one. */
+struct mill_facets_joints {
+    size_t edges;
+    int32_t (*corner)[3];          /* numbers of a facet's corners */
+    struct mill_facets_edge *edge; /* [3 n] in the order of low, high, facet */
+};
+
+/* false: out of memory. Owner: the caller, in any case. */
+bool mill_facets_join(const vec3 (*facet)[3], size_t n, struct mill_facets_joints *joints);
+void mill_facets_part(struct mill_facets_joints *joints);
+
+/* How many sides, from number k on, share the edge of side k */
+static inline size_t mill_facets_sharing(const struct mill_facets_joints *j, size_t k)
+{
+    size_t end = k + 1;
+    while (end < j->edges && j->edge[end].low == j->edge[k].low &&
+           j->edge[end].high == j->edge[k].high)
+        end++;
+    return end - k;
+}
+
+/* ---- tree ---- */
+
+/* A box around facets. Nodes lie in the order in which a walk goes through them, a node's first
+ * child behind it. */
+struct mill_facets_node {
+    float lo[3], hi[3]; /* [m] rounded outwards */
+    int32_t skip;       /* where the walk goes on behind all that is within this box */
+    int32_t leaf;       /* 8 * first facet + how many; MILL_FACETS_INNER: it has children */
+};
+enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* levels of nodes, at most */ };
+
+struct mill_facets_tree {
+    int32_t nodes;
+    struct mill_facets_node *node;
+    int32_t *order; /* [n] the facets that leaves tell by their place in this list */
+    double size;    /* [m] no coordinate is greater */
+};
+
+/* false: out of memory. Owner: the caller, in any case. */
+bool mill_facets_plant(const vec3 (*facet)[3], size_t n, struct mill_facets_tree *tree);
+void mill_facets_fell(struct mill_facets_tree *tree);
+
+/* What rounding to floats may make of a distance from a place [m] */
+static inline double mill_facets_blur(const struct mill_facets_tree *tree, vec3 place)
+{
+    return 1e-6 * (tree->size + fabs(place.x) + fabs(place.y) + fabs(place.z));
+}
+
+/* Square of the distance of a place from a box [m^2] */
+static inline float mill_facets_away(const struct mill_facets_node *n, const float p[3])
+{
+    float square = 0.0F;
+    for (int k = 0; k < 3; k++) {
+        const float below = n->lo[k] - p[k], above = p[k] - n->hi[k];
+        const float out = below > above ? below : above;
+        square += out > 0.0F ? out * out : 0.0F;
+    }
+    return square;
+}
+
+/* A walk through all facets whose boxes a sphere meets */
+struct mill_facets_walk {
+    const struct mill_facets_node *node;
+    int32_t at, nodes, next, last;
+    float p[3], square;
+};
+
+static inline struct mill_facets_walk mill_facets_set_out(const struct mill_facets_tree *tree,
+                                                          vec3 place, double radius)
+{
+    const double far = radius + mill_facets_blur(tree, place);
+    return (struct mill_facets_walk){.node = tree->node,
+                                     .nodes = tree->nodes,
+                                     .p = {(float)place.x, (float)place.y, (float)place.z},
+                                     .square = (float)(far * far * (1.0 + 1e-5))};
+}
+
+/* The next one, by its place in the tree's order; -1: there is none any more. */
+static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
+{
+    while (w->next >= w->last) {
+        if (w->at >= w->nodes)
+            return -1;
+        const struct mill_facets_node *n = &w->node[w->at];
+        const bool meets = mill_facets_away(n, w->p) <= w->square;
+        w->at = meets ? w->at + 1 : n->skip;
+        if (meets && n->leaf != MILL_FACETS_INNER) {
+            w->next = n->leaf >> 3;
+            w->last = w->next + (n->leaf & 7);
+        }
+    }
+    return w->next++;
+}
+
+/* ---- faults ---- */
+
+/* What is wrong with the mesh: a sentence in `text`, or NULL, and it is closed, faces out of the
+ * solid and does not cross itself. Facets are numbered from 1. */
+const char *mill_facets_fault(const struct mill_body *body, char text[MILL_SHAPE_FAULT]);
+
+#endif

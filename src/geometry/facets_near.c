@@ -1,0 +1,69 @@
+/* The nearest place of a mesh, by its tree, and on which side of the surface that leaves a place:
+ * the normal of the nearest facet, edge or corner says so. Those of edges and corners are sums of
+ * the facets' ones, weighted by the angles that these take there (Baerentzen and Aanaes, IEEE
+ * Trans. Vis. Comput. Graph. 11, 2005, 243). */
+#include "geometry/facets_near.h"
+
+vec3 mill_facets_outwards(const struct mill_facets *m, const struct mill_facets_near *near)
+{
+    const struct mill_facets_side *s = &m->side[near->facet];
+    if (near->part >= MILL_FACETS_CORNER)
+        return m->at_corner[s->corner[near->part - MILL_FACETS_CORNER]];
+    if (near->part >= MILL_FACETS_SIDE)
+        return vec3_add(s->normal, m->side[s->across[near->part - MILL_FACETS_SIDE]].normal);
+    return s->normal;
+}
+
+static void look_closer(const struct mill_facets *m, const struct mill_facets_node *leaf,
+                        vec3 place, struct mill_facets_near *near, double *least)
+{
+    const int32_t first = leaf->leaf >> 3, count = leaf->leaf & 7;
+    for (int32_t k = first; k < first + count; k++) {
+        int part;
+        const vec3 way = mill_facets_look(&m->flat[k], place, &part);
+        const double square = vec3_dot(way, way);
+        if (square < *least) {
+            *least = square;
+            *near = (struct mill_facets_near){.facet = k, .part = part, .way = way};
+        }
+    }
+}
+
+/* Nearer boxes first: those that are farther than what was found are left out. */
+bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
+                         struct mill_facets_near *near)
+{
+    struct {
+        int32_t node;
+        float square;
+    } waits[MILL_FACETS_DEEPEST];
+    const struct mill_facets_node *node = m->tree.node;
+    const float p[3] = {(float)place.x, (float)place.y, (float)place.z};
+    const double blur = mill_facets_blur(&m->tree, place);
+    double least = within * within;
+    int waiting = 0;
+    near->facet = -1;
+    waits[waiting].node = 0;
+    waits[waiting++].square = mill_facets_away(node, p);
+    while (waiting > 0) {
+        int32_t at = waits[--waiting].node;
+        const double bound = sqrt(least) + blur, far = bound * bound * (1.0 + 1e-5);
+        if ((double)waits[waiting].square > far)
+            continue;
+        while (node[at].leaf == MILL_FACETS_INNER) {
+            const int32_t one = at + 1, other = node[one].skip;
+            const float first = mill_facets_away(&node[one], p);
+            const float second = mill_facets_away(&node[other], p);
+            const bool turned = second < first;
+            waits[waiting].node = turned ? one : other;
+            waits[waiting++].square = turned ? first : second;
+            at = turned ? other : one;
+        }
+        look_closer(m, &node[at], place, near, &least);
+    }
+    if (near->facet < 0)
+        return false;
+    near->d = sqrt(least);
+    near->behind = vec3_dot(near->way, mill_facets_outwards(m, near)) < 0.0;
+    return true;
+}

@@ -1,0 +1,108 @@
+/* A facet as the searches see it: a triangle in its motion's frame, seen from where the balls are.
+ */
+#ifndef MILL_FACETS_NEAR_H
+#define MILL_FACETS_NEAR_H
+
+#include "geometry/body.h"
+#include "geometry/facets.h"
+
+/* Corners a, a + ab, a + ac. A place a + q lies over u.q of ab and v.q of ac. */
+struct mill_facets_flat {
+    vec3 a, ab, ac; /* [m] */
+    vec3 u, v;      /* [1/m] NAN of a facet without area */
+    double per[3];  /* [1/m^2] one over the square of the length of side 0 (ab), 1, 2 (ac) */
+};
+
+/* What tells on which side of the surface a place is */
+struct mill_facets_side {
+    vec3 normal;       /* unit, to where the balls are */
+    int32_t across[3]; /* the facet beyond side k */
+    int32_t corner[3]; /* numbers */
+};
+
+struct mill_facets {
+    struct mill_bodied body;
+    int32_t count;
+    vec3 (*corner)[3]; /* [m] as given, in the body's own frame */
+    struct mill_facets_tree tree;
+    struct mill_facets_flat *flat; /* [count] in the tree's order, as all that follows */
+    struct mill_facets_side *side;
+    vec3 *at_corner; /* sum of the normals around a corner, weighted by angles */
+};
+
+/* The part of a facet that is nearest: itself, or 1 + a side's number, or 4 + a corner's */
+enum { MILL_FACETS_INSIDE = 0, MILL_FACETS_SIDE = 1, MILL_FACETS_CORNER = 4 };
+
+/* From the nearest place of a side, which begins at q from the place, back to the place */
+static inline vec3 mill_facets_from_side(vec3 q, vec3 way, double per, double *along)
+{
+    const double share = vec3_dot(q, way) * per;
+    *along = share > 0.0 ? (share < 1.0 ? share : 1.0) : 0.0;
+    return vec3_axpy(q, -*along, way);
+}
+
+/* The vector from the nearest place of the facet to `place` [m]; *part: where that is. Outside the
+ * facet's prism the nearest place is on one of the sides that the place is beyond of. It is exact
+ * to the second order where the facet is so thin that u and v are not. */
+static inline vec3 mill_facets_look(const struct mill_facets_flat *f, vec3 place, int *part)
+{
+    const vec3 q = vec3_sub(place, f->a);
+    const double u = vec3_dot(f->u, q), v = vec3_dot(f->v, q);
+    vec3 best = vec3_axpy(vec3_axpy(q, -u, f->ab), -v, f->ac);
+    *part = MILL_FACETS_INSIDE;
+    if (u >= 0.0 && v >= 0.0 && u + v <= 1.0)
+        return best;
+    double least = INFINITY, along;
+    if (!(v >= 0.0)) {
+        best = mill_facets_from_side(q, f->ab, f->per[0], &along);
+        least = vec3_dot(best, best);
+        *part = along <= 0.0   ? MILL_FACETS_CORNER
+                : along >= 1.0 ? MILL_FACETS_CORNER + 1
+                               : MILL_FACETS_SIDE;
+    }
+    if (!(u + v <= 1.0)) {
+        const vec3 way =
+            mill_facets_from_side(vec3_sub(q, f->ab), vec3_sub(f->ac, f->ab), f->per[1], &along);
+        const double square = vec3_dot(way, way);
+        if (square < least) {
+            best = way;
+            least = square;
+            *part = along <= 0.0   ? MILL_FACETS_CORNER + 1
+                    : along >= 1.0 ? MILL_FACETS_CORNER + 2
+                                   : MILL_FACETS_SIDE + 1;
+        }
+    }
+    if (!(u >= 0.0)) {
+        const vec3 way = mill_facets_from_side(q, f->ac, f->per[2], &along);
+        if (vec3_dot(way, way) < least) {
+            best = way;
+            *part = along <= 0.0   ? MILL_FACETS_CORNER
+                    : along >= 1.0 ? MILL_FACETS_CORNER + 2
+                                   : MILL_FACETS_SIDE + 2;
+        }
+    }
+    return best;
+}
+
+/* The nearest place of the mesh, as seen from there */
+struct mill_facets_near {
+    int32_t facet;
+    int part;
+    vec3 way;    /* [m] to the place */
+    double d;    /* [m] its length */
+    bool behind; /* the place is not where balls are */
+};
+
+/* The nearest of all facets within `within` [m] of a place of the motion's frame; false: there is
+ * none. */
+bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
+                         struct mill_facets_near *near);
+
+/* The direction in which the balls' side lies there; not unit */
+vec3 mill_facets_outwards(const struct mill_facets *m, const struct mill_facets_near *near);
+
+/* next_contact of struct mill_shape_type */
+struct mill_hit mill_facets_search(const struct mill_facets *m, const struct mill_flight *flight,
+                                   double radius, double now, double horizon);
+
+#endif
