@@ -86,13 +86,23 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
         mill_motion_bounds(w->motion[motion], vec3_make(0.0, 0.0, 0.0));
     const double reach = mill_motion_reach(w->motion[motion], &w->container.places);
     const double coriolis = 2.0 * b.turning, drift = b.speed + b.turning * reach;
-    return (struct mill_lately){
+    struct mill_lately l = {
         .most = fmin(LATELY * thinnest / drift, 1.0), /* what never moves serves for long */
         .drift = drift,
         .acceleration = vec3_norm(w->g) + b.acceleration + coriolis * b.speed +
                         (b.turning * b.turning + b.spin_up) * reach,
         .coriolis = coriolis * (1.0 + 1e-9),
         .margin = 1e-9 * reach};
+    const struct mill_motion *m = w->motion[motion];
+    vec3 through, axis;
+    l.turns = !m->on && m->type->axis && m->type->axis(m, &through, &axis);
+    if (l.turns) { /* of a rotor y and z */
+        const vec3 along = fabs(axis.x) > 0.9 ? vec3_make(0.0, 1.0, 0.0) : vec3_make(1.0, 0.0, 0.0);
+        l.p = vec3_axpy(along, -vec3_dot(along, axis), axis);
+        l.p = vec3_scale(l.p, 1.0 / vec3_norm(l.p));
+        l.q = vec3_cross(axis, l.p);
+    }
+    return l;
 }
 
 /* False when out of memory */
@@ -218,28 +228,33 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
     if (!(now >= l->t && now < l->until))
         l->t = l->until = now; /* a motion so swift that the clock is too coarse */
     l->pose = mill_motion_pose(p->world->motion[motion], l->t);
+    if (l->turns) {
+        const vec3 turned = mill_pose_turn_out(&l->pose, l->p);
+        l->cos = vec3_dot(turned, l->p);
+        l->sin = vec3_dot(turned, l->q);
+    }
     return l;
 }
 
-/* Is a body on a motion certainly out of reach? First by its angle, whatever the ball does in its
- * cell; most are. If not, *f tells where the ball is and how far it can get within `window` [s], as
- * bodies on that motion see it: in their frame its speed changes by gravity, Coriolis, centrifugal
- * and Euler parts; the frame has gone on a little since its pose was looked at. */
-static bool is_elsewhere(struct mill_schedule *p, const struct mill_surface *near, double now,
-                         double window, struct mill_flight *f)
+/* Where a ball is and how far it can get within `window` [s], as bodies on a motion see it: in
+ * their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts; the frame has
+ * gone on a little since its pose was looked at. */
+static void place_in(const struct mill_lately *l, double now, double window, struct mill_flight *f)
 {
-    const struct mill_lately *l = look_lately(p, near->motion, now);
     const double age = now - l->t;
-    const vec3 y = l->pose.y;
-    if (l->pose.about_x && y.y * near->sector.y + y.z * near->sector.z <
-                               near->sector.cos - 0.5 * l->coriolis * (window + age))
-        return true;
     const vec3 u = vec3_sub(f->v, mill_pose_velocity(&l->pose, f->r));
     const double v = fabs(f->v.x) + fabs(f->v.y) + fabs(f->v.z) + f->pull * window;
     const double a = l->acceleration + l->coriolis * v;
     f->place = mill_pose_in(&l->pose, f->r);
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
-    return false;
+}
+
+/* Is a body certainly out of reach by its angle, whatever the ball does in its cell? Most are. */
+static inline bool is_elsewhere(const struct mill_lately *l, const struct mill_surface *near,
+                                double now, double window)
+{
+    return l->turns && l->cos * near->sector.y + l->sin * near->sector.z <
+                           near->sector.cos - 0.5 * l->coriolis * (window + (now - l->t));
 }
 
 /* The first contact with a surface in reach of the cell, within the window [s] that the best pair
@@ -253,13 +268,20 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[ball->species];
     struct mill_flight flight = {ball->r, ball->v, w->g, p->pull, .travel = INFINITY};
+    int32_t placed = MILL_NOBODY; /* the motion in whose frame the flight's place is */
     const struct mill_surface *end = p->surface + p->surface_start[cell + 1];
     for (const struct mill_surface *near = p->surface + p->surface_start[cell]; near < end;
          near++) {
-        if (near->motion == MILL_NOBODY)
-            flight.travel = INFINITY; /* what was told of a body before is not of this one */
-        else if (is_elsewhere(p, near, now, window, &flight))
-            continue;
+        if (near->motion == MILL_NOBODY) {
+            flight.travel = INFINITY;
+        } else {
+            const struct mill_lately *l = look_lately(p, near->motion, now);
+            if (is_elsewhere(l, near, now, window))
+                continue;
+            if (near->motion != placed) /* the window has been wider since */
+                place_in(l, now, window, &flight);
+        }
+        placed = near->motion;
         const struct mill_shape *shape = w->shape[near->shape];
         if (plan->let_go && shape->pinches)
             continue;

@@ -50,6 +50,9 @@ struct mill_lately {
     double t, until; /* [s] local: of the pose, NAN: none yet; it serves up to there */
     double most;     /* [s] between poses */
     struct mill_pose pose;
+    bool turns;      /* about a line that stands still, across it: */
+    vec3 p, q;       /* unit: directions of the laboratory, */
+    double cos, sin; /* and of the angle that p has turned by */
     /* what bodies on it see of a ball: */
     double drift;        /* [m/s] of themselves, at most */
     double acceleration; /* [m/s^2] of a ball that stands still, at most */

@@ -1,6 +1,8 @@
 /* Bodies: where they are, how they move, which cells they reach. */
 #include "geometry/body.h"
 
+#include "base/elementary.h"
+
 #include <assert.h>
 
 /* Of the mill's size: outweighs the rounding of a place. */
@@ -34,6 +36,14 @@ static void find_ring(struct mill_bodied *b)
     const double square = vec3_dot(way_out, way_out);
     const double share =
         square > 0.0 ? fmin(fmax(-vec3_dot(a_out, way_out) / square, 0.0), 1.0) : 0.0;
+    const vec3 b_out = vec3_add(a_out, way_out), middle = vec3_add(a_out, b_out);
+    if (vec3_norm(middle) > b->hull.radius) {
+        const vec3 e = vec3_scale(middle, 1.0 / vec3_norm(middle));
+        if (vec3_dot(a_out, e) >= 0.0 && vec3_dot(b_out, e) >= 0.0)
+            b->towards = e;
+        b->across =
+            fmax(vec3_norm(vec3_cross(a_out, e)), vec3_norm(vec3_cross(b_out, e))) + b->hull.radius;
+    }
     const double first = vec3_norm(a_out), last = vec3_norm(vec3_add(a_out, way_out));
     b->near = vec3_norm(vec3_axpy(a_out, share, way_out)) - b->hull.radius;
     b->beyond = fmax(first, last) + b->hull.radius;
@@ -77,6 +87,27 @@ bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec
     const double away = vec3_norm(vec3_axpy(q, -along, b->axis));
     return away > ring[0] - far && away < ring[1] + far && along > ring[2] - far &&
            along < ring[3] + far;
+}
+
+/* Seen from the line a ball of the box lies within `wide` of the direction of the box's middle, and
+ * the body within `own` of its own. */
+struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
+{
+    const struct mill_bodied *b = (const struct mill_bodied *)shape;
+    const struct mill_sector any = {0.0, 0.0, -2.0};
+    mill_body_clip(b, &lo, &hi);
+    const vec3 q = vec3_sub(vec3_scale(vec3_add(lo, hi), 0.5), b->through);
+    const vec3 out = vec3_axpy(q, -vec3_dot(q, b->axis), b->axis);
+    const double margin = 1e-3 * radius + MARGIN * (b->beyond + b->hull.half);
+    const double rho = vec3_norm(out), half = 0.5 * vec3_norm(vec3_sub(hi, lo)) + margin;
+    const double across = b->across + radius + margin;
+    if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
+        return any;
+    const double wide = mill_elementary_asin(half / rho);
+    const double own = mill_elementary_asin(across / (rho - half));
+    const vec3 e = b->towards;
+    return (struct mill_sector){vec3_dot(e, out) / rho, vec3_dot(b->axis, vec3_cross(e, out)) / rho,
+                                mill_elementary_cos(fmin(wide + own, MILL_PI)) - 1e-9};
 }
 
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)

@@ -11,11 +11,14 @@ struct mill_bodied {
     struct mill_convex convex;
     struct mill_body is;
     struct mill_hull hull;
-    bool rings;               /* it turns about a line that stands still: */
-    vec3 through, axis;       /* [m], unit */
-    double near, beyond;      /* [m] from that line: of its places the least and the greatest */
-    double from, to;          /* [m] along the line */
-    struct mill_reach places; /* where balls ever are */
+    bool rings;          /* it turns about a line that stands still: */
+    vec3 through, axis;  /* [m], unit */
+    vec3 towards;        /* unit: the body is within a strip from the line in this direction; 0: it
+                            is all around */
+    double across;       /* [m] half of the strip's width */
+    double near, beyond; /* [m] from that line: of its places the least and the greatest */
+    double from, to;     /* [m] along the line */
+    struct mill_reach places;         /* where balls ever are */
     const struct mill_shape_type *of; /* the kind of body; of a wall that draws it, else NULL */
 };
 
@@ -50,6 +53,10 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
 
 /* reachable of struct mill_shape_type */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);
+
+/* sector of struct mill_shape_type */
+struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi,
+                                    double radius);
 
 /* The part of a box of the laboratory, which may go on to infinity, where balls ever are */
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi);

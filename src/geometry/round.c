@@ -299,6 +299,7 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
                                                              .next_contact = next_contact,         \
                                                              .contact = contact,                   \
                                                              .reachable = mill_body_reachable,     \
+                                                             .sector = mill_body_sector,           \
                                                              .draw = draw,                         \
                                                              .walls = walls_##NAME,                \
                                                              .hull = hull_##NAME,                  \

@@ -19,8 +19,8 @@ struct mill_span {
     int16_t first, count;
 };
 
-/* When can a body that turns about x be met by a ball in some box? Only while
- * cos(angle) y + sin(angle) z >= cos, the angle that of its motion. */
+/* When can a body that turns about a line that stands still be met by a ball in some box? Only
+ * while cos(angle) y + sin(angle) z >= cos, the angle that of its motion. */
 struct mill_sector {
     double y, z, cos;
 };
@@ -146,8 +146,8 @@ struct mill_shape_type {
     /* The parts that such a ball can touch, none if it cannot reach the shape; for a shape of many
      * parts, else NULL. Handed back with every flight that stays in the box. */
     struct mill_span (*parts)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
-    /* For such a ball, of a body whose motion turns about x alone; NULL: it may be met at any
-     * angle. */
+    /* For such a ball, of a body whose motion turns about a line that stands still; NULL: it may be
+     * met at any angle. */
     struct mill_sector (*sector)(const struct mill_shape *, vec3 lo, vec3 hi, double radius);
     /* true: the ball, of velocity v, touches the shape in another place as well, told in *contact,
      * and closes on that. NULL for a shape that no ball ever touches twice. */
