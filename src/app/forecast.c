@@ -1,8 +1,8 @@
-/* How long will it take? The begin of the run tells, but a charge at rest has few contacts until
- * the rotor has swept it up: their rate grows 3 to 30 times within a turn, the sooner the fuller
- * the drum, the more the less elastic the balls; then it is steady. While it grows its logarithm is
- * taken to be linear in time, with the three constants below from fifteen charges of the reference
- * mill (validation/forecast has fifteen others). */
+/* How long will it take? The begin of the run tells, but in a still drum a charge at rest has few
+ * contacts until the rotor has swept it up: their rate grows 3 to 30 times within a turn, the
+ * sooner the fuller the drum, the more the less elastic the balls; then it is steady. While it
+ * grows its logarithm is taken to be linear in time, with the three constants below from fifteen
+ * charges of the reference mill (validation/forecast has fifteen others). */
 #include "app/forecast.h"
 
 #include "app/record.h"
@@ -33,7 +33,7 @@ static struct point look(const struct mill_sim *sim)
 {
     const struct mill_world *world = mill_sim_world(sim);
     struct point p = {mill_sim_time(sim), 0, mill_record_clock(CLOCK_PROCESS_CPUTIME_ID)};
-    for (int kind = 0; kind < MILL_KINDS; kind++)
+    for (int kind = 0; kind < world->kinds.count; kind++)
         p.contacts += (double)world->account.collisions[kind];
     return p;
 }
@@ -87,7 +87,8 @@ struct mill_forecast_growth mill_forecast_growth(const struct mill_world *world)
         balls += 4 * MILL_PI / 3 * pow(of->radius, 3);
         mass += of->mass;
     }
-    const bool rests = world->start.kinetic <= 0.5 * mass * pow(0.1 * speed * r, 2);
+    const bool rests =
+        world->container.still && world->start.kinetic <= 0.5 * mass * pow(0.1 * speed * r, 2);
     if (!rests || !(speed * speed * r > RAPID * vec3_norm(world->g)))
         return (struct mill_forecast_growth){0, 1};
     const double turns = SWEPT * MILL_PI * r * r * world->drum_length / balls;

@@ -23,7 +23,7 @@ struct mill_totals mill_record_add(const struct mill_world *world, double local)
 {
     const struct mill_counts *counts = &world->counts;
     struct mill_totals totals = {.energy = mill_world_energy(world, local)};
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
+    for (int kind = 0; kind < world->kinds.count; kind++) {
         totals.contacts += world->account.collisions[kind];
         totals.dissipation += world->account.dissipation[kind];
     }
@@ -33,12 +33,25 @@ struct mill_totals mill_record_add(const struct mill_world *world, double local)
     return totals;
 }
 
-static void tell_kinds(struct mill_sink *sink, const char *name, const uint64_t count[MILL_KINDS],
-                       const char *meaning)
+static void tell_kinds(struct mill_sink *sink, const char *name, const struct mill_kinds *kinds,
+                       const uint64_t *count, const char *meaning)
 {
     sink->open(sink, name);
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        mill_tell_count(sink, mill_kind_name[kind], count[kind], meaning);
+    for (int kind = 0; kind < kinds->count; kind++)
+        mill_tell_count(sink, kinds->name[kind], count[kind], meaning);
+    sink->close(sink);
+}
+
+/* Of the summary: the file has them as series. */
+static void tell_works(struct mill_sink *sink, const struct mill_world *world)
+{
+    const struct mill_account *a = &world->account;
+    mill_tell_number(sink, "rotor_work", world->rotor < 0 ? 0 : a->motion[world->rotor].work, "J",
+                     "");
+    mill_tell_number(sink, "drive_work", a->work, "J", "");
+    sink->open(sink, "motion_work");
+    for (int k = 0; k < world->motions; k++)
+        mill_tell_number(sink, world->motion_name[k], a->motion[k].work, "J", "");
     sink->close(sink);
 }
 
@@ -51,25 +64,26 @@ static void tell_balance(struct mill_sink *sink, const struct mill_world *world,
         mill_tell_number(sink, "kinetic_energy", totals->energy.kinetic, "J", "");
         mill_tell_number(sink, "rotational_energy", totals->energy.rotational, "J", "");
         mill_tell_number(sink, "potential_energy", totals->energy.potential, "J", "");
-        mill_tell_number(sink, "rotor_work", world->account.work, "J", "");
+        tell_works(sink, world);
         mill_tell_number(sink, "dissipation", totals->dissipation, "J", "");
     }
     mill_tell_number(sink, "energy_balance_error",
                      turnover > 0 ? totals->balance_error / turnover : 0, "1",
-                     "|rotor work - change of energy - dissipation| over the energy turned over");
+                     "|work of all motions - change of energy - dissipation| over the energy "
+                     "turned over");
     mill_tell_number(sink, "energy_turnover", turnover, "J",
                      "energy turned over: what the balance's error is measured against");
     mill_tell_count(
         sink, "not_closing", c->not_closing,
         "anomaly: a contact that was due found itself opening; the rebound floor was applied");
     mill_tell_number(sink, "pinch_work", world->account.pinch_work, "J",
-                     "of the rotor's work: on balls that were pressed");
+                     "of the work of all motions: on balls that were pressed");
     mill_tell_count(sink, "pinch_contacts", c->pinch_contacts,
                     "contacts of balls while they were pressed: no impacts, but parts of one");
     mill_tell_number(sink, "pinch_time", c->pinch_time, "s",
                      "in which balls were pressed, added up");
     mill_tell_count(sink, "reliefs", c->reliefs,
-                    "anomaly: balls let go by the blades because they were pinched");
+                    "anomaly: balls let go by moving bodies because they were pinched");
     mill_tell_count(sink, "smoothed", c->smoothed,
                     "anomaly: contacts made frictionless because time stood still at them");
     mill_tell_count(sink, "overlaps", c->overlaps,
@@ -83,7 +97,8 @@ static void tell_events(struct mill_sink *sink, const struct mill_world *world)
     const struct mill_counts *c = &world->counts;
     if (sink->full)
         sink->open(sink, "events");
-    tell_kinds(sink, "collisions", world->account.collisions, "impacts of this kind, from t = 0");
+    tell_kinds(sink, "collisions", &world->kinds, world->account.collisions,
+               "impacts of this kind, from t = 0");
     if (!sink->full)
         return;
     mill_tell_count(sink, "cell_crossings", c->cell_crossings, "balls changing their cell");
@@ -128,7 +143,7 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
                    "what ended the run: time (run.time), precision (run.precision), "
                    "max_collisions, or none as yet");
     tell_events(sink, world);
-    tell_kinds(sink, "floored", world->account.floored,
+    tell_kinds(sink, "floored", &world->kinds, world->account.floored,
                "impacts of this kind, from t = 0, that left with no more than the rebound floor");
     tell_balance(sink, world, &totals);
     tell_cost(sink, facts, totals.contacts);

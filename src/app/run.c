@@ -171,7 +171,7 @@ static void show(const struct run *r, bool begins)
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
                               .known = mill_summary_known(&r->observers)};
-    for (int k = 0; k < MILL_KINDS; k++)
+    for (int k = 0; k < r->world->kinds.count; k++)
         p.collisions += r->world->account.collisions[k];
     mill_progress_show(&r->order->display, &p);
 }

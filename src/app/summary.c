@@ -76,7 +76,7 @@ static const char *say_known(const struct mill_precision_known *known)
 {
     char *text = room();
     snprintf(text, TEXT, "median %s%s%s", error_of(&known->median_fast),
-             known->idle ? "" : ", power ", known->idle ? "" : error_of(&known->power));
+             known->idle ? "" : ", power ", known->idle ? "" : error_of(&known->drive));
     return text;
 }
 
@@ -120,7 +120,8 @@ static void print_end(const struct mill_summary *s)
 
 /* ---- the table ---- */
 
-static void print_row(FILE *out, const struct mill_tally_results *r, int row)
+/* name: room for that of the kind */
+static void print_row(FILE *out, const struct mill_tally_results *r, int row, int name)
 {
     const struct mill_spectrum_grid *grid = &r->tally->grid;
     const struct mill_spectrum *normal = &r->impacts[row].normal;
@@ -129,7 +130,7 @@ static void print_row(FILE *out, const struct mill_tally_results *r, int row)
     char floored[TEXT] = "-";
     if (!isnan(share))
         snprintf(floored, sizeof floored, "%.1f %%", 100 * share);
-    fprintf(out, "%-10s %12llu %11s %12s %12s %12s %9s %11s\n", mill_tally_name(row),
+    fprintf(out, "%-*s %12llu %11s %12s %12s %12s %9s %11s\n", name, mill_tally_name(r, row),
             (unsigned long long)all.count,
             mill_summary_si(mill_tally_per_second(r, (double)all.count), "/s"),
             mill_summary_si(mill_spectrum_quantile(grid, normal, 0, 0.5), "m/s"),
@@ -138,23 +139,32 @@ static void print_row(FILE *out, const struct mill_tally_results *r, int row)
             mill_summary_si(mill_tally_per_second(r, all.dissipation), "W"));
 }
 
+/* Is the row one of the table? Kinds without contacts are left out. */
+static bool is_shown(const struct mill_tally_results *r, int row)
+{
+    return row == r->all || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0;
+}
+
 static void print_contacts(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
+    int name = 10; /* width of a kind's name */
+    for (int row = 0; row <= r->all; row++)
+        if (is_shown(r, row) && (int)strlen(mill_tally_name(r, row)) > name)
+            name = (int)strlen(mill_tally_name(r, row));
     fprintf(s->out, "sampled for %s, from %s to %s\n", mill_summary_si(r->duration, "s"),
             mill_summary_si(r->begin, "s"), mill_summary_si(r->begin + r->duration, "s"));
     print_end(s);
-    fprintf(s->out, "\n%-10s %12s %11s %12s %12s %12s %9s %11s\n", "", "", "", "median v_n",
+    fprintf(s->out, "\n%-*s %12s %11s %12s %12s %12s %9s %11s\n", name, "", "", "", "median v_n",
             "median v_n", "mean v_n", "at the", "dissipated");
-    fprintf(s->out, "%-10s %12s %11s %12s %12s %12s %9s %11s\n", "kind", "contacts", "rate",
+    fprintf(s->out, "%-*s %12s %11s %12s %12s %12s %9s %11s\n", name, "kind", "contacts", "rate",
             "of all", "> 50 mm/s", "of all", "floor", "power");
-    for (int row = 0; row < MILL_TALLY_ROWS; row++)
-        if (row == MILL_TALLY_ALL || mill_spectrum_total(&r->impacts[row].normal, 0).count > 0)
-            print_row(s->out, r, row);
+    for (int row = 0; row <= r->all; row++)
+        if (is_shown(r, row))
+            print_row(s->out, r, row, name);
     if (r->tally->pairs.window > 0) {
-        const double strikes =
-            (double)mill_spectrum_total(&r->strikes[MILL_TALLY_ALL].normal, 0).count;
-        fprintf(s->out, "%-10s %12.0f %11s  when re-contacts of a pair within %s are merged\n",
+        const double strikes = (double)mill_spectrum_total(&r->strikes[r->all].normal, 0).count;
+        fprintf(s->out, "%-*s %12.0f %11s  when re-contacts of a pair within %s are merged\n", name,
                 "strikes", strikes, mill_summary_si(mill_tally_per_second(r, strikes), "/s"),
                 mill_summary_si(r->tally->pairs.window, "s"));
     }
@@ -162,37 +172,63 @@ static void print_contacts(const struct mill_summary *s)
 }
 
 /* The mean and its error on one scale: "8.213 +- 0.090 N m" */
-static void print_mean(FILE *out, const char *label, const struct mill_precision_mean *mean,
-                       const char *unit, const char *remark)
+static void print_value(FILE *out, const struct mill_precision_mean *mean, const char *unit)
 {
     struct scale scale;
-    fprintf(out, "%-*s ", LABEL, label);
     if (!isnan(mean->value) && !isnan(mean->error) && fits(mean->value, &scale))
         fprintf(out, "%.*f +- %.*f %s%s", scale.decimals, mean->value / scale.one, scale.decimals,
                 mean->error / scale.one, scale.prefix, unit);
     else
         fprintf(out, "%s", mill_summary_si(mean->value, unit));
+}
+
+static void print_mean(FILE *out, const char *label, const struct mill_precision_mean *mean,
+                       const char *unit, const char *remark)
+{
+    fprintf(out, "%-*s ", LABEL, label);
+    print_value(out, mean, unit);
     fprintf(out, "  (%s%s)\n", remark, isnan(mean->error) ? ": error not known" : "");
+}
+
+/* What the motions do; of a rotor alone in its own words */
+static void print_drive(const struct mill_summary *s)
+{
+    const struct mill_tally_results *r = s->results;
+    const struct mill_world *world = s->world;
+    const struct mill_precision_known *known = &r->at.known;
+    const bool rotor = world->motions == 1 && world->rotor == 0;
+    const double times = r->duration / world->period;
+    char turns[TEXT];
+    snprintf(turns, sizeof turns, "%.3g %s%s", times, rotor ? "revolution" : "period",
+             fabs(times - 1) < 5e-3 ? "" : "s");
+    print_mean(s->out, rotor ? "rotor power" : "drive power", &known->drive, "W", turns);
+    if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value)))
+        print_mean(s->out, rotor ? "rotor torque" : "drive torque", &known->motion_torque[0], "N m",
+                   turns);
+    for (int k = 0; world->motions > 1 && k < world->motions; k++) {
+        fprintf(s->out, "%-*s ", LABEL, world->motion_name[k]);
+        print_value(s->out, &known->motion_power[k], "W");
+        if (!isnan(known->motion_torque[k].value)) {
+            fprintf(s->out, ", ");
+            print_value(s->out, &known->motion_torque[k], "N m");
+        }
+        fputc('\n', s->out);
+    }
+    if (r->pinch_power > 0)
+        fprintf(s->out, "%-*s %s of this power, on balls that %s press\n", LABEL, "pinches",
+                mill_summary_si(r->pinch_power, "W"),
+                mill_notes_of_rotor(world) ? "blades" : "moving bodies");
 }
 
 static void print_means(const struct mill_summary *s)
 {
     const struct mill_tally_results *r = s->results;
     const struct mill_precision_known *known = &r->at.known;
-    const double revolutions = r->duration * fabs(s->world->rotor_speed) / (2 * MILL_PI);
-    char turns[TEXT];
-    snprintf(turns, sizeof turns, "%.3g revolution%s", revolutions,
-             fabs(revolutions - 1) < 5e-3 ? "" : "s");
-    if (s->world->rotor_speed != 0) {
-        print_mean(s->out, "rotor power", &known->power, "W", turns);
-        print_mean(s->out, "rotor torque", &known->torque, "N m", turns);
-        if (r->pinch_power > 0)
-            fprintf(s->out, "%-*s %s of this power, on balls that blades press\n", LABEL, "pinches",
-                    mill_summary_si(r->pinch_power, "W"));
-    }
+    if (s->world->period < (double)INFINITY)
+        print_drive(s);
     print_mean(s->out, "median v_n", &known->median, "m/s", "all impacts");
     print_mean(s->out, "median v_n", &known->median_fast, "m/s", "impacts above 50 mm/s");
-    print_mean(s->out, "rate", &known->fast[MILL_TALLY_ALL][ABOVE_1], "/s", "impacts above 1 m/s");
+    print_mean(s->out, "rate", &known->fast[r->all][ABOVE_1], "/s", "impacts above 1 m/s");
 }
 
 static void print_anomalies(FILE *out, const struct mill_counts *counts, double balance_error)

@@ -24,7 +24,7 @@ bool mill_energies_init(struct mill_energies *e, const struct mill_world *world)
     const size_t species = (size_t)world->species_count, balls = species * species;
     struct mill_energies as = {.species = species, .pairs = balls};
     as.step[MILL_BALL_BALL] = species;
-    for (int kind = MILL_BALL_BALL + 1; kind < MILL_KINDS; kind++, as.pairs += species) {
+    for (int kind = MILL_BALL_BALL + 1; kind < world->kinds.count; kind++, as.pairs += species) {
         as.first[kind] = as.pairs + 1; /* the partner's species is -1 */
         as.step[kind] = 1;
     }
@@ -63,7 +63,8 @@ void mill_energies_clear(struct mill_energies *e)
 
 /* ---- telling ---- */
 
-static void tell_kind(const struct mill_energies *e, int kind, struct mill_sink *sink)
+static void tell_kind(const struct mill_energies *e, int kind, const char *name,
+                      struct mill_sink *sink)
 {
     const int balls = kind == MILL_BALL_BALL;
     const size_t n = MILL_ENERGIES_BINS, pairs = e->species * e->step[kind];
@@ -85,7 +86,7 @@ static void tell_kind(const struct mill_energies *e, int kind, struct mill_sink 
          MILL_H5_F64},
     };
     const size_t dims[3] = {e->species, balls ? e->species : n, n};
-    sink->open(sink, mill_kind_name[kind]);
+    sink->open(sink, name);
     for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
         for (size_t i = 0; i < pairs * n; i++)
             memcpy(e->room + i, (const char *)&pair[i / n] + of[k].at + i % n * of[k].step,
@@ -103,7 +104,8 @@ double mill_energies_edge(int i)
     return ldexp(1 + (i - 1) % 16 / 16.0, MILL_ENERGIES_LOWEST + (i - 1) / 16);
 }
 
-void mill_energies_tell(const struct mill_energies *e, struct mill_sink *sink)
+void mill_energies_tell(const struct mill_energies *e, const struct mill_kinds *kinds,
+                        struct mill_sink *sink)
 {
     double edge[MILL_ENERGIES_BINS + 1];
     for (int i = 0; i <= MILL_ENERGIES_BINS; i++)
@@ -112,7 +114,7 @@ void mill_energies_tell(const struct mill_energies *e, struct mill_sink *sink)
     mill_tell_array(sink, "edges", MILL_ENERGIES_BINS + 1, edge, "J",
                     "edges of the bins: 2^k (1 + j/16) J with k = -54..9, j = 0..15, and 2^10 J, "
                     "between infinities; bin i is edges[i] <= E < edges[i+1]");
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        tell_kind(e, (enum mill_kind)kind, sink);
+    for (int kind = 0; kind < kinds->count; kind++)
+        tell_kind(e, kind, kinds->name[kind], sink);
     sink->close(sink);
 }

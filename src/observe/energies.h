@@ -33,9 +33,10 @@ struct mill_energies_pair {
  * kind of surface, where the species of the partner is -1. */
 struct mill_energies {
     size_t species, pairs;
-    size_t first[MILL_KINDS], step[MILL_KINDS]; /* pair: first + step species + partner's species */
-    struct mill_energies_pair *pair;            /* [pairs] */
-    double *room;                               /* [pairs][MILL_ENERGIES_BINS] for telling */
+    /* [kinds] pair: first + step species + partner's species */
+    size_t first[MILL_KINDS_MOST], step[MILL_KINDS_MOST];
+    struct mill_energies_pair *pair; /* [pairs] */
+    double *room;                    /* [pairs][MILL_ENERGIES_BINS] for telling */
 };
 
 /* false: out of memory. Free them in any case. */
@@ -48,8 +49,9 @@ void mill_energies_free(struct mill_energies *energies);
 void mill_energies_add(struct mill_energies *into, const struct mill_energies *from);
 void mill_energies_clear(struct mill_energies *energies);
 
-/* Tells them as the group "energies". */
-void mill_energies_tell(const struct mill_energies *energies, struct mill_sink *sink);
+/* Tells them as the group "energies". kinds: of their world */
+void mill_energies_tell(const struct mill_energies *energies, const struct mill_kinds *kinds,
+                        struct mill_sink *sink);
 
 /* [J] Lower edge of bin i, and upper one of the last: 0..MILL_ENERGIES_BINS */
 double mill_energies_edge(int i);

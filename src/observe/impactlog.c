@@ -17,7 +17,8 @@ static const struct {
     {"/impacts/kind", "1", MILL_H5_U8, 0, "kind of contact: index into the attribute kinds"},
     {"/impacts/ball", "1", MILL_H5_I32, 0, "number of the ball"},
     {"/impacts/partner", "1", MILL_H5_I32, 0,
-     "number of the other ball, of the blade or of the end wall; -1 for drum and shaft"},
+     "number of the other ball, of the blade, the end wall or the body's copy; -1 for drum and "
+     "shaft"},
     {"/impacts/position", "m", MILL_H5_F32, 1, "point of contact: (x, y, z)"},
     {"/impacts/normal", "1", MILL_H5_F32, 1,
      "unit normal of the contact, into the ball: (x, y, z)"},
@@ -73,16 +74,19 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
                       struct mill_h5 *file, const struct mill_world *world)
 {
     struct impactlog *log = (struct impactlog *)self;
+    const char *name[MILL_KINDS_MOST];
+    const size_t kinds = (size_t)world->kinds.count;
     (void)asked;
-    (void)world;
     log->file = file;
+    for (size_t i = 0; i < kinds; i++)
+        name[i] = world->kinds.name[i];
     for (int i = 0; i < COLUMNS; i++) {
         const struct mill_h5_layout layout = {table[i].type, table[i].rank,    {3},  CHUNK,
                                               table[i].unit, table[i].meaning, false};
         log->column[i] = mill_h5_column_create(file, table[i].path, &layout, log->rows);
     }
-    mill_h5_attribute(file, "/impacts", "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
-    mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
+    mill_h5_attribute(file, "/impacts", "kinds", MILL_H5_TEXT, kinds, name);
+    mill_h5_attribute(file, "/impacts/kind", "kinds", MILL_H5_TEXT, kinds, name);
 }
 
 const struct mill_observer_type mill_impactlog_type = {.name = "impacts",

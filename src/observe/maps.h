@@ -52,6 +52,9 @@ void mill_maps_free(struct mill_maps *maps);
 void mill_maps_add(struct mill_maps *into, const struct mill_maps *from);
 void mill_maps_clear(struct mill_maps *maps);
 
+/* Tells them as the group "maps". */
+void mill_maps_tell(const struct mill_maps *maps, struct mill_sink *sink);
+
 /* Counts an impact; of a lasting one only the dissipation. */
 void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact);
 

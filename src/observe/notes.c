@@ -2,6 +2,8 @@
  * contact laws and the statistics; each bound has its reason beside it. */
 #include "observe/notes.h"
 
+#include "geometry/shape.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -18,7 +20,7 @@
  * good, and what hard ones count does not exist. In the reference mill at 37 % of the drum. */
 #define AT_ONCE 1.0
 #define UNSTEADY 0.05
-/* Of the rotor's power on pressed balls. Where it is half of all, the power still is within a tenth
+/* Of the drive's power on pressed balls. Where it is half of all, the power still is within a tenth
  * of that of soft spheres of steel, but nearly twice that of softer ones (validation/dem). */
 #define PINCHED 0.2
 
@@ -40,7 +42,7 @@ __attribute__((format(printf, 6, 7))) static void add(struct mill_notes *notes, 
 static void judge_law(struct mill_notes *notes, const struct mill_world *world, bool met)
 {
     int least = -1;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
+    for (int kind = 0; kind < world->kinds.count; kind++)
         if (world->law[kind].friction > 0 && (!met || world->account.collisions[kind] > 0) &&
             (least < 0 || world->law[kind].restitution < world->law[least].restitution))
             least = kind;
@@ -48,7 +50,7 @@ static void judge_law(struct mill_notes *notes, const struct mill_world *world, 
     add(notes, "restitution", value, INELASTIC, value < INELASTIC,
         "contacts with friction have a restitution of %.3g (%s): hard spheres are meant for 0.7 "
         "and more; in dense beds below that their power no longer agrees with soft spheres.",
-        value, mill_kind_name[least < 0 ? 0 : least]);
+        value, world->kinds.name[least < 0 ? 0 : least]);
 }
 
 /* Contacts that a soft ball would be in at a time; rate [1/s]: how often the mean ball is hit */
@@ -61,18 +63,28 @@ static void judge_rate(struct mill_notes *notes, const struct mill_world *world,
         1e6 / rate, 1e6 * contact);
 }
 
+bool mill_notes_of_rotor(const struct mill_world *world)
+{
+    bool alone = world->container.still && world->motions == 1 && world->rotor == 0;
+    for (int k = 0; alone && k < world->shapes; k++)
+        alone = !world->shape[k]->motion || world->shape[k]->kind < MILL_KINDS;
+    return alone;
+}
+
 /* Shares of the window's power and contacts */
 static void judge_shares(struct mill_notes *notes, const struct mill_tally_results *r)
 {
-    const double power = r->at.known.power.value, floored = r->floor_share[MILL_BALL_BALL];
+    const double power = r->at.known.drive.value, floored = r->floor_share[MILL_BALL_BALL];
     const double pinched = power != 0 ? r->pinch_power / power : 0;
-    const double impacts = (double)mill_spectrum_total(&r->impacts[MILL_TALLY_ALL].normal, 0).count;
+    const double impacts = (double)mill_spectrum_total(&r->impacts[r->all].normal, 0).count;
     const double share = impacts > 0 ? (double)r->recontacts / impacts : (double)NAN;
+    const bool rotor = mill_notes_of_rotor(r->world);
     add(notes, "pinches", pinched, PINCHED, fabs(pinched) > PINCHED,
-        "%.0f %% of the rotor's power goes to balls that it presses against others and walls: that "
-        "is for bodies of steel, softer ones take less, and the rates of drum and blade impacts "
-        "are less sure. Wider gaps around the blades make it less.",
-        100 * pinched);
+        "%.0f %% of the %s power goes to balls that %s against others and walls: that is for "
+        "bodies of steel, softer ones take less, and the rates of %s impacts are less sure. Wider "
+        "gaps around %s make it less.",
+        100 * pinched, rotor ? "rotor's" : "drive's", rotor ? "it presses" : "moving bodies press",
+        rotor ? "drum and blade" : "wall and body", rotor ? "the blades" : "the moving bodies");
     add(notes, "floor_share", floored, FLOORED, floored > FLOORED,
         "%.0f %% of the ball-ball contacts are at the rebound floor: medians over all contacts "
         "depend on it; rather use those above 50 mm/s.",
@@ -94,21 +106,22 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
 }
 
 /* Angular speed of the ring that the charge has become [rad/s]; 0 when it has not. In the last
- * tenth of the window the rotor had at most one in 200 of all contacts; nine tenths of the kinetic
- * energy are in the charge's turning about the axis, L^2 / 2I with angular momentum L and moment of
- * inertia I; and it turns so fast that it stays up, w^2 r > g with w = L / I, r^2 = I / m. A smooth
- * drum without friction ends like that, as nothing brakes the balls: a thick ring at nearly the
- * rotor's speed, a thin one slower, once the rotor does not reach it any more. */
+ * tenth of the window the rotor (and bodies) had at most one in 200 of all contacts; nine tenths of
+ * the kinetic energy are in the charge's turning about the axis, L^2 / 2I with angular momentum L
+ * and moment of inertia I; and it turns so fast that it stays up, w^2 r > g with w = L / I, r^2 = I
+ * / m. A smooth drum without friction ends like that, as nothing brakes the balls: a thick ring at
+ * nearly the rotor's speed, a thin one slower, once the rotor does not reach it any more. */
 static double ring_speed(const struct mill_world *world, const struct mill_tally_results *r,
                          double t)
 {
-    if (world->rotor_speed == 0)
+    if (world->rotor_speed == 0 || !world->container.still)
         return 0;
     uint64_t all = 0, rotor = 0; /* contacts in the last tenth */
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
+    for (int kind = 0; kind < world->kinds.count; kind++) {
         const uint64_t late = r->at.at_end.collisions[kind] - r->late.collisions[kind];
+        const bool moves = kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE || kind >= MILL_KINDS;
         all += late;
-        rotor += kind == MILL_BALL_SHAFT || kind == MILL_BALL_BLADE ? late : 0;
+        rotor += moves ? late : 0;
     }
     if (all < (uint64_t)world->balls || (double)rotor > 5e-3 * (double)all)
         return 0;
@@ -126,18 +139,19 @@ static double ring_speed(const struct mill_world *world, const struct mill_tally
     return turning && speed * speed * sqrt(inertia / mass) > gravity ? speed : 0;
 }
 
-/* The charge has become a ring; or over the window the rotor's power and the dissipation differ. */
+/* The charge has become a ring; or over the window the motions' power and the dissipation differ.
+ */
 static void judge_motion(struct mill_notes *notes, const struct mill_world *world,
                          const struct mill_tally_results *r, double t)
 {
     const double ring = ring_speed(world, r, t);
     double dissipated = 0;
-    for (int kind = 0; kind < MILL_KINDS; kind++)
+    for (int kind = 0; kind < world->kinds.count; kind++)
         dissipated += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
     dissipated = mill_tally_per_second(r, dissipated);
-    const double power = r->at.known.power.value;
+    const double power = r->at.known.drive.value;
     const double most = fmax(fabs(power), fabs(dissipated));
-    const bool works = world->rotor_speed != 0 && r->duration > 0 && most > 0;
+    const bool works = world->period < (double)INFINITY && r->duration > 0 && most > 0;
     const double off = works ? fabs(power - dissipated) / most : (double)NAN;
     add(notes, "ring", ring != 0 ? ring / world->rotor_speed : 0, 0, ring != 0,
         "the charge has come off the rotor and turns as a ring, at %.0f %% of the rotor's speed%s.",
@@ -146,8 +160,9 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
             ? ""
             : ": nothing brakes the balls in a smooth drum without friction");
     add(notes, "unsteady", off, UNSTEADY, ring == 0 && off > UNSTEADY,
-        "not steady: the rotor's power and the dissipated power differ by more than 5 %% over the "
-        "sampled window. Sample later or for longer.");
+        "not steady: the %s power and the dissipated power differ by more than 5 %% over the "
+        "sampled window. Sample later or for longer.",
+        mill_notes_of_rotor(world) ? "rotor's" : "drive's");
 }
 
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
@@ -155,7 +170,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
 {
     const double now = world->base + t;
     double hits = 0; /* on balls */
-    for (int kind = 0; kind < MILL_KINDS; kind++)
+    for (int kind = 0; kind < world->kinds.count; kind++)
         hits += (double)mill_spectrum_total(&r->impacts[kind].normal, 0).count *
                 (kind == MILL_BALL_BALL ? 2 : 1);
     notes->count = 0;

@@ -17,6 +17,9 @@ struct mill_notes {
     struct mill_note note[10];
 };
 
+/* Is it a mill of which only shaft and blades move, in a still drum? It is spoken of as a rotor. */
+bool mill_notes_of_rotor(const struct mill_world *world);
+
 /* Of a mill that has yet to run, with `rate` [1/s] contacts to be expected; NaN: not known.
  * trial: what a short run of it came to; NULL: none. */
 void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,

@@ -2,9 +2,9 @@
  * spectra, so that the median of any window of batches can be told. Its standard error comes from
  * the share of each batch's impacts below it, as that of any quantile does: error of the share /
  * density of the speeds there.
- * A twelfth of a revolution is a batch (5 ms at 1000 rpm): in the words of MSER-5 five observations
- * of a sixtieth. Blades pass at all multiples of a revolution's parts, so over whole revolutions
- * what they stir up repeats and has no part in the error.
+ * A twelfth of the period of all motions is a batch (of a rotor at 1000 rpm 5 ms): in the words of
+ * MSER-5 five observations of a sixtieth. Blades pass at all multiples of a revolution's parts, so
+ * over whole periods what the motions stir up repeats and has no part in the error.
  *
  * Where does the start-up of a series of batch means end? MSER-5 (White, Simulation 69 (1997) 323;
  * White, Cobb & Spratt, Proc. Winter Simulation Conf. 2000, 755) cuts where the standard error of
@@ -22,8 +22,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [s] of a batch. A charge needs longer than the first to change; a rotor slower than the last
- * stands. */
+/* [s] of a batch. A charge needs longer than the first to change; motions slower than the last
+ * stand. */
 static const double shortest = 1e-3, usual = 5e-3, longest = 25e-3, standing = 1e6;
 
 /* Of the energy that the balls bring into contacts, and of a mean: less work or scatter is rounding
@@ -39,11 +39,10 @@ static const double least_freedom = 3;
 
 enum { PARTS = 12, LAST = 5, FEWEST = 24 };
 
-/* Batches for a rotor of `rotor_speed` [rad/s] (0: none). They do not depend on how long the run
- * may last: that must not change where it ends. */
-static struct mill_precision_progress plan(double rotor_speed)
+/* Batches for motions that repeat after `turn` [s]. They do not depend on how long the run may
+ * last: that must not change where it ends. */
+static struct mill_precision_progress plan(double turn)
 {
-    const double turn = rotor_speed != 0 ? 2 * MILL_PI / fabs(rotor_speed) : (double)INFINITY;
     if (!(turn < standing))
         return (struct mill_precision_progress){usual, 0, 0};
     uint64_t period = PARTS;
@@ -55,10 +54,15 @@ static struct mill_precision_progress plan(double rotor_speed)
     return (struct mill_precision_progress){batch, period, 0};
 }
 
-bool mill_precision_init(struct mill_precision *p, double origin, double rotor_speed,
+bool mill_precision_init(struct mill_precision *p, double origin, const struct mill_world *world,
                          const struct mill_spectrum_grid *grid)
 {
-    *p = (struct mill_precision){.origin = origin, .at = plan(rotor_speed), .grid = grid};
+    *p = (struct mill_precision){.origin = origin,
+                                 .kinds = world->kinds.count,
+                                 .motions = world->motions,
+                                 .rotor = world->rotor,
+                                 .at = plan(world->period),
+                                 .grid = grid};
     p->accounts = calloc(MILL_PRECISION_BATCHES + 1, sizeof *p->accounts);
     p->counts = calloc(MILL_PRECISION_BATCHES, sizeof *p->counts);
     return p->accounts && p->counts;
@@ -123,7 +127,7 @@ size_t mill_precision_mser(const double *x, size_t n)
     return best;
 }
 
-/* How many go into one so that FEWEST or more are left: parts of a revolution, then one or two */
+/* How many go into one so that FEWEST or more are left: parts of a period, then one or two */
 static size_t size_of_batch(size_t n)
 {
     static const size_t size[] = {1, 2, 3, 4, 6, 12, 24};
@@ -354,8 +358,8 @@ static struct mill_precision_mean rate_of(const struct mill_precision *p, uint64
 static struct mill_precision_mean impacts_of(const struct mill_precision *p, uint64_t from, int row,
                                              size_t at, size_t size)
 {
-    const bool all = row == MILL_KINDS;
-    const struct entry entry = {at + (all ? 0 : (size_t)row * size), size, all ? MILL_KINDS : 1};
+    const bool all = row == p->kinds;
+    const struct entry entry = {at + (all ? 0 : (size_t)row * size), size, all ? p->kinds : 1};
     struct mill_precision_mean rate = rate_of(p, from, entry);
     const double time = (double)(p->at.batches - from) * p->at.batch;
     if (!(rate.value > 0))
@@ -365,6 +369,23 @@ static struct mill_precision_mean impacts_of(const struct mill_precision *p, uin
     return rate;
 }
 
+/* Power and torque of a motion; -1: none, which does nothing */
+static void tell_motion(const struct mill_precision *p, uint64_t from, int k,
+                        struct mill_precision_mean *power, struct mill_precision_mean *torque)
+{
+    static const double nothing[MILL_PRECISION_BATCHES];
+    const size_t step = sizeof p->accounts->motion[0], offset = (size_t)(k < 0 ? 0 : k) * step;
+    const struct entry work = {.at = offsetof(struct mill_account, motion[0].work) + offset},
+                       impulse = {.at = offsetof(struct mill_account, motion[0].impulse) + offset};
+    *power = *torque = mill_precision_mean(nothing, p->at.batches - from, p->at.period);
+    if (k >= 0) {
+        *power = rate_of(p, from, work);
+        *torque = rate_of(p, from, impulse);
+    }
+    if (k < 0 || p->at.period == 0) /* nothing moves */
+        power->error = torque->error = NAN;
+}
+
 struct mill_precision_known mill_precision_tell(const struct mill_precision *p, uint64_t from)
 {
     const struct mill_account *now = &p->accounts[p->at.batches];
@@ -372,14 +393,15 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     known.idle = now->work_gross <= rounding * now->incident;
     known.enough =
         known.batches >= MILL_PRECISION_FEWEST && (known.idle || known.batches >= 3 * p->at.period);
-    known.power = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, work)});
-    known.torque =
-        rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, motion[0].impulse)});
-    if (p->at.period == 0) /* no rotor */
-        known.power.error = known.torque.error = NAN;
+    known.drive = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, work)});
+    if (p->at.period == 0) /* nothing moves */
+        known.drive.error = NAN;
+    tell_motion(p, from, p->rotor, &known.power, &known.torque);
+    for (int k = 0; k < p->motions; k++)
+        tell_motion(p, from, k, &known.motion_power[k], &known.motion_torque[k]);
     known.median = tell_median(p, from, 0);
     known.median_fast = tell_median(p, from, MILL_SPECTRUM_FAST);
-    for (int row = 0; row < MILL_PRECISION_ROWS; row++) {
+    for (int row = 0; row <= p->kinds; row++) {
         known.rate[row] = impacts_of(p, from, row, offsetof(struct mill_account, collisions),
                                      sizeof now->collisions[0]);
         for (int i = 0; i < MILL_WORLD_FAST; i++)
@@ -391,7 +413,7 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
 
 bool mill_precision_reached(const struct mill_precision_known *known, double wanted)
 {
-    const bool power = known->idle || (known->power.value != 0 &&
-                                       known->power.error <= wanted * fabs(known->power.value));
+    const bool power = known->idle || (known->drive.value != 0 &&
+                                       known->drive.error <= wanted * fabs(known->drive.value));
     return known->enough && power && known->median_fast.error <= wanted * known->median_fast.value;
 }

@@ -12,20 +12,22 @@
 #include <stdint.h>
 
 enum {
-    MILL_PRECISION_BATCHES = 1152,       /* there is room for; then they are joined */
-    MILL_PRECISION_FEWEST = 36,          /* batches that tell anything: three revolutions */
-    MILL_PRECISION_ROWS = MILL_KINDS + 1 /* kinds, then all */
+    MILL_PRECISION_BATCHES = 1152,            /* there is room for; then they are joined */
+    MILL_PRECISION_FEWEST = 36,               /* batches that tell anything: three periods */
+    MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1 /* the mill's kinds, then all */
 };
 
 /* What changes as it goes; plain numbers, saved as they are. */
 struct mill_precision_progress {
     double batch;     /* [s] length of a batch */
-    uint64_t period;  /* batches of a revolution; 1 also where a batch is several; 0: no rotor */
+    uint64_t period;  /* batches of a period; 1 also where a batch is several; 0: nothing moves */
     uint64_t batches; /* complete by now */
 };
 
 struct mill_precision {
     double origin; /* [s] simulated time at which batch 0 begins */
+    int kinds, motions;
+    int rotor; /* the motion of this name, or -1 */
     struct mill_precision_progress at;
     const struct mill_spectrum_grid *grid;
     struct mill_account
@@ -41,19 +43,21 @@ struct mill_precision_mean {
 };
 
 struct mill_precision_known {
-    struct mill_precision_mean power, torque;       /* [W], [N m] of the rotor */
+    struct mill_precision_mean drive;         /* [W] power of all motions */
+    struct mill_precision_mean power, torque; /* [W], [N m] of the rotor */
+    struct mill_precision_mean motion_power[MILL_MOTIONS_MOST], motion_torque[MILL_MOTIONS_MOST];
     struct mill_precision_mean median, median_fast; /* [m/s] normal speed, of all; above 0.05 m/s */
     struct mill_precision_mean rate[MILL_PRECISION_ROWS];                  /* [1/s] of impacts */
     struct mill_precision_mean fast[MILL_PRECISION_ROWS][MILL_WORLD_FAST]; /* at mill_world_fast */
     uint64_t batches;                                                      /* they are taken from */
-    bool idle;   /* the rotor has never done any work: nothing to be known of its power */
-    bool enough; /* batches, and three revolutions of a rotor that works, to believe the errors */
+    bool idle;   /* no motion has ever done any work: nothing to be known of their power */
+    bool enough; /* batches, and three periods of motions that work, to believe the errors */
 };
 
-/* Batches for a rotor of `rotor_speed` [rad/s] (0: none), from `origin` [s] on; the grid must
- * outlive it. false: out of memory; then, too, free it. */
-bool mill_precision_init(struct mill_precision *precision, double origin, double rotor_speed,
-                         const struct mill_spectrum_grid *grid);
+/* Batches for the motions of this world, from `origin` [s] on; the grid must outlive it. false: out
+ * of memory; then, too, free it. */
+bool mill_precision_init(struct mill_precision *precision, double origin,
+                         const struct mill_world *world, const struct mill_spectrum_grid *grid);
 void mill_precision_free(struct mill_precision *precision);
 
 /* [s] simulated time at which the batch now open ends. */
@@ -67,7 +71,7 @@ static inline double mill_precision_next(const struct mill_precision *precision)
 void mill_precision_close(struct mill_precision *precision, const uint64_t *count,
                           const struct mill_account *account);
 
-/* Joins batches when there is no room for another: 2 by 2, or 3 by 3 where 3 make a revolution.
+/* Joins batches when there is no room for another: 2 by 2, or 3 by 3 where 3 make a period.
  * Returns how many became one; 1: there is room still. */
 uint64_t mill_precision_join(struct mill_precision *precision);
 

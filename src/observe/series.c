@@ -13,37 +13,46 @@
 /* What the values are taken from */
 struct row {
     struct mill_energy energy;
-    double torque; /* [N m] */
+    double work, torque; /* [J], [N m] of the rotor */
     struct mill_account account;
 };
+
+/* One series; or one for each kind of contact, or motion */
+enum each { ONE, KIND, MOTION };
 
 #define FROM(member) offsetof(struct row, member)
 
 static const struct {
     const char *name, *unit;
-    size_t from;  /* its place in a row */
-    size_t width; /* 0: one series; else so many numbers for each kind of contact */
+    size_t from; /* its place in a row */
+    enum each each;
+    size_t step;  /* [bytes] from one of these to the next */
+    size_t width; /* numbers in a row of one */
     enum mill_h5_type type;
     const char *meaning;
 } table[] = {
-    {"kinetic_energy", "J", FROM(energy.kinetic), 0, MILL_H5_F64,
+    {"kinetic_energy", "J", FROM(energy.kinetic), ONE, 0, 1, MILL_H5_F64,
      "translational kinetic energy of all balls"},
-    {"rotational_energy", "J", FROM(energy.rotational), 0, MILL_H5_F64,
+    {"rotational_energy", "J", FROM(energy.rotational), ONE, 0, 1, MILL_H5_F64,
      "rotational kinetic energy of all balls"},
-    {"potential_energy", "J", FROM(energy.potential), 0, MILL_H5_F64,
-     "potential energy of all balls in gravity, 0 at the drum's centre"},
-    {"rotor_work", "J", FROM(account.work), 0, MILL_H5_F64,
+    {"potential_energy", "J", FROM(energy.potential), ONE, 0, 1, MILL_H5_F64,
+     "potential energy of all balls in gravity, 0 at the laboratory's origin"},
+    {"rotor_work", "J", FROM(work), ONE, 0, 1, MILL_H5_F64,
      "work done by the rotor on the balls, cumulative from t = 0"},
-    {"rotor_torque", "N m", FROM(torque), 0, MILL_H5_F64,
+    {"rotor_torque", "N m", FROM(torque), ONE, 0, 1, MILL_H5_F64,
      "torque of the rotor on the balls about +x, mean over the interval before; 0 in the first "
      "row"},
-    {"dissipation", "J", FROM(account.dissipation), 1, MILL_H5_F64,
+    {"motion_work", "J", FROM(account.motion[0].work), MOTION,
+     sizeof((struct mill_account *)0)->motion[0], 1, MILL_H5_F64,
+     "work done on the balls by this motion's own velocity, cumulative from t = 0"},
+    {"dissipation", "J", FROM(account.dissipation), KIND, sizeof(double), 1, MILL_H5_F64,
      "energy lost in impacts of this kind, cumulative from t = 0"},
-    {"dissipation_normal", "J", FROM(account.dissipation_normal), 1, MILL_H5_F64,
-     "normal part of the energy lost in impacts of this kind, cumulative from t = 0"},
-    {"collisions", "1", FROM(account.collisions), 1, MILL_H5_U64,
+    {"dissipation_normal", "J", FROM(account.dissipation_normal), KIND, sizeof(double), 1,
+     MILL_H5_F64, "normal part of the energy lost in impacts of this kind, cumulative from t = 0"},
+    {"collisions", "1", FROM(account.collisions), KIND, sizeof(uint64_t), 1, MILL_H5_U64,
      "impacts of this kind, cumulative from t = 0"},
-    {"fast_collisions", "1", FROM(account.fast), MILL_WORLD_FAST, MILL_H5_U64,
+    {"fast_collisions", "1", FROM(account.fast), KIND, MILL_WORLD_FAST * sizeof(uint64_t),
+     MILL_WORLD_FAST, MILL_H5_U64,
      "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
      "cumulative from t = 0"}};
 enum { TABLE = sizeof table / sizeof *table };
@@ -51,15 +60,17 @@ enum { TABLE = sizeof table / sizeof *table };
 struct series {
     struct mill_observer observer;
     struct mill_h5 *file;
-    double interval, end;                                         /* [s] of the rows, of the run */
-    uint64_t rows;                                                /* so far */
-    double rotor_impulse;                                         /* [N m s] at the row before */
-    struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS]; /* the file's: step and time */
+    double interval, end; /* [s] of the rows, of the run */
+    uint64_t rows;        /* so far */
+    double rotor_impulse; /* [N m s] at the row before */
+    int many[MOTION + 1]; /* series of a line of the table */
+    /* the file's: step and time */
+    struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS_MOST];
 };
 
 /* The elements {step, time, value} of row i of the table; the first one made holds step and time,
  * the others link to them. */
-static void open_elements(struct series *series, int i)
+static void open_elements(struct series *series, const struct mill_world *world, int i)
 {
     static const struct mill_h5_layout layout[2] = {
         {MILL_H5_I64, 0, {0}, 0, "1", "number of the row", false},
@@ -68,10 +79,13 @@ static void open_elements(struct series *series, int i)
     const size_t width = table[i].width;
     const struct mill_h5_layout value = {table[i].type, width > 1,        {width}, 0,
                                          table[i].unit, table[i].meaning, false};
-    char group[96], path[128], origin[128];
-    for (int kind = 0; kind < (width > 0 ? (int)MILL_KINDS : 1); kind++) {
-        snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name, width > 0 ? "/" : "",
-                 width > 0 ? mill_kind_name[kind] : "");
+    char group[128], path[160], origin[128];
+    for (int n = 0; n < series->many[table[i].each]; n++) {
+        snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name,
+                 table[i].each == ONE ? "" : "/",
+                 table[i].each == ONE    ? ""
+                 : table[i].each == KIND ? world->kinds.name[n]
+                                         : world->motion_name[n]);
         for (int k = 0; k < 2; k++) {
             snprintf(path, sizeof path, "%s/%s", group, name[k]);
             snprintf(origin, sizeof origin, "/observables/%s/%s", table[0].name, name[k]);
@@ -82,7 +96,7 @@ static void open_elements(struct series *series, int i)
                 mill_h5_link(series->file, origin, path);
         }
         snprintf(path, sizeof path, "%s/value", group);
-        series->column[i][kind] = mill_h5_column_create(series->file, path, &value, series->rows);
+        series->column[i][n] = mill_h5_column_create(series->file, path, &value, series->rows);
         if (width > 1) /* the speeds that these are counted from stand beside them */
             mill_h5_attribute(series->file, path, "thresholds", MILL_H5_F64, MILL_WORLD_FAST,
                               mill_world_fast);
@@ -93,18 +107,20 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
                                struct mill_error *error)
 {
     struct series *series = (struct series *)self;
-    const double impulse = world->account.motion[0].impulse - series->rotor_impulse;
+    const int rotor = world->rotor;
+    const double now = rotor < 0 ? 0 : world->account.motion[rotor].impulse;
+    const double impulse = now - series->rotor_impulse;
     const struct row row = {.energy = mill_world_energy(world, t),
+                            .work = rotor < 0 ? 0 : world->account.motion[rotor].work,
                             .torque = series->rows > 0 ? impulse / series->interval : 0,
                             .account = world->account};
-    series->rotor_impulse = world->account.motion[0].impulse;
+    series->rotor_impulse = now;
     mill_h5_column_append(series->shared[0], 1, &series->rows);
     mill_h5_column_append(series->shared[1], 1, &self->next);
     for (int i = 0; i < TABLE; i++)
-        for (int kind = 0; kind < MILL_KINDS && series->column[i][kind]; kind++)
-            mill_h5_column_append(series->column[i][kind], 1,
-                                  (const char *)&row + table[i].from +
-                                      (size_t)kind * table[i].width * sizeof(double));
+        for (int n = 0; n < series->many[table[i].each]; n++)
+            mill_h5_column_append(series->column[i][n], 1,
+                                  (const char *)&row + table[i].from + (size_t)n * table[i].step);
     self->next = mill_observe_due(series->interval, series->end, ++series->rows);
     return mill_h5_status(series->file, error);
 }
@@ -120,13 +136,15 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
                       struct mill_h5 *file, const struct mill_world *world)
 {
     struct series *series = (struct series *)self;
-    (void)world;
     series->file = file;
+    series->many[ONE] = 1;
+    series->many[KIND] = world->kinds.count;
+    series->many[MOTION] = world->motions;
     series->interval = asked->series;
     series->end = asked->end;
     self->next = mill_observe_due(asked->series, asked->end, series->rows);
     for (int i = 0; i < TABLE; i++)
-        open_elements(series, i);
+        open_elements(series, world, i);
 }
 
 const struct mill_observer_type mill_series_type = {.name = "series",

@@ -85,8 +85,9 @@ bool mill_strikes_resize(struct mill_strikes *strikes, int bits, double now)
 struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, int32_t ball,
                                       int32_t partner, double time, double *since)
 {
-    assert(ball >= 0 && ball < 1 << 30 && partner >= -1 && partner < 1 << 30);
-    const uint64_t pair = (uint64_t)kind << 61 | (uint64_t)ball << 31 | (uint64_t)(partner + 1);
+    assert(kind >= 0 && kind < 1 << 5 && ball >= 0 && ball < 1 << 29);
+    assert(partner >= -1 && partner < 1 << 29);
+    const uint64_t pair = (uint64_t)kind << 59 | (uint64_t)ball << 30 | (uint64_t)(partner + 1);
     for (;;) {
         struct mill_strike *bucket = bucket_of(strikes, pair), *oldest = bucket;
         for (int k = 0; k < BUCKET; k++) {

@@ -30,7 +30,7 @@ void mill_strikes_free(struct mill_strikes *strikes);
 
 /* The entry of this pair, brought up to this contact; *since [s]: from its last one, INFINITY where
  * the contact starts a strike, and then the caller fills in the slots. Times must not decrease from
- * call to call. The entry is good until the next call. Balls and partners number less than 2^30
+ * call to call. The entry is good until the next call. Balls and partners number less than 2^29
  * (partner -1: none). NULL: out of memory. */
 struct mill_strike *mill_strikes_meet(struct mill_strikes *strikes, int kind, int32_t ball,
                                       int32_t partner, double time, double *since);

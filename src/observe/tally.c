@@ -130,16 +130,18 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
 /* ---- state: only what gathering changes; the rest is made again from what is asked for ---- */
 
 /* Of portion `number` from 1 on, or that being gathered: 0 */
-static void tell_gathered(struct mill_gathered *g, uint64_t number, struct mill_state *state)
+static void tell_gathered(struct mill_gathered *g, int kinds, uint64_t number,
+                          struct mill_state *state)
 {
     const struct mill_maps *maps = &g->maps;
+    const size_t n = (size_t)kinds;
     const struct {
         const char *name;
         size_t size, count;
         void *at;
     } field[] = {{"last", sizeof g->last, 1, &g->last},
-                 {"impacts", sizeof *g->impacts, MILL_KINDS, g->impacts},
-                 {"strikes", sizeof *g->strikes, MILL_KINDS, g->strikes},
+                 {"impacts", sizeof *g->impacts, n, g->impacts},
+                 {"strikes", sizeof *g->strikes, n, g->strikes},
                  {"energies", sizeof *g->energies.pair, g->energies.pairs, g->energies.pair},
                  {"recontacts", sizeof g->recontacts, 1, &g->recontacts},
                  {"samples", sizeof maps->samples, 1, &g->maps.samples},
@@ -185,9 +187,9 @@ static void tell_state(struct mill_observer *observer, struct mill_state *state)
     if (state->status != MILL_OK)
         return;
     tell_strikes(&t->pairs, state);
-    tell_gathered(&t->gathered, 0, state);
+    tell_gathered(&t->gathered, t->kinds, 0, state);
     for (uint64_t i = 0; t->search && i < t->at.portions; i++)
-        tell_gathered(&t->portion[i], i + 1, state);
+        tell_gathered(&t->portion[i], t->kinds, i + 1, state);
     const size_t n = (size_t)batches->at.batches;
     mill_state_structs(state, "before", sizeof *t->before, MILL_SPECTRUM_SLOTS, t->before);
     mill_state_structs(state, "accounts", sizeof *batches->accounts, n + 1, batches->accounts);
@@ -226,14 +228,13 @@ static bool plan_batches(struct mill_tally *t, const struct mill_observe *asked,
     t->precision = asked->precision;
     t->collisions = asked->max_collisions > 0 ? (uint64_t)asked->max_collisions : UINT64_MAX;
     t->search = asked->sample_found;
-    if (!mill_precision_init(&t->batches, t->begin, world->rotor_speed, &t->grid))
+    if (!mill_precision_init(&t->batches, t->begin, world, &t->grid))
         return false;
     t->at.length = 1;
     t->portion = t->search ? calloc(MILL_TALLY_PORTIONS, sizeof *t->portion) : NULL;
     bool memory = !t->search || t->portion;
     for (int i = 0; memory && t->search && i < MILL_TALLY_PORTIONS; i++)
-        memory = mill_maps_like(&t->portion[i].maps, &t->gathered.maps) &&
-                 mill_energies_like(&t->portion[i].energies, &t->gathered.energies);
+        memory = mill_tally_window_like(&t->portion[i], &t->gathered, t->kinds);
     return memory;
 }
 
@@ -247,12 +248,12 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->watch = asked->sample_from - 2 * asked->strike_window; /* twice: for the rounding */
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
-    for (int kind = 0; kind < MILL_KINDS; kind++)
-        tally->contact[kind] = mill_tally_contact(world, kind);
-    if (!mill_maps_init(&tally->gathered.maps, world))
-        return mill_error_set(error, MILL_FAILED, "out of memory for the maps");
-    if (!mill_energies_init(&tally->gathered.energies, world))
-        return mill_error_set(error, MILL_FAILED, "out of memory for the energies");
+    tally->kinds = world->kinds.count;
+    for (int kind = 0; kind < tally->kinds; kind++) /* all surfaces are alike */
+        tally->contact[kind] =
+            kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];
+    if (!mill_tally_window_create(&tally->gathered, world))
+        return mill_error_set(error, MILL_FAILED, "out of memory for maps, spectra and energies");
     if (!mill_strikes_init(&tally->pairs, asked->strike_window) ||
         !plan_batches(tally, asked, world))
         return mill_error_set(error, MILL_FAILED, "out of memory for the statistics");

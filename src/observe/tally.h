@@ -11,9 +11,6 @@
 #include "observe/spectrum.h"
 #include "observe/strikes.h"
 
-/* Rows of the results: the kinds, then all of them together */
-enum { MILL_TALLY_ALL = MILL_KINDS, MILL_TALLY_ROWS };
-
 /* Impacts (or strikes) of one kind: how fast they come, by both speeds. */
 struct mill_speeds {
     struct mill_spectrum normal;
@@ -23,7 +20,7 @@ struct mill_speeds {
 /* What is gathered of impacts and flow: kept apart by portions of a few batches where the begin of
  * the window is yet to be found, and those after the start-up are added up at the end. */
 struct mill_gathered {
-    struct mill_speeds impacts[MILL_KINDS], strikes[MILL_KINDS];
+    struct mill_speeds *impacts, *strikes; /* [kinds] */
     struct mill_energies energies;
     uint64_t recontacts; /* impacts within a contact's duration of the pair's last one */
     struct mill_maps maps;
@@ -54,8 +51,9 @@ struct mill_tally {
     struct mill_observer observer; /* first: the loop sees only this */
     double begin, end;             /* [s] the window as planned; begin 0 where it is to be found */
     double watch;                  /* [s] pairs are remembered from here on */
-    double contact[MILL_KINDS];    /* [s] how long soft spheres of steel would touch */
-    double interval;               /* [s] between the maps' snapshots; INFINITY: none */
+    double contact[MILL_KINDS_MOST]; /* [s] how long soft spheres of steel would touch */
+    double interval;                 /* [s] between the maps' snapshots; INFINITY: none */
+    int kinds;                       /* of contact */
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
     struct mill_gathered gathered; /* since the last portion */
@@ -81,20 +79,23 @@ double mill_tally_contact(const struct mill_world *world, int kind);
 /* What the window comes to, as if the run ended now. A run that has not reached its window has
  * duration 0 and empty statistics. */
 struct mill_tally_results {
-    const struct mill_tally *tally; /* they are taken from; must outlive them, unchanged */
-    struct mill_tally_progress at;  /* known: values of the whole window, errors of its batches */
-    double begin, duration;         /* [s] of the window */
-    struct mill_speeds impacts[MILL_TALLY_ROWS], strikes[MILL_TALLY_ROWS];
+    /* they are taken from; must outlive them, unchanged */
+    const struct mill_tally *tally;
+    const struct mill_world *world;
+    struct mill_tally_progress at; /* known: values of the whole window, errors of its batches */
+    double begin, duration;        /* [s] of the window */
+    int all;                       /* the row of all kinds together, behind those of the kinds */
+    struct mill_speeds *impacts, *strikes; /* [all + 1] */
     struct mill_energies energies;
     uint64_t recontacts; /* of the impacts */
     struct mill_maps maps;
-    double floor_share[MILL_TALLY_ROWS]; /* of the impacts in the window, those at which the rebound
-                                            floor acted; NaN when there were none */
-    double pinch_power; /* [W] of the rotor's power: on balls that are pressed; NaN at duration 0 */
-    double block; /* [s] the shortest time of whole revolutions and whole batches; NaN: no rotor */
-    double revolutions;                 /* in it */
+    double floor_share[MILL_PRECISION_ROWS]; /* of the impacts in the window, those at which the
+                                                rebound floor acted; NaN when there were none */
+    double pinch_power; /* [W] of the drive's power: on balls that are pressed; NaN at duration 0 */
+    double block; /* [s] the shortest time of whole periods and whole batches; NaN: no rotor */
+    double revolutions;                 /* of the rotor in it */
     size_t blocks;                      /* in the window */
-    double *block_power, *block_torque; /* [W], [N m] of each block */
+    double *block_power, *block_torque; /* [W], [N m] of the rotor in each block */
     struct mill_account late;           /* when the last tenth of the window began, to a batch */
     bool reached; /* the start-up is over, and both quantities are known as well as was asked for */
 };
@@ -110,9 +111,9 @@ void mill_tally_results_free(struct mill_tally_results *results);
 void mill_tally_results_tell(const struct mill_tally_results *results, struct mill_sink *sink);
 
 /* "ball_ball", ..., "all" */
-static inline const char *mill_tally_name(int row)
+static inline const char *mill_tally_name(const struct mill_tally_results *results, int row)
 {
-    return row < MILL_KINDS ? mill_kind_name[row] : "all";
+    return row < results->all ? results->world->kinds.name[row] : "all";
 }
 
 /* sum / duration; 0 when the duration is. */
@@ -124,7 +125,7 @@ static inline double mill_tally_per_second(const struct mill_tally_results *resu
 /* ---- the end of the run and the begin of the window (tally_window.c) ---- */
 
 /* First batch of the window that ends with the last one: it begins behind the start-up, and where
- * that leaves two whole revolutions or more, as many as there are. at: is told what is known. */
+ * that leaves two whole periods or more, as many as there are. at: is told what is known. */
 uint64_t mill_tally_window_find(const struct mill_tally *tally, struct mill_tally_progress *at);
 
 /* A batch ends. */
@@ -132,6 +133,12 @@ void mill_tally_window_batch(struct mill_tally *tally, const struct mill_account
 
 /* Where the strikes of an earlier portion are kept. */
 struct mill_speeds *mill_tally_window_strikes(struct mill_tally *tally, int32_t portion);
+
+/* Room for what is gathered of a world, or as another has it. false: out of memory. Free it in any
+ * case. */
+bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world);
+bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
+                            int kinds);
 
 /* Frees what it holds, besides its struct. */
 void mill_tally_window_free(struct mill_gathered *gathered);

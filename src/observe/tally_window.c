@@ -4,9 +4,10 @@
  * kept apart by portions of a few batches, at most MILL_TALLY_PORTIONS of them, joined as the run
  * gets longer, and only those behind the cut are added up. A cut inside a portion goes to its end.
  * It is asked at ends of portions: an 8th to a 24th of the run lies between two (3 become one
- * where they make a revolution, else 2). */
+ * where they make a period, else 2). */
 #include "observe/tally.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- portions ---- */
@@ -20,33 +21,54 @@ void mill_tally_window_add(struct mill_speeds *into, const struct mill_speeds *f
     }
 }
 
+static bool make_room(struct mill_gathered *gathered, int kinds)
+{
+    gathered->impacts = calloc((size_t)kinds, sizeof *gathered->impacts);
+    gathered->strikes = calloc((size_t)kinds, sizeof *gathered->strikes);
+    return gathered->impacts && gathered->strikes;
+}
+
+bool mill_tally_window_create(struct mill_gathered *gathered, const struct mill_world *world)
+{
+    return make_room(gathered, world->kinds.count) && mill_maps_init(&gathered->maps, world) &&
+           mill_energies_init(&gathered->energies, world);
+}
+
+bool mill_tally_window_like(struct mill_gathered *gathered, const struct mill_gathered *as,
+                            int kinds)
+{
+    return make_room(gathered, kinds) && mill_maps_like(&gathered->maps, &as->maps) &&
+           mill_energies_like(&gathered->energies, &as->energies);
+}
+
 void mill_tally_window_free(struct mill_gathered *gathered)
 {
+    free(gathered->impacts);
+    free(gathered->strikes);
     mill_energies_free(&gathered->energies);
     mill_maps_free(&gathered->maps);
 }
 
-/* Moves it; what stood there leaves the room of its maps and energies. */
+/* Moves it; what stood there leaves its room. */
 static void move(struct mill_gathered *to, struct mill_gathered *from)
 {
-    const struct mill_maps maps = to->maps;
-    const struct mill_energies energies = to->energies;
+    const struct mill_gathered room = *to;
     *to = *from;
-    from->maps = maps;
-    from->energies = energies;
+    *from = room;
+    from->last = to->last;
 }
 
 static void join_portions(struct mill_tally *t)
 {
     const uint64_t length = t->at.length, period = t->batches.at.period;
-    uint64_t many = 2; /* or more: so that whole ones make a revolution, or are made of some */
+    uint64_t many = 2; /* or more: so that whole ones make a period, or are made of some */
     while (length < period && period % (length * many) != 0)
         many++;
     for (uint64_t k = 0; t->search && k < t->at.portions / many; k++) {
         struct mill_gathered *first = &t->portion[many * k];
         for (uint64_t m = 1; m < many; m++) {
-            mill_tally_window_add(first->impacts, first[m].impacts, MILL_KINDS);
-            mill_tally_window_add(first->strikes, first[m].strikes, MILL_KINDS);
+            mill_tally_window_add(first->impacts, first[m].impacts, t->kinds);
+            mill_tally_window_add(first->strikes, first[m].strikes, t->kinds);
             mill_energies_add(&first->energies, &first[m].energies);
             mill_maps_add(&first->maps, &first[m].maps);
             first->recontacts += first[m].recontacts;
@@ -90,7 +112,7 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
     uint64_t count[MILL_SPECTRUM_SLOTS];
     for (int i = 0; i < MILL_SPECTRUM_SLOTS; i++) {
         uint64_t now = 0;
-        for (int kind = 0; kind < MILL_KINDS; kind++)
+        for (int kind = 0; kind < t->kinds; kind++)
             now += gathered->impacts[kind].normal.slot[i].count;
         count[i] = now - t->before[i];
         t->before[i] = now;
@@ -100,8 +122,8 @@ void mill_tally_window_batch(struct mill_tally *t, const struct mill_account *ac
         return;
     if (t->search) { /* what was gathered since the last portion becomes one of its own */
         move(&t->portion[t->at.portions], gathered);
-        memset(gathered->impacts, 0, sizeof gathered->impacts);
-        memset(gathered->strikes, 0, sizeof gathered->strikes);
+        memset(gathered->impacts, 0, sizeof *gathered->impacts * (size_t)t->kinds);
+        memset(gathered->strikes, 0, sizeof *gathered->strikes * (size_t)t->kinds);
         mill_energies_clear(&gathered->energies);
         mill_maps_clear(&gathered->maps);
         gathered->recontacts = 0;

@@ -16,6 +16,8 @@
 enum { FIXTURE_BALLS = 40 };
 
 struct fixture {
+    struct mill_motion *motion[1]; /* the rotor */
+    char motion_name[1][MILL_MOTION_NAME];
     struct mill_observe asked;
     struct mill_world world;
     struct mill_ball ball[FIXTURE_BALLS];
@@ -26,11 +28,29 @@ struct fixture {
     struct mill_tally_results *results; /* NULL before the run's end */
 };
 
+/* The rotor turns at this speed [rad/s]; 0: it stands. */
+static inline void fixture_speed(struct fixture *f, double speed)
+{
+    f->world.rotor_speed = speed;
+    f->world.period = speed != 0 ? 2 * PI / fabs(speed) : (double)INFINITY;
+}
+
 /* Drum of 75 mm x 120 mm, 1 s sampled from 0.5 s on, rotor at ten revolutions a second; the balls
  * rest on a ring of 60 mm. */
 static inline void fixture_init(struct fixture *f)
 {
+    static struct mill_motion *rotor; /* one for all, until the program ends */
     memset(f, 0, sizeof *f);
+    if (!rotor)
+        rotor = mill_turn_type.create(&(struct mill_turn){.axis = {1, 0, 0}});
+    f->motion[0] = rotor;
+    strcpy(f->motion_name[0], "rotor");
+    f->world.motions = 1;
+    f->world.motion = f->motion;
+    f->world.motion_name = f->motion_name;
+    f->world.container.still = true;
+    f->world.container.frame = mill_pose_still;
+    mill_kinds_init(&f->world.kinds);
     f->asked.end = 1.5;
     f->asked.sample_from = 0.5;
     f->asked.strike_window = 1e-5;
@@ -39,7 +59,7 @@ static inline void fixture_init(struct fixture *f)
     f->species.inertia = 0.4 * 0.0005 * 0.0025 * 0.0025;
     f->world.drum_radius = 0.075;
     f->world.drum_length = 0.12;
-    f->world.rotor_speed = 2 * PI * 10;
+    fixture_speed(f, 2 * PI * 10);
     f->world.balls = FIXTURE_BALLS;
     f->world.ball = f->ball;
     f->world.spin = f->spin;
@@ -121,6 +141,13 @@ static inline void fixture_free(struct fixture *f)
 static inline uint64_t impacts_of(const struct fixture *f, int row)
 {
     return mill_spectrum_total(&f->results->impacts[row].normal, 0).count;
+}
+
+/* Work of the rotor */
+static inline void fixture_work(struct fixture *f, double work)
+{
+    f->world.account.work += work;
+    f->world.account.motion[0].work += work;
 }
 
 static inline uint64_t strikes_of(const struct fixture *f, int row)

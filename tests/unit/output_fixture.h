@@ -26,12 +26,15 @@ struct fixture {
     struct mill_ball ball[3];
     vec3 spin[3];
     struct mill_species species[2];
+    struct mill_motion *motion[1]; /* the rotor */
+    char motion_name[1][MILL_MOTION_NAME];
 };
 
 extern const struct mill_observer_type mill_frames_type, mill_series_type, mill_impactlog_type;
 
 static inline void fixture_init(struct fixture *f)
 {
+    static struct mill_motion *rotor; /* one for all, until the program ends */
     int i;
     memset(f, 0, sizeof *f);
     snprintf(f->path, sizeof f->path, "/tmp/millsim_test_%ld.h5", (long)getpid());
@@ -59,6 +62,16 @@ static inline void fixture_init(struct fixture *f)
     f->world.spin = f->spin;
     f->world.species_count = 2;
     f->world.species = f->species;
+    if (!rotor)
+        rotor = mill_turn_type.create(&(struct mill_turn){.axis = {1, 0, 0}, .speed = 7});
+    f->motion[0] = rotor;
+    strcpy(f->motion_name[0], "rotor");
+    f->world.motions = 1;
+    f->world.motion = f->motion;
+    f->world.motion_name = f->motion_name;
+    f->world.container.still = true;
+    f->world.container.frame = mill_pose_still;
+    mill_kinds_init(&f->world.kinds);
 }
 
 /* An observer that writes to the file; state: of one that was saved, or NULL */

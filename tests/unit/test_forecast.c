@@ -16,6 +16,7 @@ static struct mill_world world_of(void)
                                .drum_radius = 0.075,
                                .drum_length = 0.12,
                                .rotor_speed = 100,
+                               .container = {.still = true},
                                .law = {{.restitution = 0.8}}};
 }
 

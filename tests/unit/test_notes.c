@@ -114,9 +114,10 @@ END_TEST
 static void play_pinches(void)
 {
     fixture_create(&f);
-    f.world.account.work = f.world.account.pinch_work = 10;
+    fixture_work(&f, 10);
+    f.world.account.pinch_work = 10;
     fixture_wait(&f, 0.6);
-    f.world.account.work += 10;
+    fixture_work(&f, 10);
     f.world.account.pinch_work += 2.1;
     take();
 }

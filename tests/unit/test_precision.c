@@ -167,7 +167,10 @@ END_TEST
 static struct mill_precision_progress planned(double rotor_speed)
 {
     struct mill_precision planned;
-    ck_assert(mill_precision_init(&planned, 0, rotor_speed, NULL));
+    struct fixture turning;
+    fixture_init(&turning);
+    fixture_speed(&turning, rotor_speed);
+    ck_assert(mill_precision_init(&planned, 0, &turning.world, NULL));
     const struct mill_precision_progress progress = planned.at;
     mill_precision_free(&planned);
     return progress;
@@ -211,6 +214,7 @@ static void add_batch(struct mill_account *account, double work, double speed, i
         account->fast[MILL_BALL_BALL][1] += v >= 1;
     }
     account->work += work;
+    account->motion[0].work += work;
     account->work_gross += fabs(work);
     account->incident += 1;
     mill_precision_close(&batches, count, account);
@@ -221,7 +225,10 @@ static void open_batches(double rotor_speed, struct mill_account *account)
     chance = 5;
     memset(account, 0, sizeof *account);
     mill_spectrum_grid_init(&grid);
-    ck_assert(mill_precision_init(&batches, 0, rotor_speed, &grid));
+    struct fixture turning;
+    fixture_init(&turning);
+    fixture_speed(&turning, rotor_speed);
+    ck_assert(mill_precision_init(&batches, 0, &turning.world, &grid));
     batches.accounts[0] = *account;
 }
 
@@ -347,7 +354,7 @@ static void play(double from, double to)
         const bool early = time < 0.35;
         const double v = (early ? 4 : 1) * exp(0.3 * normal());
         const int ball = (int)(39 * random_share(&chance));
-        f.world.account.work += (early ? 500 : 100) * (1 + 0.5 * normal()) * step;
+        fixture_work(&f, (early ? 500 : 100) * (1 + 0.5 * normal()) * step);
         f.world.account.work_gross += 100 * step;
         f.world.account.incident += 0.1 * step;
         fixture_play(&f, impact_of(time, MILL_BALL_BALL, ball, ball + 1, v, 0.01));
@@ -386,7 +393,7 @@ START_TEST(nothing_from_before_the_cut_is_in_the_statistics)
     uint64_t hits = 0;
     for (int i = 0; i < f.results->maps.cross.n[0] * f.results->maps.cross.n[1]; i++)
         hits += f.results->maps.cross.hits[i].count;
-    ck_assert_uint_eq(hits, impacts_of(&f, MILL_TALLY_ALL));
+    ck_assert_uint_eq(hits, impacts_of(&f, f.results->all));
     ck_assert_uint_eq(f.results->blocks, (uint64_t)(f.results->duration / 0.1 + 1e-6));
     fixture_free(&f);
 }

@@ -6,7 +6,7 @@
 /* One step of the loop's stand-in: the books move on by k between two samples. */
 static void book(struct mill_world *world, int k)
 {
-    world->account.work += 0.5 * k;
+    world->account.motion[0].work += 0.5 * k;
     world->account.motion[0].impulse += 1e-4 * k;
     world->account.dissipation[MILL_BALL_DRUM] += 0.25 * k;
     world->account.dissipation_normal[MILL_BALL_DRUM] += 0.125 * k;

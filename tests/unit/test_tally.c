@@ -52,9 +52,9 @@ START_TEST(the_row_of_all_is_the_sum_of_the_kinds)
         for (int i = 0; i <= kind; i++)
             fixture_play(&f, impact_of(0.6 + kind * 0.1, (enum mill_kind)kind, i, 7, 0.1 + i, 0.5));
     fixture_finish(&f, 1.5);
-    ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), 15);
-    ck_assert_uint_eq(strikes_of(&f, MILL_TALLY_ALL), 15);
-    ck_assert(mill_spectrum_total(&f.results->impacts[MILL_TALLY_ALL].normal, 0).dissipation ==
+    ck_assert_uint_eq(impacts_of(&f, f.results->all), 15);
+    ck_assert_uint_eq(strikes_of(&f, f.results->all), 15);
+    ck_assert(mill_spectrum_total(&f.results->impacts[f.results->all].normal, 0).dissipation ==
               7.5);
 }
 END_TEST
@@ -144,7 +144,7 @@ START_TEST(the_floor_share_is_that_of_the_window)
     fixture_finish(&f, 1.5);
     ck_assert_double_eq_tol(f.results->floor_share[MILL_BALL_DRUM], 0.3, 1e-15);
     ck_assert_double_eq_tol(f.results->floor_share[MILL_BALL_BALL], 0, 1e-15);
-    ck_assert_double_eq_tol(f.results->floor_share[MILL_TALLY_ALL], 0.15, 1e-15);
+    ck_assert_double_eq_tol(f.results->floor_share[f.results->all], 0.15, 1e-15);
 }
 END_TEST
 
@@ -158,7 +158,7 @@ static void turn(double from, double to, double even, double odd)
         const double time = from + (i + 0.5) * step;
         const bool second = ((int)floor((time - f.asked.sample_from) * 10) & 1) != 0;
         fixture_wait(&f, time);
-        f.world.account.work += (second ? odd : even) * step;
+        fixture_work(&f, (second ? odd : even) * step);
         f.world.account.motion[0].impulse += (second ? 2 : 4) * step;
     }
 }
@@ -195,7 +195,7 @@ END_TEST
 
 START_TEST(a_rotor_that_turns_the_other_way_has_revolutions_too)
 {
-    f.world.rotor_speed = -f.world.rotor_speed;
+    fixture_speed(&f, -f.world.rotor_speed);
     fixture_create(&f);
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(f.results->blocks, 10);
@@ -204,7 +204,7 @@ END_TEST
 
 START_TEST(a_mill_without_a_rotor_has_no_revolutions_and_no_power)
 {
-    f.world.rotor_speed = 0;
+    fixture_speed(&f, 0);
     fixture_create(&f);
     fixture_finish(&f, 1.5);
     ck_assert_uint_eq(f.results->blocks, 0);
@@ -217,7 +217,7 @@ START_TEST(a_window_of_whole_revolutions_loses_none_to_rounding)
     f.world.balls = 1; /* the snapshots are not looked at */
     for (int revolutions = 1; revolutions < 200; revolutions += 3) {
         f.asked.sample_from = 0.1 * revolutions;
-        f.world.rotor_speed = 1 + 0.37 * revolutions;
+        fixture_speed(&f, 1 + 0.37 * revolutions);
         f.asked.end = f.asked.sample_from + revolutions * 2 * PI / f.world.rotor_speed;
         fixture_create(&f);
         fixture_finish(&f, f.asked.end);
@@ -232,7 +232,7 @@ START_TEST(very_many_revolutions_are_taken_together)
 {
     f.asked.sample_from = 0;
     f.asked.end = 20;
-    f.world.rotor_speed = 2 * PI * 100;
+    fixture_speed(&f, 2 * PI * 100);
     f.world.balls = 1;
     fixture_create(&f);
     fixture_finish(&f, 20);
@@ -262,7 +262,7 @@ START_TEST(a_run_stopped_before_the_window_has_empty_statistics)
     fixture_play(&f, impact_of(0.2, MILL_BALL_BALL, 1, 2, 1, 0.1));
     fixture_finish(&f, 0.3);
     ck_assert(f.results->duration == 0);
-    ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), 0);
+    ck_assert_uint_eq(impacts_of(&f, f.results->all), 0);
     ck_assert(mill_tally_per_second(f.results, 0) == 0);
     ck_assert_double_nan(f.results->at.known.power.value);
     ck_assert_double_nan(f.results->floor_share[MILL_BALL_BALL]);
@@ -344,7 +344,7 @@ static void play_trace(int from, int to)
                       random_share(&seed));
         impact.position =
             vec3_make(0.1 * random_share(&seed) - 0.05, 0.1 * random_share(&seed) - 0.05, 0.03);
-        f.world.account.work += random_share(&seed);
+        fixture_work(&f, random_share(&seed));
         f.ball[i % FIXTURE_BALLS].v.y = random_share(&seed);
         fixture_play(&f, impact);
     }
@@ -367,7 +367,7 @@ static void create_trace(void)
 {
     fixture_init(&f);
     f.asked.end = 0.54;
-    f.world.rotor_speed = 2 * PI * 200;
+    fixture_speed(&f, 2 * PI * 200);
     fixture_create(&f);
 }
 
@@ -421,7 +421,7 @@ START_TEST(results_asked_for_meanwhile_leave_the_tally_as_it_is)
         save(f.tally, &before);
         ck_assert_int_eq(mill_tally_results_make(f.tally, &f.world, 0.5, &results, NULL), MILL_OK);
         ck_assert(i == 1 ||
-                  mill_spectrum_total(&results->impacts[MILL_TALLY_ALL].normal, 0).count > 0);
+                  mill_spectrum_total(&results->impacts[results->all].normal, 0).count > 0);
         mill_tally_results_free(results);
         save(f.tally, &after);
         ck_assert(kept_alike(&before, &after));
@@ -513,7 +513,7 @@ START_TEST(a_number_of_collisions_ends_the_run_at_just_that_one)
             fixture_play(&f, impact_of(0.001 * played, MILL_BALL_BALL, 1, 2, 1, 0.1));
         ck_assert_int_eq(played, 500);
         fixture_finish(&f, 0.499);
-        ck_assert_uint_eq(impacts_of(&f, MILL_TALLY_ALL), from == 0 ? 500 : 0);
+        ck_assert_uint_eq(impacts_of(&f, f.results->all), from == 0 ? 500 : 0);
         ck_assert_int_eq(f.tally->at.ended, MILL_TALLY_COLLISIONS);
         fixture_free(&f);
     }
