@@ -19,8 +19,9 @@ enum mill_key_type {
     MILL_KEY_NUMBER, /* double */
     MILL_KEY_VECTOR, /* vec3: three numbers and one unit */
     MILL_KEY_WHOLE,  /* long */
-    MILL_KEY_CHOICE, /* bool: the second of two words */
-    MILL_KEY_FILE    /* char *, NULL for the word in `words` */
+    MILL_KEY_CHOICE, /* int: which of some words, from 0 */
+    MILL_KEY_FILE,   /* const char *, NULL for the word in `words` */
+    MILL_KEY_NAME    /* const char * of something of the deck, NULL: it is not given */
 };
 
 /* A table of keys ends with one without a name. */
@@ -31,12 +32,16 @@ struct mill_key {
     double lo, hi;       /* range in SI, ends included unless `above` */
     bool above;          /* lo itself is out */
     bool zero_is_off;    /* and is not printed then */
+    bool direction;      /* of a vector: not zero */
+    bool one_for_all;    /* of a vector: one number stands for three */
+    bool unit_alone;     /* "mm" says 1 mm */
     const char *preset;  /* default as text; NULL: required, or `derived` */
     bool derived;        /* its default follows from other keys */
     const char *instead; /* another key that says the same: one of the two is given */
     size_t offset;       /* of the value in the struct of its table */
-    const char *words;   /* CHOICE: "first|second"; FILE: the word for "no file" */
-    /* Asked with that struct; NULL: never. true: the key says nothing here and is not printed. */
+    const char *words;   /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
+    /* Asked with that struct; NULL: never. true: the key says nothing here, needs no value and is
+     * not printed. */
     bool (*hidden)(const void *form);
     const char *needs; /* is told to whoever gives a hidden key; NULL: it may be given */
 };

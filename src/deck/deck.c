@@ -6,12 +6,10 @@
 #include "deck/deck_private.h"
 
 #include <assert.h>
-#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* The struct that the block's keys count from, in this section of its own */
 static void *values_of(const struct mill_deck *deck, const struct mill_deck_block *block,
@@ -39,7 +37,9 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     const char *wrong = NULL;
     struct mill_error why;
     char wanted[120];
-    if (elsewhere || hidden) {
+    if (!entry && key->hidden && key->hidden(values)) {
+        return MILL_OK;
+    } else if (elsewhere || hidden) {
         if (entry)
             wrong = hidden ? key->needs : "belongs in the sections [balls.NAME] of this mixture";
     } else if (entry && other && !entry->origin.override == !other->origin.override) {
@@ -61,12 +61,83 @@ static enum mill_status fill_key(struct mill_deck *deck, const struct mill_deck_
     return wrong ? mill_deck_fault(deck, error, section->title, key->name, "%s", wrong) : MILL_OK;
 }
 
-static enum mill_status fill_section(struct mill_deck *deck, const struct mill_deck_block *block,
-                                     struct mill_deck_section *section, struct mill_error *error)
+/* Blocks of sections one by one: all blocks of a section, then those of the next of its kind */
+struct walk {
+    int first, at; /* blocks: of this kind of section, and where the walk is */
+    struct mill_deck_section *section;
+    struct mill_deck_block block; /* number `at`, of this section */
+};
+
+/* Does the block stand in this section, whose first block has been read? */
+static bool applies(const struct mill_deck_block *block, const struct mill_deck_section *section)
+{
+    return block->words == 0 || (block->words >> *(const int *)section->form & 1u);
+}
+
+/* Begins as {0}; false: the end. */
+static bool walk_on(const struct mill_deck *deck, struct walk *w)
+{
+    struct mill_deck_block first;
+    w->at += w->section != NULL;
+    while (mill_deck_table_block(w->first, &first)) {
+        for (; mill_deck_table_block(w->at, &w->block) &&
+               strcmp(w->block.title, first.title) == 0 && w->block.named == first.named;
+             w->at++)
+            if (w->section && applies(&w->block, w->section))
+                return true;
+        w->section = mill_deck_next(deck, &first, w->section);
+        if (w->section)
+            w->at = w->first;
+        else
+            w->first = w->at;
+    }
+    return false;
+}
+
+/* Does every key of the section belong to its own kind of motion or shape? */
+static enum mill_status check_entries(const struct mill_deck *deck,
+                                      const struct mill_deck_section *section,
+                                      struct mill_error *error)
+{
+    for (int e = 0; e < section->entries; e++) {
+        const char *name = section->entry[e].key;
+        const struct mill_key *choice = NULL;
+        struct mill_deck_block block;
+        unsigned words = 0;
+        bool belongs = false;
+        for (int i = 0; !belongs && mill_deck_table_block(i, &block); i++) {
+            if (!mill_deck_table_belongs(&block, section->title))
+                continue;
+            choice = choice ? choice : block.key;
+            for (const struct mill_key *key = block.key; key->name && !belongs; key++)
+                if (strcmp(key->name, name) == 0) {
+                    belongs = applies(&block, section);
+                    words |= block.words;
+                }
+        }
+        char own[32], of[160] = "", word[32];
+        if (belongs)
+            continue;
+        for (int n = 0; n < 32; n++) {
+            if (words >> n & 1u) {
+                mill_deck_value_word(choice, n, word, sizeof word);
+                strcat(strcat(of, of[0] ? ", " : ""), word);
+            }
+        }
+        mill_deck_value_word(choice, *(const int *)section->form, own, sizeof own);
+        return mill_deck_fault(deck, error, section->title, name,
+                               "does not belong to '%s = %s' (it does to: %s): leave it out",
+                               choice->name, own, of);
+    }
+    return MILL_OK;
+}
+
+static enum mill_status fill_block(struct mill_deck *deck, const struct mill_deck_block *block,
+                                   struct mill_deck_section *section, struct mill_error *error)
 {
     enum mill_status status = MILL_OK;
-    if (block->named) {
-        assert(!section->form); /* one block for each named section */
+    const bool first = block->named && !section->form;
+    if (first) {
         section->form = calloc(1, block->size);
         if (!section->form)
             return mill_error_set(error, MILL_FAILED, "out of memory");
@@ -75,7 +146,7 @@ static enum mill_status fill_section(struct mill_deck *deck, const struct mill_d
     }
     for (const struct mill_key *key = block->key; key->name && status == MILL_OK; key++)
         status = fill_key(deck, block, key, section, error);
-    return status;
+    return status == MILL_OK && first ? check_entries(deck, section, error) : status;
 }
 
 /* Shapes of one type come one after the other. */
@@ -117,11 +188,11 @@ static enum mill_status list_shapes(struct mill_deck *deck, struct mill_error *e
     return MILL_OK;
 }
 
-/* Lists the kinds of balls, and turns their share of the drum's volume, pi R^2 L whatever stands in
- * it, into their number. */
+/* Lists the kinds of balls, and turns their share of the container's volume, whatever stands in it,
+ * into their number. */
 static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *error)
 {
-    const double volume = MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
+    const double volume = mill_deck_bodies_volume(deck);
     const struct mill_deck_block named = {.title = "balls", .named = true};
     const struct mill_deck_section *s = mill_deck_next(deck, &named, NULL);
     deck->balls = calloc((size_t)deck->sections, sizeof *deck->balls);
@@ -145,56 +216,50 @@ static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *er
     return MILL_OK;
 }
 
-static void list_laws(struct mill_deck *deck)
+static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
 {
-    for (int kind = 0; kind < MILL_KINDS; kind++) {
-        char title[40];
-        snprintf(title, sizeof title, "contact.%s", mill_kind_name[kind]);
-        const struct mill_deck_section *own = mill_deck_section(deck, title);
-        deck->law[kind] = own ? *(const struct mill_law *)own->form : deck->general;
+    const struct mill_deck_block named = {.title = "contact", .named = true};
+    const struct mill_kinds *kinds = &deck->contacts;
+    char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
+    for (int kind = 0; kind < kinds->count; kind++) {
+        deck->law[kind] = deck->general;
+        strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
     }
-}
-
-/* Makes the start file's name absolute, relative names counted from the deck's folder. */
-static enum mill_status resolve_start(struct mill_deck *deck, struct mill_error *error)
-{
-    const char *file = deck->file, *slash = strrchr(file, '/');
-    char here[PATH_MAX] = "", path[PATH_MAX];
-    if (!deck->start)
-        return MILL_OK;
-    const bool whole = deck->start[0] == '/';
-    if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
-        return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",
-                              strerror(errno));
-    const char *apart = here[0] && here[1] ? "/" : ""; /* "/" has one */
-    const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
-    if (snprintf(path, sizeof path, "%s%s%.*s%s", here, apart, folder, file, deck->start) >=
-        PATH_MAX)
-        return mill_deck_fault(deck, error, "balls", "start", "the name of the file is too long");
-    free(deck->start);
-    deck->start = strdup(path);
-    return deck->start ? MILL_OK : mill_error_set(error, MILL_FAILED, "out of memory");
+    for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));) {
+        int kind = 0;
+        while (kind < kinds->count && strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0)
+            kind++;
+        if (kind == kinds->count)
+            return mill_deck_fault(deck, error, s->title, NULL,
+                                   "unknown kind of contact; there are %s", known);
+        deck->law[kind] = *(const struct mill_law *)s->form;
+    }
+    return MILL_OK;
 }
 
 static enum mill_status fill(struct mill_deck *deck, struct mill_error *error)
 {
-    struct mill_deck_block block;
+    struct walk walk = {0};
     enum mill_status status = MILL_OK;
-    for (int i = 0; status == MILL_OK && mill_deck_table_block(i, &block); i++) {
-        struct mill_deck_section *s = NULL;
-        while (status == MILL_OK && (s = mill_deck_next(deck, &block, s)))
-            status = fill_section(deck, &block, s, error);
-    }
+    deck->drum = mill_deck_section(deck, "drum") != NULL;
+    deck->kept = calloc(2 * (size_t)deck->sections + 2, sizeof *deck->kept);
+    deck->file_named = calloc((size_t)deck->sections + 1, sizeof *deck->file_named);
+    if (!deck->kept || !deck->file_named)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    while (status == MILL_OK && walk_on(deck, &walk))
+        status = fill_block(deck, &walk.block, walk.section, error);
     if (status != MILL_OK)
         return status;
     deck->sample_found =
         deck->precision > 0.0 && !mill_deck_entry(mill_deck_section(deck, "run"), "sample_from");
     deck->rotor = mill_deck_section(deck, "rotor") != NULL;
-    list_laws(deck);
-    status = list_balls(deck, error);
-    if (status == MILL_OK)
-        status = list_shapes(deck, error);
-    return status == MILL_OK ? resolve_start(deck, error) : status;
+    static enum mill_status (*const list[])(struct mill_deck *, struct mill_error *) = {
+        mill_deck_motions_list, mill_deck_bodies_list, list_laws, list_balls, list_shapes};
+    for (size_t i = 0; status == MILL_OK && i < sizeof list / sizeof *list; i++)
+        status = list[i](deck, error);
+    return status == MILL_OK && deck->start
+               ? mill_deck_files_find(deck, "balls", "start", deck->start, &deck->start, error)
+               : status;
 }
 
 enum mill_status mill_deck_read(const char *path, int count, const char *const *overrides,
@@ -226,20 +291,19 @@ void mill_deck_each(const struct mill_deck *deck,
                     void *self)
 {
     char value[2 * PATH_MAX + 8];
-    struct mill_deck_block block;
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        const struct mill_deck_section *s = NULL;
-        while (!is_elsewhere(deck, &block) && (s = mill_deck_next(deck, &block, s))) {
-            const void *values = values_of(deck, &block, s);
-            for (const struct mill_key *key = block.key; key->name; key++) {
-                const void *value_at = (const char *)values + key->offset;
-                /* Is it off, said by another key, or yet to be found? */
-                if ((key->hidden && key->hidden(values)) ||
-                    (key->zero_is_off && *(const double *)value_at == 0.0))
-                    continue;
-                mill_deck_value_print(key, values, value, sizeof value);
-                entry(self, s->title, key->name, value, key->meaning);
-            }
+    struct walk walk = {0};
+    while (walk_on(deck, &walk)) {
+        const void *values = values_of(deck, &walk.block, walk.section);
+        const bool elsewhere = is_elsewhere(deck, &walk.block);
+        for (const struct mill_key *key = walk.block.key; key->name && !elsewhere; key++) {
+            const void *value_at = (const char *)values + key->offset;
+            /* Is it off, said by another key, or yet to be found? */
+            if ((key->hidden && key->hidden(values)) ||
+                (key->zero_is_off && *(const double *)value_at == 0.0) ||
+                (key->type == MILL_KEY_NAME && !*(const char *const *)value_at))
+                continue;
+            mill_deck_value_print(key, values, value, sizeof value);
+            entry(self, walk.section->title, key->name, value, key->meaning);
         }
     }
 }

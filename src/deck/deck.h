@@ -35,6 +35,45 @@ struct mill_deck_shape {
     int number;          /* which of its type, from 0 */
 };
 
+/* [motion.NAME], as given; the kinds are in the order of the words of its key */
+struct mill_deck_motion {
+    int kind;
+    const char *on; /* the motion that carries it; NULL: none */
+    union {
+        struct mill_turn turn;
+        struct mill_swing swing;
+        struct mill_shift shift;
+        struct mill_table table;
+        const char *file; /* of the table, as given */
+    } as;
+};
+enum { MILL_DECK_TURN, MILL_DECK_SWING, MILL_DECK_SHIFT, MILL_DECK_TABLE };
+
+/* [body.NAME], as given */
+struct mill_deck_body {
+    int shape;           /* as in the words of its key */
+    int inside;          /* 1: it holds the balls */
+    const char *motion;  /* that carries it; NULL: it stands still */
+    vec3 axis;           /* of any length */
+    double angle;        /* [rad] */
+    struct mill_body is; /* its centre and sizes */
+    const char *file;    /* of a mesh */
+    double unit;         /* [m] of that file */
+    long copies;         /* in all; of a container 0 */
+    double turn_by;      /* [rad] */
+    vec3 turn_about;     /* of any length */
+    vec3 shift_by;       /* [m] */
+    const char *kind;    /* of its contacts; NULL: "ball_NAME" */
+};
+enum {
+    MILL_DECK_BOX,
+    MILL_DECK_CYLINDER,
+    MILL_DECK_CONE,
+    MILL_DECK_CAPSULE,
+    MILL_DECK_SPHERE,
+    MILL_DECK_MESH
+};
+
 /* Where something of a deck came from; nowhere: of the defaults */
 struct mill_deck_origin {
     int line;             /* in the file, from 1; else 0 */
@@ -52,11 +91,17 @@ struct mill_deck {
     struct mill_deck_balls alike; /* [balls], where all are of one kind */
     int kinds;                    /* of balls */
     struct mill_deck_balls *balls;
-    int64_t all;  /* balls of all kinds */
-    char *start;  /* path of the start file, resolved relative to the deck; NULL = random */
-    double speed; /* [m/s] of every ball, random start only */
-    double drum_radius, drum_length; /* [m] */
-    bool wavy;                       /* the drum; else it is a circle, all of these 0: */
+    int64_t all;       /* balls of all kinds */
+    const char *start; /* path of the start file, resolved relative to the deck; NULL = random */
+    double speed;      /* [m/s] of every ball, random start only */
+    int at_rest;       /* 1: balls of a random start do not move along with the container */
+    bool drum;         /* there is one; else a body holds the balls: */
+    const struct mill_setup_surface *container; /* that body, or NULL */
+    bool carried;                               /* the container, by a motion */
+    double drum_radius, drum_length;            /* [m] */
+    const char *drum_motion;                    /* that carries the drum; NULL: none */
+    int drum_rides;                             /* 1 + its number; 0 */
+    int wavy; /* 1: the drum; else it is a circle, all of these 0: */
     long buckles;
     double buckle_height; /* [m] the wall lies between drum_radius - that and drum_radius + that */
     double buckle_angle;  /* [rad] of one outermost point, from +y towards +z */
@@ -68,12 +113,20 @@ struct mill_deck {
     struct mill_blade *blade; /* the forms of these */
     int shapes;               /* those of [blades] first, then the [TYPE.NAME] in their order */
     struct mill_deck_shape *shape;
-    struct mill_law general; /* [contact], for kinds that do not say otherwise */
-    struct mill_law law[MILL_KINDS];
+    int motions; /* the rotor's first, carriers before what they carry */
+    struct mill_setup_motion motion[MILL_MOTIONS_MOST];
+    struct mill_deck_motion form[MILL_MOTIONS_MOST]; /* what these take */
+    int bodies; /* of the [body.NAME], their copies one by one */
+    struct mill_setup_surface *body;
+    const char **body_section;   /* of each */
+    struct mill_body *body_form; /* of each */
+    struct mill_kinds contacts;  /* kinds of contact */
+    struct mill_law general;     /* [contact], for kinds that do not say otherwise */
+    struct mill_law law[MILL_KINDS_MOST];
     double rebound_floor; /* [m/s] */
     double frames;        /* [s] 0 = none */
     double series;        /* [s] */
-    bool log_impacts;
+    int log_impacts;      /* 1: yes */
     double strike_window; /* [s] */
     double checkpoint;    /* [s] of wall time */
     /* The text behind it */
@@ -83,6 +136,10 @@ struct mill_deck {
     char **override;
     int sections;
     struct mill_deck_section *section;
+    int files; /* that it names, by path, as input: start, tables, meshes */
+    const char **file_named;
+    int keeps; /* what else it owns */
+    void **kept;
     struct mill_deck_origin at; /* what is being read */
     struct mill_units *units;   /* while it is */
 };

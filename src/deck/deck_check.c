@@ -1,5 +1,5 @@
-/* What no single key can tell: do times fit together, do balls, shaft and shapes fit into the drum?
- */
+/* What no single key can tell: do times fit together, do balls, shaft and shapes fit into the drum,
+ * or balls into the body that holds them? */
 #include "deck/deck_private.h"
 
 #include "base/elementary.h"
@@ -25,6 +25,7 @@ struct mill_setup_drum mill_deck_drum(const struct mill_deck *deck)
         .buckles = (int)deck->buckles,
         .buckle_height = deck->buckle_height,
         .buckle_angle = deck->buckle_angle,
+        .rides = deck->drum_rides,
     };
 }
 
@@ -52,8 +53,10 @@ static struct mill_profile profile_of(const struct mill_deck *deck)
  * names the height: the number is more often what matters. */
 static enum mill_status check_profile(const struct mill_deck *deck, struct mill_error *error)
 {
+    if (!deck->drum || !deck->wavy)
+        return MILL_OK;
     const struct mill_profile profile = profile_of(deck);
-    if (!deck->wavy || mill_profile_is_sound(&profile))
+    if (mill_profile_is_sound(&profile))
         return MILL_OK;
     return mill_deck_fault(deck, error, "drum", "buckle_height",
                            "%ld buckles on a radius of %g m must be lower than %.4g m, or "
@@ -63,14 +66,45 @@ static enum mill_status check_profile(const struct mill_deck *deck, struct mill_
                            deck->buckle_height);
 }
 
+/* [m] of the widest ball that has room in a body; INFINITY: not known */
+static double width_of(const struct mill_setup_surface *container)
+{
+    const struct mill_body *is = container->form;
+    if (container->type == &mill_box_type)
+        return fmin(is->size.x, fmin(is->size.y, is->size.z));
+    if (container->type == &mill_round_cylinder_type)
+        return fmin(2.0 * is->radius, is->length);
+    if (container->type == &mill_round_cone_type) {
+        /* it touches the wide end and the side all around, or both ends */
+        const double slope = fabs(is->end_radius - is->radius) / is->length;
+        const double wide = fmax(is->radius, is->end_radius);
+        return fmin(2.0 * wide / (slope + sqrt(1.0 + slope * slope)), is->length);
+    }
+    return container->type == &mill_facets_type ? (double)INFINITY : 2.0 * is->radius;
+}
+
+/* one that just fits has no way to go: it would hit both sides for ever */
+static enum mill_status check_widths(const struct mill_deck *deck, struct mill_error *error)
+{
+    const double width = width_of(deck->container);
+    for (int k = 0; k < deck->kinds; k++)
+        if (deck->balls[k].diameter >= width)
+            return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
+                                   "a ball of %g m does not fit into the container [%s], %g m wide",
+                                   deck->balls[k].diameter,
+                                   deck->body_section[deck->container - deck->body], width);
+    return MILL_OK;
+}
+
 static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_error *error)
 {
+    if (deck->container)
+        return check_widths(deck, error);
     const double bore = deck->drum_radius - deck->buckle_height;
     const char *between = deck->wavy ? " where its buckles come nearest to the axis" : "";
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;
         const char *title = deck->balls[k].section;
-        /* one that just fits has no way to go: it would hit both sides for ever */
         if (d >= 2.0 * bore)
             return mill_deck_fault(deck, error, title, "diameter",
                                    "a ball of %g m does not fit into a drum of radius %g m%s", d,
@@ -95,11 +129,19 @@ static enum mill_status check_sizes(const struct mill_deck *deck, struct mill_er
     return MILL_OK;
 }
 
-static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
+/* [m^3] of the container less the shaft */
+static double room_of(const struct mill_deck *deck)
 {
+    if (deck->container)
+        return mill_deck_bodies_volume(deck);
     const double shaft = deck->rotor ? deck->shaft_radius : 0.0;
     const struct mill_profile drum = profile_of(deck);
-    const double room = (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->drum_length;
+    return (mill_profile_area(&drum) - MILL_PI * shaft * shaft) * deck->drum_length;
+}
+
+static enum mill_status check_amount(const struct mill_deck *deck, struct mill_error *error)
+{
+    const double room = room_of(deck);
     double volume = 0.0;
     long total = 0;
     for (int k = 0; k < deck->kinds; k++) {
@@ -113,11 +155,15 @@ static enum mill_status check_amount(const struct mill_deck *deck, struct mill_e
         volume += (double)deck->balls[k].count * MILL_PI / 6.0 * d * d * d;
         if (volume > (deck->kinds == 1 ? DENSEST : 1.0) * room)
             return mill_deck_fault(deck, error, title, amount,
-                                   "%ld balls do not fit: they fill %.3g litres of the drum's %.3g",
-                                   total, 1e3 * volume, 1e3 * room);
+                                   "%ld balls do not fit: they fill %.3g litres of the %s's %.3g",
+                                   total, 1e3 * volume, deck->drum ? "drum" : "container",
+                                   1e3 * room);
     }
     if (deck->start && deck->speed != 0.0)
         return mill_deck_fault(deck, error, "balls", "speed",
+                               "is for a random start only; the start file has its own speeds");
+    if (deck->start && deck->at_rest)
+        return mill_deck_fault(deck, error, "balls", "start_motion",
                                "is for a random start only; the start file has its own speeds");
     return MILL_OK;
 }
@@ -134,7 +180,17 @@ static struct mill_shape_fit fit_of(const struct mill_deck *deck,
 
 static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_error *error)
 {
+    static const char mend[] = "need a [drum] that stands still; here give the part as a "
+                               "[body.NAME] with 'motion = rotor'";
     char text[MILL_SHAPE_FAULT];
+    const bool still = deck->drum && deck->drum_rides == 0;
+    if (deck->rotor && deck->shaft_radius > 0.0 && !still)
+        return mill_deck_fault(deck, error, "rotor", "shaft_radius", "shafts %s", mend);
+    if (deck->shapes > 0 && !still)
+        return mill_deck_fault(deck, error, deck->shape[0].section, NULL, "%ss %s",
+                               deck->shape[0].type->name, mend);
+    if (!deck->drum)
+        return MILL_OK;
     const double bore = deck->drum_radius - deck->buckle_height;
     if (deck->rotor && deck->shaft_radius >= bore)
         return mill_deck_fault(deck, error, "rotor", "shaft_radius",
@@ -178,10 +234,12 @@ static enum mill_status check_frames(const struct mill_deck *deck, void (*warn)(
 static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char *line))
 {
     struct mill_error line;
+    if (!deck->drum || !deck->wavy || deck->start)
+        return;
     const struct mill_profile p = profile_of(deck);
     /* between the inner arcs on both sides of a buckle that overhangs */
     const double mouth = 2.0 * (p.inner * mill_elementary_sin(MILL_PI / p.buckles) - p.arc);
-    if (!deck->wavy || p.half_outer <= 0.5 * MILL_PI || deck->start)
+    if (p.half_outer <= 0.5 * MILL_PI)
         return;
     for (int k = 0; k < deck->kinds; k++) {
         const double d = deck->balls[k].diameter;

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define PREFIX "ball_" /* of kinds of contact */
 enum { MOST_SECTIONS = 10000, LARGEST = 1 << 24 /* [B] of a deck */ };
 
 struct mill_deck_section *mill_deck_section(const struct mill_deck *deck, const char *title)
@@ -49,7 +50,7 @@ enum mill_status mill_deck_fault(const struct mill_deck *deck, struct mill_error
     char where[LONGEST + 20], what[512], preset[80] = "";
     const struct mill_deck_section *place = section ? mill_deck_section(deck, section) : NULL;
     const struct mill_deck_entry *entry = key ? mill_deck_entry(place, key) : NULL;
-    const struct mill_key *row = key && section ? mill_deck_table_key(section, key) : NULL;
+    const struct mill_key *row = key && section ? mill_deck_table_key(section, key, 0) : NULL;
     struct mill_deck_origin origin = deck->at;
     if (!origin.line && !origin.override && place)
         origin = entry ? entry->origin : place->origin;
@@ -86,10 +87,16 @@ void mill_deck_free(struct mill_deck *deck)
     free(deck->override);
     free(deck->section);
     free(deck->bytes);
+    for (int i = 0; i < deck->keeps; i++)
+        free(deck->kept[i]);
+    free(deck->kept);
+    free(deck->file_named);
+    free(deck->body);
+    free(deck->body_section);
+    free(deck->body_form);
     free(deck->balls);
     free(deck->blade);
     free(deck->shape);
-    free(deck->start);
     free(deck);
 }
 
@@ -99,26 +106,27 @@ static enum mill_status check_title(const struct mill_deck *deck, const char *ti
 {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
-    char hint[160], kinds[40 * MILL_KINDS] = "";
+    char hint[160];
     struct mill_deck_block block;
     bool known = false;
     for (int i = 0; !known && mill_deck_table_block(i, &block); i++)
         known = mill_deck_table_belongs(&block, title);
     if (!known) {
-        mill_deck_table_suggest(title, NULL, hint, sizeof hint);
+        mill_deck_suggest_key(title, NULL, hint, sizeof hint);
         return mill_deck_fault(deck, error, title, NULL, "unknown section%s", hint);
     }
     if (!block.named)
         return MILL_OK;
     const char *name = strchr(title, '.') + 1;
+    if (strcmp(title, "motion.rotor") == 0)
+        return mill_deck_fault(deck, error, title, NULL,
+                               "'rotor' is the motion of [rotor]; give this one another name");
     if (strcmp(block.title, "contact") == 0) {
-        for (int kind = 0; kind < MILL_KINDS; kind++) {
-            if (strcmp(name, mill_kind_name[kind]) == 0)
-                return MILL_OK;
-            strcat(strcat(kinds, kind > 0 ? ", " : ""), mill_kind_name[kind]);
-        }
-        return mill_deck_fault(deck, error, title, NULL, "unknown kind of contact; there are %s",
-                               kinds);
+        if (strncmp(name, PREFIX, strlen(PREFIX)) != 0)
+            return mill_deck_fault(deck, error, title, NULL,
+                                   "unknown kind of contact; they begin with 'ball_': "
+                                   "[contact.ball_drum], of [body.NAME] [contact.ball_NAME]");
+        name += strlen(PREFIX);
     }
     if (strlen(name) >= MILL_NAME_LENGTH)
         return mill_deck_fault(deck, error, title, NULL, "the name is longer than 63 characters");
@@ -157,8 +165,8 @@ static enum mill_status add_entry(struct mill_deck *deck, struct mill_deck_secti
 {
     char hint[160];
     struct mill_deck_entry *entry = mill_deck_entry(section, key);
-    if (!mill_deck_table_key(section->title, key)) {
-        mill_deck_table_suggest(section->title, key, hint, sizeof hint);
+    if (!mill_deck_table_key(section->title, key, 0)) {
+        mill_deck_suggest_key(section->title, key, hint, sizeof hint);
         return mill_deck_fault(deck, error, section->title, key,
                                *key ? "unknown key%s" : "there is no key in front of '='%s", hint);
     }
@@ -348,9 +356,12 @@ enum mill_status mill_deck_parse(struct mill_deck *deck, const char *path, int c
                       : mill_error_set(error, MILL_FAILED, "out of memory");
     }
     deck->at.override = NULL;
-    for (int i = 0; path && status == MILL_OK && mill_deck_table_block(i, &block); i++)
-        if (!block.named && !block.optional && !mill_deck_section(deck, block.title))
+    for (int i = 0; path && status == MILL_OK && mill_deck_table_block(i, &block); i++) {
+        const struct mill_deck_block other = {.title = block.spared_by, .named = true};
+        if (!block.named && !block.optional && !mill_deck_section(deck, block.title) &&
+            !(other.title && mill_deck_next(deck, &other, NULL)))
             status = add_section(deck, block.title, error);
+    }
     return status;
 }
 

@@ -8,88 +8,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LONGEST_ROW = 4096, TOLD = 8192 /* rows between two reports */ };
+enum { TOLD = 8192 /* rows between two reports */ };
 
 /* The parts of a setup that are lists */
 struct lists {
-    struct mill_turn rotor;
-    struct mill_setup_motion motion;
     struct mill_shaft shaft;
     struct mill_setup_surface *surface;
     struct mill_setup_balls *balls;
     struct mill_setup_ball *ball; /* of a start file */
     long *line;                   /* of each, from 1 */
+    const char *kind[MILL_KINDS_MOST];
 };
 
 /* ---- the start file: one ball a line ---- */
-
-/* The next row, without comment and newline, but no more of a file that has no rows than fits.
- * false: the end. *good: it is text. */
-static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
-{
-    int length = 0, c = mill_textfile_next(in);
-    bool comment = false;
-    if (c == EOF)
-        return false;
-    for (*good = true; c != EOF && c != '\n' && *good; c = mill_textfile_next(in)) {
-        comment = comment || c == '#';
-        *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
-        if (*good && !comment)
-            row[length++] = (char)c;
-    }
-    row[length] = '\0';
-    return true;
-}
-
-#define BLANKS " \t\r\f\v,"
-
-/* Reads up to nine numbers of a row; -1: something else stands there. Hexadecimal ones are none, as
- * in a deck. A comma stands between all numbers or between none: some, as in "0,1 0,2 0,3", are
- * decimal commas, and would give six numbers. */
-static int read_numbers(const char *row, double value[10])
-{
-    int n = 0, separated = 0;
-    for (const char *p = row;;) {
-        int commas = 0;
-        for (; *p && strchr(BLANKS, *p); p++)
-            commas += *p == ',';
-        if (!*p)
-            return separated == 0 || separated == n - 1 ? n : -1;
-        if (n == 9 || commas > 1 || !mill_deck_value_number(&p, &value[n++]) || !strchr(BLANKS, *p))
-            return -1;
-        separated += n > 1 && commas > 0;
-    }
-}
 
 static enum mill_status read_rows(const struct mill_deck *deck, FILE *in,
                                   const struct mill_start_watch *watch, struct lists *lists,
                                   struct mill_error *error)
 {
     const int32_t balls = (int32_t)deck->all;
-    char row[LONGEST_ROW];
+    struct mill_deck_rows from = {.in = in, .path = deck->start};
+    double x[10] = {0.0};
     int32_t rows = 0;
-    bool good;
     errno = 0;
-    for (long number = 1; next_row(in, row, &good); number++) {
-        double x[10] = {0.0};
-        /* of UTF-8 */
-        const bool marked = number == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
-        const int n = good ? read_numbers(row + (marked ? 3 : 0), x) : -1;
-        if (n == 0)
-            continue;
+    for (int n; (n = mill_deck_files_row(&from, 9, x)) != 0; memset(x, 0, sizeof x)) {
         if (n != 3 && n != 6 && n != 9)
             return mill_error_set(error, MILL_BAD_DECK,
                                   "%s:%ld: expected 3, 6 or 9 numbers "
                                   "'x y z [vx vy vz [wx wy wz]]' in SI units",
-                                  deck->start, number);
+                                  deck->start, from.line);
         if (rows == balls)
             return mill_error_set(error, MILL_BAD_DECK,
                                   "%s:%ld: more rows than the %ld balls of the deck", deck->start,
-                                  number, (long)balls);
+                                  from.line, (long)balls);
         lists->ball[rows].position = vec3_make(x[0], x[1], x[2]);
         lists->ball[rows].velocity = vec3_make(x[3], x[4], x[5]);
         lists->ball[rows].spin = vec3_make(x[6], x[7], x[8]);
-        lists->line[rows++] = number;
+        lists->line[rows++] = from.line;
         if (watch && rows % TOLD == 0)
             watch->tell(watch->self, "reading the start file", rows, balls);
     }
@@ -131,19 +86,21 @@ static enum mill_status make_setup(const struct mill_deck *deck,
 {
     *setup = (struct mill_setup){.gravity = deck->gravity,
                                  .drum = mill_deck_drum(deck),
-                                 .motions = deck->rotor,
-                                 .motion = &lists->motion,
+                                 .motions = deck->motions,
+                                 .motion = deck->motion,
                                  .species = deck->kinds,
                                  .speed = deck->speed,
+                                 .at_rest = deck->at_rest != 0,
+                                 .kinds = deck->contacts.count - MILL_KINDS,
+                                 .kind = lists->kind,
                                  .seed = (unsigned long)deck->seed,
                                  .rebound_floor = deck->rebound_floor};
     memcpy(setup->law, deck->law, sizeof setup->law);
-    lists->rotor = (struct mill_turn){
-        .axis = {1.0, 0.0, 0.0}, .speed = deck->rotor_speed, .angle = deck->rotor_angle};
-    lists->motion = (struct mill_setup_motion){
-        .name = "rotor", .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
+    for (int k = 0; k < setup->kinds; k++)
+        lists->kind[k] = deck->contacts.name[MILL_KINDS + k] + strlen("ball_");
     lists->shaft.radius = deck->shaft_radius;
-    setup->surface = lists->surface = calloc((size_t)deck->shapes + 1, sizeof *lists->surface);
+    setup->surface = lists->surface =
+        calloc((size_t)deck->shapes + (size_t)deck->bodies + 1, sizeof *lists->surface);
     setup->balls = lists->balls = calloc((size_t)deck->kinds, sizeof *lists->balls);
     if (!lists->surface || !lists->balls)
         return mill_error_set(error, MILL_FAILED, "out of memory for the mill's surfaces");
@@ -164,6 +121,8 @@ static enum mill_status make_setup(const struct mill_deck *deck,
         lists->surface[setup->surfaces++] = (struct mill_setup_surface){
             .type = s->type, .form = s->form, .number = s->number, .motion = motion};
     }
+    for (int k = 0; k < deck->bodies; k++)
+        lists->surface[setup->surfaces++] = deck->body[k];
     const enum mill_status status = deck->start ? read_start(deck, watch, lists, error) : MILL_OK;
     setup->start = lists->ball;
     return status;
@@ -192,11 +151,49 @@ static enum mill_status tell_no_room(const struct mill_deck *deck, const struct 
                            (long)deck->all, fault->amount, counts);
 }
 
+/* The section of a surface of the setup, and which of its copies it is, as in "its copy 3 " */
+static const char *find_section(const struct mill_deck *deck, int k, char copy[32])
+{
+    copy[0] = '\0';
+    k -= deck->rotor && deck->shaft_radius > 0.0;
+    if (k < 0)
+        return "rotor";
+    if (k < deck->shapes)
+        return deck->shape[k].section;
+    k -= deck->shapes;
+    if (k < 0 || k >= deck->bodies)
+        return NULL;
+    const struct mill_deck_body *given = mill_deck_section(deck, deck->body_section[k])->form;
+    if (given->copies > 1)
+        snprintf(copy, 32, "its copy %d ", deck->body[k].number);
+    return deck->body_section[k];
+}
+
+/* What bodies do when they move, or are not what they should be */
+static enum mill_status tell_bodies(const struct mill_deck *deck, const struct mill_fault *fault,
+                                    struct mill_error *error)
+{
+    char copy[32], other_copy[32];
+    const char *section = find_section(deck, fault->other, copy);
+    if (fault->code == MILL_FAULT_OUTSIDE)
+        return mill_deck_fault(deck, error, section, NULL,
+                               "%sleaves the container at t = %.6g s: make it smaller, or set it "
+                               "elsewhere",
+                               copy, fault->when);
+    if (fault->code == MILL_FAULT_MESH)
+        return mill_deck_fault(deck, error, section, "file", "%s",
+                               fault->text ? fault->text : mill_setup_fault_text(MILL_FAULT_MESH));
+    const char *met = find_section(deck, fault->ball, other_copy);
+    return mill_deck_fault(
+        deck, error, section, NULL,
+        "%sruns into [%s] %sat t = %.6g s: make one of them smaller, or put both "
+        "on one motion",
+        copy, met ? met : "drum", other_copy, fault->when);
+}
+
 static enum mill_status tell(const struct mill_deck *deck, const long *line,
                              const struct mill_fault *fault, struct mill_error *error)
 {
-    struct mill_kinds kinds;
-    mill_kinds_init(&kinds);
     switch (fault->code) {
     case MILL_FAULT_NONE:
         return MILL_OK;
@@ -205,18 +202,20 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     case MILL_FAULT_NUMBER:
     case MILL_FAULT_SURFACE:
     case MILL_FAULT_CONTAINER:
+        return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
     case MILL_FAULT_OUTSIDE:
     case MILL_FAULT_CLASH:
     case MILL_FAULT_MESH:
-        return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
+        return tell_bodies(deck, fault, error);
     case MILL_FAULT_SPEED:
         return mill_error_set(error, MILL_BAD_DECK,
                               "%s:%ld: a speed beyond that of light: give m/s and rad/s",
                               deck->start, line[fault->ball]);
     case MILL_FAULT_BALL_IN_SHAPE:
-        return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s by %.4g m: move it",
+        return mill_error_set(error, MILL_BAD_DECK, "%s:%ld: ball overlaps %s%s by %.4g m: move it",
                               deck->start, line[fault->ball],
-                              mill_kinds_partner(&kinds, fault->kind), fault->amount);
+                              fault->kind < MILL_KINDS ? "" : "the body ",
+                              mill_kinds_partner(&deck->contacts, fault->kind), fault->amount);
     case MILL_FAULT_BALL_IN_BALL:
         return mill_error_set(
             error, MILL_BAD_DECK,

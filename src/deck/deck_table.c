@@ -1,13 +1,11 @@
 /* What may stand in a deck: every section with its keys, each with type, SI unit, range, default,
  * meaning and place in a struct. Reading, checking, printing and the messages all work from these
- * tables, in their order; those of the shapes stand beside the shapes. A wrong name is answered
- * with the nearest right one. */
+ * tables, in their order; those of the shapes stand beside the shapes. */
 #include "deck/deck_private.h"
 
 #include "geometry/shapes.h"
 
 #include <assert.h>
-#include <stdio.h>
 #include <string.h>
 
 enum {
@@ -42,6 +40,28 @@ static bool sample_found(const void *deck)
 static bool is_circle(const void *deck)
 {
     return !((const struct mill_deck *)deck)->wavy;
+}
+
+static bool no_drum(const void *deck)
+{
+    return !((const struct mill_deck *)deck)->drum;
+}
+
+/* Balls that start at random cannot tell. */
+static bool starts_alike(const void *deck)
+{
+    const struct mill_deck *d = deck;
+    return d->start || !d->carried;
+}
+
+static bool is_inside(const void *body)
+{
+    return ((const struct mill_deck_body *)body)->inside != 0;
+}
+
+static bool is_single(const void *body)
+{
+    return ((const struct mill_deck_body *)body)->copies < 2;
 }
 
 /* The count says it. */
@@ -90,6 +110,9 @@ static const struct mill_key start_key[] = {
      .type = MILL_KEY_FILE, .preset = "random", DECK(start), .words = "random"},
     {"speed", "speed of every ball of a random start, in a random direction", .unit = "m/s",
      NOT_NEGATIVE, .preset = "0 m/s", DECK(speed)},
+    {"start_motion", "balls of a random start move with the container, or are still",
+     .type = MILL_KEY_CHOICE, .preset = "container", DECK(at_rest), .words = "container|still",
+     .hidden = starts_alike},
     {.name = NULL},
 };
 
@@ -107,6 +130,8 @@ static const struct mill_key drum_key[] = {
      "radius + height", .unit = "m", NOT_NEGATIVE, DECK(buckle_height), WAVY},
     {"buckle_angle", "angle of one outermost point, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(buckle_angle), WAVY},
+    {"motion", "what carries the drum: a motion's name, or rotor; its axis is that frame's x",
+     .type = MILL_KEY_NAME, .derived = true, DECK(drum_motion)},
     {.name = NULL},
 };
 
@@ -114,7 +139,7 @@ static const struct mill_key rotor_key[] = {
     {"speed", "constant speed of the rotor, positive about +x", .unit = "rad/s", ANY,
      DECK(rotor_speed)},
     {"shaft_radius", "radius of the shaft; 0 m: none", .unit = "m", NOT_NEGATIVE,
-     DECK(shaft_radius)},
+     DECK(shaft_radius), .hidden = no_drum},
     {"angle", "angle of the rotor at t = 0, from +y towards +z", .unit = "rad", ANY,
      .preset = "0 deg", DECK(rotor_angle)},
     {.name = NULL},
@@ -162,19 +187,150 @@ static const struct mill_key output_key[] = {
     {.name = NULL},
 };
 
+#define TEXT .type = MILL_KEY_NAME, .derived = true
+#define PLACE .type = MILL_KEY_VECTOR, .unit = "m", .lo = -1e4, .hi = 1e4
+#define DIRECTION .type = MILL_KEY_VECTOR, ANY, .direction = true, .preset = "0 0 1"
+#define MOTION(member) IN(mill_deck_motion, member)
+
+static const struct mill_key motion_key[] = {
+    {"kind", "kind of motion", .type = MILL_KEY_CHOICE, MOTION(kind),
+     .words = "turn|swing|shift|table"},
+    {"on", "the motion that carries this one", TEXT, MOTION(on)},
+    {.name = NULL},
+};
+
+static const struct mill_key turn_key[] = {
+    {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.turn.centre)},
+    {"axis", "direction of the axis", DIRECTION, MOTION(as.turn.axis)},
+    {"speed", "constant speed, by the right-hand rule", .unit = "rad/s", ANY,
+     MOTION(as.turn.speed)},
+    {"angle", "angle at t = 0", .unit = "rad", ANY, .preset = "0 deg", MOTION(as.turn.angle)},
+    {.name = NULL},
+};
+
+static const struct mill_key swing_key[] = {
+    {"centre", "a point of the axis", PLACE, .preset = "0 0 0 m", MOTION(as.swing.centre)},
+    {"axis", "direction of the axis", DIRECTION, MOTION(as.swing.axis)},
+    {"amplitude", "half of the whole swing", .unit = "rad", ANY, MOTION(as.swing.amplitude)},
+    {"frequency", "whole swings in a time", .unit = "Hz", NOT_NEGATIVE,
+     MOTION(as.swing.frequency)},
+    {"phase", "the angle is amplitude sin(2 pi frequency t + phase)", .unit = "rad", ANY,
+     .preset = "0 deg", MOTION(as.swing.phase)},
+    {.name = NULL},
+};
+
+static const struct mill_key shift_key[] = {
+    {"amplitude", "along x, y and z, half of the whole stroke", PLACE, MOTION(as.shift.amplitude)},
+    {"frequency", "cycles in a time", .unit = "Hz", NOT_NEGATIVE, MOTION(as.shift.frequency)},
+    {"phase", "along x, y and z: amplitude sin(2 pi frequency t + phase)",
+     .type = MILL_KEY_VECTOR, .unit = "rad", ANY, .preset = "0 deg", .one_for_all = true,
+     MOTION(as.shift.phase)},
+    {.name = NULL},
+};
+
+static const struct mill_key table_key[] = {
+    {"file", "one period, a row a time: t x y z rx ry rz in SI, r a rotation vector",
+     .type = MILL_KEY_FILE, MOTION(as.file)},
+    {.name = NULL},
+};
+
+#define BODY(member) IN(mill_deck_body, member)
+static const struct mill_key body_key[] = {
+    {"shape", "shape of the body", .type = MILL_KEY_CHOICE, BODY(shape),
+     .words = "box|cylinder|cone|capsule|sphere|mesh"},
+    {"side", "where the balls are: outside of it, or inside", .type = MILL_KEY_CHOICE,
+     .preset = "outside", BODY(inside), .words = "outside|inside"},
+    {"motion", "what carries it: a motion's name, or rotor", TEXT, BODY(motion)},
+    {"centre", "its middle in its motion's frame", PLACE, .preset = "0 0 0 m", BODY(is.centre)},
+    {"axis", "direction of its own z in its motion's frame", DIRECTION, BODY(axis)},
+    {"angle", "its turn about its own z", .unit = "rad", ANY, .preset = "0 deg", BODY(angle)},
+    {.name = NULL},
+};
+
+static const struct mill_key box_key[] = {
+    {"size", "lengths along its own x, y and z", .type = MILL_KEY_VECTOR, .unit = "m",
+     SIZE_OF_MILL, BODY(is.size)},
+    {.name = NULL},
+};
+
+static const struct mill_key cone_key[] = {
+    {"radius", "radius at its own z = -length/2", .unit = "m", .lo = 0, .hi = 1e4,
+     BODY(is.radius)},
+    {"end_radius", "radius at its own z = length/2", .unit = "m", .lo = 0, .hi = 1e4,
+     BODY(is.end_radius)},
+    {.name = NULL},
+};
+
+static const struct mill_key radius_key[] = {
+    {"radius", "radius of the body", .unit = "m", SIZE_OF_MILL, BODY(is.radius)},
+    {.name = NULL},
+};
+
+static const struct mill_key length_key[] = {
+    {"length", "length along its own z; of a capsule without its round ends", .unit = "m",
+     SIZE_OF_MILL, BODY(is.length)},
+    {.name = NULL},
+};
+
+static const struct mill_key rounding_key[] = {
+    {"rounding", "radius of its rounded edges", .unit = "m", .lo = 0, .hi = 1e4,
+     .preset = "0 m", BODY(is.rounding), .hidden = is_inside,
+     .needs = "a container's edges are not rounded: leave it out"},
+    {.name = NULL},
+};
+
+static const struct mill_key mesh_key[] = {
+    {"file", "an STL file", .type = MILL_KEY_FILE, BODY(file)},
+    {"unit", "length of one unit in the file", .unit = "m", SIZE_OF_MILL, .unit_alone = true,
+     BODY(unit)},
+    {.name = NULL},
+};
+
+static const struct mill_key copies_key[] = {
+    {"copies", "so many in all", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MOST_BLADES,
+     .preset = "1", BODY(copies), .hidden = is_inside,
+     .needs = "a mill has one container: leave it out"},
+    {"turn_by", "from one copy to the next, first a turn by this angle", .unit = "rad", ANY,
+     .preset = "0 deg", BODY(turn_by), .hidden = is_single},
+    {"turn_about", "about this axis through the origin of its motion's frame", DIRECTION,
+     BODY(turn_about), .hidden = is_single},
+    {"shift_by", "then this way", PLACE, .preset = "0 0 0 m", BODY(shift_by),
+     .hidden = is_single},
+    {"kind", "kind of contact under which its contacts are counted", TEXT, BODY(kind)},
+    {.name = NULL},
+};
+
 #define VALUES(member) .values = offsetof(struct mill_deck, member)
+#define OF_MOTION "motion", .named = true, .size = sizeof(struct mill_deck_motion)
+#define OF_BODY "body", .named = true, .size = sizeof(struct mill_deck_body)
 static const struct mill_deck_block blocks[] = {
     {"run", .key = run_key},
     {"gravity", .key = gravity_key},
     {"balls", .key = ball_key, VALUES(alike), .unless_named = true},
     {"balls", .key = start_key},
     {"balls", .named = true, .key = ball_key, .size = sizeof(struct mill_deck_balls)},
-    {"drum", .key = drum_key},
+    {"drum", .spared_by = "body", .key = drum_key},
     {"rotor", .optional = true, .key = rotor_key},
     {"blades", .optional = true, .key = blades_key, VALUES(blades)},
     {"blades", .optional = true, .key = mill_blade_key + MILL_BLADE_PLACES, VALUES(blades.form)},
     {"blades", .optional = true, .key = spread_key, VALUES(blades)},
     /* here come those of the shapes */
+    {OF_MOTION, .key = motion_key},
+    {OF_MOTION, .key = turn_key, .words = 1u << MILL_DECK_TURN},
+    {OF_MOTION, .key = swing_key, .words = 1u << MILL_DECK_SWING},
+    {OF_MOTION, .key = shift_key, .words = 1u << MILL_DECK_SHIFT},
+    {OF_MOTION, .key = table_key, .words = 1u << MILL_DECK_TABLE},
+    {OF_BODY, .key = body_key},
+    {OF_BODY, .key = box_key, .words = 1u << MILL_DECK_BOX},
+    {OF_BODY, .key = radius_key,
+     .words = 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CAPSULE | 1u << MILL_DECK_SPHERE},
+    {OF_BODY, .key = cone_key, .words = 1u << MILL_DECK_CONE},
+    {OF_BODY, .key = length_key,
+     .words = 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CONE | 1u << MILL_DECK_CAPSULE},
+    {OF_BODY, .key = mesh_key, .words = 1u << MILL_DECK_MESH},
+    {OF_BODY, .key = rounding_key,
+     .words = 1u << MILL_DECK_BOX | 1u << MILL_DECK_CYLINDER | 1u << MILL_DECK_CONE},
+    {OF_BODY, .key = copies_key},
     {"contact", .key = law_key, VALUES(general)},
     {"contact", .key = floor_key},
     {"contact", .named = true, .inherits = true, .key = law_key, VALUES(general),
@@ -189,7 +345,7 @@ bool mill_deck_table_block(int i, struct mill_deck_block *block)
     int shapes = 0;
     while (mill_shapes_named[shapes])
         shapes++;
-    assert(strcmp(blocks[BEFORE_SHAPES].title, "contact") == 0);
+    assert(strcmp(blocks[BEFORE_SHAPES].title, "motion") == 0);
     if (i >= BEFORE_SHAPES && i < BEFORE_SHAPES + shapes) {
         const struct mill_shape_type *t = mill_shapes_named[i - BEFORE_SHAPES];
         *block =
@@ -207,78 +363,12 @@ bool mill_deck_table_belongs(const struct mill_deck_block *block, const char *ti
            title[length] == (block->named ? '.' : '\0');
 }
 
-const struct mill_key *mill_deck_table_key(const char *title, const char *name)
+const struct mill_key *mill_deck_table_key(const char *title, const char *name, int n)
 {
     struct mill_deck_block block;
     for (int i = 0; mill_deck_table_block(i, &block); i++)
         for (const struct mill_key *key = block.key; key->name; key++)
-            if (mill_deck_table_belongs(&block, title) && strcmp(key->name, name) == 0)
+            if (mill_deck_table_belongs(&block, title) && strcmp(key->name, name) == 0 && n-- == 0)
                 return key;
     return NULL;
-}
-
-static char lower(char c)
-{
-    return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
-}
-
-/* Do so many edits (a letter more, less, other, or two swapped) make b of a, case aside? */
-static bool is_near(const char *a, const char *b, int edits)
-{
-    for (; *a && lower(*a) == lower(*b); a++)
-        b++;
-    if (!*a && !*b)
-        return true;
-    const bool both = *a && *b;
-    const bool swapped = both && lower(a[0]) == lower(b[1]) && lower(a[1]) == lower(b[0]);
-    return edits > 0 &&
-           ((both && is_near(a + 1, b + 1, edits - 1)) || (*a && is_near(a + 1, b, edits - 1)) ||
-            (*b && is_near(a, b + 1, edits - 1)) || (swapped && is_near(a + 2, b + 2, edits - 1)));
-}
-
-enum { MOST_EDITS = 8 };
-
-/* How many make `word` of `text`; MOST_EDITS: more than a third of the word, no slip of the finger
- */
-static int edits_to(const char *word, const char *text)
-{
-    const int third = (int)strlen(word) / 3, most = third > 1 ? third : 1;
-    for (int n = 0; n <= most && n < MOST_EDITS; n++)
-        if (is_near(text, word, n))
-            return n;
-    return MOST_EDITS;
-}
-
-/* "run", "balls.NAME" */
-static void name_block(const struct mill_deck_block *block, const char *name, char out[40])
-{
-    snprintf(out, 40, "%s%s%s", block->title, block->named ? "." : "", block->named ? name : "");
-}
-
-void mill_deck_table_suggest(const char *title, const char *name, char *hint, size_t size)
-{
-    const int stem_length = (int)strcspn(title, ".") + 1;
-    char stem[40], word[40];
-    struct mill_deck_block block;
-    int edits, best = MOST_EDITS;
-    snprintf(stem, sizeof stem, "%.*s", stem_length, title);
-    hint[0] = '\0';
-    for (int i = 0; mill_deck_table_block(i, &block); i++) {
-        name_block(&block, "", word);
-        if (!name && (edits = edits_to(word, stem)) < best) {
-            best = edits;
-            name_block(&block, "NAME", word);
-            snprintf(hint, size, "; did you mean [%s]?", word);
-        }
-        name_block(&block, "NAME", word);
-        for (const struct mill_key *key = block.key; name && key->name; key++) {
-            if (!mill_deck_table_belongs(&block, title)) {
-                if (!hint[0] && strcmp(key->name, name) == 0)
-                    snprintf(hint, size, "; '%s' belongs to [%s]", name, word);
-            } else if ((edits = edits_to(key->name, name)) < best) {
-                best = edits;
-                snprintf(hint, size, "; did you mean '%s'?", key->name);
-            }
-        }
-    }
 }

@@ -12,19 +12,26 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define SHORTEST 1e-9 /* a direction */
+
 /* What users call a quantity, and one example */
 static const struct quantity {
     const char *unit, *name, *example;
+    bool vector;
 } quantities[] = {
-    {"m", "a length", "75 mm"},
-    {"s", "a time", "10 ms"},
-    {"rad", "an angle", "30 deg"},
-    {"m/s", "a speed", "5 mm/s"},
-    {"rad/s", "an angular speed", "1000 rpm"},
-    {"kg/m^3", "a density", "7800 kg/m^3"},
-    {"m/s^2", "three numbers and a unit of acceleration", "0 0 -9.81 m/s^2"},
-    {"1", "a share", "1 %"},
-    {NULL, "a plain number", "0.8"},
+    {"m", "a length", "75 mm", false},
+    {"s", "a time", "10 ms", false},
+    {"rad", "an angle", "30 deg", false},
+    {"m/s", "a speed", "5 mm/s", false},
+    {"rad/s", "an angular speed", "1000 rpm", false},
+    {"Hz", "a frequency", "25 Hz", false},
+    {"kg/m^3", "a density", "7800 kg/m^3", false},
+    {"m/s^2", "three numbers and a unit of acceleration", "0 0 -9.81 m/s^2", true},
+    {"m", "three lengths in one unit", "0 0 10 mm", true},
+    {"rad", "three angles in one unit", "90 0 0 deg", true},
+    {"", "three numbers, not all of them 0,", "0 0 1", true},
+    {"1", "a share", "1 %", false},
+    {NULL, "a plain number", "0.8", false},
 };
 
 /* As it stands behind a number: " mm", or nothing. A share stands for itself or has a unit such as
@@ -34,25 +41,55 @@ static const char *unit_of(const struct mill_key *key)
     return key->unit && strcmp(key->unit, "1") != 0 ? key->unit : "";
 }
 
-/* The second word of a choice */
-static const char *second_of(const struct mill_key *key)
+/* Word number `n` of a choice, from 0, and its length; NULL: there are fewer. */
+static const char *word_of(const struct mill_key *key, int n, int *length)
 {
-    return strchr(key->words, '|') + 1;
+    const char *word = key->words;
+    for (; word && n > 0; n--) {
+        word = strchr(word, '|');
+        word += word != NULL;
+    }
+    *length = word ? (int)strcspn(word, "|") : 0;
+    return word;
+}
+
+void mill_deck_value_word(const struct mill_key *key, int n, char *out, size_t size)
+{
+    int length;
+    const char *word = word_of(key, n, &length);
+    assert(word);
+    snprintf(out, size, "%.*s", length, word);
+}
+
+/* "'circle' or 'wavy'" */
+static void print_words(const struct mill_key *key, char *out, size_t size)
+{
+    int length, next, used = 0;
+    const char *word;
+    for (int n = 0; (word = word_of(key, n, &length)) && used < (int)size; n++)
+        used += snprintf(out + used, size - (size_t)used, "%s'%.*s'",
+                         n == 0                       ? ""
+                         : word_of(key, n + 1, &next) ? ", "
+                                                      : " or ",
+                         length, word);
 }
 
 void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *out, size_t size)
 {
+    const bool vector = key->type == MILL_KEY_VECTOR;
+    const char *unit = vector && !key->unit ? "" : key->unit;
     const struct quantity *q = quantities;
-    while (q->unit && (!key->unit || strcmp(q->unit, key->unit) != 0))
+    while (q->unit && (!unit || strcmp(q->unit, unit) != 0 || q->vector != vector))
         q++;
     with_unit = with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key);
     if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "a whole number such as '4000'");
     else if (key->type == MILL_KEY_CHOICE)
-        snprintf(out, size, "'%.*s' or '%s'", (int)strcspn(key->words, "|"), key->words,
-                 second_of(key));
-    else if (key->type == MILL_KEY_FILE)
+        print_words(key, out, size);
+    else if (key->type == MILL_KEY_FILE && key->words)
         snprintf(out, size, "'%s' or the name of a file", key->words);
+    else if (key->type == MILL_KEY_FILE || key->type == MILL_KEY_NAME)
+        snprintf(out, size, "%s", key->type == MILL_KEY_FILE ? "the name of a file" : "a name");
     else
         snprintf(out, size, "%s%s such as '%s'", q->name, with_unit ? " with its unit" : "",
                  q->example);
@@ -132,9 +169,14 @@ static bool read_unit(const struct mill_units *units, const struct mill_key *key
         return true;
     if (verdict == MILL_UNITS_UNKNOWN)
         snprintf(remark, sizeof remark, " (unknown unit '%.60s')", unit);
+    else if (verdict == MILL_UNITS_NO_ANGLE && strcmp(key->unit, "rad/s") == 0)
+        snprintf(remark, sizeof remark, " (%.40s: turns or radians? write rpm or rad/s)", unit);
     else if (verdict == MILL_UNITS_NO_ANGLE)
         snprintf(remark, sizeof remark,
                  " (%.40s does not say which angle: rad, deg or revolutions)", unit);
+    else if (verdict == MILL_UNITS_ANGLE && strcmp(key->unit, "Hz") == 0)
+        snprintf(remark, sizeof remark,
+                 " (%.40s is an angular speed; cycles are counted in Hz or 1/min)", unit);
     return refuse(key, *remark, text, remark, why);
 }
 
@@ -149,7 +191,11 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
         const char *start = p + strspn(p, " \t");
         const bool apart = i == 0 || start > p;
         p = start;
-        if (!apart || !mill_deck_value_number(&p, &value[i]))
+        if (key->unit_alone && isalpha((unsigned char)*p))
+            value[i] = 1.0;
+        else if (i > 0 && key->one_for_all && isalpha((unsigned char)*p))
+            value[i] = value[i - 1];
+        else if (!apart || !mill_deck_value_number(&p, &value[i]))
             return refuse(key, true, text, "", why);
     }
     if (!read_unit(units, key, text, p + strspn(p, " \t"), &scale, why))
@@ -158,9 +204,12 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
         value[i] = mill_units_convert(value[i], scale);
         if (!isfinite(value[i]))
             return refuse(key, true, text, " (too large)", why);
-        if (!is_in_range(key, count > 1 ? fabs(value[i]) : value[i], text, why))
+        /* of a vector it is told how large it may be */
+        if (!is_in_range(key, count > 1 && key->lo < 0.0 ? fabs(value[i]) : value[i], text, why))
             return false;
     }
+    if (key->direction && !(vec3_norm(vec3_make(value[0], value[1], value[2])) > SHORTEST))
+        return refuse(key, false, text, "", why);
     memcpy(out, value, (size_t)count * sizeof *out);
     return true;
 }
@@ -180,20 +229,18 @@ static bool read_whole(const struct mill_key *key, const char *text, long *out,
 static bool read_word(const struct mill_key *key, const char *text, void *out,
                       struct mill_error *why)
 {
-    const bool is_first =
-        strlen(text) == strcspn(key->words, "|") && strncmp(text, key->words, strlen(text)) == 0;
-    if (key->type == MILL_KEY_CHOICE) {
-        *(bool *)out = !is_first;
-        return is_first || strcmp(text, second_of(key)) == 0 || refuse(key, false, text, "", why);
-    }
-    char **file = out;
+    const char *word;
+    int length, n = 0;
     if (!*text)
         return refuse(key, false, text, "", why);
-    free(*file);
-    *file = is_first ? NULL : strdup(text);
-    if (!is_first && !*file)
-        mill_error_set(why, MILL_FAILED, "out of memory");
-    return is_first || *file;
+    while ((word = word_of(key, n, &length)) &&
+           (strlen(text) != (size_t)length || strncmp(text, word, (size_t)length) != 0))
+        n++;
+    if (key->type == MILL_KEY_CHOICE)
+        *(int *)out = n;
+    else
+        *(const char **)out = word ? NULL : text;
+    return word || key->type != MILL_KEY_CHOICE || refuse(key, false, text, "", why);
 }
 
 bool mill_deck_value_read(const struct mill_units *units, const struct mill_key *key,
@@ -221,45 +268,54 @@ void mill_deck_value_print(const struct mill_key *key, const void *form, char *o
         snprintf(out, size, "%s%s", *unit_of(key) ? " " : "", unit_of(key));
     else if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "%ld", *(const long *)where);
-    else if (key->type == MILL_KEY_CHOICE && *(const bool *)where)
-        snprintf(out, size, "%s", second_of(key));
-    else if (key->type == MILL_KEY_FILE && *(char *const *)where)
-        mill_deck_parse_quote(*(char *const *)where, out, size);
+    else if (key->type == MILL_KEY_CHOICE)
+        mill_deck_value_word(key, *(const int *)where, out, size);
+    else if (*(const char *const *)where)
+        mill_deck_parse_quote(*(const char *const *)where, out, size);
     else
-        snprintf(out, size, "%.*s", (int)strcspn(key->words, "|"), key->words);
+        snprintf(out, size, "%s", key->words ? key->words : "");
 }
 
 /* One line, for an override as parsed */
 static enum mill_status tell(const struct mill_deck *deck, const struct mill_units *units,
                              FILE *out, struct mill_error *error)
 {
-    static const char *const type[] = {"number", "vector", "whole", "choice",
-                                       "file"}; /* mill_key_type */
+    static const char *const type[] = {"number", "vector", "whole",
+                                       "choice", "file",   "name"}; /* mill_key_type */
     const struct mill_deck_section *section = &deck->section[0];
     const struct mill_deck_entry *entry = &section->entry[0];
-    struct mill_key key = *mill_deck_table_key(section->title, entry->key);
+    const struct mill_key *row;
+    struct mill_key key;
     union {
         double number;
         vec3 vector;
         long whole;
-        bool choice;
-        char *file;
+        int choice;
+        const char *file;
     } value = {.file = NULL};
-    struct mill_error why;
+    struct mill_error why, first;
     char text[128] = "";
-    key.offset = 0;
-    if (!mill_deck_value_read(units, &key, entry->value, &value, &why))
-        return mill_deck_fault(deck, error, section->title, key.name, "%s", why.text);
+    bool good = false;
+    /* which kind of motion or shape its section is of is not known: the first that takes it */
+    for (int n = 0; !good && (row = mill_deck_table_key(section->title, entry->key, n)); n++) {
+        key = *row;
+        key.offset = 0;
+        good = mill_deck_value_read(units, &key, entry->value, &value, &why);
+        if (n == 0)
+            first = why;
+    }
+    if (!good)
+        return mill_deck_fault(deck, error, section->title, entry->key, "%s", first.text);
     const char *unit = key.unit ? key.unit : "1", *file = NULL;
     key.unit = NULL; /* it has a column of its own */
-    if (key.type == MILL_KEY_FILE && value.file)
+    if (key.type == MILL_KEY_FILE || key.type == MILL_KEY_NAME)
         file = value.file;
+    if (file)
+        text[0] = '\0';
     else
         mill_deck_value_print(&key, &value, text, sizeof text);
     fprintf(out, "%s.%s\t%s\t%s\t%s\t%s\t%s\n", section->title, key.name, type[key.type],
             file ? file : text, unit, key.meaning, key.type == MILL_KEY_CHOICE ? key.words : "");
-    if (key.type == MILL_KEY_FILE)
-        free(value.file);
     return MILL_OK;
 }
 

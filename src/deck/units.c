@@ -18,7 +18,7 @@ enum { LONGEST = 80, DATABASE = 1 << 20 /* [B] more than twice what it takes to 
 
 struct mill_units {
     ut_system *system;
-    ut_unit *radian;
+    ut_unit *radian, *rpm, *a_minute; /* the last: 1/min */
 };
 
 /* Unless the database knows the name by now */
@@ -53,8 +53,11 @@ enum mill_status mill_units_create(struct mill_units **units, struct mill_error 
                               path ? " at UDUNITS2_XML_PATH=" : "", path ? path : "");
     }
     made->radian = ut_parse(made->system, "rad", UT_UTF8);
-    if (!made->radian || !add_name(made->system, "deg", "degree") ||
-        !add_name(made->system, "rev", "revolution")) {
+    made->rpm = ut_parse(made->system, "rpm", UT_UTF8);
+    made->a_minute = ut_parse(made->system, "1/min", UT_UTF8);
+    if (!made->radian || !made->rpm || !made->a_minute ||
+        !add_name(made->system, "deg", "degree") || !add_name(made->system, "rev", "revolution") ||
+        !add_name(made->system, "U", "revolution") || !add_name(made->system, "RPM", "rpm")) {
         mill_units_free(made);
         return mill_error_set(error, MILL_FAILED, "cannot add units to the database of UDUNITS-2");
     }
@@ -67,6 +70,8 @@ void mill_units_free(struct mill_units *units)
     if (!units)
         return;
     ut_free(units->radian);
+    ut_free(units->rpm);
+    ut_free(units->a_minute);
     ut_free_system(units->system);
     free(units);
 }
@@ -104,19 +109,24 @@ enum mill_units_verdict mill_units_scale(const struct mill_units *units, const c
     ut_unit *got = plain ? ut_parse(units->system, unit, UT_UTF8) : NULL;
     if (!got)
         return MILL_UNITS_UNKNOWN;
-    ut_unit *want = ut_parse(units->system, si, UT_UTF8), *bare = ut_divide(want, units->radian);
+    const bool angular = strstr(si, "rad") != NULL;
+    ut_unit *want = ut_parse(units->system, si, UT_UTF8);
+    ut_unit *other = (angular ? ut_divide : ut_multiply)(want, units->radian);
+    if (strcmp(si, "rad/s") == 0 && ut_compare(got, units->a_minute) == 0) {
+        ut_free(got);
+        got = ut_clone(units->rpm);
+    }
     cv_converter *convert = ut_get_converter(got, want);
     const double factor = convert ? cv_convert_double(convert, 1.0) : 0.0;
     enum mill_units_verdict verdict = MILL_UNITS_MISMATCH;
     if (factor > 0.0 && isfinite(factor) && is_multiple(got, factor, want)) {
         verdict = MILL_UNITS_GOOD;
         *scale = factor;
-    } else if (factor > 0.0 && isfinite(factor) && strstr(si, "rad") &&
-               is_multiple(got, factor, bare)) {
-        verdict = MILL_UNITS_NO_ANGLE;
+    } else if (factor > 0.0 && isfinite(factor) && is_multiple(got, factor, other)) {
+        verdict = angular ? MILL_UNITS_NO_ANGLE : MILL_UNITS_ANGLE;
     }
     cv_free(convert);
-    ut_free(bare);
+    ut_free(other);
     ut_free(want);
     ut_free(got);
     return verdict;

@@ -1,0 +1,229 @@
+/* Bodies: the [body.NAME] with their axes, copies and kinds of contact as the engine takes them,
+ * and which of them holds the balls. */
+#include "deck/deck_private.h"
+#include "deck/stl.h"
+#include "geometry/shapes.h"
+
+#include "base/elementary.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_BODIES = 20000 }; /* the engine numbers surfaces so far, with the blades */
+#define PREFIX "ball_"
+#define ALONG 1e-6 /* so near to x an axis leaves of x nothing across it that could be trusted */
+
+static const struct mill_shape_type *const type_of[] = {
+    &mill_box_type,           &mill_round_cylinder_type, &mill_round_cone_type,
+    &mill_round_capsule_type, &mill_round_sphere_type,   &mill_facets_type};
+
+/* ---- places ---- */
+
+/* Of quarter turns exactly 0 and 1, so that copies are as symmetric as they are meant */
+static struct mill_heading heading(double angle)
+{
+    enum { NOTHING = -50 };
+    struct mill_heading at = mill_elementary_heading(angle);
+    const double nothing = ldexp(1.0, NOTHING);
+    if (fabs(at.cos) < nothing)
+        at = (struct mill_heading){0.0, copysign(1.0, at.sin)};
+    else if (fabs(at.sin) < nothing)
+        at = (struct mill_heading){copysign(1.0, at.cos), 0.0};
+    return at;
+}
+
+/* a turned about the unit vector n (Rodrigues) */
+static vec3 turned(vec3 a, vec3 n, struct mill_heading at)
+{
+    const vec3 along = vec3_scale(n, vec3_dot(n, a));
+    const vec3 across = vec3_sub(a, along);
+    return vec3_axpy(vec3_axpy(along, at.cos, across), at.sin, vec3_cross(n, a));
+}
+
+/* From z and about where x is: unit and orthogonal */
+static void set_axes(struct mill_body *is, vec3 z, vec3 x)
+{
+    is->z = mill_deck_motions_unit(z);
+    is->x = mill_deck_motions_unit(vec3_axpy(x, -vec3_dot(x, is->z), is->z));
+    is->y = vec3_cross(is->z, is->x);
+}
+
+static void place(const struct mill_deck_body *given, struct mill_body *is)
+{
+    const vec3 z = mill_deck_motions_unit(given->axis);
+    const bool along_x = hypot(z.y, z.z) < ALONG;
+    *is = given->is;
+    is->inside = given->inside != 0;
+    set_axes(is, z, vec3_make(!along_x, along_x, 0.0));
+    set_axes(is, is->z, turned(is->x, is->z, heading(given->angle)));
+}
+
+static void move_on(const struct mill_deck_body *given, struct mill_body *is)
+{
+    const struct mill_heading at = heading(given->turn_by);
+    const vec3 n = mill_deck_motions_unit(given->turn_about);
+    is->centre = vec3_add(turned(is->centre, n, at), given->shift_by);
+    set_axes(is, turned(is->z, n, at), turned(is->x, n, at));
+}
+
+/* ---- kinds of contact ---- */
+
+static enum mill_status find_kind(struct mill_deck *deck, const struct mill_deck_section *section,
+                                  int *kind, struct mill_error *error)
+{
+    static const char allowed[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+.";
+    const char *given = ((struct mill_deck_body *)section->form)->kind;
+    const char *name = given ? given : strchr(section->title, '.') + 1;
+    struct mill_kinds *kinds = &deck->contacts;
+    if (given && strncmp(given, PREFIX, strlen(PREFIX)) != 0)
+        return mill_deck_fault(deck, error, section->title, "kind",
+                               "a kind of contact begins with 'ball_': write '" PREFIX "%.60s'",
+                               given);
+    name += given ? strlen(PREFIX) : 0;
+    if (!*name || strchr("-+.", *name) || name[strspn(name, allowed)] ||
+        strlen(name) >= MILL_NAME_LENGTH)
+        return mill_deck_fault(deck, error, section->title, "kind",
+                               "'%.80s' is no name of letters, digits, '_', '-', '+' and '.'",
+                               given);
+    for (*kind = 0; *kind < kinds->count; ++*kind)
+        if (strcmp(kinds->name[*kind] + strlen(PREFIX), name) == 0)
+            break;
+    if (*kind == MILL_BALL_BALL)
+        return mill_deck_fault(deck, error, section->title, given ? "kind" : NULL,
+                               "'ball_ball' are the contacts of two balls: give the body another "
+                               "%s",
+                               given ? "kind" : "name");
+    if (*kind == MILL_KINDS_MOST)
+        return mill_deck_fault(deck, error, section->title, NULL,
+                               "there are more than %d kinds of contact: give bodies that belong "
+                               "together a common 'kind'",
+                               MILL_KINDS_MOST);
+    if (*kind == kinds->count)
+        mill_kinds_add(kinds, name);
+    return MILL_OK;
+}
+
+/* ---- the list ---- */
+
+static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck_section *section,
+                                  struct mill_body *is, struct mill_error *error)
+{
+    struct mill_deck_body *given = section->form;
+    vec3(*facet)[3] = NULL;
+    enum mill_status status =
+        mill_deck_files_find(deck, section->title, "file", given->file, &given->file, error);
+    if (status == MILL_OK)
+        status = mill_stl_read(given->file, given->unit, &facet, &is->facets, error);
+    mill_deck_files_keep(deck, facet);
+    is->facet = (const vec3(*)[3])facet;
+    return status;
+}
+
+/* What ranges of single keys leave open */
+static enum mill_status check_form(const struct mill_deck *deck,
+                                   const struct mill_deck_section *section,
+                                   const struct mill_body *is, struct mill_error *error)
+{
+    const struct mill_deck_body *given = section->form;
+    const struct mill_shape_type *type = type_of[given->shape];
+    struct mill_body sharp = *is;
+    sharp.rounding = 0.0;
+    if (given->shape == MILL_DECK_CONE && is->radius + is->end_radius == 0.0)
+        return mill_deck_fault(deck, error, section->title, "end_radius",
+                               "one of radius and end_radius must be greater than 0 m");
+    if (given->shape != MILL_DECK_MESH && !type->is_sound(is))
+        return type->is_sound(&sharp)
+                   ? mill_deck_fault(deck, error, section->title, "rounding",
+                                     "%g m is too much: shrunk by it nothing is left of the body",
+                                     is->rounding)
+                   : mill_deck_fault(deck, error, section->title, NULL,
+                                     "a number of it is out of range");
+    return MILL_OK;
+}
+
+static enum mill_status check_container(const struct mill_deck *deck,
+                                        const struct mill_deck_section *section,
+                                        struct mill_error *error)
+{
+    if (deck->drum)
+        return mill_deck_fault(deck, error, section->title, "side",
+                               "[drum] holds the balls, and a mill has one container: leave [drum] "
+                               "out, or set 'side = outside'");
+    if (deck->container)
+        return mill_deck_fault(deck, error, section->title, "side",
+                               "[%s] holds the balls, and a mill has one container: set "
+                               "'side = outside' here or there",
+                               deck->body_section[deck->container - deck->body]);
+    return MILL_OK;
+}
+
+/* The body and its copies */
+static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_section *section,
+                                 struct mill_error *error)
+{
+    const struct mill_deck_body *given = section->form;
+    struct mill_setup_surface surface = {.type = type_of[given->shape]};
+    struct mill_body is;
+    enum mill_status status = mill_deck_motions_find(deck, section->title, "motion", given->motion,
+                                                     &surface.motion, error);
+    if (status == MILL_OK)
+        status = find_kind(deck, section, &surface.kind, error);
+    if (status == MILL_OK && given->inside)
+        status = check_container(deck, section, error);
+    if (status != MILL_OK)
+        return status;
+    place(given, &is);
+    if (given->shape == MILL_DECK_MESH)
+        status = read_mesh(deck, section, &is, error);
+    if (status == MILL_OK)
+        status = check_form(deck, section, &is, error);
+    for (long k = 0; k < (given->inside ? 1 : given->copies) && status == MILL_OK; k++) {
+        if (k > 0)
+            move_on(given, &is);
+        struct mill_setup_surface *body = &deck->body[deck->bodies];
+        deck->body_form[deck->bodies] = is;
+        deck->body_section[deck->bodies] = section->title;
+        *body = surface;
+        body->form = &deck->body_form[deck->bodies++];
+        body->number = (int)k;
+        if (given->inside)
+            deck->container = body;
+    }
+    return status;
+}
+
+enum mill_status mill_deck_bodies_list(struct mill_deck *deck, struct mill_error *error)
+{
+    const struct mill_deck_block named = {.title = "body", .named = true};
+    const struct mill_deck_section *s = NULL;
+    long all = 0;
+    while ((s = mill_deck_next(deck, &named, s))) {
+        const long copies = ((struct mill_deck_body *)s->form)->copies;
+        all += copies > 1 ? copies : 1;
+        if (all > MOST_BODIES)
+            return mill_deck_fault(deck, error, s->title, copies > 1 ? "copies" : NULL,
+                                   "more than %d bodies in all", MOST_BODIES);
+    }
+    mill_kinds_init(&deck->contacts);
+    deck->body = calloc((size_t)all + 1, sizeof *deck->body);
+    deck->body_form = calloc((size_t)all + 1, sizeof *deck->body_form);
+    deck->body_section = calloc((size_t)all + 1, sizeof *deck->body_section);
+    if (!deck->body || !deck->body_form || !deck->body_section)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    enum mill_status status = MILL_OK;
+    while (status == MILL_OK && (s = mill_deck_next(deck, &named, s)))
+        status = add_body(deck, s, error);
+    if (status == MILL_OK && !deck->drum && !deck->container)
+        return mill_deck_fault(deck, error, NULL, NULL,
+                               "nothing holds the balls: add [drum], or a [body.NAME] with "
+                               "'side = inside'");
+    deck->carried = deck->container ? deck->container->motion >= 0 : deck->drum_rides > 0;
+    return status;
+}
+
+double mill_deck_bodies_volume(const struct mill_deck *deck)
+{
+    return deck->container ? deck->container->type->volume(deck->container->form)
+                           : MILL_PI * deck->drum_radius * deck->drum_radius * deck->drum_length;
+}

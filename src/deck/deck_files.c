@@ -1,0 +1,92 @@
+/* Files that a deck names beside itself: where they are, and rows of numbers in them. */
+#include "deck/deck_private.h"
+#include "deck/textfile.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { LONGEST_ROW = 4096 };
+
+void mill_deck_files_keep(struct mill_deck *deck, void *memory)
+{
+    deck->kept[deck->keeps++] = memory;
+}
+
+enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *section, const char *key,
+                                      const char *name, const char **path, struct mill_error *error)
+{
+    const char *file = deck->file, *slash = strrchr(file, '/');
+    char here[PATH_MAX] = "", whole_path[PATH_MAX];
+    const bool whole = name[0] == '/';
+    if (!whole && file[0] != '/' && !getcwd(here, sizeof here))
+        return mill_error_set(error, MILL_FAILED, "the current folder has no name: %s",
+                              strerror(errno));
+    const char *apart = here[0] && here[1] ? "/" : ""; /* "/" has one */
+    const int folder = whole || !slash ? 0 : (int)(slash - file + 1);
+    if (snprintf(whole_path, sizeof whole_path, "%s%s%.*s%s", here, apart, folder, file, name) >=
+        PATH_MAX)
+        return mill_deck_fault(deck, error, section, key, "the name of the file is too long");
+    char *copy = strdup(whole_path);
+    if (!copy)
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    mill_deck_files_keep(deck, copy);
+    deck->file_named[deck->files++] = *path = copy;
+    return MILL_OK;
+}
+
+/* ---- rows of numbers ---- */
+
+/* The next row, without comment and newline, but no more of a file that has no rows than fits.
+ * false: the end. *good: it is text. */
+static bool next_row(FILE *in, char row[LONGEST_ROW], bool *good)
+{
+    int length = 0, c = mill_textfile_next(in);
+    bool comment = false;
+    if (c == EOF)
+        return false;
+    for (*good = true; c != EOF && c != '\n' && *good; c = mill_textfile_next(in)) {
+        comment = comment || c == '#';
+        *good = c != '\0' && (comment || length < LONGEST_ROW - 1);
+        if (*good && !comment)
+            row[length++] = (char)c;
+    }
+    row[length] = '\0';
+    return true;
+}
+
+#define BLANKS " \t\r\f\v,"
+
+/* Reads up to `most` numbers of a row; -1: something else stands there. Hexadecimal ones are none,
+ * as in a deck. A comma stands between all numbers or between none: some, as in "0,1 0,2 0,3", are
+ * decimal commas, and would give six numbers. */
+static int read_numbers(const char *row, int most, double *value)
+{
+    int n = 0, separated = 0;
+    for (const char *p = row;;) {
+        int commas = 0;
+        for (; *p && strchr(BLANKS, *p); p++)
+            commas += *p == ',';
+        if (!*p)
+            return separated == 0 || separated == n - 1 ? n : -1;
+        if (n == most || commas > 1 || !mill_deck_value_number(&p, &value[n++]) ||
+            !strchr(BLANKS, *p))
+            return -1;
+        separated += n > 1 && commas > 0;
+    }
+}
+
+int mill_deck_files_row(struct mill_deck_rows *rows, int most, double *value)
+{
+    char row[LONGEST_ROW];
+    bool good;
+    int n = 0;
+    while (n == 0 && next_row(rows->in, row, &good)) {
+        /* of UTF-8 */
+        const bool marked =
+            ++rows->line == 1 && row[0] == '\xef' && row[1] == '\xbb' && row[2] == '\xbf';
+        n = good ? read_numbers(row + (marked ? 3 : 0), most, value) : -1;
+    }
+    return n;
+}
