@@ -1,0 +1,289 @@
+/* The two kinds of STL files (3D Systems, StereoLithography Interface Specification, 1989). Binary:
+ * 80 bytes of anything, the number of facets in 4 bytes, then 50 bytes a facet, little-endian.
+ * ASCII: words between white space. The first word does not tell them apart, for binary files may
+ * begin with "solid" too: a file is binary if its size is that of its number of facets. */
+#include "deck/stl.h"
+
+#include "deck/textfile.h"
+
+#include <assert.h>
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    HEAD = 84,                     /* [B] of a binary file, before its facets */
+    EACH = 50,                     /* [B] of a facet */
+    LARGEST = 400 * MILL_STL_MOST, /* [B] of a file; an ASCII facet takes some 270 */
+    LONG = 40                      /* characters of a wrong word that are shown */
+};
+
+struct reading {
+    const char *path;
+    const unsigned char *bytes; /* [size], and a zero behind them */
+    size_t size;
+    double unit;
+    struct mill_error *error;
+    /* of an ASCII file: */
+    const char *at, *end; /* behind the last word read; of the file */
+    const char *word;     /* that word, of so many characters; 0: the file has ended */
+    size_t length;
+    long line;
+    /* what is made: */
+    vec3 (*facet)[3];
+    size_t facets, room;
+};
+
+static __attribute__((format(printf, 2, 3))) enum mill_status fault(const struct reading *in,
+                                                                    const char *format, ...)
+{
+    char what[400];
+    const size_t length = strlen(in->path), shown = 400;
+    const char *path = in->path + (length > shown ? length - shown : 0);
+    va_list list;
+    va_start(list, format);
+    vsnprintf(what, sizeof what, format, list);
+    va_end(list);
+    if (in->line > 0)
+        return mill_error_set(in->error, MILL_BAD_DECK, "%s:%ld: %s", path, in->line, what);
+    return mill_error_set(in->error, MILL_BAD_DECK, "%s: %s", path, what);
+}
+
+/* Room for one more facet, which is not made yet; NULL: *status says why there is none. */
+static vec3 *next_facet(struct reading *in, enum mill_status *status)
+{
+    if (in->facets == MILL_STL_MOST) {
+        *status = fault(in, "more than %d facets: simplify the mesh", MILL_STL_MOST);
+        return NULL;
+    }
+    if (in->facets == in->room) {
+        const size_t room = 2 * in->room + 1024;
+        vec3(*more)[3] = realloc(in->facet, room * sizeof *more);
+        if (!more) {
+            *status = mill_error_set(in->error, MILL_FAILED, "out of memory for the facets of '%s'",
+                                     in->path);
+            return NULL;
+        }
+        in->facet = more;
+        in->room = room;
+    }
+    return in->facet[in->facets];
+}
+
+/* ---- binary ---- */
+
+static uint32_t word_at(const unsigned char *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static double number_at(const unsigned char *p)
+{
+    const uint32_t bits = word_at(p);
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return (double)x;
+}
+
+static bool is_binary(const struct reading *in)
+{
+    return in->size >= HEAD && in->size == HEAD + EACH * (size_t)word_at(in->bytes + HEAD - 4);
+}
+
+static enum mill_status read_binary(struct reading *in)
+{
+    const size_t facets = (in->size - HEAD) / EACH;
+    enum mill_status status = MILL_OK;
+    for (size_t k = 0; k < facets && status == MILL_OK; k++) {
+        const unsigned char *p = in->bytes + HEAD + EACH * k + 12;
+        vec3 *corner = next_facet(in, &status);
+        for (int i = 0; corner && i < 3; i++) {
+            const vec3 at = {number_at(p + 12 * i), number_at(p + 12 * i + 4),
+                             number_at(p + 12 * i + 8)};
+            if (!isfinite(at.x + at.y + at.z))
+                status = fault(in, "facet %zu has a corner that is no number: write the file anew",
+                               k + 1);
+            corner[i] = vec3_scale(at, in->unit);
+        }
+        in->facets++;
+    }
+    return status;
+}
+
+/* ---- ASCII ---- */
+
+static void next_word(struct reading *in)
+{
+    while (in->at < in->end && isspace((unsigned char)*in->at))
+        in->line += *in->at++ == '\n';
+    in->word = in->at;
+    while (in->at < in->end && !isspace((unsigned char)*in->at))
+        in->at++;
+    in->length = (size_t)(in->at - in->word);
+}
+
+/* What is left of a line may be a name. */
+static void leave_line(struct reading *in)
+{
+    while (in->at < in->end && *in->at != '\n')
+        in->at++;
+}
+
+static bool is_word(const struct reading *in, const char *word)
+{
+    size_t k = 0;
+    while (k < in->length && word[k] && tolower((unsigned char)in->word[k]) == word[k])
+        k++;
+    return k == in->length && !word[k];
+}
+
+static enum mill_status expected(const struct reading *in, const char *what)
+{
+    if (in->length == 0)
+        return fault(in, "the file ends where %s should come: it was cut off; write it anew", what);
+    return fault(in, "expected %s, got '%.*s%s'", what, in->length > LONG ? LONG : (int)in->length,
+                 in->word, in->length > LONG ? "..." : "");
+}
+
+static enum mill_status take(struct reading *in, const char *word)
+{
+    char quoted[20];
+    next_word(in);
+    if (is_word(in, word))
+        return MILL_OK;
+    snprintf(quoted, sizeof quoted, "'%s'", word);
+    return expected(in, quoted);
+}
+
+/* strtod alone would take "0x1p3", "inf" and "nan" too, and what comes behind a NUL. */
+static enum mill_status take_number(struct reading *in, double *value)
+{
+    next_word(in);
+    char *end = NULL;
+    bool good = in->length > 0;
+    for (size_t k = 0; k < in->length; k++)
+        good = good && in->word[k] && strchr("+-.0123456789eE", in->word[k]);
+    *value = good ? (double)(float)fmax(fmin(strtod(in->word, &end), 1e38), -1e38) : 0.0;
+    if (good && end == in->at && fabs(*value) < 1e38)
+        return MILL_OK;
+    return expected(in, "a number");
+}
+
+/* From behind "facet" to "endfacet" */
+static enum mill_status read_facet(struct reading *in)
+{
+    enum mill_status status = MILL_OK;
+    vec3 *corner = next_facet(in, &status);
+    if (status == MILL_OK)
+        status = take(in, "normal");
+    for (int i = 0; i < 3; i++)
+        next_word(in); /* some programs write "nan" */
+    if (status == MILL_OK)
+        status = take(in, "outer");
+    if (status == MILL_OK)
+        status = take(in, "loop");
+    for (int i = 0; i < 3 && status == MILL_OK; i++) {
+        double x = 0.0, y = 0.0, z = 0.0;
+        status = take(in, "vertex");
+        if (status == MILL_OK)
+            status = take_number(in, &x);
+        if (status == MILL_OK)
+            status = take_number(in, &y);
+        if (status == MILL_OK)
+            status = take_number(in, &z);
+        corner[i] = vec3_scale(vec3_make(x, y, z), in->unit);
+    }
+    if (status == MILL_OK)
+        status = take(in, "endloop");
+    if (status == MILL_OK)
+        status = take(in, "endfacet");
+    in->facets++;
+    return status;
+}
+
+/* Solids one behind the other are one surface. */
+static enum mill_status read_ascii(struct reading *in)
+{
+    enum mill_status status = MILL_OK;
+    bool within = false;
+    in->at = (const char *)in->bytes;
+    in->end = in->at + in->size;
+    in->line = 1;
+    for (next_word(in); in->length > 0 && status == MILL_OK; next_word(in)) {
+        if (within && is_word(in, "facet")) {
+            status = read_facet(in);
+        } else if (is_word(in, within ? "endsolid" : "solid")) {
+            within = !within;
+            leave_line(in);
+        } else {
+            return expected(in, within ? "'facet' or 'endsolid'" : "'solid'");
+        }
+        if (status != MILL_OK)
+            return status;
+    }
+    return within ? expected(in, "'facet' or 'endsolid'") : MILL_OK;
+}
+
+/* ---- both ---- */
+
+/* No text holds a zero. */
+static bool is_text(const struct reading *in)
+{
+    size_t first = 0;
+    while (first < in->size && isspace(in->bytes[first]))
+        first++;
+    return in->size - first >= 5 && memchr("sS", in->bytes[first], 2) &&
+           !memchr(in->bytes, 0, in->size < 1000 ? in->size : 1000);
+}
+
+static enum mill_status read_bytes(struct reading *in)
+{
+    enum mill_status status;
+    if (is_binary(in))
+        status = read_binary(in);
+    else if (is_text(in))
+        status = read_ascii(in);
+    else if (in->size < HEAD)
+        return fault(in, "is no STL file: it has %zu bytes, and does not begin with 'solid'",
+                     in->size);
+    else
+        return fault(
+            in,
+            "is no whole STL file: %lu facets, as its bytes 81 to 84 say, take %llu bytes, "
+            "but it has %zu; write it anew",
+            (unsigned long)word_at(in->bytes + HEAD - 4),
+            HEAD + EACH * (unsigned long long)word_at(in->bytes + HEAD - 4), in->size);
+    in->line = 0;
+    if (status == MILL_OK && in->facets == 0)
+        return fault(in, "has no facets");
+    return status;
+}
+
+enum mill_status mill_stl_read(const char *path, double unit, vec3 (**facet)[3], size_t *facets,
+                               struct mill_error *error)
+{
+    assert(unit > 0.0);
+    const char *wrong;
+    struct reading in = {.path = path, .unit = unit, .error = error};
+    char *bytes = mill_textfile_read(path, LARGEST, &in.size, &wrong);
+    *facet = NULL;
+    *facets = 0;
+    if (!bytes && wrong)
+        return fault(&in, "%s", wrong);
+    if (!bytes)
+        return fault(&in, "cannot be read: %s", strerror(errno));
+    bytes[in.size] = '\0';
+    in.bytes = (const unsigned char *)bytes;
+    const enum mill_status status = read_bytes(&in);
+    free(bytes);
+    if (status != MILL_OK) {
+        free(in.facet);
+        return status;
+    }
+    *facet = in.facet;
+    *facets = in.facets;
+    return MILL_OK;
+}
