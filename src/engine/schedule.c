@@ -46,15 +46,18 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
         for (int32_t k = 0; k < w->shapes; k++) {
             const struct mill_shape *shape = w->shape[k];
             struct mill_surface *next = &p->surface[n];
-            *next = (struct mill_surface){.shape = k, .motion = MILL_NOBODY};
+            *next = (struct mill_surface){.shape = (int16_t)k, .motion = MILL_NOBODY, .cos = -2.0f};
             if (!shape->type->reachable(shape, lo, hi, widest))
                 continue;
             if (shape->type->parts)
                 next->parts = shape->type->parts(shape, lo, hi, widest);
-            if (shape->motion && !shape->fixed && (shape->type->sector || shape->type->hull)) {
-                next->motion = shape->motion->number;
-                next->sector = shape->type->sector ? shape->type->sector(shape, lo, hi, widest)
-                                                   : (struct mill_sector){0.0, 0.0, -2.0};
+            if (shape->motion && !shape->fixed && (shape->type->sector || shape->type->hull))
+                next->motion = (int16_t)shape->motion->number;
+            if (next->motion != MILL_NOBODY && shape->type->sector) {
+                const struct mill_sector s = shape->type->sector(shape, lo, hi, widest);
+                next->y = (float)s.y;
+                next->z = (float)s.z;
+                next->cos = (float)(s.cos - 1e-6);
             }
             n++;
         }
@@ -249,14 +252,6 @@ static void place_in(const struct mill_lately *l, double now, double window, str
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
 }
 
-/* Is a body certainly out of reach by its angle, whatever the ball does in its cell? Most are. */
-static inline bool is_elsewhere(const struct mill_lately *l, const struct mill_surface *near,
-                                double now, double window)
-{
-    return l->turns && l->cos * near->sector.y + l->sin * near->sector.z <
-                           near->sector.cos - 0.5 * l->coriolis * (window + (now - l->t));
-}
-
 /* The first contact with a surface in reach of the cell, within the window [s] that the best pair
  * and the cell leave. */
 static void search_surfaces(struct mill_schedule *p, int32_t i, double now, double window,
@@ -268,20 +263,30 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[ball->species];
     struct mill_flight flight = {ball->r, ball->v, w->g, p->pull, .travel = INFINITY};
-    int32_t placed = MILL_NOBODY; /* the motion in whose frame the flight's place is */
+    const struct mill_lately *l = NULL; /* of the motion: */
+    int32_t seen = MILL_NOBODY;
+    double turn = 0.0; /* [rad] by which it turns, at most, from the pose until the window's end */
+    bool placed = false;
     const struct mill_surface *end = p->surface + p->surface_start[cell + 1];
     for (const struct mill_surface *near = p->surface + p->surface_start[cell]; near < end;
          near++) {
         if (near->motion == MILL_NOBODY) {
-            flight.travel = INFINITY;
+            flight.travel = INFINITY; /* what was told of a body before is not of this one */
+            placed = false;
         } else {
-            const struct mill_lately *l = look_lately(p, near->motion, now);
-            if (is_elsewhere(l, near, now, window))
+            if (near->motion != seen) {
+                l = look_lately(p, near->motion, now);
+                turn = 0.5 * l->coriolis * (window + (now - l->t));
+                seen = near->motion;
+                placed = false;
+            }
+            /* most are out of reach by their angle, whatever the ball does in its cell */
+            if (l->cos * (double)near->y + l->sin * (double)near->z < (double)near->cos - turn)
                 continue;
-            if (near->motion != placed) /* the window has been wider since */
+            if (!placed)
                 place_in(l, now, window, &flight);
+            placed = true;
         }
-        placed = near->motion;
         const struct mill_shape *shape = w->shape[near->shape];
         if (plan->let_go && shape->pinches)
             continue;

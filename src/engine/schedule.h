@@ -39,10 +39,10 @@ static inline double mill_plan_time(const struct mill_plan *plan)
 
 /* A shape within reach of a cell, and what of it */
 struct mill_surface {
-    int32_t shape;
-    int32_t motion; /* of a body that tells its sector, else MILL_NOBODY */
+    int16_t shape;
+    int16_t motion; /* of a body that moves, else MILL_NOBODY */
     struct mill_span parts;
-    struct mill_sector sector;
+    float y, z, cos; /* its sector, a little wider: short, for these lists are read at every plan */
 };
 
 /* A motion's pose not long ago: enough to tell which bodies are far away */

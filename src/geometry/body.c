@@ -76,17 +76,30 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
     find_ring(b);
 }
 
+/* How far a box gets from its middle: along a direction, and across it */
+static void extent_of(vec3 lo, vec3 hi, vec3 axis, double *along, double *across)
+{
+    const vec3 half = vec3_scale(vec3_sub(hi, lo), 0.5);
+    *along = *across = 0.0;
+    for (int k = 0; k < 4; k++) {
+        const vec3 corner = {half.x, k & 1 ? -half.y : half.y, k & 2 ? -half.z : half.z};
+        const double on = vec3_dot(corner, axis);
+        *along = fmax(*along, fabs(on));
+        *across = fmax(*across, vec3_norm(vec3_axpy(corner, -on, axis)));
+    }
+}
+
 bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec3 lo, vec3 hi,
                           double radius)
 {
-    const vec3 middle = vec3_scale(vec3_add(lo, hi), 0.5);
-    const double far = 0.5 * vec3_norm(vec3_sub(hi, lo)) + radius * (1.0 + 1e-3) +
-                       MARGIN * (b->beyond + fabs(b->from) + fabs(b->to));
-    const vec3 q = vec3_sub(middle, b->through);
+    double half_along, half_across;
+    extent_of(lo, hi, b->axis, &half_along, &half_across);
+    const double far = radius * (1.0 + 1e-3) + MARGIN * (b->beyond + fabs(b->from) + fabs(b->to));
+    const vec3 q = vec3_sub(vec3_scale(vec3_add(lo, hi), 0.5), b->through);
     const double along = vec3_dot(q, b->axis);
     const double away = vec3_norm(vec3_axpy(q, -along, b->axis));
-    return away > ring[0] - far && away < ring[1] + far && along > ring[2] - far &&
-           along < ring[3] + far;
+    return away > ring[0] - far - half_across && away < ring[1] + far + half_across &&
+           along > ring[2] - far - half_along && along < ring[3] + far + half_along;
 }
 
 /* Seen from the line a ball of the box lies within `wide` of the direction of the box's middle, and
@@ -99,7 +112,10 @@ struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec
     const vec3 q = vec3_sub(vec3_scale(vec3_add(lo, hi), 0.5), b->through);
     const vec3 out = vec3_axpy(q, -vec3_dot(q, b->axis), b->axis);
     const double margin = 1e-3 * radius + MARGIN * (b->beyond + b->hull.half);
-    const double rho = vec3_norm(out), half = 0.5 * vec3_norm(vec3_sub(hi, lo)) + margin;
+    double along, half;
+    extent_of(lo, hi, b->axis, &along, &half);
+    const double rho = vec3_norm(out);
+    half += margin;
     const double across = b->across + radius + margin;
     if (!b->rings || vec3_norm(b->towards) == 0.0 || !(rho - half > across))
         return any;
