@@ -76,15 +76,20 @@ static void warn(const char *line)
 /* Neither the output nor what stands beside it while it is written is an input, by any name. */
 static enum mill_status check_inputs(const struct mill_run_order *o, const char *mend)
 {
-    const char *const input[] = {o->asked->deck, o->deck->start}, *output = o->asked->output;
+    const struct mill_deck *deck = o->deck;
+    const char *output = o->asked->output;
     struct mill_draft draft;
     mill_draft_init(&draft, output, NULL);
-    for (int i = 0; i < 2 && input[i]; i++) {
-        const char *met = mill_draft_meets(&draft, input[i]);
+    for (int i = -1; i < deck->files; i++) {
+        const char *input = i < 0 ? o->asked->deck : deck->file_named[i];
+        const char *met = mill_draft_meets(&draft, input);
         if (met)
             return mill_error_set(o->error, MILL_BAD_DECK, "%s: %s the deck%s; %s another name",
                                   output, met == draft.path ? "is" : "its draft or lock file is",
-                                  i == 0 ? " itself" : "'s start file", mend);
+                                  i < 0                  ? " itself"
+                                  : input == deck->start ? "'s start file"
+                                                         : "'s file of a body or motion",
+                                  mend);
     }
     return MILL_OK;
 }

@@ -226,7 +226,7 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
 }
 
 /* The next line that says something of the run, without the comment behind it: neither empty, nor
- * where the checkpoints' interval is set, which changes nothing; of a start file the name without
+ * where the checkpoints' interval is set, which changes nothing; of a file the name without
  * its folder, which may have moved. "" at the end of the text. */
 static void next_line(const char **text, char *line, size_t size)
 {
@@ -240,8 +240,9 @@ static void next_line(const char **text, char *line, size_t size)
         for (size_t end = strlen(line); end > 0 && line[end - 1] == ' '; end--)
             line[end - 1] = '\0';
         const char *folder = strrchr(line, '/');
-        if (folder && strncmp(line, "start = /", 9) == 0)
-            memmove(line + strlen("start = "), folder + 1, strlen(folder));
+        char *path = strstr(line, " = /");
+        if (path)
+            memmove(path + strlen(" = "), folder + 1, strlen(folder));
         if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0)
             line[0] = '\0';
     } while (!line[0] && **text);

@@ -78,10 +78,11 @@ void mill_units_free(struct mill_units *units)
 
 /* UDUNITS takes numbers as factors ("mm 5" is 5 mm) and huge exponents; a deck's value has one
  * number, in front. So digits may only follow a letter, '^', '**' or their sign, two of them at
- * most. */
+ * most; but for a 1 in front, as in 1/min. */
 static bool digits_are_exponents(const char *unit)
 {
-    for (const char *p = unit; (p = strpbrk(p, "+-0123456789"));) {
+    const bool inverse = unit[0] == '1' && unit[1] == '/';
+    for (const char *p = unit + inverse; (p = strpbrk(p, "+-0123456789"));) {
         const bool sign = *p == '-' || *p == '+';
         const size_t digits = strspn(p + sign, "0123456789");
         const char before = p > unit ? p[-1] : ' ';
