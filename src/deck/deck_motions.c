@@ -70,7 +70,7 @@ static enum mill_status read_rows(struct mill_deck_rows *in, size_t *rows, doubl
     }
     if (ferror(in->in))
         return mill_error_set(error, MILL_FAILED, "%s: %s", in->path, strerror(errno));
-    in->line = last;
+    in->line = last > 0 ? last : 1;
     return check_period(in, *rows, (const double(*)[COLUMNS]) * row, error);
 }
 

@@ -1,0 +1,510 @@
+/* Motions and bodies of a deck: what is read, where it puts bodies, what prints back to the same
+ * bits. The messages are tested through the program, in tests/cli/test_deck_bodies.py. */
+#include "deck/deck.h"
+#include "unit.h"
+
+#include <unistd.h>
+
+#define BALLS "[balls]\ncount = 5\ndiameter = 2 mm\ndensity = 7800 kg/m^3\n"
+#define BASE "[run]\ntime = 20 ms\n[contact]\nrestitution = 0.8\n" BALLS
+#define DRUM "[drum]\nradius = 75 mm\nlength = 120 mm\n"
+#define JAR "[body.jar]\nshape = cylinder\nside = inside\nradius = 20 mm\nlength = 30 mm\n"
+#define TURN(name) "[motion." name "]\nkind = turn\nspeed = 60 rpm\n"
+
+static char path[32], table[40];
+static struct mill_error error;
+
+static void make_files(void)
+{
+    strcpy(path, "/tmp/millsim_deck_XXXXXX");
+    const int fd = mkstemp(path);
+    ck_assert_int_ge(fd, 0);
+    close(fd);
+    snprintf(table, sizeof table, "%s.txt", path);
+}
+
+static void remove_files(void)
+{
+    unlink(path);
+    unlink(table);
+}
+
+static void write_text(const char *name, const char *text)
+{
+    FILE *file = fopen(name, "wb");
+    ck_assert_ptr_nonnull(file);
+    ck_assert_int_ge(fputs(text, file), 0);
+    fclose(file);
+}
+
+static enum mill_status read_text(const char *text, struct mill_deck **deck)
+{
+    write_text(path, text);
+    error.text[0] = '\0';
+    return mill_deck_read(path, 0, NULL, NULL, deck, &error);
+}
+
+static struct mill_deck *read_good(const char *text)
+{
+    struct mill_deck *deck = NULL;
+    ck_assert_msg(read_text(text, &deck) == MILL_OK, "%s", error.text);
+    return deck;
+}
+
+static char *print(const struct mill_deck *deck)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    ck_assert_ptr_nonnull(out);
+    mill_deck_print(deck, out);
+    fclose(out);
+    return text;
+}
+
+static bool equals(vec3 a, double x, double y, double z)
+{
+    return a.x == x && a.y == y && a.z == z;
+}
+
+static bool is_near(vec3 a, double x, double y, double z)
+{
+    return vec3_norm(vec3_sub(a, vec3_make(x, y, z))) < 1e-15;
+}
+
+static const struct mill_body *form_of(const struct mill_deck *deck, int k)
+{
+    ck_assert_int_lt(k, deck->bodies);
+    return deck->body[k].form;
+}
+
+/* ---- motions ---- */
+
+START_TEST(a_turn_has_its_numbers_and_an_axis_of_length_one)
+{
+    struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = turn\naxis = 0 49 0\n"
+                                                "centre = 1 2 3 mm\nspeed = 30 U/min\n"
+                                                "angle = 90 deg\n");
+    const struct mill_turn *turn = deck->motion[0].form;
+    ck_assert_int_eq(deck->motions, 1);
+    ck_assert_str_eq(deck->motion[0].name, "a");
+    ck_assert(deck->motion[0].type == &mill_turn_type && deck->motion[0].on == MILL_STILL);
+    ck_assert(equals(turn->axis, 0.0, 1.0, 0.0) && equals(turn->centre, 0.001, 0.002, 0.003));
+    ck_assert_double_eq_tol(turn->speed, 3.141592653589793, 1e-15);
+    ck_assert_double_eq_tol(turn->angle, 1.5707963267948966, 1e-15);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(turns_a_minute_have_many_names_and_one_value)
+{
+    static const char *const unit[] = {"1/min", "U/min", "RPM", "rev/min", "min-1", "1/minute"};
+    char text[512];
+    struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = turn\nspeed = 650 rpm\n");
+    const double rpm = ((const struct mill_turn *)deck->motion[0].form)->speed;
+    mill_deck_free(deck);
+    snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = turn\nspeed = 650 %s\n", unit[_i]);
+    deck = read_good(text);
+    ck_assert(((const struct mill_turn *)deck->motion[0].form)->speed == rpm);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_swing_has_its_numbers)
+{
+    struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = swing\naxis = 1 0 0\n"
+                                                "amplitude = 6 deg\nfrequency = 1060 1/min\n"
+                                                "phase = 1 rad\n");
+    const struct mill_swing *swing = deck->motion[0].form;
+    ck_assert(deck->motion[0].type == &mill_swing_type && equals(swing->axis, 1.0, 0.0, 0.0));
+    ck_assert(swing->frequency == 1060.0 / 60.0 && swing->phase == 1.0);
+    ck_assert_double_eq_tol(swing->amplitude, 0.10471975511965978, 1e-16);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_shift_has_three_phases_or_one_for_all)
+{
+    struct mill_deck *deck = read_good(BASE JAR "[motion.a]\nkind = shift\nfrequency = 25 Hz\n"
+                                                "amplitude = 1 2 -3 mm\nphase = 1 2 3 rad\n"
+                                                "[motion.b]\nkind = shift\nfrequency = 25 Hz\n"
+                                                "amplitude = 1 0 0 mm\nphase = 2 rad\n");
+    const struct mill_shift *a = deck->motion[0].form, *b = deck->motion[1].form;
+    ck_assert(deck->motion[0].type == &mill_shift_type && a->frequency == 25.0);
+    ck_assert(equals(a->amplitude, 0.001, 0.002, -0.003) && equals(a->phase, 1.0, 2.0, 3.0));
+    ck_assert(equals(b->phase, 2.0, 2.0, 2.0));
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_table_is_read_beside_the_deck)
+{
+    char text[512];
+    write_text(table, "# t x y z rx ry rz\n-1 0 0 0 0 0 0\n0, 1, 0, 0, 0, 0, 0.5 # half\n\n"
+                      "1 0 0 0 0 0 0\n2 0 -1e-3 0 0 0 0\n3 0 0 0 0 1e-13 0\n");
+    snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = table\nfile = %s\n",
+             strrchr(table, '/') + 1);
+    struct mill_deck *deck = read_good(text);
+    const struct mill_table *is = deck->motion[0].form;
+    ck_assert(deck->motion[0].type == &mill_table_type && is->rows == 5);
+    ck_assert(is->row[0][0] == -1.0 && is->row[1][1] == 1.0 && is->row[1][6] == 0.5);
+    ck_assert(is->row[3][2] == -1e-3);
+    ck_assert(deck->files == 1 && strcmp(deck->file_named[0], table) == 0);
+    char *printed = print(deck), line[64];
+    snprintf(line, sizeof line, "file = %s", table);
+    ck_assert_ptr_nonnull(strstr(printed, line));
+    free(printed);
+    mill_deck_free(deck);
+}
+END_TEST
+
+static const struct wrong_table {
+    const char *text, *words;
+} wrong_tables[] = {
+    {"0 0 0 0 0 0 0\n1 0 0 0 0 0\n", ":2: expected 7 numbers 't x y z rx ry rz' in SI units"},
+    {"0 0 0 0 0 0 0 0\n", ":1: expected 7 numbers"},
+    {"\n0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n1 2 0 0 0 0 0\n3 0 0 0 0 0 0\n",
+     ":4: times must ascend, but 1 s comes after 1 s"},
+    {"0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n2 0 0 0 0 0 0\n# end\n", ":3: 3 rows are too few"},
+    {"", ":1: 0 rows are too few: a period takes at least 4"},
+    {"0 0 0 0 0 0 0\n1 1 0 0 0 0 0\n2 0 1 0 0 0 0\n3 0 0 0 0 0.1 0\n",
+     ":4: the last row must repeat the first, but ry is 0 there and 0.1 here"},
+    {"0 0 0 0 0 0 nan\n", ":1: expected 7 numbers"},
+};
+
+START_TEST(a_wrong_table_is_named_with_its_line)
+{
+    char text[512], words[200];
+    struct mill_deck *deck = NULL;
+    write_text(table, wrong_tables[_i].text);
+    snprintf(text, sizeof text, BASE JAR "[motion.a]\nkind = table\nfile = %s\n", table);
+    ck_assert_int_eq(read_text(text, &deck), MILL_BAD_DECK);
+    snprintf(words, sizeof words, "%s%s", table, wrong_tables[_i].words);
+    ck_assert_msg(strncmp(error.text, words, strlen(words)) == 0, "%s", error.text);
+}
+END_TEST
+
+START_TEST(carriers_come_before_what_they_carry_and_the_rotor_first)
+{
+    static const char *const name[] = {"rotor", "sun", "other", "wheel", "jar", "rider"};
+    static const int on[] = {MILL_STILL, MILL_STILL, MILL_STILL, 1, 3, 0};
+    struct mill_deck *deck =
+        read_good(BASE JAR TURN("jar") "on = wheel\n" TURN("wheel") "on = sun\n" TURN("sun")
+                      TURN("other") TURN("rider") "on = rotor\n"
+                                                  "[rotor]\nspeed = 10 rpm\n");
+    ck_assert_int_eq(deck->motions, 6);
+    for (int k = 0; k < 6; k++) {
+        int at = 0;
+        while (strcmp(deck->motion[at].name, name[k]) != 0)
+            at++;
+        const int carrier = deck->motion[at].on;
+        ck_assert_int_lt(carrier, at);
+        if (on[k] == MILL_STILL)
+            ck_assert_int_eq(carrier, MILL_STILL);
+        else
+            ck_assert_str_eq(deck->motion[carrier].name, name[on[k]]);
+    }
+    ck_assert_str_eq(deck->motion[0].name, "rotor");
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* ---- bodies ---- */
+
+START_TEST(own_x_is_the_projection_of_the_frames_x)
+{
+    struct mill_deck *deck = read_good(
+        BASE DRUM "[body.a]\nshape = sphere\nradius = 1 mm\n"
+                  "[body.b]\nshape = sphere\nradius = 1 mm\naxis = 0 -3 0\n"
+                  "[body.c]\nshape = sphere\nradius = 1 mm\naxis = 1 0 1\n"
+                  "[body.d]\nshape = sphere\nradius = 1 mm\naxis = 2 0 0\n"
+                  "[body.e]\nshape = sphere\nradius = 1 mm\naxis = -1 1e-7 0\n"
+                  "[body.f]\nshape = sphere\nradius = 1 mm\naxis = 0 0 1\nangle = 90 deg\n");
+    const double h = sqrt(0.5);
+    ck_assert(equals(form_of(deck, 0)->x, 1.0, 0.0, 0.0));
+    ck_assert(equals(form_of(deck, 0)->y, 0.0, 1.0, 0.0));
+    ck_assert(equals(form_of(deck, 0)->z, 0.0, 0.0, 1.0));
+    ck_assert(equals(form_of(deck, 1)->x, 1.0, 0.0, 0.0));
+    ck_assert(equals(form_of(deck, 1)->z, 0.0, -1.0, 0.0));
+    ck_assert(is_near(form_of(deck, 2)->x, h, 0.0, -h) && is_near(form_of(deck, 2)->z, h, 0.0, h));
+    ck_assert(equals(form_of(deck, 3)->x, 0.0, 1.0, 0.0));
+    ck_assert(equals(form_of(deck, 3)->y, 0.0, 0.0, 1.0));
+    ck_assert(form_of(deck, 4)->x.y > 0.999 && form_of(deck, 4)->z.x < -0.999);
+    ck_assert(equals(form_of(deck, 5)->x, 0.0, 1.0, 0.0));
+    ck_assert(equals(form_of(deck, 5)->y, -1.0, 0.0, 0.0));
+    for (int k = 0; k < 6; k++)
+        ck_assert(form_of(deck, k)->radius == 0.001 && deck->body[k].motion == MILL_STILL);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(quarter_turns_of_copies_are_exact)
+{
+    static const double c[4] = {1.0, 0.0, -1.0, 0.0}, s[4] = {0.0, 1.0, 0.0, -1.0};
+    struct mill_deck *deck =
+        read_good(BASE DRUM "[body.arm]\nshape = box\nsize = 20 4 6 mm\n"
+                            "centre = 10 0 -40 mm\ncopies = 12\nturn_by = 90 deg\n"
+                            "shift_by = 0 0 5 mm\n");
+    double z = -0.04;
+    ck_assert_int_eq(deck->bodies, 12);
+    for (int k = 0; k < 12; k++, z += 0.005) {
+        const struct mill_body *is = form_of(deck, k);
+        ck_assert(equals(is->centre, c[k % 4] * 0.01, s[k % 4] * 0.01, z));
+        ck_assert(equals(is->x, c[k % 4], s[k % 4], 0.0) && equals(is->z, 0.0, 0.0, 1.0));
+        ck_assert(equals(is->size, 0.02, 0.004, 0.006));
+        ck_assert_int_eq(deck->body[k].number, k);
+        ck_assert_int_eq(deck->body[k].kind, MILL_KINDS);
+    }
+    ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_arm");
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* Rodrigues' formula for a turn about a slanted axis, applied k times, against one turn by k angles
+ * of coordinates along and across that axis */
+START_TEST(copies_turn_about_the_frames_origin_and_stay_orthogonal)
+{
+    struct mill_deck *deck =
+        read_good(BASE DRUM "[body.pin]\nshape = capsule\nradius = 1 mm\nlength = 3 mm\n"
+                            "centre = 30 0 0 mm\naxis = 1 0 0\ncopies = 1000\nturn_by = 7 deg\n"
+                            "turn_about = 0 2 0\n");
+    for (int k = 0; k < 1000; k++) {
+        const struct mill_body *is = form_of(deck, k);
+        const double angle = k * 7.0 * MILL_PI / 180.0;
+        const vec3 out = {cos(angle), 0.0, -sin(angle)};
+        ck_assert_double_lt(vec3_norm(vec3_sub(is->centre, vec3_scale(out, 0.03))), 1e-14);
+        ck_assert_double_lt(vec3_norm(vec3_sub(is->z, out)), 1e-12);
+        ck_assert_double_lt(fabs(vec3_dot(is->x, is->z)), 1e-15);
+        ck_assert_double_lt(vec3_norm(vec3_sub(vec3_cross(is->x, is->y), is->z)), 1e-15);
+    }
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(every_shape_has_its_sizes)
+{
+    struct mill_deck *deck = read_good(
+        BASE DRUM "[body.a]\nshape = box\nsize = 1 2 3 mm\nrounding = 0.5 mm\n"
+                  "[body.b]\nshape = cylinder\nradius = 3 mm\nlength = 4 mm\nrounding = 1 mm\n"
+                  "[body.c]\nshape = cone\nradius = 5 mm\nend_radius = 0 mm\nlength = 6 mm\n"
+                  "[body.d]\nshape = capsule\nradius = 7 mm\nlength = 8 mm\n"
+                  "[body.e]\nshape = sphere\nradius = 9 mm\ncentre = 1 0 0 mm\n");
+    const struct mill_shape_type *const type[] = {&mill_box_type, &mill_round_cylinder_type,
+                                                  &mill_round_cone_type, &mill_round_capsule_type,
+                                                  &mill_round_sphere_type};
+    for (int k = 0; k < 5; k++) {
+        ck_assert(deck->body[k].type == type[k] && !form_of(deck, k)->inside);
+        ck_assert_int_eq(deck->body[k].kind, MILL_KINDS + k);
+    }
+    ck_assert(equals(form_of(deck, 0)->size, 0.001, 0.002, 0.003));
+    ck_assert(form_of(deck, 0)->rounding == 0.0005 && form_of(deck, 1)->rounding == 0.001);
+    ck_assert(form_of(deck, 1)->radius == 0.003 && form_of(deck, 1)->length == 0.004);
+    ck_assert(form_of(deck, 2)->radius == 0.005 && form_of(deck, 2)->end_radius == 0.0);
+    ck_assert(form_of(deck, 2)->length == 0.006);
+    ck_assert(form_of(deck, 3)->radius == 0.007 && form_of(deck, 3)->length == 0.008);
+    ck_assert(form_of(deck, 4)->radius == 0.009 && form_of(deck, 4)->centre.x == 0.001);
+    ck_assert(!deck->container && deck->drum && !deck->carried);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(bodies_share_a_kind_and_take_fixed_ones_by_name)
+{
+    struct mill_deck *deck =
+        read_good(BASE JAR TURN("a") "[body.p]\nshape = sphere\nradius = 1 mm\nkind = ball_pins\n"
+                                     "[body.q]\nshape = sphere\nradius = 1 mm\nkind = ball_pins\n"
+                                     "motion = a\n"
+                                     "[body.shaft]\nshape = sphere\nradius = 1 mm\n"
+                                     "[contact.ball_pins]\nfriction = 0.25\n");
+    ck_assert_int_eq(deck->contacts.count, MILL_KINDS + 2);
+    ck_assert_str_eq(deck->contacts.name[MILL_KINDS], "ball_jar");
+    ck_assert_str_eq(deck->contacts.name[MILL_KINDS + 1], "ball_pins");
+    ck_assert(deck->body[1].kind == MILL_KINDS + 1 && deck->body[2].kind == MILL_KINDS + 1);
+    ck_assert_int_eq(deck->body[3].kind, MILL_BALL_SHAFT);
+    ck_assert(deck->body[2].motion == 0 && deck->body[1].motion == MILL_STILL);
+    ck_assert(deck->law[MILL_KINDS + 1].friction == 0.25 && deck->law[MILL_KINDS].friction == 0.0);
+    ck_assert(deck->law[MILL_KINDS + 1].restitution == 0.8);
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* ---- what holds the balls ---- */
+
+static const struct container {
+    const char *text;
+    double volume;
+} containers[] = {
+    {"shape = box\nsize = 20 30 40 mm\n", 0.02 * 0.03 * 0.04},
+    {"shape = cylinder\nradius = 20 mm\nlength = 30 mm\n", MILL_PI * 0.0004 * 0.03},
+    {"shape = cone\nradius = 10 mm\nend_radius = 20 mm\nlength = 30 mm\n",
+     MILL_PI / 3.0 * 0.0007 * 0.03},
+    {"shape = capsule\nradius = 10 mm\nlength = 30 mm\n",
+     MILL_PI * 0.0001 * 0.03 + 4.0 / 3.0 * MILL_PI * 1e-6},
+    {"shape = sphere\nradius = 20 mm\n", 4.0 / 3.0 * MILL_PI * 8e-6},
+};
+
+START_TEST(a_fill_counts_the_containers_volume)
+{
+    char text[512];
+    snprintf(text, sizeof text,
+             "[run]\ntime = 20 ms\n[contact]\nrestitution = 0.8\n[balls]\nfill = 10 %%\n"
+             "diameter = 1 mm\ndensity = 7800 kg/m^3\n[body.jar]\nside = inside\n%s",
+             containers[_i].text);
+    struct mill_deck *deck = read_good(text);
+    ck_assert_ptr_eq(deck->container, &deck->body[0]);
+    ck_assert(!deck->drum && form_of(deck, 0)->inside);
+    ck_assert_int_eq(deck->all, lround(0.1 * containers[_i].volume / (MILL_PI / 6.0 * 1e-9)));
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_drum_rides_on_a_motion)
+{
+    struct mill_deck *deck = read_good(BASE DRUM "motion = roll\n" TURN("a") TURN("roll"));
+    ck_assert_int_eq(deck->drum_rides, 2);
+    ck_assert_int_eq(mill_deck_drum(deck).rides, 2);
+    ck_assert(deck->carried && deck->at_rest == 0);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(a_rotor_without_a_drum_has_no_shaft)
+{
+    struct mill_deck *deck =
+        read_good(BASE JAR "[rotor]\nspeed = 10 rpm\n[body.arm]\nmotion = rotor\nshape = sphere\n"
+                           "radius = 1 mm\n");
+    ck_assert(deck->shaft_radius == 0.0 && deck->body[1].motion == 0);
+    char *text = print(deck);
+    ck_assert_ptr_null(strstr(text, "shaft_radius"));
+    free(text);
+    mill_deck_free(deck);
+}
+END_TEST
+
+/* ---- printing ---- */
+
+/* Everything that there is, in an order that is not the printed one */
+static const char everything[] =
+    BASE "[body.arm]\nshape = box\nsize = 1 2 3 mm\nmotion = wobble\naxis = 1 2 3\n"
+         "angle = 0.3 rad\ncopies = 3\nturn_by = 7 deg\nshift_by = 0 1 2 mm\nturn_about = 1 1 0\n"
+         "kind = ball_pins\nrounding = 0.1 mm\ncentre = 1 1 1 mm\n" JAR "motion = wobble\n"
+         "[body.ball]\nshape = sphere\nradius = 1 mm\nkind = ball_pins\n"
+         "[motion.wobble]\nkind = swing\non = path\namplitude = 5 deg\nfrequency = 7 1/min\n"
+         "phase = 10 deg\naxis = 1 2 3\ncentre = 1 2 3 mm\n"
+         "[motion.path]\nkind = shift\namplitude = 1 2 3 inch\nfrequency = 20 1/min\n"
+         "phase = 30 deg\n"
+         "[contact.ball_pins]\nfriction = 0.1\n[contact.ball_jar]\nrestitution = 0.7\n";
+
+START_TEST(a_printed_deck_prints_the_same_again)
+{
+    struct mill_deck *deck = read_good(everything);
+    char *first = print(deck);
+    struct mill_deck *again = read_good(first);
+    char *second = print(again);
+    ck_assert_str_eq(first, second);
+    ck_assert_int_eq(deck->bodies, again->bodies);
+    for (int k = 0; k < deck->bodies; k++) {
+        /* sections of the text are printed in their order */
+        ck_assert_int_eq(memcmp(form_of(deck, k), form_of(again, k), sizeof(struct mill_body)), 0);
+        ck_assert_int_eq(deck->body[k].kind, again->body[k].kind);
+        ck_assert_int_eq(deck->body[k].motion, again->body[k].motion);
+    }
+    for (int k = 0; k < deck->motions; k++)
+        ck_assert_int_eq(memcmp(&deck->form[k].as, &again->form[k].as, sizeof deck->form[k].as), 0);
+    mill_deck_free(deck);
+    mill_deck_free(again);
+    free(first);
+    free(second);
+}
+END_TEST
+
+START_TEST(what_says_nothing_is_not_printed)
+{
+    static const char *const words[] = {"copies", "rounding", "turn_by", "shift_by", "turn_about",
+                                        "on",     "kind",     "motion",  "[drum",    "[rotor"};
+    char line[32];
+    struct mill_deck *deck = read_good(BASE JAR);
+    char *text = print(deck);
+    for (int k = 0; k < 10; k++) {
+        snprintf(line, sizeof line, "\n%s", words[k]);
+        ck_assert_msg(!strstr(text, line), "%s in\n%s", line, text);
+    }
+    ck_assert_ptr_nonnull(strstr(text, "\ncentre = "));
+    free(text);
+    mill_deck_free(deck);
+}
+END_TEST
+
+START_TEST(balls_at_rest_are_told_where_it_makes_a_difference)
+{
+    struct mill_deck *deck = read_good(BASE "start_motion = still\n" JAR "motion = a\n" TURN("a"));
+    char *text = print(deck);
+    ck_assert_int_eq(deck->at_rest, 1);
+    ck_assert_ptr_nonnull(strstr(text, "start_motion = still"));
+    free(text);
+    mill_deck_free(deck);
+    deck = read_good(BASE "start_motion = still\n" JAR);
+    text = print(deck);
+    ck_assert_ptr_null(strstr(text, "start_motion"));
+    free(text);
+    mill_deck_free(deck);
+}
+END_TEST
+
+static const struct told {
+    const char *order, *line;
+} tolds[] = {
+    {"motion.a.amplitude=2 mrad", "motion.a.amplitude\tnumber\t0.002\trad\t"},
+    {"motion.a.amplitude=1 2 3 mm", "motion.a.amplitude\tvector\t0.001 0.002 0.003\tm\t"},
+    {"motion.a.phase=2 rad", "motion.a.phase\tnumber\t2\trad\t"},
+    {"motion.a.frequency=60 1/min", "motion.a.frequency\tnumber\t1\tHz\t"},
+    {"motion.a.on=sun", "motion.a.on\tname\tsun\t1\t"},
+    {"body.a.unit=mm", "body.a.unit\tnumber\t0.001\tm\t"},
+    {"body.a.unit=2 cm", "body.a.unit\tnumber\t0.02\tm\t"},
+    {"body.a.axis=0 0 2", "body.a.axis\tvector\t0 0 2\t1\t"},
+    {"body.a.file=a.stl", "body.a.file\tfile\ta.stl\t1\t"},
+    {"body.a.shape=cone", "body.a.shape\tchoice\tcone\t1\t"},
+    {"contact.ball_a.friction=0.1", "contact.ball_a.friction\tnumber\t0.1\t1\t"},
+};
+
+START_TEST(a_value_is_told_whatever_the_kind_of_its_section)
+{
+    char *line = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&line, &size);
+    ck_assert_ptr_nonnull(out);
+    const enum mill_status status = mill_deck_tell(1, &tolds[_i].order, out, &error);
+    fclose(out);
+    ck_assert_msg(status == MILL_OK, "%s", error.text);
+    ck_assert_msg(strncmp(line, tolds[_i].line, strlen(tolds[_i].line)) == 0, "%s", line);
+    free(line);
+}
+END_TEST
+
+#define EACH(list) (int)(sizeof list / sizeof *list)
+
+int main(void)
+{
+    const struct unit_test test[] = {
+        {a_turn_has_its_numbers_and_an_axis_of_length_one, 1},
+        {turns_a_minute_have_many_names_and_one_value, 6},
+        {a_swing_has_its_numbers, 1},
+        {a_shift_has_three_phases_or_one_for_all, 1},
+        {a_table_is_read_beside_the_deck, 1},
+        {a_wrong_table_is_named_with_its_line, EACH(wrong_tables)},
+        {carriers_come_before_what_they_carry_and_the_rotor_first, 1},
+        {own_x_is_the_projection_of_the_frames_x, 1},
+        {quarter_turns_of_copies_are_exact, 1},
+        {copies_turn_about_the_frames_origin_and_stay_orthogonal, 1},
+        {every_shape_has_its_sizes, 1},
+        {bodies_share_a_kind_and_take_fixed_ones_by_name, 1},
+        {a_fill_counts_the_containers_volume, EACH(containers)},
+        {a_drum_rides_on_a_motion, 1},
+        {a_rotor_without_a_drum_has_no_shaft, 1},
+        {a_printed_deck_prints_the_same_again, 1},
+        {what_says_nothing_is_not_printed, 1},
+        {balls_at_rest_are_told_where_it_makes_a_difference, 1},
+        {a_value_is_told_whatever_the_kind_of_its_section, EACH(tolds)},
+    };
+    return unit_run_in("deck_bodies", make_files, remove_files, test, sizeof test / sizeof *test);
+}
