@@ -8,6 +8,7 @@
 
 #include <assert.h>
 #include <ctype.h>
+#include <float.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -166,8 +167,10 @@ static enum mill_status take_number(struct reading *in, double *value)
     bool good = in->length > 0;
     for (size_t k = 0; k < in->length; k++)
         good = good && in->word[k] && strchr("+-.0123456789eE", in->word[k]);
-    *value = good ? (double)(float)fmax(fmin(strtod(in->word, &end), 1e38), -1e38) : 0.0;
-    if (good && end == in->at && fabs(*value) < 1e38)
+    const double read = good ? strtod(in->word, &end) : 0.0;
+    good = good && end == in->at && fabs(read) <= (double)FLT_MAX;
+    *value = good ? (double)(float)read : 0.0;
+    if (good)
         return MILL_OK;
     return expected(in, "a number");
 }
