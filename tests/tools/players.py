@@ -42,6 +42,22 @@ def simulate(folder, deck, *options):
     return folder / "deck.h5"
 
 
+def numbers(text, kind):
+    """Of a field of the head that is base64."""
+    return np.frombuffer(base64.b64decode(text), kind)
+
+
+def poses(head):
+    """(F, motions, 3, 4): three rows of four, a point p is at rotation p + centre."""
+    return numbers(head["poses"], "<f4").reshape(len(head["times"]), -1, 3, 4)
+
+
+def points(head, look):
+    """Corners (N, 3) [m] of what has a look: "shell", "rim", "steel"."""
+    found = [numbers(b["points"], "<f4") for b in head["bodies"] if b["look"] == look]
+    return np.concatenate(found).reshape(-1, 3)
+
+
 def red(width=16, height=9):
     """A still to be told from everything else, a PNG."""
     store = io.BytesIO()

@@ -311,19 +311,19 @@ def test_the_flow_adds_up_to_the_energy_balance(run):
         power = run.statistic(f"impacts/{kind}/dissipated_power")
         assert normal + tangential == pytest.approx(power, rel=1e-6, abs=1e-9)
     if run.has_rotor:
-        assert found.rotor == pytest.approx(run.statistic("rotor/power"), rel=1e-9)
+        assert found.drives["rotor"] == pytest.approx(run.statistic("rotor/power"), rel=1e-9)
 
 
 def test_a_gas_that_cools_lives_on_its_kinetic_energy(gas):
     found = account.account(gas)
-    assert found.rotor is None
+    assert found.drives == {}
     assert {what for what, *_ in found.sources} <= {"kinetic_energy", "potential_energy"}
     assert found.energies["kinetic_energy"] < 0
 
 
 def test_negative_losses_and_energies_that_fall_are_sources():
     found = account.Account(
-        (0, 1), 5.0, {"kinetic_energy": -2.0, "potential_energy": 1.0},
+        (0, 1), {"rotor": 5.0}, {"kinetic_energy": -2.0, "potential_energy": 1.0},
         {"ball_ball": (4.0, 2.0), "ball_drum": (-0.5, 0.25)},
     )  # fmt: skip
     assert found.residual == near(5 + 2 - 1 - 6 + 0.25)

@@ -101,25 +101,30 @@ def test_times_angles_and_sizes_are_those_of_the_run(mixed):
     head = players.head(player.fragment(mixed))
     assert head["times"] == mixed.frame_times().tolist()
     assert head["labels"][3] == "t = 15 ms"
-    turn = 600 / 60 * 2 * np.pi  # a second
-    assert head["angles"] == pytest.approx(turn * mixed.frame_times())  # nowhere set back by a turn
+    turn = 600 / 60 * 2 * np.pi * mixed.frame_times()
+    (poses,) = np.moveaxis(players.poses(head), 1, 0)
+    assert head["motions"] == ["rotor"] and head["carrier"] == -1
+    assert poses[:, 1, 1] == pytest.approx(np.cos(turn), abs=1e-6)
+    assert poses[:, 2, 1] == pytest.approx(np.sin(turn), abs=1e-6)
     assert head["runs"] == [[120, 0.005], [80, 0.003]]
-    assert len(head["rotor"]["blades"]) == 2 and head["rotor"]["shaft"] == 0.005
+    steel = players.points(head, "steel")
+    assert np.hypot(*steel[:, 1:].T).max() == pytest.approx(np.hypot(0.022, 0.002), rel=1e-6)
+    assert [b["motion"] for b in head["bodies"]] == [-1, 0]
 
 
 def test_a_mill_without_a_rotor_has_none_here(run_of):
     still = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
     head = players.head(player.fragment(run_of(still, "run.time=10 ms")))
-    assert head["rotor"] is None and head["angles"] == [0, 0, 0]
-    assert np.hypot(*np.array(head["drum"]["outline"]).T) == pytest.approx(0.03, abs=1e-7)
+    assert [b["look"] for b in head["bodies"]] == ["shell"] and head["motions"] == []
+    assert np.hypot(*players.points(head, "shell")[:, 1:].T) == pytest.approx(0.03, abs=1e-7)
 
 
 def test_the_wall_of_a_wavy_mill_bulges(run_of):
     wavy = ["drum.profile=wavy", "drum.buckles=6", "drum.buckle_height=2 mm", "run.time=10 ms"]
     head = players.head(player.fragment(run_of(SMALL, *wavy)))
-    away = np.hypot(*np.array(head["drum"]["outline"]).T)
-    assert (away.min(), away.max()) == pytest.approx((0.028, 0.032), abs=0.03 / 2000)
-    assert head["upper"] == pytest.approx([0.02, 0.032, 0.032])
+    away = np.hypot(*players.points(head, "shell")[:, 1:].T)
+    assert (away.min(), away.max()) == pytest.approx((0.028, 0.032), abs=0.03 / 1000)
+    assert head["upper"][:2] == pytest.approx([0.02, 0.032], rel=1e-3)
 
 
 def test_up_is_against_gravity_whichever_way_that_is(run_of):
@@ -144,7 +149,7 @@ def test_a_fragment_fits_the_room_it_is_given(run_of, most):
     head, (position, _) = players.head(fragment), players.decode(fragment)
     stride = round(head["times"][1] / 1e-3)
     assert stride > 1 and head["times"] == pytest.approx(np.arange(0, 51, stride) * 1e-3)
-    thinned = 150 // head["drawn"]
+    thinned = -(-150 // head["drawn"])
     there = players.stored(run, "position", range(0, 51, stride))[:, ::thinned]
     assert abs(position - there).max() < 1e-6
     assert "stored frame is here" in fragment

@@ -107,18 +107,18 @@ def test_it_does_not_start_by_itself_for_who_prefers_no_motion(page):
 def test_the_balls_stand_where_the_run_has_them_in_every_frame(page, fragment, file):
     drawn = page.evaluate(
         "[...Array(millPlayers[0].frames).keys()].map((k) => { millPlayers[0].show(k);"
-        " return [[...millPlayers[0].positions()], [...millPlayers[0].levels()], millPlayers[0].rotorAngle()]; })"
+        " return [[...millPlayers[0].positions()], [...millPlayers[0].levels()], [...millPlayers[0].pose('rotor')]]; })"
     )
     position, levels = players.decode(fragment)
     with Run(file) as run:
         there = players.stored(run, "position", range(11))
-        angles = [run.rotor_angle(t) for t in run.frame_times()]
-    for k, (centres, level, angle) in enumerate(drawn):
+        poses = [run.poses(k)["rotor"].ravel() for k in range(11)]
+    for k, (centres, level, pose) in enumerate(drawn):
         centres = np.reshape(centres, (-1, 3))
         assert abs(centres - position[k]).max() < 1e-8  # single precision
         assert abs(centres - there[k]).max() < 2e-6
         assert level == levels["speed"][k].tolist()
-        assert angle == pytest.approx(angles[k])
+        assert pose == pytest.approx(poses[k], abs=1e-6)
 
 
 def test_balls_of_a_kind_have_its_size(painted):

@@ -6,13 +6,15 @@ import shutil
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
+from milltools.bodies import Mill
 from milltools.errors import UserError
 from milltools.profile import Profile
-from milltools.render import camera, colour, overlay, pov, scene, shapes
+from milltools.render import camera, colour, overlay, pov, scene
 from milltools.render.shade import Shade, View
 from milltools.runfile import Run
 from milltools.trajectory import State
@@ -54,20 +56,19 @@ def runs(tmp_path_factory):
         each.close()
 
 
-def state(position, speed=1.0, time=0.0):
+def state(position, speed=1.0, time=0.0, poses=None):
     """Balls at places (N, 3) [m] with speeds along z [m/s]."""
     position = np.asarray(position, float)
     velocity = np.zeros_like(position)
     velocity[:, 2] = speed
-    return State(time, position, velocity, np.zeros_like(position))
+    return State(time, position, velocity, np.zeros_like(position), poses=poses)
 
 
 def stored(run, index=-1):
     index %= len(run.frame_times())
     columns = ("position", "velocity", "angular_velocity")
-    return State(
-        float(run.frame_times()[index]), *(run.frame(index, c).astype(float) for c in columns)
-    )
+    values = (run.frame(index, c).astype(float) for c in columns)
+    return State(float(run.frame_times()[index]), *values, poses=run.poses(index))
 
 
 def picture(run, what, view="end", size=SIZE, quality="draft", limits=(0.0, 4.0), **options):
@@ -160,9 +161,9 @@ def test_a_ball_is_as_large_as_its_diameter(runs):
 def test_a_rotor_turned_by_a_quarter_moves_its_blades(runs):
     run = runs("mill")
     away = np.tile([-0.015, 0.0, 0.0], (20, 1))  # within the shaft: not in the way
-    quarter = (np.pi / 2) / run.rotor_speed
     first, view = picture(run, state(away))
-    later, _ = picture(run, state(away, time=quarter))
+    turn = {"rotor": np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]])}
+    later, _ = picture(run, state(away, poses=turn))
     blade = run.blades()[0]
     middle = np.array([blade.position + blade.width / 2, 0.016, 0.0])
     turned = middle[[0, 2, 1]]
@@ -174,23 +175,21 @@ def test_a_rotor_turned_by_a_quarter_moves_its_blades(runs):
 
 
 def test_a_wavy_wall_differs_from_a_circle_where_its_profile_says(runs):
-    mills = {name: shapes.Mill.of(runs(name)) for name in ("still", "wavy")}
     images = {}
     view = camera.Camera(np.array([1.0, 0, 0]), np.zeros(3), np.array([0, 0, 1.0]), 0.0, 0.09)
-    for name in mills:
+    for name in ("still", "wavy"):
         images[name], _ = picture(runs(name), state(np.zeros((20, 3))), view, (300, 300))
-    wavy, circle = mills["wavy"].profile, mills["still"].profile
-    beyond = mills["wavy"].rim_width / 2
+    wavy, circle = (Profile.of(runs(name).deck().get) for name in ("wavy", "still"))
     step = np.pi / wavy.buckles
     for angle, radius in (
         (0.0, wavy.outermost),
         (step, wavy.innermost),
         (2 * step, wavy.outermost),
     ):
-        place = (0.021, *((radius + beyond) * np.array([np.cos(angle), np.sin(angle)])))
+        place = (0.021, *(radius * np.array([np.cos(angle), np.sin(angle)])))
         assert at(images["wavy"], view, place).max() < 130  # the dark rim
         assert at(images["still"], view, place).min() > 180
-        place = (0.021, *((circle.radius + beyond) * np.array([np.cos(angle), np.sin(angle)])))
+        place = (0.021, *(circle.radius * np.array([np.cos(angle), np.sin(angle)])))
         assert at(images["wavy"], view, place).min() > 180
         assert at(images["still"], view, place).max() < 130
 
@@ -497,21 +496,25 @@ def test_what_povray_cannot_read_is_told_in_one_line(tmp_path):
 # ---- what is drawn beside the balls
 
 
-def test_rims_and_wall_lie_on_the_profile(runs):
-    mill = shapes.Mill.of(runs("wavy"))
-    wall = mill.tube().reshape(-1, 3)
-    assert np.abs(mill.profile.gap(wall[:, 1], wall[:, 2])).max() < 1e-12
-    assert np.abs(wall[:, 0]).max() == pytest.approx(mill.half)
-    for rim in mill.rims():
-        corner = rim.reshape(-1, 3)
-        gap = mill.profile.gap(corner[:, 1], corner[:, 2])
-        assert gap.max() < 1e-12 and gap.min() == pytest.approx(-mill.rim_width, rel=1e-6)
+def test_the_container_is_as_the_deck_says_and_has_bars_along_its_sharp_edges(runs):
+    mill, profile = Mill.of(runs("wavy")), Profile.of(runs("wavy").deck().get)
+    wall = mill.glass.reshape(-1, 3)  # without the flat ends
+    assert np.abs(profile.gap(wall[:, 1], wall[:, 2])).max() < 1e-8  # single precision
+    assert np.abs(wall[:, 0]).max() == pytest.approx(0.02)
+    for edge in mill.edges:
+        assert np.abs(edge[:, 0]) == pytest.approx(0.02)
+        assert np.abs(profile.gap(edge[:, 1], edge[:, 2])).max() < 1e-8
+    around = np.linalg.norm(mill.edges[:, 1] - mill.edges[:, 0], axis=1).sum()
+    assert around == pytest.approx(2 * profile.length, rel=0.01)
 
 
-def test_a_rim_fits_any_bulge():
-    deep = Profile(0.075, buckles=12, height=0.0098)
-    mill = shapes.Mill(deep, 0.06, 0.0, ())
-    corner = np.concatenate(mill.rims()).reshape(-1, 3)
-    assert deep.gap(corner[:, 1], corner[:, 2]).max() < 1e-12
-    assert mill.rim_width < deep.arc_radius
-    assert np.hypot(corner[:, 1], corner[:, 2]).max() == pytest.approx(mill.rim_radius, rel=1e-3)
+def test_bodies_of_a_file_without_triangles_come_from_its_deck(runs, tmp_path):
+    path = tmp_path / "bare.h5"
+    shutil.copyfile(runs("mill").path, path)
+    with h5py.File(path, "r+") as file:
+        del file["VTKHDF"]
+    with Run(path) as bare:
+        one, two = Mill.of(runs("mill")), Mill.of(bare)
+        assert [(b.kind, b.motion) for b in one.bodies] == [(b.kind, b.motion) for b in two.bodies]
+        for a, b in zip(one.bodies, two.bodies, strict=True):
+            assert a.triangles == pytest.approx(b.triangles, abs=1e-9)

@@ -10,6 +10,7 @@ import tempfile
 
 import numpy as np
 
+from milltools import blades
 from milltools.engine import program
 from milltools.errors import UserError
 from milltools.schema import deck_entries
@@ -23,19 +24,6 @@ class Species:
     count: int
     diameter: float
     density: float
-
-
-@dataclasses.dataclass(frozen=True)
-class Blade:
-    """One blade: centred at x = position, reaching from the axis to tip_radius; m and rad, angle at t = 0
-    in the world's frame (the rotor's own angle is in it)."""
-
-    position: float
-    angle: float
-    tip_radius: float
-    width: float
-    thickness: float
-    pitch: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -136,25 +124,9 @@ class Deck:
     @property
     def blades(self):
         """All blades, numbered as millsim numbers them: those of [blades], then each [blade.NAME]."""
-        turn = self.number("rotor.angle", 0.0)
-        found = []
-        if "blades" in self.sections:
-            shape = [
-                self.number(f"blades.{key}")
-                for key in ("tip_radius", "width", "thickness", "pitch")
-            ]
-            count, length = int(self.number("blades.count")), self.number("drum.length")
-            step = self.number("blades.angle_step")
-            for k in range(count):
-                found.append(
-                    Blade(-length / 2 + (k + 0.5) * length / count, turn + k * step, *shape)
-                )
-        for name in self.sections:
-            if name.startswith("blade."):
-                place = self.number(f"{name}.position"), turn + self.number(f"{name}.angle")
-                keys = ("tip_radius", "width", "thickness", "pitch")
-                found.append(Blade(*place, *(self.number(f"{name}.{key}", 0.0) for key in keys)))
-        return found
+        return blades.of(
+            self.sections, lambda key: self.number(key, 0.0), self.number("rotor.angle", 0.0)
+        )
 
     def contact(self, kind):
         """The contact law of `kind`, one of KINDS."""

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 
 from milltools.errors import UserError
-from milltools.kinds import KINDS
 
 ENERGIES = ("normal_energy", "total_energy", "dissipated_energy")
 
@@ -69,7 +68,7 @@ def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
     chosen = sorted(known.index(word) for word in names)
     if len(chosen) > 2 or (len(chosen) == 2 and row != "ball_ball"):
         raise UserError(f"{run.path}: two species at most, and two with kind 'ball_ball' alone")
-    kinds = KINDS if row == "all" else (row,)
+    kinds = run.kinds if row == "all" else (row,)
 
     def total(what):
         """Over the kinds, and the pairs that are asked for."""

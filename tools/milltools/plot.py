@@ -19,11 +19,9 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LogNorm
 from matplotlib.transforms import Affine2D
 
-from milltools import style
+from milltools import bodies, kinds, style, vessel
 from milltools.errors import UserError, keep_apart
-from milltools.kinds import KINDS
-from milltools.profile import Profile
-from milltools.runfile import KIND_LABEL, Run
+from milltools.runfile import Run
 
 SUMMARY = (
     "Draws runs. Without --figure an overview of one run: the mill and its balls coloured by speed, where the energy "
@@ -44,7 +42,7 @@ def add_arguments(parser):
         "--kind",
         action="append",
         metavar="KIND",
-        help=f"spectra of this contact kind alone: {', '.join(KINDS)} or all; may be repeated",
+        help="spectra of this contact kind alone, such as ball_ball, ball_drum or all; may be repeated",
     )
     parser.add_argument(
         "--strikes", action="store_true", help="spectra of strikes: re-contacts of a pair merged"
@@ -174,11 +172,6 @@ def save(figure, path, dpi=90):
         plt.close(figure)
 
 
-def drum_rim(profile, **look):
-    """A patch along the drum's wall [m], seen along its axis; `profile` is a milltools.profile.Profile."""
-    return plt.Polygon(profile.outline(), closed=True, fill=False, color="k", **look)
-
-
 def draw_rotor(ax, run, time):
     if not run.has_rotor:
         return
@@ -204,7 +197,8 @@ def draw_balls(ax, run):
     if not len(times):
         ax.set_title("no ball states stored (output.frames)")
         return
-    position = run.frame(-1, "position")
+    into = bodies.inverse(bodies.container(run, len(times) - 1))
+    position = bodies.moved(into, run.frame(-1, "position").astype(float))
     speed = np.linalg.norm(run.frame(-1, "velocity"), axis=1)
     draw_rotor(ax, run, times[-1])
     order = np.argsort(position[:, 0])  # the ones in front last
@@ -260,11 +254,11 @@ def draw_spectra(ax, run):
     ax.set_title("impact speeds")
     ax.set_xlabel("normal impact speed [m/s]")
     ax.set_ylabel("impacts per second and decade [1/s]")
-    for kind in KINDS:
+    for kind in run.kinds:
         histogram = run.histogram(kind)
         if histogram.count.sum() < 100:  # too few for a curve
             continue
-        ax.loglog(*spectrum(histogram, run.duration), label=KIND_LABEL[kind])
+        ax.loglog(*spectrum(histogram, run.duration), label=kinds.label(kind))
     if not ax.lines:
         ax.text(0.5, 0.5, "too few impacts for a spectrum", ha="center", transform=ax.transAxes)
         return
@@ -279,9 +273,9 @@ def draw_spectra(ax, run):
 def draw(run):
     """The figure of a run, open in `run`."""
     figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), layout="constrained")
-    profile = Profile.of(run.deck().get)
-    radius = profile.outermost
-    rims = [drum_rim(profile) for _ in range(2)]
+    holds = vessel.of(run)
+    radius = holds.outermost
+    rims = [holds.rim(color="k") for _ in range(2)]
     for ax, rim in zip(axes, rims):
         ax.add_patch(rim)
         ax.set_aspect("equal")

@@ -14,7 +14,6 @@ import numpy as np
 
 from milltools import engine, processes
 from milltools.errors import UserError
-from milltools.kinds import KINDS
 from milltools.runfile import Run
 from milltools.trajectory import HALF_ULP, SAME_TIME, stored
 
@@ -41,7 +40,7 @@ def size(run, until, interval, impacts) -> float:
     if interval:
         found += STATE_BYTES * len(run.balls("id")) * (until / interval + 2)
     if impacts:
-        count = sum(float(run.read(f"run/events/collisions/{kind}")) for kind in KINDS)
+        count = run.contacts
         found += IMPACT_BYTES * count * min(1.0, until / run.time if run.time > 0 else 1.0)
     return found
 
@@ -71,22 +70,28 @@ def again(run, until, interval=0.0, impacts=False, watch=None):
         folder = pathlib.Path(name)
         _need_room(folder, size(run, until, interval, impacts))
         (folder / "deck.ini").write_text(run.deck_text(), encoding="utf-8")
-        beyond = BESIDE * (interval or until) or SAME_TIME  # millsim runs no deck for 0 s
-        changes = {
-            "run.time": f"{until + beyond!r} s",
-            "run.sample_from": "0 s",  # the window may begin beyond the new end; it has no influence
-            "run.precision": "0",
-            "run.max_collisions": "0",
-            "output.frames": f"{float(interval)!r} s",
-            "output.impacts": "all" if impacts else "statistics",
-            "output.checkpoint": "1e6 s",
-        }
-        _millsim(folder, changes, watch)
+        changes = frames_only(until, interval)
+        changes["output.impacts"] = "all" if impacts else "statistics"
+        millsim(folder, changes, watch)
         with Run(folder / "run.h5") as other:
             yield other
 
 
-def _millsim(folder, changes, watch):
+def frames_only(until, interval) -> dict[str, str]:
+    """What is changed in a deck that is run to `until` [s] for nothing but frames every `interval` [s]."""
+    beyond = BESIDE * (interval or until) or SAME_TIME  # millsim runs no deck for 0 s
+    return {
+        "run.time": f"{until + beyond!r} s",
+        "run.sample_from": "0 s",  # the window may begin beyond the new end; it has no influence
+        "run.precision": "0",
+        "run.max_collisions": "0",
+        "output.frames": f"{float(interval)!r} s",
+        "output.impacts": "statistics",
+        "output.checkpoint": "1e6 s",
+    }
+
+
+def millsim(folder, changes, watch=None):
     """Runs folder/deck.ini into folder/run.h5."""
     words = [word for key, value in changes.items() for word in ("-s", f"{key}={value}")]
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]

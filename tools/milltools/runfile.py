@@ -9,62 +9,40 @@ Everything is read when it is asked for, so opening a file of gigabytes costs no
 a UserError that names the file, the part, and what it would take to have it.
 """
 
-import dataclasses
+import re
 
 import h5py
 import numpy as np
 
+from milltools import blades
+from milltools.blades import Blade
+from milltools.built import Built
 from milltools.errors import UserError
 from milltools.histogram import ENERGIES, Histogram, by_energy, by_speed
 from milltools.schema import THRESHOLDS
 
-KIND_LABEL = {
-    "ball_ball": "ball-ball",
-    "ball_drum": "ball-drum",
-    "ball_wall": "ball-end wall",
-    "ball_shaft": "ball-shaft",
-    "ball_blade": "ball-blade",
-    "all": "all",
-}
-
-
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
-# where /statistics tells how well a number is known
+# where /statistics tells how well a number is known; so it does of impacts/ROW/rate
 PRECISION = {
     MEDIAN: "precision/median_above_50mm_s",
     "impacts/all/normal_speed/median": "precision/median",
     "rotor/power": "precision/rotor_power",
     "rotor/torque": "precision/rotor_torque",
-    **{f"impacts/{row}/rate": f"precision/rate/{row}" for row in KIND_LABEL},
+    "drive/power": "precision/drive_power",
 }
+RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
-# what is known with a standard error: name -> (its group below /statistics/precision, which of its values)
-ESTIMATES = {
-    **{
-        name: (name, ())
-        for name in ("rotor_power", "rotor_torque", "median", "median_above_50mm_s")
-    },
-    **{f"rate/{row}": (f"rate/{row}", ()) for row in KIND_LABEL},
-    **{
-        f"rate_above_{speed:g}/{row}": (f"fast_rate/{row}", column)
-        for row in KIND_LABEL
-        for column, speed in enumerate(THRESHOLDS)
-    },
-}
-
-
-@dataclasses.dataclass(frozen=True)
-class Blade:
-    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z, the rotor's own angle
-    not included [rad], reach `tip_radius` from the axis, `width` along and `thickness` around it [m], `pitch` [rad]."""
-
-    position: float
-    angle: float
-    tip_radius: float
-    width: float
-    thickness: float
-    pitch: float
+def estimates(kinds) -> dict[str, tuple]:
+    """What may be known with a standard error: name -> (its group below /statistics/precision, which of its values)."""
+    names = ("rotor_power", "rotor_torque", "drive_power", "median", "median_above_50mm_s")
+    found = {name: (name, ()) for name in names}
+    rows = (*kinds, "all")
+    found |= {f"rate/{row}": (f"rate/{row}", ()) for row in rows}
+    for row in rows:
+        for column, speed in enumerate(THRESHOLDS):
+            found[f"rate_above_{speed:g}/{row}"] = f"fast_rate/{row}", column
+    return found
 
 
 def _is_text(path) -> bool:
@@ -74,7 +52,7 @@ def _is_text(path) -> bool:
     return begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
 
 
-class Run:
+class Run(Built):
     """An open output file. A context manager; close() does as well."""
 
     def __init__(self, path):
@@ -263,27 +241,10 @@ class Run:
         return self.quantity("rotor/angle") + self.rotor_speed * time if self.has_rotor else 0.0
 
     def blades(self) -> list[Blade]:
-        """All blades, numbered as in the file: those of [blades], then each [blade.NAME]."""
-        found = []
-        for section in self.sections():
-            if section != "blades" and not section.startswith("blade."):
-                continue
-            size = {
-                key: self.quantity(f"{section}/{key}")
-                for key in ("tip_radius", "width", "thickness")
-            }
-            size["pitch"] = self.quantity(f"{section}/pitch", 0.0)
-            if section == "blades":
-                count, length = int(self.quantity("blades/count")), self.quantity("drum/length")
-                step = self.quantity("blades/angle_step")
-                for k in range(count):
-                    found.insert(
-                        k, Blade((k + 0.5) * length / count - length / 2, k * step, **size)
-                    )
-            else:
-                place = self.quantity(f"{section}/position"), self.quantity(f"{section}/angle")
-                found.append(Blade(*place, **size))
-        return found
+        """All blades, numbered as in the file; the rotor's own angle is not in theirs."""
+        return blades.of(
+            self.sections(), lambda key: self.quantity("/".join(key.rsplit(".", 1)), 0.0)
+        )
 
     # ---- time series
 
@@ -301,7 +262,8 @@ class Run:
         return time, value
 
     def series_names(self) -> list[str]:
-        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind."""
+        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses, which go
+        with the frames."""
         found, left = [], [""]
         while left:
             name = left.pop()
@@ -309,7 +271,7 @@ class Run:
             if isinstance(group, h5py.Group):
                 if "value" in group:
                     found.append(name.strip("/"))
-                left += [f"{name}/{member}".strip("/") for member in group if member != "value"]
+                left += [f"{name}/{member}".strip("/") for member in group if member not in ("value", "pose")]
         return sorted(found, key=lambda name: (name.count("/"), name))
 
     # ---- statistics of the sampled window
@@ -352,16 +314,18 @@ class Run:
         """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 % interval;
         NaN if it does not tell."""
         places = [f"{path}_error"]
-        if path in PRECISION:
-            places.insert(0, f"{PRECISION[path]}/standard_error")
+        rate = RATE.fullmatch(path)
+        group = f"precision/rate/{rate[1]}" if rate else PRECISION.get(path)
+        if group:
+            places.insert(0, f"{group}/standard_error")
         for place in places:
             if self.has(f"statistics/{place}"):
                 return float(self.statistic(place))
         return float("nan")
 
     def known(self, name: str) -> tuple[float, float, float] | None:
-        """(value, standard error, degrees of freedom) of one of ESTIMATES; None where the file does not tell."""
-        group, column = ESTIMATES[name]
+        """(value, standard error, degrees of freedom) of one of estimates(); None where the file does not tell."""
+        group, column = estimates(self.kinds)[name]
         if not self.has(f"statistics/precision/{group}/degrees_of_freedom"):
             return None
         return tuple(

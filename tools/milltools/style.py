@@ -18,22 +18,28 @@ INK = "#1a1a1a"  # lines and letters; the page's own ink in an inline SVG
 COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINES = ("-", "--", "-.", ":")
 # near them, with a contrast of 3 and more on white as on #111; grey for what is rare
-KIND_COLOUR = {
-    "ball_ball": "#1f86c9",
-    "ball_drum": "#d55e00",
-    "ball_wall": "#009e73",
-    "ball_shaft": "#7f7f7f",
-    "ball_blade": "#b8609a",
-    "all": INK,
+KIND_LOOK = {
+    "ball_ball": ("#1f86c9", "-"),
+    "ball_drum": ("#d55e00", (0, (6, 1.5))),
+    "ball_wall": ("#009e73", (0, (6, 1.5, 1.5, 1.5))),
+    "ball_shaft": ("#7f7f7f", (0, (1.5, 1.5))),
+    "ball_blade": ("#b8609a", (0, (3, 1.2))),
+    "all": (INK, "-"),
 }
-KIND_LINE = {
-    "ball_ball": "-",
-    "ball_drum": (0, (6, 1.5)),
-    "ball_wall": (0, (6, 1.5, 1.5, 1.5)),
-    "ball_shaft": (0, (1.5, 1.5)),
-    "ball_blade": (0, (3, 1.2)),
-    "all": "-",
-}
+MORE = (("#b58900", (0, (8, 2))), ("#2aa1b3", (0, (4, 1, 1, 1))), ("#8a6d3b", (0, (2, 1))), ("#7b61c9", (0, (5, 3))))
+
+
+def kind_look(kind: str, kinds=()) -> dict:
+    """Colour and line of one of a run's `kinds`; of bodies those that no other kind of the run has, in their order."""
+    if kind in KIND_LOOK:
+        colour, line = KIND_LOOK[kind]
+    else:
+        own = [k for k in kinds if k not in KIND_LOOK]
+        free = [look for k, look in KIND_LOOK.items() if k not in (*kinds, "ball_ball", "all")]
+        colour, line = ((*free, *MORE) * len(own))[own.index(kind)]
+    return {"color": colour, "ls": line}
+
+
 STYLE = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # one name: it stands in every text of an SVG

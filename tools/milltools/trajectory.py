@@ -10,6 +10,7 @@ the cubic that fits both states, and is counted.
 import dataclasses
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from milltools.errors import UserError
 from milltools.profile import Profile
@@ -22,14 +23,15 @@ SAME_TIME = 1e-9  # [s] nothing moves visibly in it
 
 @dataclasses.dataclass(frozen=True)
 class State:
-    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64, and for
-    some pictures one more `value` of each ball (N,)."""
+    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64, for some pictures
+    one more `value` of each ball (N,); `poses` of the motions, as Run.poses gives them."""
 
     time: float
     position: np.ndarray
     velocity: np.ndarray
     angular_velocity: np.ndarray
     value: np.ndarray | None = None
+    poses: dict | None = None
 
 
 def stored(run, index) -> State:
@@ -42,7 +44,14 @@ def stored(run, index) -> State:
             raise UserError(
                 f"{run.path}: /particles/trajectory/{name} is damaged: a ball at {time:.6g} s has no finite one"
             )
-    return State(time, *values)
+    return State(time, *values, poses=run.poses(index))
+
+
+def between(a, b, share) -> np.ndarray:
+    """The pose (3, 4) at a share 0..1 of the way from one to another, the shorter way round."""
+    turn = Rotation.from_matrix(b[:, :3] @ a[:, :3].T).as_rotvec()
+    turned = Rotation.from_rotvec(share * turn).as_matrix() @ a[:, :3]
+    return np.column_stack([turned, (1 - share) * a[:, 3] + share * b[:, 3]])
 
 
 def _length(vectors):
@@ -50,17 +59,21 @@ def _length(vectors):
 
 
 class Mill:
-    """What a flight must stay within: the drum, outside the shaft. Only the deck is read."""
+    """What a flight must stay within: a drum that stands still, outside the shaft. Only the deck is read."""
 
     def __init__(self, run):
-        self.profile = Profile.of(run.deck().get)
-        self.half = run.quantity("drum/length") / 2
+        self.still = not run.vessel and not run.text("drum/motion", "")
+        if self.still:
+            self.profile = Profile.of(run.deck().get)
+            self.half = run.quantity("drum/length") / 2
         self.shaft = run.quantity("rotor/shaft_radius") if run.has_rotor else 0.0
         self.gravity = run.vector("gravity/acceleration")[:3]
         self.radius = run.balls("diameter") / 2
 
     def outside(self, balls, position):
         """Which of the `balls` (numbers) would be in a wall or in the shaft at their positions; (n,) bool."""
+        if not self.still:
+            return np.zeros(len(position), bool)
         radius, least = self.radius[balls], -INSIDE * self.profile.radius
         x, y, z = position.T
         gap = np.minimum(self.profile.gap(y, z, radius), self.half - np.abs(x) - radius)
@@ -150,7 +163,11 @@ class Flights:
         position[open_], velocity[open_] = self._cubic(open_, s)
         share = s / self.step
         spin[open_] = (1 - share) * self.a.angular_velocity[open_] + share * self.b.angular_velocity[open_]  # fmt: skip
-        return State(float(time), position, velocity, spin)
+        poses = {
+            name: between(pose, self.b.poses[name], share)
+            for name, pose in (self.a.poses or {}).items()
+        }
+        return State(float(time), position, velocity, spin, poses=poses)
 
 
 class Trajectory:

@@ -19,7 +19,8 @@ from mills import (
 from runs import ROOT, STIFFNESSES, contact_duration, say, sets
 
 from milltools.kinds import KINDS
-from milltools.runfile import KIND_LABEL, Run
+from milltools.kinds import label
+from milltools.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
 SETTINGS = {"run__time": "0.5 s", "run__sample_from": "0.1 s"}
@@ -129,7 +130,7 @@ def tell(case, soft_path, soft, hard, own, verdicts):
             one, merged = (
                 100 * (np.mean([run.values[k] for run in runs]) / soft.values[k] - 1) for k in names
             )
-            counts.append(f"{KIND_LABEL[kind]} {one:+.1f} %, {merged:+.1f} %")
+            counts.append(f"{label(kind)} {one:+.1f} %, {merged:+.1f} %")
         case.tell(
             f"What one impact is: rates above 1 m/s with {law}, millsim over LIGGGHTS, one by one, and with re-contacts of "
             f"a pair within a contact's duration merged in both: {'; '.join(counts)}."
@@ -143,7 +144,7 @@ def tell(case, soft_path, soft, hard, own, verdicts):
         shares = {k: float(run.read(f"run/isolated_share/{k}")) for k in KINDS}
     case.tell(
         "Multiple contacts: what LIGGGHTS' impacts would lose if each were alone, over what its dashpots take: "
-        + ", ".join(f"{KIND_LABEL[k]} {share:.3f}" for k, share in shares.items())
+        + ", ".join(f"{label(k)} {share:.3f}" for k, share in shares.items())
         + "."
     )
     case.tell(
@@ -193,7 +194,7 @@ def draw_spectra(case, name, what, soft, hard):
                 edges, density = density_of(paths, kind, group)
                 text = label + (", re-contacts merged" if group == "strikes" else "")
                 axis.stairs(density, edges, color=colour, ls=style, label=text)
-        axis.set(xscale="log", yscale="log", xlim=(0.004, 12), title=KIND_LABEL[kind])
+        axis.set(xscale="log", yscale="log", xlim=(0.004, 12), title=label(kind))
         top = density_of([soft], kind, "impacts")[1].max()
         axis.set(ylim=(top / 1e3, 4 * top), xlabel="normal speed [m/s]")
         axis.set_ylabel("impacts per second and factor e of speed [1/s]")

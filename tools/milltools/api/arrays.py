@@ -11,7 +11,6 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from milltools.errors import UserError
-from milltools.kinds import KINDS
 from milltools.runfile import Run
 from milltools.schema import OPTIONAL, PER_KIND, SINGLE, STATES
 
@@ -80,7 +79,7 @@ def series(run: Run) -> xr.Dataset:
     time = run.read("observables/rotor_work/time")
     coords = {
         "time": coordinate("time", time, "s", "simulated time"),
-        "kind": coordinate("kind", list(KINDS), "", "kind of contact"),
+        "kind": coordinate("kind", list(run.kinds), "", "kind of contact"),
     }
     found = {}
     for name in (*SINGLE, *OPTIONAL):
@@ -88,8 +87,14 @@ def series(run: Run) -> xr.Dataset:
             found[name] = variable(
                 run, ["time"], f"observables/{name}/value", long_name=words(name)
             )
+    works = [f"observables/motion_work/{name}/value" for name in run.motions]
+    if works and all(map(run.has, works)):
+        coords["motion"] = coordinate("motion", run.motions, "", "what moves")
+        found["motion_work"] = variable(
+            run, ["time", "motion"], *works, stacked=True, long_name="work of a motion"
+        )
     for name in (*PER_KIND, *COUNTS):
-        paths = [f"observables/{name}/{kind}/value" for kind in KINDS]
+        paths = [f"observables/{name}/{kind}/value" for kind in run.kinds]
         if not all(map(run.has, paths)):
             continue
         dims = ["time", "kind"]

@@ -99,6 +99,19 @@ class Result:
         return Measurement(value, self.file.standard_error(path), unit)
 
     @property
+    def drive(self) -> Measurement:
+        """Mean power of all that moves, rotor or other motions, over the window [W]; error as of power."""
+        return self._measured("rotor/power" if self.file.driven != "drive" else "drive/power")
+
+    @property
+    def motions(self) -> pandas.DataFrame:
+        """What moves: one row a motion, the rotor too; columns power, power_error [W], torque, torque_error [N m] (about its
+        axis, on the balls; value +- 1.96 of the error is the 95 % interval), and in words how it goes."""
+        from milltools.api import tables
+
+        return tables.motions(self.file)
+
+    @property
     def power(self) -> Measurement:
         """Mean power of the rotor over the window [W] with its standard error: value +- 1.96 of it is the 95 % interval; NaN
         where the window is too short to tell, with fewer than three revolutions at any rate."""

@@ -2,6 +2,7 @@
 
 import html
 
+from milltools import motions
 from milltools.api.measurement import Measurement
 from milltools.runfile import Run
 
@@ -27,7 +28,7 @@ def facts(result) -> dict[str, str]:
     state = "" if run.status == "complete" else f", {run.status}"
     found = {"run": f"{result.name}: {run.program}{state}, {run.time:.4g} s simulated"}
     balls = len(run.balls("diameter")) if run.has("particles/trajectory/diameter") else 0
-    found["mill"] = f"{balls} balls" + (f", {_rotor(run)}" if run.has_rotor else ", no rotor")
+    found["mill"] = f"{balls} balls" + f", {_driven(run)}"
     if not run.has_statistics or not run.duration > 0:
         found["statistics"] = f"none: status '{run.status}', nothing sampled so far"
         return found
@@ -41,7 +42,9 @@ def facts(result) -> dict[str, str]:
         known = run.known(name)
         if known:
             found[head] = f"{Measurement(*known[:2], unit)}, {what}"
-    if run.has_rotor:
+    if run.driven == "drive":
+        found["drive power"] = str(result.drive)
+    elif run.has_rotor:
         found["rotor power"], found["rotor torque"] = str(result.power), str(result.torque)
     found["anomalies"] = anomalies(run)
     if run.notes:
@@ -49,7 +52,11 @@ def facts(result) -> dict[str, str]:
     return found
 
 
-def _rotor(run) -> str:
+def _driven(run) -> str:
+    if run.driven == "drive":
+        return ", ".join(f"{name} {motions.words(run, name)}" for name in run.motions)
+    if not run.has_rotor:
+        return "no rotor"
     return f"rotor at {run.rotor_speed:.4g} rad/s with {len(run.blades())} blades"
 
 

@@ -6,11 +6,11 @@ import pandas as pd
 
 from milltools.errors import UserError
 from milltools.histogram import ENERGIES
-from milltools.kinds import KINDS
-from milltools.runfile import ESTIMATES, Run
+from milltools import motions as words
+from milltools import runfile
+from milltools.runfile import Run
 from milltools.schema import LOG
 
-ROWS = (*KINDS, "all")
 SUMMARY = {  # column: path below impacts/ROW
     "count": "count",
     "rate": "rate",
@@ -25,15 +25,32 @@ VECTORS = {"position": ("x", "y", "z"), "normal": ("normal_x", "normal_y", "norm
 def summary(run: Run) -> pd.DataFrame:
     """How often, how hard and at what loss: one row a kind of contact, and "all"."""
     run.need_statistics()
-    where = "statistics/impacts"
+    where, kinds = "statistics/impacts", (*run.kinds, "all")
     found = {
-        name: [run.read(f"{where}/{row}/{path}")[()] for row in ROWS]
+        name: [run.read(f"{where}/{row}/{path}")[()] for row in kinds]
         for name, path in SUMMARY.items()
     }
-    found["floor_share"] = [run.statistic(f"floor_share/{row}")[()] for row in ROWS]
+    found["floor_share"] = [run.statistic(f"floor_share/{row}")[()] for row in kinds]
     units = {name: run.attribute(f"{where}/all/{path}", "unit") for name, path in SUMMARY.items()}
-    table = pd.DataFrame(found, index=pd.Index(ROWS, name="kind"))
+    table = pd.DataFrame(found, index=pd.Index(kinds, name="kind"))
     table.attrs["units"] = units | {"floor_share": "1"}
+    return table
+
+
+def motions(run: Run) -> pd.DataFrame:
+    """Power and torque of every motion, with their errors, and how it goes: one row a motion."""
+    run.need_statistics()
+    found = {"power": [], "power_error": [], "torque": [], "torque_error": []}
+    for name in run.motions:
+        known = run.has(f"statistics/motions/{name}/power")
+        place = f"motions/{name}" if known else "rotor"  # files of before motions have the rotor's alone
+        for what in ("power", "torque"):
+            found[what].append(float(run.statistic(f"{place}/{what}")))
+            found[f"{what}_error"].append(run.standard_error(f"{place}/{what}"))
+    found["words"] = [words.words(run, name) for name in run.motions]
+    table = pd.DataFrame(found, index=pd.Index(run.motions, name="motion"))
+    units = ("W", "W", "N m", "N m", "")
+    table.attrs["units"] = dict(zip(found, units, strict=True))
     return table
 
 
@@ -41,7 +58,7 @@ def estimates(run: Run) -> pd.DataFrame:
     """What the file knows with a standard error: one row a number."""
     run.need_statistics()
     found = {}
-    for name, (group, _) in ESTIMATES.items():
+    for name, (group, _) in runfile.estimates(run.kinds).items():
         known = run.known(name)
         if known:
             found[name] = *known, run.attribute(f"statistics/precision/{group}/value", "unit")
@@ -74,7 +91,7 @@ def rate(run: Run, above: float, kind: str, group: str, speed: str, species=None
 
 def _histogram(run, kind, group, speed, species):
     speeds = ("normal_speed", "tangential_speed", *ENERGIES)
-    for given, known in ((kind, ROWS), (group, ("impacts", "strikes")), (speed, speeds)):
+    for given, known in ((kind, (*run.kinds, "all")), (group, ("impacts", "strikes")), (speed, speeds)):
         if given not in known:
             raise UserError(f"unknown {given!r}: one of {', '.join(known)}")
     run.need_statistics()

@@ -6,11 +6,10 @@ import re
 
 import numpy as np
 
+from milltools import vessel
 from milltools.compare import maps
 from milltools.errors import UserError
-from milltools.kinds import KINDS
-from milltools.profile import Profile
-from milltools.runfile import ESTIMATES, Run
+from milltools.runfile import Run, estimates
 
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
 SPEED_EDGES = np.geomspace(1e-4, 1e3, 7 * 40 + 1)  # [m/s]
@@ -19,7 +18,7 @@ MOST_STATES = 20_000_000  # ball states looked at: more frames than that are thi
 ENERGIES = ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy")
 # keys that may differ between replicates, and say nothing about what mill it is
 OWN = re.compile(r"run\.seed|balls\.start|output\..*")
-GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*)\..*|rotor\.shaft_radius")
+GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_radius")
 
 
 class Measured:
@@ -38,7 +37,10 @@ class Measured:
                 for name in ("modulus", "contact_duration")
             )
             self.deck, self.time, self.cost = run.deck(), run.time, run.cost
-            self.rotor_speed, self.profile = run.rotor_speed, Profile.of(self.deck.get)
+            self.rotor_speed, self.period, self.kinds = run.rotor_speed, run.period, run.kinds
+            self.vessel = vessel.of(run)
+            self.drive = run.driven or "rotor"
+            self.turn = "revolution" if self.drive == "rotor" else "period"
             self.duration, self.window = run.duration, run.window
             self._load_series(run)
             self._load_impacts(run)
@@ -52,9 +54,10 @@ class Measured:
         names = [*ENERGIES, "rotor_work"] + [
             f"{what}/{kind}"
             for what in ("dissipation", "dissipation_normal", "collisions", "fast_collisions")
-            for kind in KINDS
+            for kind in run.kinds
         ]
         self.series = {name: run.series(name) for name in names if run.has_series(name)}
+        self.series["drive_work"] = run.drive_work()
         for name in ("kinetic_energy", "rotor_work"):
             if name not in self.series or len(self.series[name][0]) < 2:
                 raise UserError(
@@ -62,15 +65,15 @@ class Measured:
                 )
 
     def _load_impacts(self, run):
-        rows = (*KINDS, "all")
+        rows = (*run.kinds, "all")
         self.impacts = {row: run.histogram(row) for row in rows}
-        self.strikes = {row: run.histogram(row, "strikes") for row in ("ball_blade",)}
+        self.strikes = {row: run.histogram(row, "strikes") for row in run.kinds}
         self.medians = {
             (row, name): float(run.statistic(f"impacts/{row}/normal_speed/{name}"))
             for row in rows
             for name in ("median", "median_above_50mm_s")
         }
-        self.known = {name: run.known(name) for name in ESTIMATES}
+        self.known = {name: run.known(name) for name in estimates(run.kinds)}
 
     def _load_balls(self, run):
         """Maps, and what the frames within the window say about speeds and the maps' noise."""
@@ -81,7 +84,7 @@ class Measured:
         inside = inside[:: max(1, math.ceil(balls * len(inside) / MOST_STATES))]
         block = np.clip(np.searchsorted(self.edges, times[inside], "right") - 1, 0, self.blocks - 1)
         self.maps = maps.Stored(run)
-        scatter = maps.Scatter(run, self.blocks)
+        scatter = maps.Scatter(run, self.vessel, self.blocks)
         self.speed_counts = np.zeros(len(SPEED_EDGES) - 1)
         measures = np.zeros((len(inside), 2 + len(LEVELS)))
         for row, (index, part) in enumerate(zip(inside, block)):
@@ -101,14 +104,14 @@ class Measured:
         first, last = max(self.window[0], time[0]), min(self.window[1], time[-1])
         rows = int(np.sum((time >= first) & (time <= last)))
         self.span = (first, last)
-        turn = 2 * math.pi / abs(self.rotor_speed) if self.rotor_speed else math.inf
+        turn = self.period
         turns = int((last - first) / turn * (1 + 1e-9))
         if turns >= 4:
             each = math.ceil(turns / MOST_BLOCKS)
             self.edges = first + turn * np.arange(0, turns + 1, each)
-            self.cut = f"{turns // each} blocks of {each} revolution{'s'[: each > 1]}"
+            self.cut = f"{turns // each} blocks of {each} {self.turn}{'s'[: each > 1]}"
         elif rows >= 9 and last > first:
-            count = 10 if not self.rotor_speed and rows >= 41 else 4
+            count = 10 if math.isinf(turn) and rows >= 41 else 4
             self.edges = np.linspace(first, last, count + 1)
             self.cut = f"{count} equal blocks of {(last - first) / count:.4g} s"
         else:
@@ -164,11 +167,11 @@ class Measured:
         """Why the run is not steady over its window; empty if it is."""
         energy = {n: [self.value_at(n, t) for t in self.span] for n in ENERGIES if n in self.series}
         change = abs(sum(e[1] - e[0] for e in energy.values()))
-        work = [self.value_at("rotor_work", t) for t in self.span]
+        work = [self.value_at("drive_work", t) for t in self.span]
         turned = max(abs(work[1] - work[0]), change)
         # a gas that nothing drives keeps its energy to rounding: no change of 1 % of it, no trend
         if change > max(0.05 * turned, 0.01 * abs(self.means("kinetic_energy")[0])):
-            return f"energy of the balls changes by {change:.3g} J while the rotor does {work[1] - work[0]:.3g} J"
+            return f"energy of the balls changes by {change:.3g} J while the {self.drive} does {work[1] - work[0]:.3g} J"
         time, value = self.series["kinetic_energy"]
         inside = value[(time >= self.span[0]) & (time <= self.span[1])]
         if len(inside) < 16:

@@ -15,8 +15,6 @@ cross-section: noise is known roughly. With ten seeds of the reference mill (45 
 
 import numpy as np
 
-from milltools.profile import Profile
-from milltools.tally import Maps
 
 VIEWS = {"cross_section": ("x", "y", "z"), "axial": ("x", "r", "phi")}
 LEAST = 0.02  # solid fraction of cells that count
@@ -49,13 +47,14 @@ class Stored:
 class Scatter:
     """Maps of single blocks of time, from frames."""
 
-    def __init__(self, run, blocks: int):
+    def __init__(self, run, vessel, blocks: int):
         self.frames = np.zeros(blocks)
         self.radius = run.balls("diameter").astype(float) / 2
-        profile, length = Profile.of(run.deck().get), run.quantity("drum/length")
-        self.parts = [Maps(profile, length) for _ in range(blocks)]
+        self.parts = [vessel.noise for _ in range(blocks)]
 
     def add(self, block: int, position, velocity):
+        if self.parts[block] is None:
+            return
         self.frames[block] += 1
         self.parts[block].sample(position, velocity, self.radius)
 

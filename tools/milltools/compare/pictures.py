@@ -13,18 +13,18 @@ import numpy as np
 
 from milltools.compare.load import SPEED_EDGES
 from milltools.compare.maps import LEAST
-from milltools.kinds import KINDS
-from milltools.plot import drum_rim, save, spectrum
-from milltools.runfile import KIND_LABEL
+from milltools.kinds import label
+from milltools.plot import save, spectrum
 from milltools.style import literal, run_style
 
 
 def draw_spectra(figure, sides):
     """Normal impact speeds by kind; replicates together."""
-    axes = figure.subplots(1, len(KINDS), sharey=True)
-    for ax, kind in zip(axes, KINDS):
+    every = dict.fromkeys(kind for side in sides for kind in side.first.kinds)
+    axes = figure.subplots(1, len(every), sharey=True)
+    for ax, kind in zip(axes, every):
         for number, side in enumerate(sides):
-            histograms = [run.impacts[kind] for run in side.runs]
+            histograms = [run.impacts[kind] for run in side.runs if kind in run.impacts]
             if sum(h.count.sum() for h in histograms) < 100:  # too few for a curve
                 continue
             duration = sum(run.duration for run in side.runs)
@@ -36,7 +36,7 @@ def draw_spectra(figure, sides):
                 **run_style(number),
                 label=literal(side.label, 44),
             )
-        ax.set_title(KIND_LABEL[kind])
+        ax.set_title(label(kind))
         ax.set_xlim(1e-3, 20)
         ax.grid(alpha=0.3)
         if not ax.lines:
@@ -66,18 +66,18 @@ def _shade(ax, sides):
 
 
 def draw_power(figure, sides):
-    """Power of the rotor and kinetic energy over time, every run on its own."""
+    """Power of the drive and kinetic energy over time, every run on its own."""
     axes = figure.subplots(1, 2)
     for number, side in enumerate(sides):
         for k, run in enumerate(side.runs):
-            time, work = run.series["rotor_work"]
+            time, work = run.series["drive_work"]
             look = {**run_style(number), "alpha": 1 if len(side.runs) == 1 else 0.6}
             label = literal(side.label, 44) if k == 0 else None
             pieces = np.linspace(time[0], time[-1], min(100, len(time)))
             power = np.diff(np.interp(pieces, time, work)) / np.diff(pieces)
             axes[0].plot((pieces[1:] + pieces[:-1]) / 2, power, **look, label=label)
             axes[1].plot(*run.series["kinetic_energy"], **look, label=label)
-    for ax, what in zip(axes, ("power of the rotor [W]", "kinetic energy of the balls [J]")):
+    for ax, what in zip(axes, ("power of the drive [W]", "kinetic energy of the balls [J]")):
         _shade(ax, sides)
         ax.set_xlabel("time [s]")
         ax.set_ylabel(what)
@@ -161,7 +161,7 @@ def draw_maps(figure, sides):
         if image:
             what = label.replace(" [", ", difference [")
             figure.colorbar(image, ax=line[len(sides) :], label=what, extend="both", shrink=0.9)
-    radius = max(side.first.profile.outermost for side in sides)
+    radius = max(side.first.vessel.outermost for side in sides)
     for ax in axes.ravel():
         ax.set_aspect("equal")
         ax.locator_params(nbins=4)
@@ -186,7 +186,7 @@ def _field(side, name):
 def _map(ax, side, field, colours, low, high):
     edges = side.first.maps.edges["cross_section"]
     image = ax.pcolormesh(*edges, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    rim = ax.add_patch(drum_rim(side.first.profile, lw=0.8))
+    rim = ax.add_patch(side.first.vessel.rim(lw=0.8))
     image.set_clip_path(rim)
     return image
 
@@ -201,7 +201,7 @@ PICTURES = (
     ),
     (
         "Over time",
-        "power of the rotor and kinetic energy of the balls over time",
+        "power of the drive and kinetic energy of the balls over time",
         draw_power,
         lambda n: (15, 4.4),
     ),

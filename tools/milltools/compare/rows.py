@@ -13,7 +13,7 @@ from milltools.compare.load import (
     different_keys,
 )  # fmt: skip
 from milltools.kinds import KINDS
-from milltools.runfile import KIND_LABEL
+from milltools.kinds import label as label_of
 from milltools.schema import THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
@@ -57,7 +57,7 @@ def told(name, otherwise):
 
 def added(run: Measured, name: str, kind: str, column=None):
     """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not hold it."""
-    names = [name.format(kind=k) for k in (KINDS if kind == "all" else [kind])]
+    names = [name.format(kind=k) for k in (run.kinds if kind == "all" else [kind])]
     if any(n not in run.series for n in names):
         return None
     parts = [run.rates(n, column) for n in names]
@@ -99,6 +99,8 @@ def fast(kind, column, strikes=False):
     """Rate of impacts (or strikes) at or above a threshold."""
 
     def measure(run: Measured):
+        if kind not in run.impacts:
+            return None
         known = errors.from_file(run.known[f"rate_above_{THRESHOLDS[column]:g}/{kind}"])
         if known and not strikes:
             return known
@@ -127,7 +129,7 @@ def fast(kind, column, strikes=False):
 
 def all_impacts(run: Measured):
     value = run.impacts["all"].above(0.0) / run.duration
-    return errors.from_blocks(value, sum(run.rates(f"collisions/{kind}")[1] for kind in KINDS))
+    return errors.from_blocks(value, sum(run.rates(f"collisions/{kind}")[1] for kind in run.kinds))
 
 
 def median(name):
@@ -152,10 +154,12 @@ def ball_speed(column):
     return measure
 
 
-def quantities(steady: bool):
-    """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price."""
+def quantities(steady: bool, kinds=KINDS):
+    """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price, of these kinds."""
     group = "power"
     yield group, "rotor_power", "rotor power", "W", told("rotor_power", power("rotor_work")), True
+    if any(kind not in KINDS for kind in kinds):
+        yield group, "drive_power", "drive power", "W", told("drive_power", power("drive_work")), True
     yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
     yield (
         group,
@@ -166,26 +170,25 @@ def quantities(steady: bool):
         True,
     )
     yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}", "all"), True  # fmt: skip
-    for kind in KINDS:
+    for kind in kinds:
         key = f"normal_dissipation_{kind}"
-        yield group, key, f"  normal part, {KIND_LABEL[kind]}", "W", power("dissipation_normal/{kind}", kind), True  # fmt: skip
+        yield group, key, f"  normal part, {label_of(kind)}", "W", power("dissipation_normal/{kind}", kind), True  # fmt: skip
     group = "energy"
     for name in ("kinetic", "rotational", "elastic"):
         yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy"), True
         if not steady:
             yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy"), True  # fmt: skip
     group = "impacts"
-    for kind in ("all", *KINDS):
+    for kind in ("all", *kinds):
         for column, speed in enumerate(THRESHOLDS):
             key = f"rate_{kind}_above_{speed:g}"
-            label = f"{'all kinds' if kind == 'all' else KIND_LABEL[kind]} above {speed:g} m/s"
+            label = f"{'all kinds' if kind == 'all' else label_of(kind)} above {speed:g} m/s"
             yield group, key, label, "1/s", fast(kind, column), True
-    for column, speed in enumerate(THRESHOLDS):
-        key, label = (
-            f"strike_rate_ball_blade_above_{speed:g}",
-            f"ball-blade above {speed:g} m/s, merged",
-        )
-        yield group, key, label, "1/s", fast("ball_blade", column, strikes=True), True
+    for kind in (k for k in kinds if k == "ball_blade" or k not in KINDS):
+        for column, speed in enumerate(THRESHOLDS):
+            key = f"strike_rate_{kind}_above_{speed:g}"
+            label = f"{label_of(kind)} above {speed:g} m/s, merged"
+            yield group, key, label, "1/s", fast(kind, column, strikes=True), True
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts), False
     yield group, "median", "median v_n, all impacts", "m/s", median("median"), False
     yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s"), False  # fmt: skip
@@ -201,8 +204,9 @@ def compare(a: Side, b: Side) -> Table:
     """The table of side b against side a."""
     steady = a.steady and b.steady
     identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
+    kinds = tuple(dict.fromkeys(kind for side in (a, b) for kind in side.first.kinds))
     rows = []
-    for group, key, label, unit, measure, robust in quantities(steady):
+    for group, key, label, unit, measure, robust in quantities(steady, kinds):
         sides = [[measure(run) for run in side.runs] for side in (a, b)]
         held = [all(e is not None for e in side) for side in sides]
         if not any(held) or all(e.value == 0 for s, h in zip(sides, held) if h for e in s):
@@ -316,7 +320,7 @@ def notes(sides: list[Side]) -> list[str]:
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
-            "Errors of rotor power, medians and rates are those that the files tell; all others, and those of files that tell "
+            "Errors of rotor and drive power, medians and rates are those that the files tell; all others, and those of files that tell "
             f"none, are from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
             f"{errors.FEWEST_FOR_CORRELATION} or more, neighbours that go together widen them; fewer count as independent."
         )

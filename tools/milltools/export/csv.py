@@ -10,7 +10,6 @@ import pyarrow as pa
 from pyarrow.csv import CSVWriter, WriteOptions
 
 from milltools.export import source, whole
-from milltools.kinds import KINDS
 
 BLOCK = 65536  # rows held at once
 XYZ = "xyz"
@@ -159,7 +158,7 @@ def impacts(arguments):
         why = "single impacts are kept with output.impacts = all"
         run.read("impacts/time", slice(0, 0), why=why)
         first, end = _between(run, "impacts/time", arguments)
-        kinds = np.array([str(kind) for kind in run.attribute("impacts", "kinds", KINDS)], object)
+        kinds = np.array([str(kind) for kind in run.attribute("impacts", "kinds", run.kinds)], object)
 
         def blocks():
             for part in _parts(first, end, arguments.file):
@@ -195,7 +194,7 @@ def spectra(arguments):
         rows = [
             (group, kind, speed)
             for group in ("impacts", "strikes")
-            for kind in KINDS
+            for kind in run.kinds
             for speed in ("normal_speed", "tangential_speed")
         ]
         return table(arguments, (_spectrum(run, *row) for row in rows))

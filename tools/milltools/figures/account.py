@@ -1,7 +1,7 @@
 """The energy account of a window: where power comes from and where it goes, from the time series (docs/file-format.md,
 /observables). In every row
 
-    rotor work = change of the energies + dissipation,
+    work of all that moves = change of the energies + dissipation,
 
 so differences of two rows over the time between balance to rounding; what is left over is the balance error.
 """
@@ -9,8 +9,6 @@ so differences of two rows over the time between balance to rounding; what is le
 import dataclasses
 
 import numpy as np
-
-from milltools.kinds import KINDS
 
 ENERGIES = {
     "kinetic_energy": "kinetic energy",
@@ -23,12 +21,12 @@ NOTHING = 1e-12  # of the turnover: a flow below it is rounding
 
 @dataclasses.dataclass(frozen=True)
 class Account:
-    """Mean powers [W] between two times (from, to) [s]: of the `rotor` on the balls (None without one), into the
+    """Mean powers [W] between two times (from, to) [s]: of the `drives` on the balls by name, into the
     `energies` by name (> 0: it grows), and `dissipation` by kind: (normal, tangential), tangential None where only the sum
     is known, which then stands first."""
 
     window: tuple[float, float]
-    rotor: float | None
+    drives: dict[str, float]
     energies: dict[str, float]
     dissipation: dict[str, tuple[float, float | None]]
 
@@ -40,7 +38,7 @@ class Account:
     @property
     def residual(self) -> float:
         """What came in and went nowhere [W]: the balance error."""
-        return (self.rotor or 0.0) - sum(self.energies.values()) - self.lost
+        return sum(self.drives.values()) - sum(self.energies.values()) - self.lost
 
     @property
     def flows(self) -> list[tuple[str, str, str, float]]:
@@ -63,7 +61,10 @@ class Account:
 
     def _signed(self):
         """(what, kind or "", part or "", power: > 0 it gives, < 0 it takes), without what is mere rounding."""
-        terms = [] if self.rotor is None else [("rotor", "", "", self.rotor)]
+        terms = [
+            ("rotor", "", "", power) if name == "rotor" else ("motion", name, "", power)
+            for name, power in self.drives.items()
+        ]
         for kind, (normal, tangential) in self.dissipation.items():
             terms.append(("dissipation", kind, "normal" if tangential is not None else "", -normal))
             if tangential is not None:
@@ -76,7 +77,7 @@ class Account:
 
 def why_not(run) -> str | None:
     """Why there is no account of the sampled window; None if there is."""
-    for name in ("rotor_work", "kinetic_energy", *(f"dissipation/{k}" for k in KINDS)):
+    for name in ("rotor_work", "kinetic_energy", *(f"dissipation/{k}" for k in run.kinds)):
         if not run.has_series(name):
             return f"the file has no series /observables/{name}"
         if not np.isfinite(run.series(name)[1]).all():
@@ -110,12 +111,13 @@ def account(run) -> Account:
     energies = {name: power(name) for name in ENERGIES if run.has_series(name)}
     energies = {name: value for name, value in energies.items() if np.isfinite(value)}
     dissipation = {}
-    for kind in KINDS:
+    for kind in run.kinds:
         total, normal = power(f"dissipation/{kind}"), np.nan
         if run.has_series(f"dissipation_normal/{kind}"):
             normal = power(f"dissipation_normal/{kind}")
         known = np.isfinite(normal)
         dissipation[kind] = (normal, total - normal) if known else (total, None)
-    return Account(
-        (begin, end), power("rotor_work") if run.has_rotor else None, energies, dissipation
-    )
+    drives = {n: power(f"motion_work/{n}") for n in run.motions if run.has_series(f"motion_work/{n}")}
+    if not drives and run.has_rotor:
+        drives = {"rotor": power("rotor_work")}
+    return Account((begin, end), drives, energies, dissipation)

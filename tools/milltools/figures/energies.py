@@ -12,7 +12,6 @@ import weakref
 import numpy as np
 
 from milltools.figures.bins import Bins, merged
-from milltools.kinds import KINDS
 
 SAME = 1e-12  # masses that differ by less are one
 EDGES = 10.0 ** (np.arange(-140, 15) / 7)  # [J] for a log: seven a decade, 1e-20 to 100 J
@@ -50,7 +49,7 @@ def why_not(run, group: str = "impacts") -> str | None:
 
 def kinds_known(run) -> tuple[str, ...]:
     """Rows that have a spectrum: the kinds, and "all" where they share their bins."""
-    return KINDS if one_mass(run) is not None else (*KINDS, "all")
+    return run.kinds if one_mass(run) is not None else (*run.kinds, "all")
 
 
 def bins(run, kind: str, group: str = "impacts") -> Bins:
@@ -93,7 +92,7 @@ def _from_log(run, told) -> dict[str, Bins]:
         lost += np.bincount(cell, loss, minlength=lost.size).reshape(lost.shape)
     part = run.attribute("impacts/dissipation", "part", "all")
     found = {}
-    for name in (*KINDS, "all"):
+    for name in (*run.kinds, "all"):
         rows = slice(None) if name == "all" else [names.index(name)]
         n, e = count[rows].sum(axis=0), lost[rows].sum(axis=0)
         found[name] = Bins(

@@ -1,4 +1,4 @@
-"""Where the power goes, as a flow: from the rotor, and from energy that the charge gives up, to the impacts by contact kind,
+"""Where the power goes, as a flow: from what moves, and from energy that the charge gives up, to the impacts by contact kind,
 each parted into what the normal and the tangential motion lost, and into energy that the charge takes up."""
 
 import numpy as np
@@ -6,8 +6,8 @@ import numpy as np
 from milltools.figures import sankey
 from milltools.figures.account import ENERGIES, Account, account, why_not
 from milltools.figures.base import WIDTH, Figure, labels, not_sampled, subtitle
-from milltools.runfile import KIND_LABEL
-from milltools.style import INK, KIND_COLOUR, number, quantity
+from milltools.kinds import label
+from milltools.style import INK, kind_look, number, quantity
 
 PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # how solid a band is
 STORED = "#8c8c8c"
@@ -16,7 +16,7 @@ STORED = "#8c8c8c"
 class Flow(Figure):
     name, group, title = "flow", "energy", "Energy account"
     caption = (
-        "Mean powers over the sampled window, widths true to scale. Left: what gives energy (the rotor; the charge, where "
+        "Mean powers over the sampled window, widths true to scale. Left: what gives energy (the rotor, or each motion; the charge, where "
         "its kinetic or potential energy falls; the rebound floor at slow impacts); right: what takes it. All that is given "
         "is 100 %."
     )
@@ -66,10 +66,11 @@ def _words(found: Account) -> str:
 def panel(ax, found: Account, height: float):
     """One account in axes of its own, `height` [inch] high."""
     whole = found.turnover
-    sources = [_source(term, whole) for term in found.sources]
+    kinds = tuple(found.dissipation)
+    sources = [_source(term, whole, kinds) for term in found.sources]
     sinks, seen = [], set()
     for term in found.sinks:
-        sinks.append(_sink(term, whole, first=term[1] not in seen))
+        sinks.append(_sink(term, whole, kinds, first=term[1] not in seen))
         seen.add(term[1])
     line = 0.168 / (height - 0.45)
     extent = sankey.draw(ax, sources, sinks, line=line)
@@ -83,25 +84,27 @@ def _numbers(power, whole):
     return quantity(power, "W"), f"{percent:.1f} %" if percent >= 0.05 else "<0.1 %"
 
 
-def _source(term, whole) -> sankey.Band:
+def _source(term, whole, kinds) -> sankey.Band:
     what, kind, part, power = term
     words = {"rotor": "rotor", "residual": "balance error"}.get(what)
     if what in ENERGIES:
         words = ENERGIES[what]
+    if what == "motion":
+        words = kind
     if what == "dissipation":
-        words = f"{KIND_LABEL[kind]} {part}".strip()
-    colour = KIND_COLOUR[kind] if kind else INK if what == "rotor" else STORED
+        words = f"{label(kind)} {part}".strip()
+    colour = INK if what in ("rotor", "motion") else STORED
+    if what == "dissipation":
+        colour = kind_look(kind, kinds)["color"]
     return sankey.Band(power, colour, 0.55, (words, *_numbers(power, whole)), what)
 
 
-def _sink(term, whole, first) -> sankey.Band:
+def _sink(term, whole, kinds, first) -> sankey.Band:
     what, kind, part, power = term
     if what == "dissipation":
-        label = (KIND_LABEL[kind] if first else "", part)
-        return sankey.Band(
-            power, KIND_COLOUR[kind], PARTS[part], (*label, *_numbers(power, whole)), kind
-        )
-    words = {"rotor": "rotor, braked", "residual": "balance error"}.get(
+        colour, words = kind_look(kind, kinds)["color"], (label(kind) if first else "", part)
+        return sankey.Band(power, colour, PARTS[part], (*words, *_numbers(power, whole)), kind)
+    words = {"rotor": "rotor, braked", "motion": f"{kind}, braked", "residual": "balance error"}.get(
         what
     ) or f"{ENERGIES[what]} rises"
     return sankey.Band(power, STORED, 0.7, (words, "", *_numbers(power, whole)), what)

@@ -1,5 +1,5 @@
 """Where it happens: fields over the cross-section (y, z), averaged along the axis, and over the axial cut (x, r), averaged
-around it. Densities are per volume of the mill: of a cell that the wall cuts, its part within the drum counts, as in the
+around it. Densities are per volume of the mill: of a cell that the wall cuts, its part within the container counts, as in the
 file's solid fraction. Cells where there was nothing are blank."""
 
 import dataclasses
@@ -9,10 +9,10 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
+from milltools import vessel
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, not_sampled, sampled, subtitle
 from milltools.style import log_ticks
-from milltools.tally import Maps
 
 VIEWS = {
     "cross_section": ("y", "z", ("x", "y", "z")),
@@ -54,7 +54,7 @@ QUANTITIES = {
 
 @dataclasses.dataclass(frozen=True)
 class Field:
-    """Edges (n + 1,), (m + 1,) [m] of the cells of a view, their volumes within the drum (n, m) [m^3], and each of
+    """Edges (n + 1,), (m + 1,) [m] of the cells of a view, their volumes within the container (n, m) [m^3], and each of
     QUANTITIES (n, m), NaN where there was nothing; `flow` (3, n, m) [m/s] is the mean velocity, `count` (n, m) of impacts."""
 
     edges: tuple[np.ndarray, np.ndarray]
@@ -87,19 +87,12 @@ def field(run, view: str) -> Field:
 
 
 def _volume(run, view, edges):
-    """Of the cells within the drum [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
-    maps = Maps(outlines.profile_of(run), run.quantity("drum/length"))
-    found = maps.cross if view == "cross_section" else maps.axial
-    shape = tuple(len(e) - 1 for e in edges)
-    first, second = (np.diff(e) for e in edges)
-    whole = (
-        np.outer(first, second) * run.quantity("drum/length")
-        if view == "cross_section"
-        else np.outer(first, np.pi * np.diff(edges[1] ** 2))
-    )
-    if found.n != shape:  # not millsim's cells
-        return whole
-    room = found.room.reshape(shape)
+    """Of the cells within the container [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
+    room = vessel.of(run).volume(view, edges)
+    first, second = np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2)
+    whole = np.outer(first, second)
+    if view == "cross_section":
+        whole = whole * np.ptp(run.edges("axial")[0])
     return np.where((room <= 0) & (run.map("impact_count", view) > 0), whole, room)
 
 
@@ -228,8 +221,9 @@ class Map(Figure):
     def _height(self, runs):
         if self.view == "cross_section":
             return 3.65
-        radius = max(outlines.profile_of(run).outermost for run in runs)
-        length = max(run.quantity("drum/length") for run in runs)
+        sizes = [vessel.of(run) for run in runs]
+        radius = max(size.outermost for size in sizes)
+        length = max(size.high - size.low for size in sizes)
         return min(max(3.3 * radius / length, 0.8), 4.5) + 0.75
 
     def columns(self, run):
@@ -274,11 +268,11 @@ _WORDS = {
     "velocity": ("mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows."),
 }  # fmt: skip
 _ROUND = {
-    "axial": ("Axial cut", "axial", "Averaged around the axis; x along it, r away from it."),
-    "cross_section": ("Cross-section", "section", "Averaged along the axis, as seen along -x."),
+    "axial": ("Axial cut", "axial", "Averaged around the container's axis; x along it, r away from it."),
+    "cross_section": ("Cross-section", "section", "Averaged along the container's axis, as seen along -x, in its own frame."),
 }
 _SIGNS = (
-    " Dashed: what the blades sweep over; grey: the shaft; blank: nothing was there in the window."
+    " Dashed: what bodies sweep over; grey: the shaft; blank: nothing was there in the window."
 )
 
 FIGURES = tuple(

@@ -1,21 +1,19 @@
-"""The mill's bodies in the two views of the maps: drum along its wall, shaft, and what the blades sweep over."""
+"""The mill's bodies in the two views of the maps: the container along its wall, shaft, and what blades and other
+bodies sweep over."""
 
 import math
 
 import numpy as np
-from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patches import Circle, Rectangle
 
-from milltools.profile import Profile
+from milltools import vessel
+from milltools.bodies import Mill, inverse, moved
 from milltools.style import INK
 
 STEEL = "#8c8c8c"  # stands out on white and on black
 # a line that is seen on every colour of a field: light upon dark; neither may turn with the page's ink
 UNDER, OVER = {"color": "#101010", "lw": 1.8, "alpha": 0.55}, {"color": "#f4f4f4", "lw": 0.9}
 DASHES = (0, (5, 3))
-
-
-def profile_of(run) -> Profile:
-    return Profile.of(run.deck().get)
 
 
 def sweeps(run) -> list[tuple[float, float, float]]:
@@ -30,53 +28,74 @@ def sweeps(run) -> list[tuple[float, float, float]]:
     return found
 
 
+def bodies(run):
+    """(radii [m] from the axis, least and most; ends (from, to) along it; whether it turns about it) of the bodies in the
+    container, each with its copies on its own."""
+    mill, frame = Mill.of(run), run.vessel_frame()
+    poses = mill.poses[:: max(1, len(mill.poses) // 12)]
+    for body in mill.inner:
+        if body.kind in ("ball_shaft", "ball_blade"):
+            continue
+        for number in np.unique(body.number):
+            own = body.triangles[body.number == number]
+            points = np.concatenate([own.reshape(-1, 3), own.mean(axis=1)])
+            seen = [moved(inverse(frame), points)]
+            if body.motion != mill.carrier:
+                ways = [(mill.pose(mill.carrier, one), mill.pose(body.motion, one)) for one in poses]
+                seen = [moved(inverse(frame), moved(inverse(a), moved(b, points))) for a, b in ways]
+            x, y, z = np.concatenate(seen).T
+            away = np.hypot(y, z)
+            yield (away.min(), away.max()), (x.min(), x.max()), body.motion != mill.carrier
+
+
 def section(ax, run):
-    """Drum, shaft and sweep over (y, z); returns the drum's patch, which is what the field is clipped to."""
-    profile = profile_of(run)
-    rim = Polygon(
-        profile.outline(), closed=True, fill=False, ec=INK, lw=1.0, zorder=4, label="_drum"
-    )
-    paper(ax, Polygon(profile.outline(), closed=True))
-    ax.add_patch(rim)
+    """Container, shaft and sweep over (y, z); returns the container's patch, which is what the field is clipped to."""
+    rim = _wall(ax, run, "cross_section")
+    reach = 0.0
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
         ax.add_patch(Circle((0, 0), radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft"))
         reach = max((r for *_, r in sweeps(run)), default=0)
-        if reach:
-            turn = np.linspace(0, 2 * math.pi, 361)
-            _line(ax, reach * np.cos(turn), reach * np.sin(turn), "_sweep")
-    edge = 1.02 * profile.outermost
+    reach = max([reach, *(far for (_, far), _, turns in bodies(run) if turns)])
+    if reach:
+        turn = np.linspace(0, 2 * math.pi, 361)
+        _line(ax, reach * np.cos(turn), reach * np.sin(turn), "_sweep")
+    edge = 1.02 * vessel.of(run).outermost
     ax.set_xlim(-edge, edge)
     ax.set_ylim(-edge, edge)
     return rim
 
 
 def axial(ax, run):
-    """Drum, shaft and the blades' sweeps over (x, r); returns the drum's patch. Where a wall is wavy, the drum ends at its
-    outermost radius, and a line is at the innermost."""
-    profile, half = profile_of(run), run.quantity("drum/length") / 2
-    box = (-half, 0.0), 2 * half, profile.outermost
-    paper(ax, Rectangle(*box))
-    rim = Rectangle(*box, fill=False, ec=INK, lw=1.0, zorder=4, label="_drum")
-    ax.add_patch(rim)
-    if profile.innermost < profile.outermost:
-        ax.plot([-half, half], [profile.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy")
+    """Container, shaft and the sweeps of blades and bodies over (x, r); returns the container's patch. Where a wall is wavy, the
+    drum ends at its outermost radius, and a line is at the innermost."""
+    holds, radius = vessel.of(run), 0.0
+    rim = _wall(ax, run, "axial")
+    low, high = holds.low, holds.high
+    if not run.vessel and holds.profile.innermost < holds.outermost:
+        ax.plot([low, high], [holds.profile.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy")
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
-        shaft = Rectangle(
-            (-half, 0), 2 * half, radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft"
-        )
+        shaft = Rectangle((low, 0), high - low, radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft")
         ax.add_patch(shaft)
         for begin, end, reach in sweeps(run):
             _line(ax, [begin, begin, end, end], [radius, reach, reach, radius], "_sweep")
-    ax.set_xlim(-1.02 * half, 1.02 * half)
-    ax.set_ylim(0, 1.02 * profile.outermost)
+    for (near, far), (begin, end), _ in bodies(run):
+        _line(ax, [begin, begin, end, end, begin], [near, far, far, near, near], "_sweep")
+    ax.set_xlim(low - 0.01 * (high - low), high + 0.01 * (high - low))
+    ax.set_ylim(0, 1.02 * holds.outermost)
     return rim
+
+
+def _wall(ax, run, view):
+    holds = vessel.of(run)
+    paper(ax, holds.rim(view))
+    return ax.add_patch(holds.rim(view, ec=INK, lw=1.0, zorder=4, label="_drum"))
 
 
 def paper(ax, patch):
     """What lies beneath the field: cells where nothing was are told from the darkest colour on dark pages too."""
-    patch.set(facecolor=INK, edgecolor="none", alpha=0.08, zorder=0)
+    patch.set(fill=True, facecolor=INK, edgecolor="none", alpha=0.08, zorder=0)
     ax.add_patch(patch)
 
 

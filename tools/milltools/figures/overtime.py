@@ -1,4 +1,4 @@
-"""How a run goes on in time: the rotor's power and torque, the energy of the charge, how often the balls meet.
+"""How a run goes on in time: the drive's power and torque, the energy of the charge, how often the balls meet.
 
 Means over an interval are differences of cumulative series over the time between, so they are exact, however short or long
 the interval; between two rows a series is taken as straight.
@@ -10,10 +10,10 @@ import numpy as np
 
 from milltools.figures.base import QUIET, WIDTH, Figure, labels, number
 from milltools.figures.spectra import run_look
-from milltools.kinds import KINDS
-from milltools.runfile import KIND_LABEL
-from milltools.style import INK, KIND_COLOUR, KIND_LINE, literal, log_ticks
+from milltools.kinds import label
+from milltools.style import INK, KIND_LOOK, kind_look, literal, log_ticks
 
+FIRST, SECOND = (KIND_LOOK[kind][0] for kind in ("ball_ball", "ball_drum"))
 MOST = 300  # intervals of the fine means: more is a blur, and a large file
 
 
@@ -30,12 +30,11 @@ def means(time, cumulative, bounds) -> np.ndarray:
 
 
 def revolutions(run, time) -> np.ndarray:
-    """Bounds of whole revolutions of the rotor within the series, one of them where the sampled window begins, so that those
-    in the window are the file's blocks; empty without a turning rotor, or where less than one went round."""
-    speed = abs(run.rotor_speed)
-    if not speed or len(time) < 2:
+    """Bounds of whole periods of the slowest motion (revolutions of the rotor) within the series, one of them where the sampled window begins, so that those
+    in the window are the file's blocks; empty where nothing moves, or for less than one."""
+    period = run.period
+    if not math.isfinite(period) or len(time) < 2:
         return np.empty(0)
-    period = 2 * math.pi / speed
     start = run.window[0] if run.has_statistics else 0.0
     slack = 1e-9 * max(period, time[-1])
     first = math.ceil((time[0] - start - slack) / period)
@@ -99,7 +98,7 @@ def _named(name, words):
 
 
 class Draw(OverTime):
-    """What the rotor gives: mean over short intervals, over whole revolutions, and over the window with its error."""
+    """What rotor or drive give: mean over short intervals, over whole revolutions, and over the window with its error."""
 
     def __init__(self, name, title, series, statistic, unit, caption):
         self.name, self.title, self.series, self.caption = name, title, series, caption
@@ -107,10 +106,13 @@ class Draw(OverTime):
         self.ylabel = f"{title[0].lower()}{title[1:]} [{unit}]"
 
     def why_not(self, run):
-        return super().why_not(run) if run.has_rotor else "the mill has no rotor"
+        moves = run.has_rotor or (run.driven and self.statistic == "power")
+        return super().why_not(run) if moves else "the mill has no rotor"
 
     def cumulative(self, run):
         """(time, integral over it) of the quantity."""
+        if self.series == "rotor_work":
+            return run.drive_work()
         time, value = run.series(self.series)
         if self.series == "rotor_torque":  # the mean over the interval before each row
             value = np.concatenate([[0.0], np.cumsum(value[1:] * np.diff(time))])
@@ -120,24 +122,25 @@ class Draw(OverTime):
         """(mean, standard error) over the sampled window; NaN where it is not known."""
         if not (run.has_statistics and run.duration > 0):
             return math.nan, math.nan
-        return tuple(float(run.statistic(f"rotor/{self.statistic}{e}")) for e in ("", "_error"))
+        drive = run.driven if self.statistic == "power" and run.driven else "rotor"
+        return tuple(float(run.statistic(f"{drive}/{self.statistic}{e}")) for e in ("", "_error"))
 
     def parts(self, run):
         """(what a mean is over, bounds) of the fine and of the coarse means."""
         time = run.series(self.series)[0]
-        return ("interval", intervals(time)), ("revolution", revolutions(run, time))
+        return ("interval", intervals(time)), ("period" if run.driven == "drive" else "revolution", revolutions(run, time))
 
     def lines(self, ax, run, name, position):
         time, whole = self.cumulative(run)
-        colour = run_look(position)["color"] if name else KIND_COLOUR["ball_ball"]
-        (_, fine), (_, turns) = self.parts(run)
+        colour = run_look(position)["color"] if name else FIRST
+        (_, fine), (period, turns) = self.parts(run)
         value = means(time, whole, fine)
         step = {"baseline": None, "color": colour}
         words = f"mean of {number(1e3 * float(np.median(np.diff(fine))))} ms"
         ax.stairs(value, fine, lw=0.7, alpha=0.6, **step, label=_named(name, words))
         if len(turns):
-            ax.stairs(means(time, whole, turns), turns, lw=1.8, **step, label=_named(name, "mean of a revolution"))  # fmt: skip
-        self._mean(ax, run, name, colour if name else KIND_COLOUR["ball_drum"])
+            ax.stairs(means(time, whole, turns), turns, lw=1.8, **step, label=_named(name, f"mean of a {period}"))  # fmt: skip
+        self._mean(ax, run, name, colour if name else SECOND)
         low, high = ax.get_ylim() if position else (0.0, 0.0)
         low, high = min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max()))
         ax.set_ylim(low, high if high > low else 1)
@@ -200,7 +203,7 @@ class Energy(OverTime):
             colour = (
                 run_look(position)["color"]
                 if name
-                else (KIND_COLOUR["ball_ball"], KIND_COLOUR["ball_drum"])[k]
+                else (FIRST, SECOND)[k]
             )
             ax.plot(*self.thinned(run, series), color=colour, lw=1.4, ls=("-", (0, (4, 1.5)))[k], label=_named(name, words))  # fmt: skip
         ax.set_ylim(bottom=0)
@@ -222,7 +225,7 @@ class Collisions(OverTime):
     series = "collisions/ball_ball"
 
     def needed(self, run):
-        return [f"collisions/{kind}" for kind in KINDS]
+        return [f"collisions/{kind}" for kind in run.kinds]
 
     def why_not(self, run):
         why = super().why_not(run)
@@ -233,37 +236,35 @@ class Collisions(OverTime):
 
     def rates(self, run, kind):
         """(bounds, rates) [s], [1/s] of a kind, or of "all"."""
-        kinds = KINDS if kind == "all" else [kind]
+        kinds = run.kinds if kind == "all" else [kind]
         time = run.series(f"collisions/{kinds[0]}")[0]
         bounds = intervals(time)
         return bounds, sum(means(time, run.series(f"collisions/{k}")[1], bounds) for k in kinds)
 
     def lines(self, ax, run, name, position):
-        for kind in ["all"] if name else KINDS:
+        for kind in ["all"] if name else run.kinds:
             bounds, rate = self.rates(run, kind)
             if not rate.any():
                 continue
-            look = (
-                run_look(position) if name else {"color": KIND_COLOUR[kind], "ls": KIND_LINE[kind]}
-            )
+            look = run_look(position) if name else kind_look(kind, run.kinds)
             middle = (bounds[1:] + bounds[:-1]) / 2
-            ax.plot(middle, np.where(rate > 0, rate, np.nan), **{**look, "lw": 1.2}, label=_named(name, KIND_LABEL[kind]))  # fmt: skip
+            ax.plot(middle, np.where(rate > 0, rate, np.nan), **{**look, "lw": 1.2}, label=_named(name, label(kind)))  # fmt: skip
         ax.set_yscale("log")
         log_ticks(ax.yaxis)
 
     def columns(self, run):
         bounds, _ = self.rates(run, "all")
-        rates = {f"{kind} [1/s]": self.rates(run, kind)[1] for kind in (*KINDS, "all")}
+        rates = {f"{kind} [1/s]": self.rates(run, kind)[1] for kind in (*run.kinds, "all")}
         return {"from [s]": bounds[:-1], "to [s]": bounds[1:], **rates}
 
 
 _CAPTION = (
-    "{} of the rotor on the balls: means over short intervals (thin), over whole revolutions (thick), and over the sampled "
+    "{} on the balls: means over short intervals (thin), over whole revolutions or periods (thick), and over the sampled "
     "window (shaded) with its standard error."
 )
 FIGURES = (
-    Draw("power", "Power of the rotor", "rotor_work", "power", "W", _CAPTION.format("Power")),
-    Draw("torque", "Torque of the rotor", "rotor_torque", "torque", "N m", _CAPTION.format("Torque")),
+    Draw("power", "Power of the drive", "rotor_work", "power", "W", _CAPTION.format("Power of the rotor, or of all motions together,")),
+    Draw("torque", "Torque of the rotor", "rotor_torque", "torque", "N m", _CAPTION.format("Torque of the rotor")),
     Energy(),
     Collisions(),
 )  # fmt: skip

@@ -24,9 +24,8 @@ from milltools.figures.base import (
     subtitle,
 )
 from milltools.figures.bins import Bins, merged
-from milltools.kinds import KINDS
-from milltools.runfile import KIND_LABEL
-from milltools.style import INK, KIND_COLOUR, KIND_LINE, literal, log_ticks, number, run_style
+from milltools.kinds import label
+from milltools.style import INK, KIND_LOOK, kind_look, literal, log_ticks, number, run_style
 
 GROUPS = ("impacts", "strikes")
 SPEEDS = {"normal_speed": "normal impact speed", "tangential_speed": "slip speed at impact"}
@@ -62,7 +61,7 @@ def plot(
     abscissa   "speed", or "energy": the available normal energy m* v_n^2 / 2
     weight     "count": impacts per second and decade, both axes logarithmic; "energy": dissipated power per decade, the
                ordinate linear, so that areas compare; "cumulative": impacts per second at or above
-    kinds      contact kinds, as in kinds.KINDS and "all"; all kinds but "all" if None
+    kinds      contact kinds, as in Run.kinds and "all"; all kinds but "all" if None
     per_ball   the ordinate divided by the number of balls
     name, position   for several runs in the same axes: what the lines are called, and the run's number from 0, which
                sets their colour; without it the kind does
@@ -75,9 +74,9 @@ def plot(
     for place, kind in enumerate(kinds):
         found = bins(run, kind, group, speed, abscissa)
         x, y = _curve(found, weight, share)
-        look = _look(kind, place, position)
+        look = _look(kind, run.kinds, place, position)
         total, unit = (found.power, "W") if weight == "energy" else (found.rate, "/s")
-        words = KIND_LABEL[kind] if not name else f"{name}, {KIND_LABEL[kind]}"
+        words = label(kind) if not name else f"{name}, {label(kind)}"
         amount = f"{number(total * share)} {unit}" if found.total else "none"
         lines += ax.plot(x, y, **look, label=literal(f"{words}: {amount}", 70))
         _dots(ax, x, y, look["color"], weight)
@@ -89,8 +88,8 @@ def plot(
 
 
 def _checked(run, group, speed, abscissa, weight, kinds):
-    known = energies.kinds_known(run) if abscissa == "energy" else (*KINDS, "all")
-    kinds = list(KINDS if kinds is None else [kinds] if isinstance(kinds, str) else kinds)
+    known = energies.kinds_known(run) if abscissa == "energy" else (*run.kinds, "all")
+    kinds = list(run.kinds if kinds is None else [kinds] if isinstance(kinds, str) else kinds)
     for word, words, what in (
         (group, GROUPS, "group"),
         (speed, SPEEDS, "speed"),
@@ -125,10 +124,11 @@ def _dots(ax, x, y, colour, weight):
         ax.plot(x[alone], y[alone], ".", color=colour, ms=3.5, label="_alone")
 
 
-def _look(kind, place, position):
+def _look(kind, kinds, place, position):
     if position is None:
-        return {"color": KIND_COLOUR[kind], "ls": KIND_LINE[kind], "lw": 1.5}
-    return {**run_look(position), "ls": list(KIND_LINE.values())[place % len(KIND_LINE)], "lw": 1.5}
+        return {**kind_look(kind, kinds), "lw": 1.5}
+    lines = [line for _, line in KIND_LOOK.values()]
+    return {**run_look(position), "ls": lines[place % len(lines)], "lw": 1.5}
 
 
 def run_look(position: int) -> dict:
@@ -237,7 +237,7 @@ class Spectrum(Figure):
         if kinds:
             return [kinds] if isinstance(kinds, str) else list(kinds)
         if len(runs) == 1:
-            return list(KINDS)
+            return list(runs[0].kinds)
         together = not self.energetic or all("all" in energies.kinds_known(r) for r in runs)
         return ["all"] if together else ["ball_ball"]
 
@@ -264,7 +264,7 @@ class Spectrum(Figure):
 
     def columns(self, run, kinds=None, strikes=False, per_ball=False):
         group = "strikes" if strikes else "impacts"
-        known = energies.kinds_known(run) if self.energetic else (*KINDS, "all")
+        known = energies.kinds_known(run) if self.energetic else (*run.kinds, "all")
         kinds = known if not kinds else [kinds] if isinstance(kinds, str) else kinds
         what = {k: v for k, v in self.what.items() if k != "weight"}
         axis = "available normal energy {} [J]" if self.energetic else "speed {} [m/s]"

@@ -6,11 +6,13 @@ import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (registers what draws)
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkFloatArray, vtkPoints, vtkUnsignedCharArray
+from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataNormals
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
+from milltools.bodies import inverse, moved
 from milltools.render.camera import Camera
 from milltools.render.lamps import FILL, MAIN, light
 from milltools.render.shade import View
@@ -90,7 +92,7 @@ def aim(renderer, camera, mill):
         view.SetParallelScale(camera.height / 2)
     else:
         view.SetViewAngle(camera.angle)
-    reach = math.hypot(mill.stub, mill.rim_radius) * 1.02
+    reach = mill.reach * 1.05
     middle = -camera.eye @ camera.axes[2]
     clipping = max(middle - reach, reach / 500), middle + reach
     view.SetClippingRange(*clipping)
@@ -130,7 +132,7 @@ class Shadow:
         """Sets the lamp for a camera.Camera; returns its shade.View."""
         right, up, forward = camera.axes
         towards = light(camera) @ np.array([right, up, -forward])
-        reach = math.hypot(self._mill.stub, self._mill.rim_radius) * 1.02
+        reach = self._mill.reach * 1.05
         lamp = Camera(2 * reach * towards, np.zeros(3), up, 0.0, 2 * reach)
         clipping = aim(self.renderer, lamp, self._mill)
         return View(lamp, (self._side, self._side), clipping)
@@ -182,31 +184,34 @@ class Balls:
             changed.Modified()
 
 
-def rotor(mill, colour):
-    """Actors of shaft and blades at angle 0; [] without a rotor."""
-    bodies = [] if mill.shaft() is None else [mill.shaft()]
-    if len(mill.blades):
-        bodies.append(mill.blade_triangles())
-    return [
-        _solid(body, colour, ambient=0.12, diffuse=0.72, specular=0.45, power=18) for body in bodies
-    ]
+def metal(triangles, colour):
+    """The actor of a body."""
+    return _solid(triangles, colour, ambient=0.12, diffuse=0.72, specular=0.45, power=18)
 
 
-def rims(mill, colour):
-    """Actors of the drum's rims."""
-    return [
-        _solid(body, colour, ambient=0.2, diffuse=0.7, specular=0.4, power=25)
-        for body in mill.rims()
-    ]
+def rims(triangles, colour):
+    """Actors of the bars along the container's edges; [] of one without edges."""
+    if not len(triangles):
+        return []
+    return [_solid(triangles, colour, ambient=0.2, diffuse=0.7, specular=0.4, power=25)]
+
+
+def place(actor, pose):
+    """Moves an actor to a pose (3, 4)."""
+    matrix = vtkMatrix4x4()
+    matrix.DeepCopy([*pose.ravel(), 0, 0, 0, 1])
+    actor.SetUserMatrix(matrix)
 
 
 class Glass:
-    """The drum's wall: clear where it is looked through, denser where it is seen edge on, as glass is. `actors`: its far side,
-    then its near side."""
+    """The container's walls: clear where they are looked through, denser where they are seen edge on, as glass is. `actors`: their
+    far side, then their near side."""
 
-    def __init__(self, mill, colour, clear=0.08, edge=0.75):
-        self._clear, self._edge = clear, edge
-        self._data = _normals(mill.tube(), 60.0)
+    def __init__(self, triangles, colour, clear=0.08, edge=0.75):
+        self.actors, self._clear, self._edge = [], clear, edge
+        if not len(triangles):
+            return
+        self._data = _normals(triangles, SHARP)
         points = vtk_to_numpy(self._data.GetPoints().GetData()).astype(float)
         self._points, self._normal = points, vtk_to_numpy(self._data.GetPointData().GetNormals())
         self._rgba = np.empty((len(points), 4), np.uint8)
@@ -218,6 +223,9 @@ class Glass:
     def _side(self, front):
         mapper, actor = vtkPolyDataMapper(), vtkActor()
         mapper.SetInputData(self._data)
+        # a wall that a body ends at lies behind that end
+        mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, 4)
         actor.SetMapper(mapper)
         actor.ForceTranslucentOn()
         _surface(actor, ambient=0.55, diffuse=0.45, specular=0.9 if front else 0.0, power=30)
@@ -225,11 +233,13 @@ class Glass:
         actor.GetProperty().SetBackfaceCulling(front)
         return actor
 
-    def look(self, camera):
-        """How clear it is everywhere, seen from a camera.Camera."""
-        sight = self._points - camera.eye
+    def look(self, camera, pose):
+        """How clear it is everywhere, seen from a camera.Camera, where it is at a pose (3, 4)."""
+        if not self.actors:
+            return
+        sight = self._points - moved(inverse(pose), camera.eye)
         if camera.angle == 0:
-            sight = np.broadcast_to(camera.axes[2], self._points.shape)
+            sight = np.broadcast_to(camera.axes[2] @ pose[:, :3], self._points.shape)
         across = np.abs(np.einsum("ij,ij->i", sight, self._normal)) / np.linalg.norm(sight, axis=1)
         alpha = self._clear + (self._edge - self._clear) * (1 - across) ** 4
         self._rgba[:, 3] = np.round(255 * alpha)

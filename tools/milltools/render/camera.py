@@ -1,7 +1,7 @@
 """Where a picture is taken from: presets that show a whole mill in a frame of any shape, and free cameras.
 
-The world is the deck's: x along the drum's axis, z up. A preset is a direction; how near the camera goes follows from the
-frame (`Camera.placed`).
+The world is the deck's, z up. A preset is a direction; how near the camera goes follows from the frame (`Camera.placed`) and
+from what the container sweeps.
 """
 
 import dataclasses
@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
+from milltools import bodies
 from milltools.errors import UserError
-from milltools.render.shapes import Mill
 
-# azimuth: from the drum's axis (+x) towards +y, elevation: above the horizon, view angle; all in degrees
+# azimuth: from +x towards +y, elevation: above the horizon, view angle; all in degrees; "end" is along the container's axis
 PRESETS = {
     "front": (-32.0, 17.0, 26.0),
     "three-quarter": (-58.0, 27.0, 26.0),
@@ -112,15 +112,22 @@ def of(text: str, run, fraction: float = 0.0) -> Camera:
     if text not in PRESETS:
         raise UserError(f"camera: expected one of {', '.join(PRESETS)}, or eye=x,y,z; got {text!r}")
     azimuth, elevation, angle = PRESETS[text]
-    mill = Mill.of(run)
-    hull = mill.hull()
+    mill = bodies.Mill.of(run)
+    hull, target = mill.hull, np.zeros(3)
+    if len(hull):
+        target = (hull.min(axis=0) + hull.max(axis=0)) / 2
+        hull = np.concatenate([hull + s * mill.rim * axis for s in (-1, 1) for axis in np.eye(3)])
     if text == "orbit":
-        hull = _swept(hull)
+        hull = target + _swept(hull - target)
         azimuth += 360 * fraction
     a, e = math.radians(azimuth), math.radians(elevation)
     away = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
-    size = np.abs(hull).max()
-    return Camera(10 * size * away, np.zeros(3), np.array([0.0, 0.0, 1.0]), angle, 0.0, hull)
+    up = np.array([0.0, 0.0, 1.0])
+    if text == "end":
+        away = mill.axis
+        up = up if abs(away[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    size = np.abs(hull - target).max()
+    return Camera(target + 10 * size * away, target, up, angle, 0.0, hull)
 
 
 def _swept(hull):

@@ -14,11 +14,11 @@ import tempfile
 import numpy as np
 from PIL import Image
 
+from milltools.bodies import Mill, moved
 from milltools.errors import UserError
 from milltools.render.lamps import FILL, light
 from milltools.render.overlay import Overlay
 from milltools.render.scene import BACKGROUNDS, caption
-from milltools.render.shapes import Mill
 
 FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
 THREADS = "MILL_POVRAY_THREADS"
@@ -61,8 +61,7 @@ def write(run, state, path, camera, colour, size):
         camera=_camera(placed, size),
         lights=_lights(placed, mill),
     )
-    turning = _rotor(mill, run.rotor_angle(state.time))
-    parts = [head, *_still(mill), *turning, *_balls(run, state, colour)]
+    parts = [head, *_bodies(mill, state.poses or {}), *_balls(run, state, colour)]
     _replace(path, "\n".join(parts).encode() + b"\n")
 
 
@@ -87,7 +86,7 @@ def _camera(camera, size):
 def _lights(camera, mill):
     """The lamps of the other pictures: the main one throws shadows, two fill."""
     axes = camera.axes * np.array([[1], [1], [-1]])
-    reach = 12 * mill.rim_radius
+    reach = 12 * mill.reach
     lines = [f"light_source {{ {_vector(reach * (light(camera) @ axes))} rgb {POV_MAIN} }}"]
     for place, strength in FILL:
         lines.append(
@@ -110,25 +109,13 @@ def _mesh(triangles, texture, *words):
     )
 
 
-def _still(mill):
-    """Wall and rims."""
-    if mill.profile.circle:
-        ends = f"<{-mill.half:.8g}, 0, 0>, <{mill.half:.8g}, 0, 0>, {mill.profile.radius:.8g}"
-        wall = f"cylinder {{ {ends} open texture {{ Glass }} no_shadow }}"
-    else:
-        wall = _mesh(mill.tube(), "Glass", "no_shadow")
-    return [wall, *(_mesh(rim, "Rim") for rim in mill.rims())]
-
-
-def _rotor(mill, angle):
-    found = []
-    if mill.shaft_radius > 0:
-        ends = f"<{-mill.stub:.8g}, 0, 0>, <{mill.stub:.8g}, 0, 0>, {mill.shaft_radius:.8g}"
-        found.append(f"cylinder {{ {ends} texture {{ Steel }} }}")
-    if mill.blades:
-        c, s = np.cos(angle), np.sin(angle)
-        turned = mill.blade_triangles() @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
-        found.append(_mesh(turned, "Steel"))
+def _bodies(mill, poses):
+    """The container with bars along its edges, and what else there is."""
+    carrier = mill.pose(mill.carrier, poses)
+    found = [_mesh(moved(carrier, mill.glass), "Glass", "no_shadow")] if len(mill.glass) else []
+    found += [_mesh(moved(carrier, mill.frame), "Rim")] if len(mill.frame) else []
+    for body in mill.inner:
+        found.append(_mesh(moved(mill.pose(body.motion, poses), body.triangles), "Steel"))
     return found
 
 

@@ -1,18 +1,17 @@
-"""The picture of a mill at a moment: balls as exact spheres, drum, rims and rotor, drawn by VTK into memory.
+"""The picture of a mill at a moment: balls as exact spheres, a container of glass, bodies of steel, drawn by VTK into memory.
 
 Everything is made once; a frame only moves what moves. One Scene per process: OSMesa has one current context.
 """
 
-import math
-
 import numpy as np
 
+from milltools import motions
+from milltools.bodies import Mill
 from milltools.errors import UserError
 from milltools.render import window as windows
 from milltools.render.overlay import DARK, LIGHT, Overlay
 from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
 from milltools.render.shade import Look, Shade
-from milltools.render.shapes import Mill
 
 SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}
 LEAST, MOST = 16, 8192  # pixels of a side
@@ -87,13 +86,16 @@ class Scene:
         self._eye = actors.Eye(self._window, tile, count, ground, self._transparent)
         diameter = run.balls("diameter")
         self._balls = actors.Balls(diameter / 2)
-        self._rotor = actors.rotor(self.mill, METAL)
-        self._glass = actors.Glass(self.mill, GLASS)
-        rims = actors.rims(self.mill, RIM)
-        for actor in (self._balls.actor, *self._rotor, *rims, *self._glass.actors):
-            self._eye.renderer.AddActor(actor)
+        self._place = actors.place
+        self._glass = actors.Glass(self.mill.glass, GLASS)
+        carrier, rims = self.mill.carrier, actors.rims(self.mill.frame, RIM)
+        self._moving = [(body.motion, actors.metal(body.triangles, METAL)) for body in self.mill.inner]
+        solid = [self._balls.actor, *rims, *(actor for _, actor in self._moving)]
+        self._moving += [(carrier, actor) for actor in (*rims, *self._glass.actors)]
         self._shadow = actors.Shadow(self._window, tile, self.mill)
-        for actor in (self._balls.actor, *self._rotor, *rims):
+        for actor in (*solid, *self._glass.actors):
+            self._eye.renderer.AddActor(actor)
+        for actor in solid:
             self._shadow.renderer.AddActor(actor)
         self._radius = float(np.median(diameter)) / 2
         self.look(camera)
@@ -108,15 +110,16 @@ class Scene:
         """Another camera from the next frame on (an orbit has one for every frame)."""
         frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
         self.camera = camera.placed(self.size, frame)
-        self._glass.look(self.camera)
         eye, lamp = self._eye.look(self.camera, self.mill), self._shadow.look(self.camera)
         self._shade = Shade(eye, lamp, self._radius, self._how["look"])
 
     def draw(self, state) -> np.ndarray:
         """The picture of a trajectory.State: (h, w, 3) uint8, top row first; (h, w, 4) on a transparent background."""
         self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
-        for actor in self._rotor:
-            actor.SetOrientation(math.degrees(self.run.rotor_angle(state.time)), 0, 0)
+        poses = state.poses or {}
+        for motion, actor in self._moving:
+            self._place(actor, self.mill.pose(motion, poses))
+        self._glass.look(self.camera, self.mill.pose(self.mill.carrier, poses))
         lamp = self._shadow.render()
         picture, depth = self._see()
         light, grid = self._shade.light(depth, lamp), self._shade.grid
@@ -153,6 +156,4 @@ def caption(run) -> str:
     """What the picture is of, as in "4000 balls, 1000 rpm"."""
     count = len(run.balls("mass"))
     words = f"{count} ball{'s' if count != 1 else ''}"
-    if run.has_rotor:
-        words += f", {run.rotor_speed * 30 / math.pi:.4g} rpm"
-    return words
+    return ", ".join([words, *motions.speeds(run)])

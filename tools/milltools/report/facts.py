@@ -7,6 +7,7 @@ import shlex
 
 import numpy as np
 
+from milltools import motions
 from milltools.pages import plain
 from milltools.report.numbers import MISSING, SPACE, Number, count, scaled, small, with_error
 
@@ -87,8 +88,17 @@ def joined(words: list[str]) -> str:
     )
 
 
-def mill(run) -> str:
-    """In a round drum of 150 x 120 mm with a rotor of 5 blades at 1000 rpm."""
+def _vessel(run) -> str:
+    """What holds the balls, as in "a round drum, 150 mm wide and 120 mm long inside"."""
+    if run.vessel:
+        place = f"body.{run.vessel}"
+        words = f"the container “{plain(run.vessel)}”"
+        sizes = ["size", "radius", "end_radius", "length"]
+        sizes = [
+            f"{name.replace('_', ' ')} " + " x ".join(f"{1e3 * v:.4g}" for v in run.vector(f"{place}/{name}")) + f"{SPACE}mm"
+            for name in sizes if run.text(f"{place}/{name}", "")
+        ]  # fmt: skip
+        return f"{words}, a {plain(run.text(f'{place}/shape'))}" + (f" of {joined(sizes)}" if sizes else "")
     wavy = run.text("drum/profile", "circle") == "wavy"
     words = (
         f"a {'wavy' if wavy else 'round'} drum, {length(2 * run.quantity('drum/radius'))} wide and "
@@ -99,31 +109,54 @@ def mill(run) -> str:
             f" ({run.quantity('drum/buckles'):.0f} buckles of "
             f"{length(run.quantity('drum/buckle_height'))})"
         )
-    if not run.has_rotor:
+    return words
+
+
+def _bodies(run) -> list[str]:
+    """The bodies in the mill, as in "12 pins"."""
+    found = []
+    for name in run.named("body"):
+        copies = int(run.quantity(f"body.{name}/copies", 1))
+        if name != run.vessel:
+            found.append(f"{copies} × {plain(name)}" if copies > 1 else plain(name))
+    return found
+
+
+def mill(run) -> str:
+    """In a round drum of 150 x 120 mm with a rotor of 5 blades at 1000 rpm."""
+    words, own = _vessel(run), []
+    if run.has_rotor:
+        blades = len(run.blades())
+        what = f"{blades} blade{'s'[: blades != 1]}" if blades else "no blades"
+        own.append(f"a rotor of {what} at {motions.speed(run, 'rotor')}")
+    own += _bodies(run)
+    if not own and not run.driven:
         return words + ", without a rotor"
-    blades, speed = len(run.blades()), run.rotor_speed * 30 / math.pi
-    what = f"{blades} blade{'s'[: blades != 1]}" if blades else "no blades"
-    return words + f", with a rotor of {what} at {speed:.4g}{SPACE}rpm"
+    words += f", with {joined(own)}" if own else ""
+    moving = [f"{plain(name)} {plain(motions.words(run, name))}" for name in run.named("motion")]
+    return words + (f"; {joined(moving)}" if moving else "")
 
 
 def sampled(run) -> bool:
     return run.has_statistics and run.duration > 0
 
 
-def rotor_mean(run, name: str, unit: str) -> Number | None:
-    """Mean power or torque of the rotor with its standard error; None without a rotor that turns."""
-    if not (run.rotor_speed and sampled(run) and run.has(f"statistics/rotor/{name}")):
+def drive_mean(run, name: str, unit: str) -> Number | None:
+    """Mean power or torque of the rotor, or the power of all motions, with its standard error; None where nothing moves."""
+    where = f"{run.driven}/{name}"
+    if not (run.driven and sampled(run) and run.has(f"statistics/{where}")):
         return None
-    return with_error(
-        float(run.statistic(f"rotor/{name}")), float(run.statistic(f"rotor/{name}_error")), unit
-    )
+    return with_error(float(run.statistic(where)), run.standard_error(where), unit)
 
 
-def rotor_remark(run) -> str:
+def drive_remark(run) -> str:
     """What its mean is over."""
-    turns = run.duration * abs(run.rotor_speed) / (2 * math.pi)
-    words = f"over {turns:.3g} revolution{'s'[: abs(turns - 1) >= 5e-3]}"
-    if not math.isfinite(float(run.statistic("rotor/power_error"))):
+    what = "revolution" if run.driven == "rotor" else "period"
+    turns = run.duration / run.period if math.isfinite(run.period) else math.nan
+    words = f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}" if turns == turns else "over the window"
+    if run.driven == "drive" and len(run.motions) > 1 and turns == turns:
+        words += " of the slowest motion"
+    if not math.isfinite(run.standard_error(f"{run.driven}/power")):
         return words + ": error not known"
     return words
 
@@ -149,16 +182,18 @@ def energy_error(run) -> str:
     return str(small(run.read("run/energy_balance_error")))
 
 
-def _rotor_sentence(run) -> str:
-    power = rotor_mean(run, "power", "W")
+def _drive_sentence(run) -> str:
+    power = drive_mean(run, "power", "W")
     if power is None:
         dissipated = scaled(run.statistic("impacts/all/dissipated_power"), "W")
-        return f"No rotor drives them; the contacts dissipate {dissipated}."
+        who = "Nothing drives" if run.driven == "drive" else "No rotor drives"
+        return f"{who} them; the contacts dissipate {dissipated}."
     mass = float(np.sum(run.balls("mass")))
-    torque = rotor_mean(run, "torque", "N m")
+    torque = drive_mean(run, "torque", "N m")
+    words = f" at a torque of {torque}" if torque else ""
     return (
-        f"The rotor puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram) at a torque of {torque} "
-        f"({rotor_remark(run)})."
+        f"The {run.driven} puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram){words} "
+        f"({drive_remark(run)})."
     )
 
 
@@ -201,16 +236,16 @@ def verdict(run) -> list[str]:
     said.append(
         f"It was {reached} and sampled for {scaled(run.duration, 's')}, from {scaled(first, 's')} to {scaled(last, 's')}."
     )
-    return [*said, _rotor_sentence(run), _speed_sentence(run), _trust_sentence(run)]
+    return [*said, _drive_sentence(run), _speed_sentence(run), _trust_sentence(run)]
 
 
 def tiles(run) -> list[tuple[str, str, str]]:
     """(what, the figure, how it is to be read) of the four figures at the top."""
     found = []
     if sampled(run):
-        power = rotor_mean(run, "power", "W")
+        power = drive_mean(run, "power", "W")
         if power is not None:
-            found.append(("rotor power", str(power), rotor_remark(run)))
+            found.append((f"{run.driven} power", str(power), drive_remark(run)))
         else:
             lost = scaled(run.statistic("impacts/all/dissipated_power"), "W")
             found.append(("dissipated power", str(lost), "in all contacts"))

@@ -14,7 +14,7 @@ from milltools import rerun
 from milltools.errors import UserError
 from milltools.report import frames
 
-TURN = math.radians(8)  # of the rotor from one frame to the next, at most
+TURN = 8 / 360  # of a turn of the rotor from one frame to the next, at most
 STILL = 1e6  # [byte] of a page for the picture, at most
 CHEAP = 30.0  # [s] of CPU time, at most, unless it is asked for
 ROOM = 2e9  # [byte] of temporary disk, likewise
@@ -37,13 +37,16 @@ class Finer:
     def frame(self, index, name="velocity"):
         return self._other.frame(int(index) + self._first, name)
 
+    def poses(self, index):
+        return self._other.poses(int(index) + self._first)
+
 
 def interval(run) -> float:
-    """How far frames may be apart [s]: 1, 2 or 5 times a power of ten, in which the rotor turns by no more than TURN and a ball
-    of usual speed moves by no more than its diameter. Infinite where nothing moves."""
+    """How far frames may be apart [s]: 1, 2 or 5 times a power of ten, in which the slowest motion goes by no more than TURN of
+    its period and a ball of usual speed moves by no more than its diameter. Infinite where nothing moves."""
     speed = np.linalg.norm(run.frame(len(run.frame_times()) - 1, "velocity").astype(float), axis=1)
     usual = math.sqrt(float((speed**2).mean()))
-    limits = [TURN / abs(run.rotor_speed)] if run.rotor_speed else []
+    limits = [TURN * run.period] if math.isfinite(run.period) else []
     if usual > 0:
         limits.append(float(np.median(run.balls("diameter"))) / usual)
     if not limits:

@@ -1,7 +1,7 @@
 """The frames of a run as the 3D player of the report gets them: few enough, small, and in bytes a browser unpacks itself.
 
 Frames are chosen by a stride so that the whole fits the room there is; of very many balls every k-th is taken. A
-position is three uint16 in the box around the drum's inside, so it is off by half a step at most: (upper - lower) / 131070,
+position is three uint16 in the box around all that the container sweeps, so it is off by half a step at most: (upper - lower) / 131070,
 1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 each, the 256th of
 0..limit that it lies in; what is beyond the limit counts as the last one. A frame of n balls is 9 n bytes, one plane of n bytes after the other:
 
@@ -18,8 +18,8 @@ import zlib
 
 import numpy as np
 
+from milltools.bodies import Mill
 from milltools.errors import UserError
-from milltools.profile import Profile
 
 MOST_FRAMES = 300
 MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
@@ -52,7 +52,7 @@ def planned(run) -> Packed:
     index = np.arange(0, stored, -(-stored // MOST_FRAMES))
     chosen = np.arange(0, balls, -(-balls // MOST_BALLS))
     limits = dict.fromkeys(UNITS, 0.123456)
-    return Packed(b"", index, stored, chosen, balls, *_box(run), limits)
+    return Packed(b"", index, stored, chosen, balls, *_box(run, index), limits)
 
 
 def pack(run, room: int) -> Packed:
@@ -97,15 +97,15 @@ def _counts(run):
     return stored, balls
 
 
-def _box(run):
-    """Lower and upper corner of the box around the drum's inside (3,) [m]."""
-    half, reach = run.quantity("drum/length") / 2, Profile.of(run.deck().get).outermost
-    upper = np.array([half, reach, reach])
-    return -upper, upper
+def _box(run, index):
+    """Lower and upper corner of the box around what the container sweeps in some frames (3,) [m]."""
+    mill = Mill.of(run)
+    hull = mill.swept([run.poses(int(k)) for k in index] if mill.carrier else [])
+    return hull.min(axis=0), hull.max(axis=0)
 
 
 def _pack(run, index, chosen):
-    lower, upper = _box(run)
+    lower, upper = _box(run, index)
     balls = _Balls(run, chosen)
     limits = balls.limits(index)
     gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip, without a time: the same bytes always

@@ -72,58 +72,51 @@ const Mill3D = (() => {
     return geometry;
   }
 
-  /** The wall between both ends: an outline [[y, z], ...] drawn out along x. */
-  function wall(outline, half) {
-    const n = outline.length, points = [], triangles = [];
-    for (const [y, z] of outline) points.push(-half, y, z, half, y, z);
-    for (let k = 0; k < n; k++) {
-      const a = 2 * k, b = 2 * ((k + 1) % n);
-      triangles.push(a, b, a + 1, b, b + 1, a + 1);
-    }
-    return surface(points, triangles);
+  /** Float32Array of base64 text. */
+  const floats = (text) => new Float32Array(bytesOf(text).buffer);
+
+  /** Vectors of base64 text. */
+  function vectors(text) {
+    const values = floats(text);
+    return Array.from({ length: values.length / 3 }, (_, k) => new T.Vector3().fromArray(values, 3 * k));
   }
 
-  /** A ring around the outline, `thick` square, its inner end at x. */
-  function ring(outline, x, thick) {
-    const n = outline.length, points = [], triangles = [];
-    const across = [[0, 0], [thick, 0], [thick, thick], [0, thick]]; // (along x, outwards)
-    for (let side = 0; side < 4; side++) {
-      for (const [y, z] of outline) {
-        for (const [along, out] of [across[side], across[(side + 1) % 4]]) {
-          const grown = 1 + out / Math.hypot(y, z);
-          points.push(x + along, y * grown, z * grown);
-        }
-      }
-      for (let k = 0; k < n; k++) {
-        const a = 2 * (side * n + k), b = 2 * (side * n + ((k + 1) % n));
-        triangles.push(a, b, a + 1, b, b + 1, a + 1);
-      }
+  /** Six-sided bars along lines. */
+  function bars({ lines, width }, material) {
+    const ends = vectors(lines), one = new T.Group(), up = new T.Vector3(0, 1, 0);
+    const mesh = new T.InstancedMesh(new T.CylinderGeometry(width, width, 1, 6), material, ends.length / 2);
+    for (let k = 0; k < ends.length; k += 2) {
+      const along = ends[k + 1].clone().sub(ends[k]);
+      one.position.copy(ends[k]).add(ends[k + 1]).multiplyScalar(0.5);
+      one.scale.set(1, along.length() + 0.6 * width, 1);
+      one.quaternion.setFromUnitVectors(up, along.normalize());
+      one.updateMatrix();
+      mesh.setMatrixAt(k / 2, one.matrix);
     }
-    return surface(points, triangles);
+    mesh.frustumCulled = false;
+    return mesh;
   }
 
-  /** Shaft and blades as at rotor angle 0; turning is rotation.x of the group. */
-  function rotor(head, material) {
-    const group = new T.Group();
-    const { shaft, blades } = head.rotor;
-    if (shaft > 0) {
-      const body = new T.Mesh(new T.CylinderGeometry(shaft, shaft, head.drum.length, 48), material);
-      body.rotation.z = Math.PI / 2;
-      group.add(body);
+  /** A body of player.py: triangles whose corners are smooth but for edges of more than some 35 degrees. */
+  function solid(body) {
+    const points = floats(body.points), corners = new (body.wide ? Uint32Array : Uint16Array)(bytesOf(body.corners).buffer);
+    const face = [], around = new Map(); // normals of the triangles; at which triangles a point is
+    for (let k = 0; k < corners.length; k += 3) {
+      const [a, b, c] = [0, 1, 2].map((j) => new T.Vector3().fromArray(points, 3 * corners[k + j]));
+      face.push(b.sub(a).cross(c.sub(a))); // its length is twice the area: large ones count for more
+      for (let j = k; j < k + 3; j++) around.set(corners[j], [...(around.get(corners[j]) ?? []), k / 3]);
     }
-    for (const b of blades) {
-      const box = new T.Mesh(new T.BoxGeometry(b.width, b.tip, b.thickness), material);
-      box.position.y = b.tip / 2;
-      const pitched = new T.Group(); // about the blade's own radial mid-line, y
-      pitched.rotation.y = -b.pitch;
-      pitched.add(box);
-      const placed = new T.Group();
-      placed.rotation.x = b.angle;
-      placed.position.x = b.position;
-      placed.add(pitched);
-      group.add(placed);
-    }
-    return group;
+    const place = new Float32Array(3 * corners.length), normal = new Float32Array(3 * corners.length);
+    corners.forEach((point, k) => {
+      const own = face[Math.floor(k / 3)], sum = new T.Vector3();
+      for (const other of around.get(point)) if (face[other].dot(own) >= 0.82 * face[other].length() * own.length()) sum.add(face[other]);
+      place.set(points.subarray(3 * point, 3 * point + 3), 3 * k);
+      sum.normalize().toArray(normal, 3 * k);
+    });
+    const geometry = new T.BufferGeometry();
+    geometry.setAttribute('position', new T.BufferAttribute(place, 3));
+    geometry.setAttribute('normal', new T.BufferAttribute(normal, 3));
+    return geometry;
   }
 
   class View {
@@ -149,24 +142,54 @@ const Mill3D = (() => {
 
     #furnish() {
       const { head, scene } = this;
-      const { outline, length } = head.drum;
-      this.steel = new T.MeshPhongMaterial({ specular: 0x333333, shininess: 25, flatShading: false });
+      this.steel = new T.MeshPhongMaterial({ specular: 0x333333, shininess: 25, side: T.DoubleSide });
       this.shell = new T.MeshLambertMaterial({ transparent: true, depthWrite: false, side: T.DoubleSide });
-      this.rim = new T.MeshLambertMaterial({ side: T.DoubleSide });
-      this.reach = Math.max(...outline.map(([y, z]) => Math.hypot(y, z)));
-      const drum = new T.Mesh(wall(outline, length / 2), this.shell);
-      drum.renderOrder = 1; // after the balls: it is seen through
-      const thick = 0.025 * this.reach;
-      scene.add(drum, new T.Mesh(ring(outline, length / 2, thick), this.rim),
-        new T.Mesh(ring(outline, -length / 2, -thick), this.rim));
-      this.rotor = head.rotor ? rotor(head, this.steel) : new T.Group();
-      scene.add(this.rotor, this.#balls());
+      this.rim = new T.MeshLambertMaterial();
+      this.world = new T.Group(); // all that is turned when the camera rides on the container
+      this.world.matrixAutoUpdate = false;
+      this.poses = floats(head.poses);
+      this.moving = head.motions.map(() => new T.Group());
+      for (const group of this.moving) group.matrixAutoUpdate = false;
+      for (const body of head.bodies) {
+        const mesh = new T.Mesh(solid(body), this[body.look]);
+        if (body.look === 'shell') mesh.renderOrder = 1; // after the balls: it is seen through
+        (this.moving[body.motion] ?? this.world).add(mesh);
+      }
+      (this.moving[head.carrier] ?? this.world).add(bars(head.edges, this.rim));
+      this.world.add(...this.moving, this.#balls());
+      scene.add(this.world);
       const sun = new T.DirectionalLight(0xffffff, 2.2); // from over the viewer's left shoulder
       sun.position.set(-0.6, 1, 0.8);
       this.camera.add(sun, sun.target);
       const sky = new T.HemisphereLight(0xffffff, 0x8890a0, 1.5);
       sky.position.fromArray(head.up);
       scene.add(this.camera, sky);
+    }
+
+    /** The pose of a motion in a frame, three rows of four. */
+    pose(frame, motion) {
+      const from = 12 * (frame * this.moving.length + motion);
+      return this.poses.subarray(from, from + 12);
+    }
+
+    /** Whether the camera stands on the container, which then does not move, or in the laboratory. */
+    ride(riding) {
+      this.riding = riding;
+      this.look(this.name);
+    }
+
+    #move(frame) {
+      const { carrier } = this.head;
+      this.moving.forEach((group, k) => {
+        group.matrix.set(...this.pose(frame, k), 0, 0, 0, 1);
+        group.matrixWorldNeedsUpdate = true;
+      });
+      this.world.matrix.identity();
+      if (this.riding) {
+        const now = this.moving[carrier].matrix.clone().invert();
+        this.world.matrix.set(...this.pose(0, carrier), 0, 0, 0, 1).multiply(now);
+      }
+      this.world.matrixWorldNeedsUpdate = true;
     }
 
     #balls() {
@@ -189,7 +212,7 @@ const Mill3D = (() => {
       return balls;
     }
 
-    /** Puts balls and rotor as in a frame, coloured by quantity number `by`; draw() shows it. */
+    /** Puts balls and bodies as in a frame, coloured by quantity number `by`; draw() shows it. */
     place(frame, by) {
       const { head, count, colours } = this;
       const { position, value } = this.frames;
@@ -203,7 +226,7 @@ const Mill3D = (() => {
         }
       }
       this.balls.instanceMatrix.needsUpdate = this.balls.instanceColor.needsUpdate = true;
-      this.rotor.rotation.x = head.angles[frame];
+      this.#move(frame);
     }
 
     draw() {
@@ -223,7 +246,7 @@ const Mill3D = (() => {
       return performance.now() - begin;
     }
 
-    /** The colours of drum and rotor, for light or dark surroundings. */
+    /** The colours of container and bodies, for light or dark surroundings. */
     ink(dark) {
       this.steel.color.set(dark ? 0x9aa3b2 : 0x6b7280);
       this.shell.color.set(dark ? 0xb8c8e6 : 0x52698c);
@@ -239,22 +262,23 @@ const Mill3D = (() => {
       if (!this.moved) this.look(this.name);
     }
 
-    /** A named view of the whole drum: "front", "three-quarter" or "end". */
+    /** A named view of all that the container sweeps, or of it: "front", "three-quarter" or "end". */
     look(name) {
       const toward = new T.Vector3(...this.head.views[name]).normalize();
       const right = new T.Vector3(...this.head.up).cross(toward);
       if (right.length() < 1e-6) right.set(0, 1, 0); // from straight above
       right.normalize();
       const up = toward.clone().cross(right);
+      const hull = vectors(this.head.hulls[this.riding ? 1 : 0]);
+      const low = hull[0].clone(), high = hull[0].clone();
+      for (const p of hull) { low.min(p); high.max(p); }
+      const middle = low.add(high).multiplyScalar(0.5);
       const rise = Math.tan((FIELD * Math.PI) / 360), wide = rise * this.camera.aspect;
-      const half = this.head.drum.length / 2 + 0.03 * this.reach;
       let distance = 0;
-      for (const [y, z] of this.head.drum.outline) {
-        for (const x of [-half, half]) {
-          const p = new T.Vector3(x, 1.03 * y, 1.03 * z);
-          const out = Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / rise);
-          distance = Math.max(distance, p.dot(toward) + 1.04 * out);
-        }
+      for (const p of hull) {
+        p.sub(middle);
+        const out = Math.max(Math.abs(p.dot(right)) / wide, Math.abs(p.dot(up)) / rise);
+        distance = Math.max(distance, p.dot(toward) + 1.07 * out);
       }
       this.name = name;
       this.moved = false;
@@ -263,8 +287,8 @@ const Mill3D = (() => {
       this.camera.updateProjectionMatrix();
       this.controls.minDistance = 0.2 * distance;
       this.controls.maxDistance = 4 * distance;
-      this.controls.target.set(0, 0, 0);
-      this.camera.position.copy(toward.multiplyScalar(distance));
+      this.controls.target.copy(middle);
+      this.camera.position.copy(toward.multiplyScalar(distance).add(middle));
       this.controls.update();
     }
 

@@ -7,7 +7,9 @@
      colourBy(name)  "speed", "spin", "energy"           look(name)  "front", "three-quarter", "end"
      positions()     centres of the balls as drawn, Float32Array (n, 3) [m]
      levels()        what they are coloured by, Uint8Array (n,): 255 is the end of the colours
-     rotorAngle()    angle of the rotor as drawn [rad]   draws       pictures drawn so far */
+     pose(name)      of a motion as drawn, three rows of four: what it carries is at rotation p + centre
+     ride(riding)    whether the camera rides on the container
+     draws           pictures drawn so far */
 'use strict';
 
 (() => {
@@ -86,6 +88,8 @@
       on(part('slider'), 'input', () => this.show(Number(part('slider').value)));
       on(part('slow'), 'change', () => this.begin());
       on(part('colour'), 'change', () => this.colourBy(part('colour').value));
+      const camera = part('camera');
+      if (camera) on(camera, 'change', () => this.ride(camera.value === 'riding'));
       for (const button of this.figure.querySelectorAll('[data-view]')) {
         on(button, 'click', () => this.look(button.dataset.view));
       }
@@ -295,7 +299,13 @@
       return value.slice(at, at + n);
     }
 
-    rotorAngle() { return this.view.rotor.rotation.x; }
+    pose(name) { return this.view.pose(this.frame, this.head.motions.indexOf(name)); }
+
+    ride(riding) {
+      this.view.ride(riding);
+      this.place();
+      this.draw();
+    }
   }
 
   const begin = () => {

@@ -16,9 +16,8 @@ import json
 import matplotlib
 import numpy as np
 
+from milltools.bodies import Mill
 from milltools.errors import UserError
-from milltools.kinds import KINDS
-from milltools.profile import Profile
 from milltools.render import camera
 from milltools.report import frames
 from milltools.report.finer import Finer
@@ -52,7 +51,7 @@ CONTROLS = """\
 <span class="mp-time"></span></div>
 <label>Slow motion <select class="mp-slow">{speeds}</select></label>
 <label>Colour <select class="mp-colour">{quantities}</select></label>
-<div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
+{riding}<div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
 <div class="mp-ticks" aria-hidden="true">{ticks}</div></div>
 <div class="mp-views" role="group" aria-label="View">
 <button type="button" data-view="front">Front</button>
@@ -61,6 +60,10 @@ CONTROLS = """\
 <button type="button" class="mp-reset">Reset</button>
 <button type="button" class="mp-full">Full screen</button></div>
 </div>
+"""
+RIDING = """\
+<label>Camera <select class="mp-camera"><option value="laboratory">laboratory</option>
+<option value="riding">riding on the container</option></select></label>
 """
 
 
@@ -129,8 +132,10 @@ def _json(thing) -> str:
 def _head(run, packed):
     times = run.frame_times()[packed.index]
     quantities = [_quantity(name, packed.limits[name]) for name in packed.limits]
-    up, views = _views(run)
-    outline = Profile.of(run.deck().get).outline()
+    up, views = _views(run, packed.index[0])
+    mill = Mill.of(run)
+    poses = [run.poses(int(k)) for k in packed.index]
+    names = list(poses[0])
     begin = run.quantity("run/sample_from", 0.0)
     later = np.flatnonzero(times >= begin * (1 - 1e-9))
     table = matplotlib.colormaps[COLOURS](np.arange(256), bytes=True)[:, :3]
@@ -140,18 +145,19 @@ def _head(run, packed):
         "labels": _labels(times),
         "smooth": isinstance(run, Finer),
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
-        "angles": [float(run.rotor_angle(t)) for t in times],
+        "motions": names,
+        "carrier": names.index(mill.carrier) if mill.carrier in names else -1,
+        "poses": _numbers([[pose[name] for name in names] for pose in poses], "<f4"),
+        "bodies": _bodies(mill, names),
+        "edges": {"lines": _numbers(mill.edges, "<f4"), "width": mill.rim},
+        # points that a view holds: of all that the container sweeps, and of it as in the first frame
+        "hulls": [_numbers(hull, "<f4") for hull in (mill.hull, mill.swept(poses[:1]))],
         "first": int(later[0]) if len(later) else 0,
         "lower": packed.lower.tolist(),
         "upper": packed.upper.tolist(),
         "runs": _runs(run.balls("diameter")[packed.chosen]),
         "values": quantities,
         "colours": base64.b64encode(table.tobytes()).decode(),
-        "drum": {
-            "length": run.quantity("drum/length"),
-            "outline": [[round(float(c), 7) for c in corner] for corner in outline],
-        },
-        "rotor": _rotor(run),
         "up": up,
         "views": views,
     }
@@ -171,24 +177,33 @@ def _runs(diameters):
     return [[int(n), float(diameters[k])] for n, k in zip(many, starts, strict=True)]
 
 
-def _rotor(run):
-    if not run.has_rotor:
-        return None
-    blades = [
-        {
-            "position": b.position,
-            "angle": b.angle,
-            "tip": b.tip_radius,
-            "width": b.width,
-            "thickness": b.thickness,
-            "pitch": b.pitch,
-        }
-        for b in run.blades()
-    ]
-    return {"shaft": run.quantity("rotor/shaft_radius"), "blades": blades}
+def _numbers(values, kind) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def _views(run):
+def _bodies(mill, names):
+    """What is drawn beside the balls: look, number of the motion (-1: none), points [m] and the triangles' corners."""
+    parts = [("shell", mill.carrier, mill.glass)]
+    for motion in dict.fromkeys(body.motion for body in mill.inner):
+        own = [body.triangles for body in mill.inner if body.motion == motion]
+        parts.append(("steel", motion, np.concatenate(own)))
+    found = []
+    for look, motion, triangles in parts:
+        corners = triangles.reshape(-1, 3).astype("<f4")
+        points, index = np.unique(corners, axis=0, return_inverse=True)
+        found.append(
+            {
+                "look": look,
+                "motion": names.index(motion) if motion in names else -1,
+                "points": _numbers(points, "<f4"),
+                "corners": _numbers(index, "<u2" if len(points) < 1 << 16 else "<u4"),
+                "wide": len(points) >= 1 << 16,
+            }
+        )
+    return found
+
+
+def _views(run, first):
     """What is up (against gravity, else +z), and from where the named views look."""
     gravity = run.vector("gravity/acceleration")
     size = np.linalg.norm(gravity)
@@ -196,7 +211,7 @@ def _views(run):
     level = np.eye(3) - np.outer(up, up)  # columns: the axes, made level
     ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it stands
     ahead = ahead / np.linalg.norm(ahead)
-    views = {"end": [1.0, 0.0, 0.0]}
+    views = {"end": run.frame_axis(run.poses(int(first))).tolist()}
     for name in VIEWS:
         azimuth, elevation, _ = camera.PRESETS[name]
         a, e = np.radians([azimuth, elevation])
@@ -238,6 +253,7 @@ def _controls(head):
         quantities="".join(
             f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]
         ),
+        riding=RIDING if head["carrier"] >= 0 else "",
         title=quantity["label"],
         describe=quantity["describe"],
         gradient="linear-gradient(90deg,"
@@ -304,14 +320,17 @@ def _between(run, interval):
     text = f"Frames are {interval * 1e3:.4g} ms apart"
     facts = []
     if run.has_statistics and run.duration > 0:
-        rates = {kind: float(run.statistic(f"impacts/{kind}/rate")) for kind in KINDS}
+        rates = {kind: float(run.statistic(f"impacts/{kind}/rate")) for kind in run.kinds}
         rate = sum(rates.values()) + rates["ball_ball"]  # two balls have each of these
         many = rate * interval / len(run.balls("diameter"))
         facts.append(f"a ball has {_plain(many)} impact{'s' * (_plain(many) != '1')}")
-    if run.rotor_speed:
-        turn = abs(run.rotor_speed) * interval / (2 * np.pi)
+    if run.driven == "rotor":
+        turn = interval / run.period
         angle = f"{360 * turn:.3g}°" if turn < 1.5 else f"{_plain(turn)} turns"
         facts.append(f"the rotor turns by {angle}")
+    elif np.isfinite(run.period):
+        share = interval / run.period
+        facts.append(f"{_plain(share)} of a period of the slowest motion goes by")
     if facts:
         text += f"; from one to the next {' and '.join(facts)}"
     if isinstance(run, Finer):

@@ -7,9 +7,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from milltools import plot
+from milltools import plot, vessel
 from milltools.errors import UserError
-from milltools.profile import Profile
 
 SIZE = 960, 540
 
@@ -30,10 +29,10 @@ def _scene(run) -> bytes | None:
         from milltools.trajectory import State
     except ImportError:
         return None
-    place, velocity, spin = (
-        run.frame(-1, name).astype(float) for name in ("position", "velocity", "angular_velocity")
-    )
-    state = State(float(run.frame_times()[-1]), place, velocity, spin, None)
+    last = len(run.frame_times()) - 1
+    names = ("position", "velocity", "angular_velocity")
+    values = [run.frame(last, name).astype(float) for name in names]
+    state = State(float(run.frame_times()[last]), *values, poses=run.poses(last))
     try:
         look = camera.of("front", run), colour.of(run, "speed")
         with scene.Scene(run, SIZE, "draft", *look, background="studio") as drawing:
@@ -46,10 +45,10 @@ def _scene(run) -> bytes | None:
 def _flat(run) -> bytes:
     """Seen along the axis, the ones in front last."""
     figure, ax = plt.subplots(figsize=(8, 6.4), layout="constrained")
-    profile = Profile.of(run.deck().get)
-    ax.add_patch(plot.drum_rim(profile))
+    holds = vessel.of(run)
+    ax.add_patch(holds.rim(color="k"))
     ax.set_aspect("equal")
-    reach = 1.02 * profile.outermost
+    reach = 1.02 * holds.outermost
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_xlabel("y [m]")

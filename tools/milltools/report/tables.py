@@ -2,11 +2,10 @@
 
 import math
 
-from milltools.kinds import KINDS
+from milltools import kinds, motions
 from milltools.pages import lines, plain
 from milltools.report import facts
 from milltools.report.numbers import Number, count, scaled, share, small, with_error
-from milltools.runfile import KIND_LABEL
 
 CONTACT_HEADS = (
     "contacts",
@@ -24,7 +23,7 @@ def contacts(run) -> list[tuple[str, list[Number]]]:
     """By kind, then all; kinds that did not meet are left out, as on the terminal."""
     found = []
     total = float(run.statistic("impacts/all/dissipated_power"))
-    for row in (*KINDS, "all"):
+    for row in (*run.kinds, "all"):
         one = f"impacts/{row}"
         times = int(run.statistic(f"{one}/count"))
         if not times and row != "all":
@@ -33,7 +32,7 @@ def contacts(run) -> list[tuple[str, list[Number]]]:
         normal = f"{one}/normal_speed"
         found.append(
             (
-                KIND_LABEL[row],
+                kinds.label(row),
                 [
                     count(times),
                     scaled(run.statistic(f"{one}/rate"), "/s"),
@@ -58,6 +57,22 @@ def strikes(run) -> str:
     return f"{count(times)} strikes ({scaled(rate, '/s')}) when re-contacts of a pair within {scaled(window, 's')} are merged."
 
 
+def motion_rows(run) -> list[tuple[str, Number, str]]:
+    """What each motion gives, and how it goes."""
+    found = []
+    for name in run.motions:
+        place = f"motions/{name}"
+        if facts.sampled(run) and run.has(f"statistics/{place}/power"):
+            power, torque = (
+                with_error(float(run.statistic(f"{place}/{what}")), run.standard_error(f"{place}/{what}"), unit)
+                for what, unit in (("power", "W"), ("torque", "N m"))
+            )  # fmt: skip
+            remark = plain(motions.words(run, name))
+            remark += f"; torque {torque}" if torque.value else ""
+            found.append((f"power of {plain(name)}", power, remark))
+    return found
+
+
 def _energy_row(run, name, label):
     if not run.has_series(name):
         return []
@@ -71,9 +86,11 @@ def balance(run) -> list[tuple[str, object, str]]:
     """(what, value, remark): rotor, energies, account."""
     found = []
     for name, unit in (("power", "W"), ("torque", "N m")):
-        mean = facts.rotor_mean(run, name, unit)
+        mean = facts.drive_mean(run, name, unit)
         if mean is not None:
-            found.append((f"rotor {name}", mean, facts.rotor_remark(run)))
+            found.append((f"{run.driven} {name}", mean, facts.drive_remark(run)))
+    if run.driven == "drive":
+        found += motion_rows(run)
     if facts.sampled(run) and run.has("statistics/rotor/pinch_power"):
         pinches = run.statistic("rotor/pinch_power")
         if pinches > 0:
@@ -168,13 +185,8 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
         if run.has(f"run/{name}"):
             found.append((label, scaled(run.read(f"run/{name}"), unit), ""))
     if math.isfinite(run.cost):
-        met = sum(
-            int(run.read(f"run/events/collisions/{kind}"))
-            for kind in KINDS
-            if run.has(f"run/events/collisions/{kind}")
-        )
         cpu = float(run.read("run/cpu_time"))
-        rate = f"{scaled(met / cpu, '')} contacts per processor second" if cpu > 0 else ""
+        rate = f"{scaled(run.contacts / cpu, '')} contacts per processor second" if cpu > 0 else ""
         found.append(("price", Number(f"{run.cost:.4g} s/s", run.cost),
                       "processor seconds per simulated second" + (f"; {rate}" if rate else "")))  # fmt: skip
     found.append(("file", plain(run.path), str(scaled(size, "B"))))

@@ -17,7 +17,6 @@ import threading
 
 from milltools import processes
 from milltools.errors import UserError
-from milltools.kinds import KINDS
 from milltools.runfile import Run
 
 
@@ -166,7 +165,7 @@ def read(job, path) -> dict:
 def _facts(run) -> dict:
     time = run.time
     duration = float(run.read("statistics/duration"))
-    collisions = sum(int(run.read(f"run/events/collisions/{kind}")) for kind in KINDS)
+    collisions = run.contacts
     ended = run.read("run/ended_by") if run.has("run/ended_by") else "time"
     facts = {
         "time": time,
