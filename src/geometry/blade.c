@@ -111,7 +111,8 @@ static struct mill_sector sector(const struct mill_shape *shape, vec3 lo, vec3 h
     const double y = 0.5 * (y0 + y1), z = 0.5 * (z0 + z1), rho = sqrt(y * y + z * z);
     const double half = 0.5 * sqrt((y1 - y0) * (y1 - y0) + (z1 - z0) * (z1 - z0)) + margin;
     const double across = b->extent.across + radius + margin;
-    if (!(rho - half > across)) /* a box beyond the grid has no middle */
+    /* a box beyond the grid has no middle, and what moves otherwise than about x no angle */
+    if (!(rho - half > across) || isinf(b->extent.reach))
         return any;
     const double wide = mill_elementary_asin(half / rho);
     const double own = mill_elementary_asin(across / (rho - half));

@@ -224,6 +224,7 @@ START_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2)
     const struct recorded *run = &runs[_i];
     struct mill_species steel = {.radius = 0.0025};
     const struct mill_world world = {.g = {0, 0, -9.81},
+                                     .container = {.still = true},
                                      .balls = run->balls,
                                      .ball = balls,
                                      .species = &steel,
