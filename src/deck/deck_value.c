@@ -143,7 +143,8 @@ static bool is_in_range(const struct mill_key *key, double value, const char *te
         return true;
     print_shortest(key->lo, lo);
     print_shortest(key->hi, hi);
-    if (value > key->hi && (key->above || key->hi == MILL_KEY_LARGEST))
+    if (value > key->hi &&
+        (key->above || key->hi == MILL_KEY_LARGEST || key->type == MILL_KEY_VECTOR))
         snprintf(limit, sizeof limit, "at most %s%s%s", hi, space, unit);
     else if (key->above)
         snprintf(limit, sizeof limit, "greater than %s%s%s", lo, space, unit);
@@ -191,12 +192,15 @@ static bool read_numbers(const struct mill_units *units, const struct mill_key *
         const char *start = p + strspn(p, " \t");
         const bool apart = i == 0 || start > p;
         p = start;
-        if (key->unit_alone && isalpha((unsigned char)*p))
+        const bool at_unit = *p && !strchr("+-.0123456789", *p);
+        if (key->unit_alone && at_unit) {
             value[i] = 1.0;
-        else if (i > 0 && key->one_for_all && isalpha((unsigned char)*p))
-            value[i] = value[i - 1];
-        else if (!apart || !mill_deck_value_number(&p, &value[i]))
+        } else if (i == 1 && key->one_for_all && at_unit) {
+            value[1] = value[2] = value[0];
+            break;
+        } else if (!apart || !mill_deck_value_number(&p, &value[i])) {
             return refuse(key, true, text, "", why);
+        }
     }
     if (!read_unit(units, key, text, p + strspn(p, " \t"), &scale, why))
         return false;

@@ -3,6 +3,7 @@
 #include "fuzz.h"
 
 #include "deck/deck.h"
+#include "geometry/shapes.h"
 
 enum { MOST_ORDERS = 8 };
 
@@ -52,16 +53,26 @@ static void check_numbers(const struct mill_deck *d)
                  "gravity or rotor is not a number");
     for (int k = 0; k < d->kinds; k++)
         fuzz_require(d->balls[k].count > 0 && d->balls[k].diameter > 0.0 &&
-                         d->balls[k].diameter < 2.0 * d->drum_radius &&
-                         d->balls[k].diameter < d->drum_length && d->balls[k].density > 0.0,
+                         (!d->drum || (d->balls[k].diameter < 2.0 * d->drum_radius &&
+                                       d->balls[k].diameter < d->drum_length)) &&
+                         d->balls[k].density > 0.0,
                      "kind %d", k);
+    fuzz_require(d->drum == !d->container, "one container");
+    for (int k = 0; k < d->motions; k++)
+        fuzz_require(d->motion[k].on < k && d->motion[k].type->is_sound(d->motion[k].form),
+                     "motion %d", k);
+    for (int k = 0; k < d->bodies; k++)
+        fuzz_require(d->body[k].motion < d->motions && d->body[k].kind > 0 &&
+                         d->body[k].kind < d->contacts.count &&
+                         d->body[k].type->is_sound(d->body[k].form),
+                     "body %d", k);
     for (int k = 0; k < d->shapes; k++) {
         const struct mill_blade *b = d->shape[k].form;
         fuzz_require(d->shape[k].type == &mill_blade_type && b->tip_radius < d->drum_radius &&
                          b->width > 0.0 && b->thickness > 0.0,
                      "blade %d", k);
     }
-    for (int k = 0; k < MILL_KINDS; k++)
+    for (int k = 0; k < d->contacts.count; k++)
         fuzz_require(d->law[k].restitution >= 0.0 && d->law[k].restitution <= 1.0 &&
                          d->law[k].friction >= 0.0 && fabs(d->law[k].tangential) <= 1.0,
                      "law %d", k);
