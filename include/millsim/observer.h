@@ -52,8 +52,8 @@ struct mill_observer_type {
 
     /* Is it asked for? NULL: always. */
     bool (*wanted)(const struct mill_observe *);
-    /* Fills its struct, of zeros but for type and next = INFINITY, for a world at t = 0; neither is
-     * kept. MILL_FAILED: out of memory; freed in any case. */
+    /* Fills its struct, of zeros but for type and next = INFINITY, for a world at t = 0, which
+     * outlives it; what is asked for is not kept. MILL_FAILED: out of memory; freed in any case. */
     enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
                                const struct mill_world *, struct mill_error *);
     /* Tells its state, or takes up one that was saved. */

@@ -117,9 +117,9 @@ static enum mill_status build(struct run *r)
         .rotor_angle = deck->rotor_angle,
     };
     enum mill_status status = mill_deck_setup_world(deck, &watch, &r->world, r->error);
-    if (status == MILL_OK) /* of a body that holds the balls, the circle around it */
-        r->observe.drum = deck->drum ? mill_shapes_chamber(&drum).drum
-                                     : mill_profile_make(2, r->world->drum_radius, 0.0, 0.0);
+    if (status == MILL_OK) /* of a container that is a body the circle around it */
+        r->observe.drum = drum.radius > 0 ? mill_shapes_chamber(&drum).drum
+                                          : mill_profile_make(2, r->world->drum_radius, 0, 0);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)

@@ -1,12 +1,13 @@
-/* Stores where the balls are and how they move, at output.frames, as H5MD 1.1 (de Buyl, Colberg and
- * Hoefling, Comput. Phys. Commun. 185, 2014, 1546; www.nongnu.org/h5md). Frame k belongs to k times
- * the interval, computed so and not summed up. float32: 1e-8 m in a drum of 0.1 m is far below what
- * a picture or a correlation can show, and half the disk. The box carries no edges: it is open, and
- * MDAnalysis expects none then. */
+/* Stores where balls and motions are and how balls move, at output.frames, as H5MD 1.1 (de Buyl,
+ * Colberg and Hoefling, Comput. Phys. Commun. 185, 2014, 1546; www.nongnu.org/h5md). Frame k
+ * belongs to k times the interval, computed so and not summed up. float32: 1e-8 m in a drum of 0.1
+ * m is far below what a picture or a correlation can show, and half the disk. The box carries no
+ * edges: it is open, and MDAnalysis expects none then. */
 #include "observe/observers.h"
 
 #include "base/version.h"
 #include "millsim/state.h"
+#include "observe/poses.h"
 #include "observe/vtkhdf.h"
 
 #include <stdio.h>
@@ -23,6 +24,7 @@ struct frames {
     struct mill_h5 *file;
     struct mill_h5_column *step, *time, *value[STATES]; /* the file's */
     float *row;                                         /* one state of the balls */
+    struct mill_poses poses;
 };
 
 static const struct {
@@ -87,8 +89,9 @@ static void write_balls(struct mill_h5 *file, const struct mill_world *world)
     free(room);
 }
 
-static void open_columns(struct frames *frames, size_t balls)
+static void open_columns(struct frames *frames, const struct mill_world *world)
 {
+    const size_t balls = (size_t)world->balls;
     static const struct mill_h5_layout shared[2] = {
         {MILL_H5_I64, 0, {0}, 0, "1", "number of the frame", false},
         {MILL_H5_F64, 0, {0}, 0, "s", "simulated time", false}};
@@ -107,6 +110,7 @@ static void open_columns(struct frames *frames, size_t balls)
             mill_h5_link(file, name[k], path);
         }
     }
+    mill_poses_open(&frames->poses, file, world, frames->rows, name[0], name[1]);
 }
 
 static enum mill_status sample(struct mill_observer *self, const struct mill_world *world, double t,
@@ -127,6 +131,7 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
         }
         mill_h5_column_append(frames->value[state], 1, frames->row);
     }
+    mill_poses_append(&frames->poses, world, t);
     self->next = mill_observe_due(frames->asked.frames, frames->asked.end, ++frames->rows);
     return mill_h5_status(frames->file, error);
 }
@@ -150,7 +155,7 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     if (asked->frames == 0)
         return;
     self->next = mill_observe_due(asked->frames, asked->end, frames->rows);
-    open_columns(frames, (size_t)world->balls);
+    open_columns(frames, world);
     frames->row = malloc((3 * (size_t)world->balls + 1) * sizeof *frames->row);
     if (!frames->row)
         mill_h5_spend(file, "out of memory for frames");
@@ -159,7 +164,8 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
 static bool finish(struct mill_observer *self, const struct mill_world *world,
                    const struct mill_going *going)
 {
-    const struct frames *frames = (const struct frames *)self;
+    struct frames *frames = (struct frames *)self;
+    mill_poses_close(&frames->poses);
     return mill_vtkhdf_write(frames->file, &frames->asked, world, frames->rows, going);
 }
 

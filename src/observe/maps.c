@@ -1,12 +1,13 @@
 /* Where do balls hit? The layout of the maps, and impacts counted at the point of contact. Where
  * the balls are on average: maps_sample.c. How much of a cell lies inside the drum is known in
  * closed form for the circle; for any other profile the drum's own gap function is asked, so that
- * this file need not know the profile. */
+ * this file need not know the profile; for bodies, which vary along their axis too, maps_room.c. */
 #include "observe/maps.h"
 
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "geometry/shape.h"
+#include "observe/container.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,7 +34,8 @@ static double gap_towards(const struct mill_shape *drum, double r, int k)
     return gap_at(drum, r * at.cos, r * at.sin);
 }
 
-/* The drum unless it is (within 1e-9 of its radius) the circle, or there is none to ask: then NULL.
+/* The drum, of which a cross-section is enough, unless it is (within 1e-9 of its radius) the
+ * circle, or there is none to ask: then NULL.
  */
 static const struct mill_shape *odd_drum(const struct mill_world *world)
 {
@@ -146,7 +148,8 @@ bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as)
 
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
-    const struct mill_shape *drum = odd_drum(world);
+    const bool body = mill_container_is_body(world);
+    const struct mill_shape *drum = body ? NULL : odd_drum(world);
     const double radius = farthest(world, drum), half = world->drum_length / 2;
     const double wanted = round(world->drum_length / (radius / RINGS));
     const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);
@@ -157,6 +160,10 @@ bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
     set_axis(&layout.axial, 1, RINGS, 0, radius);
     if (!mill_maps_like(maps, &layout))
         return false;
+    if (body) {
+        mill_maps_room(maps, world);
+        return true;
+    }
     double *room = maps->cross.room, size = maps->cross.size[0];
     for (int i = -RINGS; i < RINGS; i++) {
         for (int k = -RINGS; k < RINGS; k++) {
@@ -211,9 +218,8 @@ static void hit(struct mill_map *map, double a, double b, const struct mill_impa
     hits->dissipation += impact->dissipation;
 }
 
-void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact)
+void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, vec3 at)
 {
-    const vec3 at = impact->position;
     hit(&maps->cross, at.y, at.z, impact);
     hit(&maps->axial, at.x, sqrt(at.y * at.y + at.z * at.z), impact);
 }

@@ -1,5 +1,6 @@
-/* Where in the mill does it happen? Two maps, `cross_section` (y, z) and `axial` (x, r): impacts,
- * and the time-averaged flow of the balls. */
+/* Where in the mill does it happen? Two maps in the container's own frame, `cross_section` (y, z)
+ * and `axial` (x, r): impacts, and the time-averaged flow of the balls as seen from the container.
+ */
 #ifndef MILL_MAPS_H
 #define MILL_MAPS_H
 
@@ -31,7 +32,7 @@ struct mill_map {
     double per[2];           /* [1/m] 1 / size */
     struct mill_map_flow *flow;
     struct mill_map_hits *hits;
-    double *room; /* [m^3] of the cell inside the drum */
+    double *room; /* [m^3] of the cell inside the container */
 };
 
 /* Each of the arrays holds the cells of `cross`, then those of `axial`. */
@@ -41,7 +42,8 @@ struct mill_maps {
     uint64_t samples; /* of the flow */
 };
 
-/* Cells of R/30 (2.5 mm in a drum of 75 mm): 60 x 60 over the cross-section, 30 rings. false: out
+/* Cells of R/30 (2.5 mm in a drum of 75 mm): 60 x 60 over the cross-section, 30 rings; R is the
+ * drum's radius, or that of the cylinder around a body, about the container's axis. false: out
  * of memory. Free them in any case. */
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world);
 /* Empty ones with the same cells */
@@ -55,8 +57,12 @@ void mill_maps_clear(struct mill_maps *maps);
 /* Tells them as the group "maps". */
 void mill_maps_tell(const struct mill_maps *maps, struct mill_sink *sink);
 
-/* Counts an impact; of a lasting one only the dissipation. */
-void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact);
+/* For mill_maps_init(), of a container that is a body: the room of the cells, to a few thousandths
+ * of a cell, within some tenths of a second. */
+void mill_maps_room(struct mill_maps *maps, const struct mill_world *world);
+
+/* Counts an impact at a place of the container's frame; of a lasting one only the dissipation. */
+void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, vec3 at);
 
 /* Adds the balls as they are at local time t. Each ball's volume is spread over 32 equal points
  * within it. */

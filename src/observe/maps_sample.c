@@ -67,6 +67,22 @@ INLINE void take(struct block *b, const struct mill_world *world, int32_t first,
     }
 }
 
+/* The balls as their container's frame sees them */
+INLINE void ride(struct block *b, const struct mill_pose *frame)
+{
+    for (int i = 0; i < b->padded; i++) {
+        const vec3 r = vec3_make(b->x[i], b->y[i], b->z[i]);
+        const vec3 v = vec3_sub(vec3_make(b->u[i], b->v[i], b->w[i]), mill_pose_velocity(frame, r));
+        const vec3 at = mill_pose_in(frame, r), moving = mill_pose_turn_in(frame, v);
+        b->x[i] = at.x;
+        b->y[i] = at.y;
+        b->z[i] = at.z;
+        b->u[i] = moving.x;
+        b->v[i] = moving.y;
+        b->w[i] = moving.z;
+    }
+}
+
 /* Cells of the four planes across one axis. No ball reaches so far beyond the wall that its outer
  * plane does; one that did would be moved inside. */
 INLINE void place_planes(const struct mill_map *map, int n, int axis, int stride,
@@ -156,9 +172,13 @@ static void
 sample(struct mill_maps *maps, const struct mill_world *world, double t)
 {
     const int cell = (int)sizeof *maps->cross.flow;
+    const bool still = world->container.still;
+    const struct mill_pose frame = mill_world_frame(world, t);
     struct block b __attribute__((aligned(64)));
     for (int32_t first = 0; first < world->balls; first += BLOCK) {
         take(&b, world, first, t);
+        if (!still)
+            ride(&b, &frame);
         place_planes(&maps->cross, b.padded, 0, cell * maps->cross.n[1], b.y, b.h, b.row);
         place_planes(&maps->cross, b.padded, 1, cell, b.z, b.h, b.column);
         place_planes(&maps->axial, b.padded, 0, cell * maps->axial.n[1], b.x, b.h, b.slice);

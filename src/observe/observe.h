@@ -19,7 +19,7 @@ struct mill_observe {
     double series;         /* [s] between rows of the time series */
     bool log_impacts;
     double rotor_angle;       /* [rad] at t = 0 */
-    struct mill_profile drum; /* its cross-section, for pictures */
+    struct mill_profile drum; /* its cross-section, or the circle around a body, for pictures */
 };
 
 /* Of what happens every `interval` [s] from 0 to `end`: time k; INFINITY: there is none. The last

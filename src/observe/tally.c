@@ -51,6 +51,16 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
+/* Where it happens, in the container's frame */
+static vec3 place_of(const struct mill_tally *tally, const struct mill_impact *impact)
+{
+    if (!tally->moves)
+        return impact->position;
+    const struct mill_pose frame =
+        mill_world_frame(tally->moves, impact->time - tally->moves->base);
+    return mill_pose_in(&frame, impact->position);
+}
+
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
                                   struct mill_error *error)
 {
@@ -62,7 +72,7 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         if (tally->at.open) {
             mill_energies_impact(&tally->gathered.energies, impact);
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
-            mill_maps_impact(&tally->gathered.maps, impact);
+            mill_maps_impact(&tally->gathered.maps, impact, place_of(tally, impact));
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }
@@ -249,6 +259,7 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     tally->kinds = world->kinds.count;
+    tally->moves = world->container.still ? NULL : world;
     for (int kind = 0; kind < tally->kinds; kind++) /* all surfaces are alike */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];

@@ -1,14 +1,15 @@
-/* VTKHDF 2.1 (docs.vtk.org, "VTKHDF file format"): a collection of three blocks of poly data, every
- * one with time steps, for readers stumble over collections in which only some have them. A step of
- * a block begins in each of its arrays at an offset. So what does not change is there once and
- * begins at 0 in every step; what changes lies frame after frame: balls as a virtual dataset, which
- * shows the rows (frame, ball) of /particles/trajectory as one long column, the rotor's few points
+/* VTKHDF 2.1 (docs.vtk.org, "VTKHDF file format"): a collection of blocks of poly data, every one
+ * with time steps, for readers stumble over collections in which only some have them. A step of a
+ * block begins in each of its arrays at an offset. So what does not change is there once and begins
+ * at 0 in every step; what changes lies frame after frame: balls as a virtual dataset, which shows
+ * the rows (frame, ball) of /particles/trajectory as one long column, the few points of what moves
  * in full. All steps are counted as the same one part, for their numbers of points and cells are
  * the same. Numbers that several blocks have in common are linked, not written again. */
 #include "observe/vtkhdf.h"
 
 #include "base/elementary.h"
-#include "geometry/shape.h"
+#include "geometry/shapes.h"
+#include "observe/poses.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,7 +23,7 @@
 /* Of the drum's radius: no triangle is farther from the surface that it stands for. */
 #define FLAT 1e-3
 
-enum { PATH = 160, MOST_WIDTH = 4 };
+enum { PATH = 192, BLOCK = 96, MOST_WIDTH = 4 };
 
 struct scene {
     struct mill_h5 *file;
@@ -31,7 +32,8 @@ struct scene {
     const struct mill_going *going;
     bool left; /* it was not to go on */
     size_t frames;
-    const char *block; /* its group */
+    int64_t blocks;    /* begun */
+    char block[BLOCK]; /* the group of the one that was begun last */
     char path[PATH];   /* as last told by `at` */
 };
 
@@ -83,9 +85,11 @@ static void put_typed_group(struct scene *s, const char *path, const char *type)
 /* ---- what all blocks have ---- */
 
 /* The block's group, its place in the collection and in the tree of names */
-static void begin_block(struct scene *s, const char *name, int64_t index, size_t points)
+static void begin_block(struct scene *s, const char *name, size_t points)
 {
     char place[PATH];
+    const int64_t index = s->blocks++;
+    snprintf(s->block, BLOCK, ROOT "/%s", name);
     put_typed_group(s, s->block, "PolyData");
     mill_h5_attribute(s->file, s->block, "Index", MILL_H5_I64, 0, &index);
     snprintf(place, sizeof place, ROOT "/Assembly/%s", name);
@@ -178,8 +182,7 @@ static void put_balls(struct scene *s)
 {
     static const char *const constant[] = {"diameter", "id", "mass", "species"};
     const size_t balls = (size_t)s->world->balls;
-    s->block = BALLS;
-    begin_block(s, "balls", 0, balls);
+    begin_block(s, "balls", balls);
     put_view(s, "", "Points", "position", "m", "centres of the balls, frame after frame");
     put_cells(s, "Vertices", balls, 1, NULL);
     put_steps(s, true, balls);
@@ -197,10 +200,10 @@ static void put_balls(struct scene *s)
     }
 }
 
-/* ---- drum and rotor ---- */
+/* ---- what stands still, and what motions carry ---- */
 
 bool mill_vtkhdf_outline(const struct mill_profile *drum, const struct mill_world *world,
-                         bool turning, struct mill_outline *outline)
+                         const struct mill_motion *motion, struct mill_outline *outline)
 {
     const struct mill_chamber chamber = {.drum = *drum, .half_length = 0.5 * world->drum_length};
     struct mill_mesh *mesh = &outline->mesh;
@@ -208,7 +211,7 @@ bool mill_vtkhdf_outline(const struct mill_profile *drum, const struct mill_worl
     for (int k = 0; k < world->shapes && !mesh->failed; k++) {
         const struct mill_shape *shape = world->shape[k];
         const size_t before = mesh->triangles;
-        if ((shape->motion != NULL) != turning)
+        if (shape->motion != motion)
             continue;
         shape->type->draw(shape, &chamber, FLAT * drum->radius, mesh);
         uint8_t *kind = realloc(outline->kind, mesh->triangles + 1);
@@ -231,7 +234,7 @@ void mill_vtkhdf_outline_free(struct mill_outline *outline)
     free(outline->number);
 }
 
-/* All points, the rotor at this angle */
+/* All points, turned about x by this angle */
 static void turn(const struct mill_mesh *mesh, double angle, float *to)
 {
     const struct mill_heading by = mill_elementary_heading(angle);
@@ -243,64 +246,138 @@ static void turn(const struct mill_mesh *mesh, double angle, float *to)
     }
 }
 
-/* A rotor that stands is as still as a drum. */
-static void put_body(struct scene *s, const struct mill_outline *outline, bool turning,
-                     float *points)
+/* All points, as a pose has them */
+static void move(const struct mill_mesh *mesh, const struct mill_poses_one *pose, float *to)
+{
+    for (size_t i = 0; i < mesh->points; i++) {
+        const vec3 r = mesh->point[i];
+        for (int k = 0; k < 3; k++) {
+            const double *row = pose->rotation[k];
+            to[3 * i + (size_t)k] =
+                (float)(row[0] * r.x + row[1] * r.y + row[2] * r.z + pose->centre[k]);
+        }
+    }
+}
+
+/* Does the motion, or what carries it, ever move? */
+static bool does_move(const struct mill_motion *motion)
+{
+    bool moves = false;
+    for (const struct mill_motion *m = motion; m; m = m->on)
+        moves = moves || m->type->period(m) < (double)INFINITY;
+    return moves;
+}
+
+/* The points of motion k (-1: what stands still) frame by frame, or of one that never moves once. A
+ * rotor is turned by the angle at the frame's time, to the same bits as in files of old. */
+static void put_points(struct scene *s, const struct mill_mesh *mesh, int k, bool moving,
+                       float *points)
 {
     static const struct mill_h5_layout corners = {
         MILL_H5_F32, 1, {3}, 0, "m", "corners of the triangles, frame after frame", false};
-    const struct mill_mesh *mesh = &outline->mesh;
-    const bool moving = turning && s->world->rotor_speed != 0.0;
+    const struct mill_world *world = s->world;
+    const bool rotor = k >= 0 && k == world->rotor && !world->motion[k]->on;
     const size_t dims[2] = {mesh->points, 3};
-    s->block = turning ? ROOT "/rotor" : ROOT "/drum";
-    begin_block(s, turning ? "rotor" : "drum", 1 + turning, mesh->points);
-    if (moving) {
-        struct mill_h5_column *column =
-            mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
-        for (size_t k = 0; k < s->frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK;
-             k++) {
-            const double time = mill_observe_due(s->asked->frames, s->asked->end, k);
-            turn(mesh, s->asked->rotor_angle + s->world->rotor_speed * time, points);
-            mill_h5_column_append(column, mesh->points, points);
-            s->left = s->going && !s->going->on(s->going->self, (double)k, (double)s->frames);
-        }
-        mill_h5_column_close(column);
-    } else {
-        turn(mesh, turning ? s->asked->rotor_angle : 0.0, points);
+    struct mill_poses_one *pose = NULL;
+    if (k >= 0 && !rotor)
+        pose = mill_poses_read(s->file, world->motion_name[k], s->frames);
+    if (k >= 0 && !rotor && !pose)
+        return;
+    if (!moving) {
+        if (pose)
+            move(mesh, pose, points);
+        else
+            turn(mesh, rotor ? s->asked->rotor_angle : 0.0, points);
         mill_h5_write(s->file, at(s, "", "Points"), MILL_H5_F32, 2, dims, points, "m",
                       "corners of the triangles");
+        free(pose);
+        return;
     }
+    struct mill_h5_column *column =
+        mill_h5_column_create(s->file, at(s, "", "Points"), &corners, 0);
+    for (size_t i = 0; i < s->frames && !s->left && mill_h5_status(s->file, NULL) == MILL_OK; i++) {
+        const double time = mill_observe_due(s->asked->frames, s->asked->end, i);
+        if (rotor)
+            turn(mesh, s->asked->rotor_angle + world->rotor_speed * time, points);
+        else
+            move(mesh, &pose[i], points);
+        mill_h5_column_append(column, mesh->points, points);
+        s->left = s->going && !s->going->on(s->going->self, (double)i, (double)s->frames);
+    }
+    mill_h5_column_close(column);
+    free(pose);
+}
+
+/* The block of motion k, or of what stands still: -1 */
+static void put_body(struct scene *s, const char *name, int k, const struct mill_outline *outline,
+                     float *points)
+{
+    const struct mill_mesh *mesh = &outline->mesh;
+    const struct mill_kinds *kinds = &s->world->kinds;
+    const bool moving = k >= 0 && does_move(s->world->motion[k]);
+    const char *kind[MILL_KINDS_MOST];
+    for (int i = 0; i < kinds->count; i++)
+        kind[i] = kinds->name[i];
+    begin_block(s, name, mesh->points);
+    put_points(s, mesh, k, moving, points);
     put_cells(s, "Polygons", mesh->triangles, 3, &mesh->corner[0][0]);
     put_steps(s, moving, mesh->points);
     mill_h5_write(
         s->file, at(s, "CellData", "kind"), MILL_H5_U8, 1, &mesh->triangles, outline->kind, "1",
         "what the triangle is part of, as the kind of contact with it: index into the attribute "
         "kinds");
-    mill_h5_attribute(s->file, s->path, "kinds", MILL_H5_TEXT, MILL_KINDS, mill_kind_name);
+    mill_h5_attribute(s->file, s->path, "kinds", MILL_H5_TEXT, (size_t)kinds->count, kind);
     mill_h5_write(s->file, at(s, "CellData", "number"), MILL_H5_I32, 1, &mesh->triangles,
-                  outline->number, "1", "number of the blade or end wall, -1 for drum and shaft");
+                  outline->number, "1",
+                  "number of the blade, end wall or copy of a body, -1 for drum and shaft");
     link_to(s, ALIKE, "Steps/CellDataOffsets", "kind");
     link_to(s, ALIKE, "Steps/CellDataOffsets", "number");
+}
+
+/* A drum that stands gives its name to all that stands still. */
+static const char *name_of_still(const struct mill_world *world)
+{
+    for (int i = 0; i < world->shapes; i++)
+        if (!world->shape[i]->motion && (world->shape[i]->type == &mill_cylinder_drum_type ||
+                                         world->shape[i]->type == &mill_wavy_type))
+            return "drum";
+    return "still";
+}
+
+/* That of the motion, unless another block has it */
+static void name_of_motion(const struct mill_world *world, int k, char name[BLOCK])
+{
+    static const char *const taken[] = {"balls", "drum", "still", "Assembly"};
+    const char *own = world->motion_name[k], *before = "";
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
+        before = strcmp(own, taken[i]) == 0 ? "motion_" : before;
+    snprintf(name, BLOCK, "%s%s", before, own);
 }
 
 bool mill_vtkhdf_write(struct mill_h5 *file, const struct mill_observe *asked,
                        const struct mill_world *world, uint64_t frames,
                        const struct mill_going *going)
 {
-    struct scene s = {file, asked, world, going, false, (size_t)frames, ROOT, ""};
+    struct scene s = {
+        .file = file, .asked = asked, .world = world, .going = going, .frames = (size_t)frames};
     if (frames == 0)
         return true;
     put_typed_group(&s, ROOT, "PartitionedDataSetCollection");
     mill_h5_group(file, ROOT "/Assembly", true);
     put_balls(&s);
-    for (int turning = 0; turning < 2; turning++) {
+    for (int k = -1; k < world->motions; k++) {
         struct mill_outline outline;
-        const bool drawn = mill_vtkhdf_outline(&asked->drum, world, turning, &outline);
+        char name[BLOCK];
+        const struct mill_motion *motion = k < 0 ? NULL : world->motion[k];
+        const bool drawn = mill_vtkhdf_outline(&asked->drum, world, motion, &outline);
         float *points = malloc((3 * outline.mesh.points + 1) * sizeof *points);
+        snprintf(name, sizeof name, "%s", name_of_still(world));
+        if (k >= 0)
+            name_of_motion(world, k, name);
         if (!drawn || !points)
             mill_h5_spend(file, "out of memory for the mill's outline");
         else if (outline.mesh.triangles > 0)
-            put_body(&s, &outline, turning, points);
+            put_body(&s, name, k, &outline, points);
         free(points);
         mill_vtkhdf_outline_free(&outline);
     }

@@ -41,7 +41,7 @@ static void impact_at(struct mill_maps *into, vec3 position, double speed, doubl
 {
     const struct mill_impact impact = {
         .position = position, .normal_speed = speed, .dissipation = loss};
-    mill_maps_impact(into, &impact);
+    mill_maps_impact(into, &impact, impact.position);
 }
 
 START_TEST(a_flat_mill_has_four_slices_and_a_long_one_400)

@@ -275,8 +275,8 @@ START_TEST(the_outline_tells_what_turns_and_names_every_triangle)
     build_mill(&seed, 0, &mill);
     struct mill_world world = {.drum_length = drum_length, .shapes = SHAPES, .shape = mill.shape};
     struct mill_outline still, turning;
-    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, false, &still));
-    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, true, &turning));
+    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, NULL, &still));
+    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, mill.rotor, &turning));
     size_t of_kind[MILL_KINDS] = {0};
     for (size_t t = 0; t < still.mesh.triangles; t++) {
         const double x = corner(&still.mesh, t, 0).x;
@@ -305,7 +305,7 @@ START_TEST(without_a_rotor_nothing_turns)
     struct mill_outline turning;
     build_mill(&seed, 0, &mill);
     struct mill_world world = {.drum_length = drum_length, .shapes = SHAFT, .shape = mill.shape};
-    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, true, &turning));
+    ck_assert(mill_vtkhdf_outline(&mill.chamber.drum, &world, mill.rotor, &turning));
     ck_assert_uint_eq(turning.mesh.triangles, 0);
     mill_vtkhdf_outline_free(&turning);
     mill_demolish(&mill);

@@ -1,0 +1,76 @@
+/* How much of a map's cell lies within a container that is a body? A cell of the cross-section is a
+ * column along the axis, one of the axial map a ring. The gap tells how far the nearest wall is, so
+ * a piece of either that is smaller than that is settled at once; others are halved across their
+ * longest side, and what is left in the end counts as far as a flat wall would leave of it. */
+#include "observe/maps.h"
+
+#include "base/elementary.h"
+#include "observe/container.h"
+
+#include <math.h>
+
+#define FINEST 0.25 /* of a cell's width: pieces are not halved any more */
+
+/* Two corners of a piece, along (x, y, z), or for a ring along (x, r, angle) */
+struct piece {
+    double lo[3], hi[3];
+};
+
+static double volume_of(const struct piece *p, bool ring)
+{
+    const double across = p->hi[1] - p->lo[1], middle = 0.5 * (p->hi[1] + p->lo[1]);
+    return (p->hi[0] - p->lo[0]) * across * (p->hi[2] - p->lo[2]) * (ring ? middle : 1);
+}
+
+/* [m^3] of the piece within the container */
+static double inside(const struct mill_world *world, const struct piece *piece, bool ring,
+                     double finest)
+{
+    double middle[3], side[3];
+    int longest = 0;
+    for (int k = 0; k < 3; k++) {
+        middle[k] = 0.5 * (piece->lo[k] + piece->hi[k]);
+        side[k] = (piece->hi[k] - piece->lo[k]) * (ring && k == 2 ? piece->hi[1] : 1);
+        longest = side[k] > side[longest] ? k : longest;
+    }
+    const struct mill_heading at = mill_elementary_heading(ring ? middle[2] : 0);
+    const vec3 point = ring ? vec3_make(middle[0], middle[1] * at.cos, middle[1] * at.sin)
+                            : vec3_make(middle[0], middle[1], middle[2]);
+    vec3 n;
+    const double gap = mill_container_gap(world, point, &n), all = volume_of(piece, ring);
+    const double reach = 0.5 * sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+    if (fabs(gap) >= reach)
+        return gap > 0 ? all : 0;
+    if (side[longest] <= finest) {
+        const double out = n.y * at.cos + n.z * at.sin, around = n.z * at.cos - n.y * at.sin;
+        const double thick = fabs(n.x) * side[0] + fabs(out) * side[1] + fabs(around) * side[2];
+        return all * fmin(fmax(0.5 + gap / thick, 0), 1);
+    }
+    struct piece half[2] = {*piece, *piece};
+    half[0].hi[longest] = half[1].lo[longest] = middle[longest];
+    return inside(world, &half[0], ring, finest) + inside(world, &half[1], ring, finest);
+}
+
+static double edge(const struct mill_map *map, int axis, int i)
+{
+    return map->from[axis] + i * map->size[axis];
+}
+
+void mill_maps_room(struct mill_maps *maps, const struct mill_world *world)
+{
+    const double half = 0.5 * world->drum_length, finest = FINEST * maps->cross.size[0];
+    double *room = maps->cross.room; /* both maps' */
+    for (int which = 0; which < 2; which++) {
+        const bool ring = which == 1;
+        const struct mill_map *map = ring ? &maps->axial : &maps->cross;
+        for (int i = 0; i < map->n[0]; i++) {
+            for (int k = 0; k < map->n[1]; k++) {
+                const double a = edge(map, 0, i), b = edge(map, 0, i + 1);
+                const double c = edge(map, 1, k), d = edge(map, 1, k + 1);
+                const struct piece column = {{-half, a, c}, {half, b, d}};
+                const struct piece about = {{a, c, -MILL_PI}, {b, d, MILL_PI}};
+                *room++ = inside(world, ring ? &about : &column, ring, finest);
+            }
+        }
+    }
+}
