@@ -95,7 +95,7 @@ static const struct mill_key gravity_key[] = {
 static const struct mill_key ball_key[] = {
     {"count", "number of balls", .type = MILL_KEY_WHOLE, .lo = 1, .hi = MILL_DECK_MOST_BALLS,
      .instead = "fill", IN(mill_deck_balls, count)},
-    {"fill", "volume of the balls over that of the drum, instead of their number", .unit = "1",
+    {"fill", "volume of the balls over the container's, instead of their number", .unit = "1",
      .lo = 0, .above = true, .hi = 1, .derived = true, .instead = "count", .hidden = always,
      IN(mill_deck_balls, fill)},
     {"diameter", "diameter of a ball", .unit = "m", .lo = LEAST_DIAMETER, .hi = MILL_KEY_LARGEST,
