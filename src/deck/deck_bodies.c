@@ -2,6 +2,7 @@
  * and which of them holds the balls. */
 #include "deck/deck_private.h"
 #include "deck/stl.h"
+#include "geometry/facets.h"
 #include "geometry/shapes.h"
 
 #include "base/elementary.h"
@@ -128,11 +129,14 @@ static enum mill_status check_form(const struct mill_deck *deck,
     const struct mill_deck_body *given = section->form;
     const struct mill_shape_type *type = type_of[given->shape];
     struct mill_body sharp = *is;
+    char text[MILL_SHAPE_FAULT];
     sharp.rounding = 0.0;
     if (given->shape == MILL_DECK_CONE && is->radius + is->end_radius == 0.0)
         return mill_deck_fault(deck, error, section->title, "end_radius",
                                "one of radius and end_radius must be greater than 0 m");
-    if (given->shape != MILL_DECK_MESH && !type->is_sound(is))
+    if (given->shape == MILL_DECK_MESH && mill_facets_fault(is, text))
+        return mill_deck_fault(deck, error, section->title, "file", "%s", text);
+    if (!type->is_sound(is))
         return type->is_sound(&sharp)
                    ? mill_deck_fault(deck, error, section->title, "rounding",
                                      "%g m is too much: shrunk by it nothing is left of the body",

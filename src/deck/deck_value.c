@@ -46,8 +46,8 @@ static const char *word_of(const struct mill_key *key, int n, int *length)
 {
     const char *word = key->words;
     for (; word && n > 0; n--) {
-        word = strchr(word, '|');
-        word += word != NULL;
+        const char *bar = strchr(word, '|');
+        word = bar ? bar + 1 : NULL;
     }
     *length = word ? (int)strcspn(word, "|") : 0;
     return word;
