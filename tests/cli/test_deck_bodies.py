@@ -97,7 +97,12 @@ WRONG_VALUES = [
     ("motion.shake", "amplitude", "5 mm", "expected three lengths in one unit"),
     ("motion.shake", "frequency", "600 RPM", "(RPM is an angular speed; cycles are counted in Hz"),
     ("motion.shake", "phase", "1 0 deg", "expected three angles in one unit such as '90 0 0 deg'"),
-    ("motion.shake", "axis", "0 0 1", "does not belong to 'kind = shift' (it does to: turn, swing)"),
+    (
+        "motion.shake",
+        "axis",
+        "0 0 1",
+        "does not belong to 'kind = shift' (it does to: turn, swing)",
+    ),
     ("body.jar", "shape", "tube", "expected 'box', 'cylinder', 'cone', 'capsule', 'sphere' or"),
     ("body.jar", "side", "in", "expected 'outside' or 'inside', got 'in'"),
     ("body.jar", "motion", "jra", "there is no section [motion.jra]; did you mean 'jar'?"),
@@ -123,7 +128,12 @@ WRONG_VALUES = [
     ("body.bar", "unit", "mm", "does not belong to 'shape = box' (it does to: mesh)"),
     ("body.tip", "radius", "-1 mm", "must be between 0 and 10000 m"),
     ("body.tip", "rounding", "2 mm", "0.002 m is too much: shrunk by it nothing is left"),
-    ("balls", "diameter", "35.8 mm", "a ball of 0.0358 m does not fit into the container [body.jar]"),
+    (
+        "balls",
+        "diameter",
+        "35.8 mm",
+        "a ball of 0.0358 m does not fit into the container [body.jar]",
+    ),
     ("balls", "count", "600", "600 balls do not fit: they fill 0.0393 litres of the container's"),
     ("balls", "start_motion", "moving", "expected 'container' or 'still', got 'moving'"),
     ("contact.ball_jra", "friction", "0.1", "unknown kind of contact; there are ball_ball,"),
@@ -219,7 +229,9 @@ def test_circles_of_motions_are_named(refused, write_deck):
     write_deck(SMALL + motions)
     complaint = refused("deck.ini")
     assert "] on: motions carry each other in a circle: '" in complaint
-    assert complaint.startswith(("deck.ini:30: [motion.b]", "deck.ini:34: [motion.c]", "deck.ini:38: [motion.d]"))
+    assert complaint.startswith(
+        ("deck.ini:30: [motion.b]", "deck.ini:34: [motion.c]", "deck.ini:38: [motion.d]")
+    )
 
 
 def test_a_rotor_has_no_second_motion(refused, write_deck):
@@ -237,10 +249,15 @@ def test_motions_and_kinds_have_a_number(millsim, refused, write_deck):
     write_deck(SMALL + "".join(motions))
     expected = "deck.ini:68: [motion.m15]: there are more than 16 motions, the rotor's included"
     assert refused("deck.ini") == expected
-    bodies = [f"[body.b{k}]\nshape = sphere\nradius = 1 mm\ncentre = 0 0 0.1 mm\n" for k in range(20)]
+    bodies = [
+        f"[body.b{k}]\nshape = sphere\nradius = 1 mm\ncentre = 0 0 0.1 mm\n" for k in range(20)
+    ]
     text = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
     write_deck(text + "".join(bodies))
-    assert "more than 24 kinds of contact: give bodies that belong together a common 'kind'" in refused("deck.ini")
+    assert (
+        "more than 24 kinds of contact: give bodies that belong together a common 'kind'"
+        in refused("deck.ini")
+    )
     write_deck(text + "".join(b + "kind = ball_b\n" for b in bodies))
     assert millsim("--check", "-q", "deck.ini").returncode == 0
 
@@ -249,7 +266,11 @@ def test_motions_and_kinds_have_a_number(millsim, refused, write_deck):
     "drop, place, words",
     [
         ("blades", "deck.ini:12: [rotor] shaft_radius: shafts need a [drum] that stands still", ""),
-        ("shaft", "deck.ini:13: [blades]: blades need a [drum] that stands still", "'motion = rotor'"),
+        (
+            "shaft",
+            "deck.ini:13: [blades]: blades need a [drum] that stands still",
+            "'motion = rotor'",
+        ),
     ],
 )
 def test_shaft_and_blades_need_a_drum_that_stands_still(refused, write_deck, drop, place, words):
@@ -258,7 +279,9 @@ def test_shaft_and_blades_need_a_drum_that_stands_still(refused, write_deck, dro
         text = text[: text.index("[blades]")] + text[text.index("[contact]") :]
     moved = text.replace("length = 40 mm\n", "length = 40 mm\nmotion = a\n") + TURN
     write_deck(moved)
-    assert refused("deck.ini").startswith(place.replace(":12:", ":13:") if drop == "blades" else place.replace(":13:", ":14:"))
+    assert refused("deck.ini").startswith(
+        place.replace(":12:", ":13:") if drop == "blades" else place.replace(":13:", ":14:")
+    )
     without = text.replace("[drum]\nradius = 30 mm\nlength = 40 mm\n", "") + JAR
     write_deck(without)
     complaint = refused("deck.ini")
@@ -278,7 +301,9 @@ def test_a_start_file_says_how_its_balls_move(refused, write_deck, tmp_path):
     text, line = set_key(text, "balls", "start_motion", "still")
     write_deck(text)
     complaint = refused("deck.ini")
-    assert complaint.startswith(f"deck.ini:{line}: [balls] start_motion: is for a random start only")
+    assert complaint.startswith(
+        f"deck.ini:{line}: [balls] start_motion: is for a random start only"
+    )
 
 
 def test_a_ball_in_a_body_is_told(refused, write_deck, tmp_path):
@@ -347,7 +372,13 @@ def test_defaults_are_those_of_the_contract(printed, write_deck):
     assert values["body.x.copies"] == "1"
     assert values["body.y.turn_by"] == "0 rad"
     assert values["body.y.turn_about"] == "0 0 1"
-    absent = ("body.x.turn_by", "body.jar.copies", "body.jar.rounding", "motion.a.on", "body.x.kind")
+    absent = (
+        "body.x.turn_by",
+        "body.jar.copies",
+        "body.jar.rounding",
+        "motion.a.on",
+        "body.x.kind",
+    )
     assert not set(absent) & set(values)
 
 
