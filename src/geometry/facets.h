@@ -74,10 +74,11 @@ static inline float mill_facets_away(const struct mill_facets_node *n, const flo
     float square = 0.0F;
     for (int k = 0; k < 3; k++) {
         const float below = n->lo[k] - p[k], above = p[k] - n->hi[k];
-        const float out = below > above ? below : above;
-        square += out > 0.0F ? out * out : 0.0F;
+        const float beyond = below > above ? below : above;
+        const float twice = beyond + fabsf(beyond); /* no branch: it would be mispredicted */
+        square += twice * twice;
     }
-    return square;
+    return 0.25F * square;
 }
 
 /* A walk through all facets whose boxes a sphere meets */

@@ -185,9 +185,9 @@ struct mill_hit mill_facets_search(const struct mill_facets *m, const struct mil
     const bool known = flight->travel < (double)INFINITY;
     if (known) {
         s.walk = mill_facets_set_out(&m->tree, flight->place, radius + flight->travel);
-        struct mill_facets_walk first = s.walk;
-        if (mill_facets_walk_on(&first) < 0)
+        if (mill_facets_walk_on(&s.walk) < 0)
             return none;
+        s.walk.next--; /* a walk from here on goes through it, and all others */
     }
     const struct mill_pose pose = see(&s, 0.0);
     if (!known)
