@@ -23,15 +23,18 @@ struct due {
 struct search {
     const struct mill_facets *m;
     const struct mill_flight *flight;
-    double radius, now, end;
+    double radius, now, horizon;
     bool still, glides;
     /* the ball at one moment, in the motion's frame: */
-    double t;                     /* [s] */
-    vec3 place, v, g;             /* [m], [m/s] relative to the frame, [m/s^2] */
-    double a;                     /* [m/s^2] bound of its acceleration, for: */
-    double longest;               /* [s] INFINITY: to the end */
-    double deepest;               /* [m] least distance of a facet */
-    struct mill_facets_walk walk; /* through those in reach */
+    double t;         /* [s] */
+    vec3 place, v, g; /* [m], [m/s] relative to the frame, [m/s^2] */
+    double a;         /* [m/s^2] bound of its acceleration, for: */
+    double longest;   /* [s] INFINITY: to the end */
+    double deepest;   /* [m] least distance of a facet */
+
+    double reach, end;            /* [m], [s] of the span, see begin_span() */
+    struct mill_facets_walk walk; /* through those in reach until then */
+    bool seen;                    /* there are some */
     double next;                  /* [s] the first time at which one is due */
     bool all;                     /* the list holds all that are due before the end */
     int listed;
@@ -39,35 +42,30 @@ struct search {
 };
 
 /* Sees the ball at time t. */
-static struct mill_pose see(struct search *s, double t)
+static void see(struct search *s, double t)
 {
     const struct mill_convex *c = &s->m->body.convex;
     const struct mill_flight *f = s->flight;
     const vec3 r = vec3_fly(f->r, f->v, f->g, t), v = vec3_axpy(f->v, t, f->g);
     const struct mill_pose pose = mill_shape_pose(&c->base, s->now + t);
-    const struct mill_seen seen = mill_convex_see(c, f, &pose, r, v, s->end - t);
+    const struct mill_seen seen = mill_convex_see(c, f, &pose, r, v, s->horizon - t);
     s->t = t;
     s->place = mill_pose_in(&pose, r);
     s->v = mill_pose_turn_in(&pose, vec3_sub(v, mill_pose_velocity(&pose, r)));
     s->g = s->still ? mill_pose_turn_in(&pose, f->g) : s->g;
     s->a = seen.acceleration;
-    s->longest = seen.within < s->end - t ? seen.within : (double)INFINITY;
-    return pose;
+    s->longest = seen.within < s->horizon - t ? seen.within : (double)INFINITY;
 }
 
-/* [m] that the ball gets, at most, from where it is seen until the end: its acceleration grows no
- * faster than it does in mill_convex_see(). */
-static double travel(const struct search *s, const struct mill_pose *pose)
+/* From the moment that is seen on: the search goes on in spans, in which the ball gets no farther
+ * than `reach` [m], through the facets that are as near as that. */
+static void begin_span(struct search *s)
 {
-    const struct mill_convex *c = &s->m->body.convex;
-    const struct mill_motion_bounds *b = &c->bounds;
-    const struct mill_flight *f = s->flight;
-    const struct mill_seen seen = mill_convex_see(c, f, pose, f->r, f->v, 0.0);
-    const vec3 u = vec3_sub(f->v, mill_pose_velocity(pose, mill_pose_out(pose, c->centre)));
-    const double h = s->end, free = (f->pull + b->acceleration) * (1.0 + 1e-9);
-    const double turning = b->turning * b->turning + b->spin_up;
-    const double growth = 2.0 * b->turning * free + turning * (vec3_norm(u) + free * h);
-    return h * (vec3_norm(s->v) + h * (0.5 * seen.acceleration + h * growth / 6.0)) * (1.0 + 1e-9);
+    const double v = vec3_norm(s->v), left = s->horizon - s->t;
+    const double h =
+        mill_least(2.0 * s->reach / (v + sqrt(v * v + 2.0 * s->a * s->reach)), s->longest);
+    s->end = h < left ? s->t + h : s->horizon;
+    s->walk = mill_facets_set_out(&s->m->tree, s->place, s->radius + 1.001 * s->reach);
 }
 
 /* [s] before which the ball cannot meet the facet; not after now: it does. */
@@ -97,9 +95,11 @@ static bool look_at_all(struct search *s)
     s->next = INFINITY;
     s->listed = 0;
     s->all = true;
+    s->seen = false;
     for (int32_t k; (k = mill_facets_walk_on(&walk)) >= 0;) {
         const double t = due(s, k);
         met = met || t <= s->t;
+        s->seen = true;
         if (t > s->end)
             continue;
         s->next = mill_least(s->next, t);
@@ -140,27 +140,33 @@ static struct mill_hit get_out(const struct search *s, const struct mill_facets_
     if (out <= MILL_CONVEX_SLOWEST)
         return (struct mill_hit){MILL_HIT_CONTACT, 0.0};
     const double t = mill_least(out / s->a, s->longest);
-    return t < s->end ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t}
-                      : (struct mill_hit){MILL_HIT_NONE, INFINITY};
+    return t < s->horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, t}
+                          : (struct mill_hit){MILL_HIT_NONE, INFINITY};
 }
 
-/* From the moment that is seen on */
+/* The ball is seen at its start, and the first span has begun. */
 static struct mill_hit go_on(struct search *s, struct mill_hit none)
 {
-    const struct mill_facets *m = s->m;
     bool met = look_at_all(s);
     if (s->deepest < s->radius * (1.0 - DEEP)) {
         struct mill_facets_near near;
-        if (mill_facets_nearest(m, s->place, s->radius, &near) && near.behind)
+        if (mill_facets_nearest(s->m, s->place, s->radius, &near) && near.behind)
             return get_out(s, &near);
     }
     for (int step = 1; !met && step < MILL_CONVEX_MOST; step++) {
-        if (!(s->next <= s->end))
-            return none;
-        const double by = s->next + TOGETHER * (s->next - s->t);
         s->glides = step >= MILL_CONVEX_PATIENCE;
-        see(s, s->next);
-        met = s->all ? look_at_due(s, by) : look_at_all(s);
+        if (s->next <= s->end) {
+            const double by = s->next + TOGETHER * (s->next - s->t);
+            see(s, s->next);
+            met = s->all ? look_at_due(s, by) : look_at_all(s);
+        } else if (s->end < s->horizon) {
+            s->reach = s->seen ? s->radius : 2.0 * s->reach;
+            see(s, s->end);
+            begin_span(s);
+            met = look_at_all(s);
+        } else {
+            return none;
+        }
     }
     /* not met: a ball that hops along the body */
     return (struct mill_hit){met ? MILL_HIT_CONTACT : MILL_HIT_ASK_AGAIN, s->t};
@@ -171,26 +177,26 @@ struct mill_hit mill_facets_search(const struct mill_facets *m, const struct mil
 {
     assert(horizon >= 0.0);
     const struct mill_motion_bounds *b = &m->body.convex.bounds;
-    struct search s;
+    const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
+    const struct mill_hit none = end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, end}
+                                               : (struct mill_hit){MILL_HIT_NONE, INFINITY};
+    struct search s; /* its list is filled in as far as it is used */
     s.m = m;
     s.flight = flight;
-    s.radius = radius;
+    s.radius = s.reach = radius;
     s.now = now;
-    s.end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
+    s.horizon = s.end = end;
     s.still = b->turning == 0.0 && b->speed == 0.0;
     s.glides = false;
     s.deepest = INFINITY;
-    const struct mill_hit none = s.end < horizon ? (struct mill_hit){MILL_HIT_ASK_AGAIN, s.end}
-                                                 : (struct mill_hit){MILL_HIT_NONE, INFINITY};
-    const bool known = flight->travel < (double)INFINITY;
-    if (known) {
+    if (flight->travel < (double)INFINITY) {
         s.walk = mill_facets_set_out(&m->tree, flight->place, radius + flight->travel);
         if (mill_facets_walk_on(&s.walk) < 0)
             return none;
         s.walk.next--; /* a walk from here on goes through it, and all others */
     }
-    const struct mill_pose pose = see(&s, 0.0);
-    if (!known)
-        s.walk = mill_facets_set_out(&m->tree, s.place, radius + travel(&s, &pose));
+    see(&s, 0.0);
+    if (!(flight->travel <= radius))
+        begin_span(&s);
     return go_on(&s, none);
 }
