@@ -65,7 +65,7 @@ class Built:
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.kind_of(name) for name in self.named("body")]
         own = sorted(names - {*KINDS, "all"}, key=lambda kind: (kind not in order, order.index(kind) if kind in order else 0, kind))  # fmt: skip
-        if not own:
+        if not order:
             return KINDS
         met = [kind for kind in KINDS[1:] if self.collisions(kind)]
         return (KINDS[0], *met, *own)

@@ -2,17 +2,17 @@
 
 import math
 
-SPACE = "\N{NO-BREAK SPACE}"
+MINUS = "\N{MINUS SIGN}"
 
 
 def _turns(speed) -> str:
-    return f"{speed * 30 / math.pi:.4g}{SPACE}rpm"
+    return f"{speed * 30 / math.pi:.4g} rpm".replace("-", MINUS)
 
 
 def _lengths(values) -> str:
     """[m] as the mill is measured: those that are not 0, largest first."""
     some = sorted({abs(v) for v in values if v}, reverse=True) or [0.0]
-    return " and ".join(f"{1e3 * v:.4g}" for v in some) + f"{SPACE}mm"
+    return " and ".join(f"{1e3 * v:.4g}" for v in some) + f" mm"
 
 
 def speed(run, name: str) -> str:
@@ -24,7 +24,7 @@ def speed(run, name: str) -> str:
     if kind == "turn":
         return _turns(run.quantity(f"{place}/speed", 0.0))
     if kind in ("swing", "shift"):
-        return f"{run.quantity(f'{place}/frequency', 0.0):.4g}{SPACE}Hz"
+        return f"{run.quantity(f'{place}/frequency', 0.0):.4g} Hz"
     return "as measured"
 
 

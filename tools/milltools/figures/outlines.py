@@ -34,7 +34,7 @@ def bodies(run):
     mill, frame = Mill.of(run), run.vessel_frame()
     poses = mill.poses[:: max(1, len(mill.poses) // 12)]
     for body in mill.inner:
-        if body.kind in ("ball_shaft", "ball_blade"):
+        if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):
             continue
         for number in np.unique(body.number):
             own = body.triangles[body.number == number]

@@ -131,7 +131,7 @@ def mill(run) -> str:
         own.append(f"a rotor of {what} at {motions.speed(run, 'rotor')}")
     own += _bodies(run)
     if not own and not run.driven:
-        return words + ", without a rotor"
+        return words + ("" if run.vessel else ", without a rotor")
     words += f", with {joined(own)}" if own else ""
     moving = [f"{plain(name)} {plain(motions.words(run, name))}" for name in run.named("motion")]
     return words + (f"; {joined(moving)}" if moving else "")
@@ -192,8 +192,8 @@ def _drive_sentence(run) -> str:
     torque = drive_mean(run, "torque", "N m")
     words = f" at a torque of {torque}" if torque else ""
     return (
-        f"The {run.driven} puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram){words} "
-        f"({drive_remark(run)})."
+        f"The {run.driven} puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram){words}, "
+        f"{drive_remark(run)}."
     )
 
 

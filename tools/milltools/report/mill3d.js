@@ -193,7 +193,8 @@ const Mill3D = (() => {
     }
 
     #balls() {
-      const fine = [2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES) ?? 1;
+      const fine = [8, 4].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES / 10)
+        ?? [2, 1].find((d) => 20 * (d + 1) ** 2 * this.count <= TRIANGLES) ?? 1;
       const polish = new T.MeshPhongMaterial({ specular: 0x222222, shininess: 40 });
       const balls = new T.InstancedMesh(sphere(fine), polish, this.count);
       balls.frustumCulled = false;
