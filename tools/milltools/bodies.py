@@ -126,8 +126,10 @@ class Mill:
 
     @functools.cached_property
     def shell(self) -> np.ndarray:
-        """The container's triangles."""
-        return np.concatenate([np.empty((0, 3, 3)), *(body.triangles for body in self.walls)])
+        """The container's triangles, without those that are mere lines."""
+        found = np.concatenate([np.empty((0, 3, 3)), *(body.triangles for body in self.walls)])
+        area = np.linalg.norm(np.cross(*(found[:, k] - found[:, 0] for k in (1, 2))), axis=1)
+        return found[area > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
 
     @functools.cached_property
     def glass(self) -> np.ndarray:

@@ -22,6 +22,7 @@ SHARP = 35.0  # degrees between faces, from which on their edge is one
 
 def _lamps(renderer):
     renderer.AutomaticLightCreationOff()
+    renderer.GetCullers().RemoveAllItems()  # it goes by the balls' centres: of few a tile would lack halves
     for place, strength in (((0, 0, 1), MAIN), *FILL):
         lamp = vtkLight()
         lamp.SetLightTypeToCameraLight()
@@ -125,6 +126,7 @@ class Shadow:
         self.renderer = vtkRenderer()
         self.renderer.SetViewport(0, 0, self._side / size[0], self._side / size[1])
         self.renderer.AutomaticLightCreationOff()
+        self.renderer.GetCullers().RemoveAllItems()
         self.renderer.DrawOff()
         window.AddRenderer(self.renderer)
 
