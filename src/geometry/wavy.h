@@ -57,11 +57,11 @@ struct mill_wavy_near {
     int outer;  /* that in whose pitch it is */
     int beside; /* the inner one across the outer one's ray */
 };
-struct mill_wavy_near mill_wavy_nearest(const struct mill_wavy *w, double y, double z);
+struct mill_wavy_near mill_wavy_arcs_nearest(const struct mill_wavy *w, double y, double z);
 
 /* With one arc, in the drum's frame */
-struct mill_contact mill_wavy_contact(const struct mill_wavy *w, int arc, vec3 centre,
-                                      double radius);
+struct mill_contact mill_wavy_arcs_contact(const struct mill_wavy *w, int arc, vec3 centre,
+                                           double radius);
 
 /* next_contact of struct mill_shape_type, of a drum that moves */
 struct mill_hit mill_wavy_moving_contact(const struct mill_wavy *w, const struct mill_flight *f,

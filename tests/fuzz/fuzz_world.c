@@ -294,13 +294,14 @@ static void make_surfaces(struct placing *p)
     struct mill_setup setup = {.drum = mill_deck_drum(d), .motions = d->rotor, .surface = surface};
     const struct mill_chamber chamber = mill_shapes_chamber(&setup.drum);
     if (d->shaft_radius > 0.0)
-        surface[setup.surfaces++] =
-            (struct mill_setup_surface){.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1};
+        surface[setup.surfaces++] = (struct mill_setup_surface){
+            .type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1};
     for (int k = 0; k < d->shapes; k++)
-        surface[setup.surfaces++] =
-            (struct mill_setup_surface){.type = d->shape[k].type, .form = d->shape[k].form, .number = d->shape[k].number};
+        surface[setup.surfaces++] = (struct mill_setup_surface){
+            .type = d->shape[k].type, .form = d->shape[k].form, .number = d->shape[k].number};
     p->rotor = mill_turn_type.create(&turn);
-    fuzz_require(p->rotor && mill_shapes_create(&setup, &chamber, &p->rotor, NULL, &p->shape, &p->shapes),
+    fuzz_require(p->rotor &&
+                     mill_shapes_create(&setup, &chamber, &p->rotor, NULL, &p->shape, &p->shapes),
                  "no surfaces");
 }
 

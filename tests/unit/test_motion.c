@@ -252,7 +252,8 @@ START_TEST(a_table_goes_through_its_rows_and_closes_smoothly)
         const struct mill_pose begin = mill_motion_pose(c.top, h);
         same_pose(&end, &begin, 1e-4);
         same(end.velocity, begin.velocity, 1e-3);
-        same(end.angular_velocity, begin.angular_velocity, 1e-3 * (10.0 + vec3_norm(end.angular_velocity)));
+        same(end.angular_velocity, begin.angular_velocity,
+             1e-3 * (10.0 + vec3_norm(end.angular_velocity)));
         chain_close(&c);
     }
 }
