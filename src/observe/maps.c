@@ -218,8 +218,8 @@ static void hit(struct mill_map *map, double a, double b, const struct mill_impa
     hits->dissipation += impact->dissipation;
 }
 
-void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, vec3 at)
+void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, const vec3 *at)
 {
-    hit(&maps->cross, at.y, at.z, impact);
-    hit(&maps->axial, at.x, sqrt(at.y * at.y + at.z * at.z), impact);
+    hit(&maps->cross, at->y, at->z, impact);
+    hit(&maps->axial, at->x, sqrt(at->y * at->y + at->z * at->z), impact);
 }

@@ -62,7 +62,7 @@ void mill_maps_tell(const struct mill_maps *maps, struct mill_sink *sink);
 void mill_maps_room(struct mill_maps *maps, const struct mill_world *world);
 
 /* Counts an impact at a place of the container's frame; of a lasting one only the dissipation. */
-void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, vec3 at);
+void mill_maps_impact(struct mill_maps *maps, const struct mill_impact *impact, const vec3 *at);
 
 /* Adds the balls as they are at local time t. Each ball's volume is spread over 32 equal points
  * within it. */

@@ -21,16 +21,17 @@ static double cell_value(const struct mill_map *map, size_t cell, double room, i
 static void tell_map(struct mill_sink *sink, const char *name, const struct mill_map *map,
                      uint64_t samples, const char *const edges[2][2], const char *const velocity[3])
 {
-    static const char mean[] = "time-averaged velocity of the balls, weighted by their volume in "
-                               "the cell; NaN where none ever was";
+    static const char mean[] = "time-averaged velocity of the balls as seen from the container, "
+                               "weighted by their volume in the cell; NaN where none ever was";
     const struct {
         const char *name, *unit, *meaning;
     } field[] = {
         {"normal_speed_sum", "m s-1", "sum of the normal speeds of these impacts"},
         {"dissipation", "J", "energy dissipated by these impacts"},
         {"solid_fraction", "1",
-         "time-averaged volume of balls / volume of the cell inside the drum (shaft and blades not "
-         "subtracted); NaN where the cell is outside"},
+         "time-averaged volume of balls / volume of the cell inside the container (what stands in "
+         "it "
+         "is not subtracted); NaN where the cell is outside"},
         {velocity[0], "m s-1", mean},
         {velocity[1], "m s-1", mean},
         {velocity[2], "m s-1", mean},

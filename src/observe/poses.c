@@ -24,6 +24,19 @@ static struct mill_h5_column *open_element(struct mill_h5 *file, const char *mot
     return mill_h5_column_create(file, path, value, rows);
 }
 
+/* MDAnalysis wants every group of a group of observables to be an element: rotations stand for it.
+ */
+static void make_element(struct mill_h5 *file, const char *motion)
+{
+    static const char *const part[] = {"step", "time", "value"};
+    for (int k = 0; k < 3; k++) {
+        char from[PATH], to[PATH];
+        snprintf(from, sizeof from, GROUP "%s/rotation/%s", motion, part[k]);
+        snprintf(to, sizeof to, GROUP "%s/%s", motion, part[k]);
+        mill_h5_link(file, from, to);
+    }
+}
+
 void mill_poses_open(struct mill_poses *poses, struct mill_h5 *file, const struct mill_world *world,
                      uint64_t rows, const char *step, const char *time)
 {
@@ -41,6 +54,7 @@ void mill_poses_open(struct mill_poses *poses, struct mill_h5 *file, const struc
         const char *name = world->motion_name[k];
         poses->centre[k] = open_element(file, name, "centre", &centre, rows, common);
         poses->rotation[k] = open_element(file, name, "rotation", &rotation, rows, common);
+        make_element(file, name);
     }
 }
 

@@ -51,14 +51,17 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
     return MILL_OK;
 }
 
-/* Where it happens, in the container's frame */
-static vec3 place_of(const struct mill_tally *tally, const struct mill_impact *impact)
+/* Counts it where it happens in the container's frame. */
+static void map_impact(struct mill_tally *tally, const struct mill_impact *impact)
 {
-    if (!tally->moves)
-        return impact->position;
-    const struct mill_pose frame =
-        mill_world_frame(tally->moves, impact->time - tally->moves->base);
-    return mill_pose_in(&frame, impact->position);
+    const struct mill_world *world = tally->moves;
+    if (!world) {
+        mill_maps_impact(&tally->gathered.maps, impact, &impact->position);
+        return;
+    }
+    const struct mill_pose frame = mill_world_frame(world, impact->time - world->base);
+    const vec3 place = mill_pose_in(&frame, impact->position);
+    mill_maps_impact(&tally->gathered.maps, impact, &place);
 }
 
 static enum mill_status on_impact(struct mill_observer *observer, const struct mill_impact *impact,
@@ -72,7 +75,7 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
         if (tally->at.open) {
             mill_energies_impact(&tally->gathered.energies, impact);
             count(&tally->gathered.impacts[impact->kind], impact, normal, tangential);
-            mill_maps_impact(&tally->gathered.maps, impact, place_of(tally, impact));
+            map_impact(tally, impact);
         }
         status = count_strike(tally, impact, normal, tangential, error);
     }

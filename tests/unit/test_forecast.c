@@ -58,7 +58,7 @@ START_TEST(inelastic_balls_have_more_to_grow)
 }
 END_TEST
 
-START_TEST(nothing_grows_without_a_rapid_rotor_or_where_the_charge_moves_already)
+START_TEST(nothing_grows_without_a_rapid_rotor_in_a_still_drum_or_where_the_charge_moves)
 {
     struct mill_world slow = world_of(), still = world_of(), moving = world_of();
     slow.rotor_speed = -5;
@@ -67,6 +67,9 @@ START_TEST(nothing_grows_without_a_rapid_rotor_or_where_the_charge_moves_already
     ck_assert(fabs(rate_at(&slow, 0) - 1) < 1e-6);
     ck_assert(fabs(rate_at(&still, 0) - 1) < 1e-6);
     ck_assert(fabs(rate_at(&moving, 0) - 1) < 1e-6);
+    struct mill_world tumbling = world_of();
+    tumbling.container.still = false;
+    ck_assert(fabs(rate_at(&tumbling, 0) - 1) < 1e-6);
 }
 END_TEST
 
@@ -76,7 +79,7 @@ int main(void)
         {the_rate_grows_until_the_charge_is_swept_up_and_is_steady_then, 1},
         {a_fuller_drum_is_swept_up_sooner, 1},
         {inelastic_balls_have_more_to_grow, 1},
-        {nothing_grows_without_a_rapid_rotor_or_where_the_charge_moves_already, 1},
+        {nothing_grows_without_a_rapid_rotor_in_a_still_drum_or_where_the_charge_moves, 1},
     };
     return unit_run("forecast", tests, sizeof tests / sizeof *tests);
 }

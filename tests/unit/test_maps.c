@@ -1,6 +1,7 @@
 /* Claims about the two maps of the mill. */
 #include "geometry/shape.h"
 #include "mill_fixture.h"
+#include "millsim/start.h"
 
 static struct fixture f;
 static struct mill_maps maps;
@@ -41,7 +42,7 @@ static void impact_at(struct mill_maps *into, vec3 position, double speed, doubl
 {
     const struct mill_impact impact = {
         .position = position, .normal_speed = speed, .dissipation = loss};
-    mill_maps_impact(into, &impact, impact.position);
+    mill_maps_impact(into, &impact, &impact.position);
 }
 
 START_TEST(a_flat_mill_has_four_slices_and_a_long_one_400)
@@ -381,6 +382,111 @@ START_TEST(a_ball_larger_than_the_mill_stays_within_the_maps)
 }
 END_TEST
 
+/* ---- containers that are bodies, or move ---- */
+
+/* The still mill's balls as a container carries them that turns about any axis through any point */
+START_TEST(maps_of_a_turning_container_are_those_of_the_still_one)
+{
+    struct mill_maps other;
+    struct mill_turn form = {
+        .centre = {0.3, -0.2, 0.1}, .axis = {1, -2, 0.5}, .speed = 40, .angle = 0.7};
+    struct mill_motion *motion = mill_turn_type.create(&form);
+    ck_assert(mill_maps_init(&other, &f.world));
+    throw_balls(13);
+    mill_maps_sample(&maps, &f.world, 0.01);
+    f.world.container.motion = motion;
+    f.world.container.still = false;
+    const struct mill_pose pose = mill_world_frame(&f.world, 0.01);
+    for (int i = 0; i < FIXTURE_BALLS; i++) {
+        const vec3 r = mill_world_position(&f.world, i, 0.01);
+        const vec3 v = mill_world_velocity(&f.world, i, 0.01), at = mill_pose_out(&pose, r);
+        f.ball[i].t = 0.01;
+        f.ball[i].r = at;
+        f.ball[i].v = vec3_add(mill_pose_velocity(&pose, at), mill_pose_turn_out(&pose, v));
+    }
+    mill_maps_sample(&other, &f.world, 0.01);
+    for (size_t i = 0; i < maps.cells; i++) {
+        const struct mill_map_flow *a = &maps.cross.flow[i], *b = &other.cross.flow[i];
+        ck_assert_double_eq_tol(a->volume, b->volume, 1e-15);
+        for (int k = 0; k < 3; k++)
+            ck_assert_double_eq_tol(a->flow[k], b->flow[k], 1e-18);
+    }
+    mill_maps_free(&other);
+    free(motion);
+}
+END_TEST
+
+/* Impacts come with places of the laboratory, at times of the run. */
+START_TEST(impacts_in_a_turning_container_are_counted_where_it_has_them)
+{
+    struct mill_turn form = {.axis = {1, 0, 0}, .speed = 2 * PI};
+    struct mill_motion *motion = mill_turn_type.create(&form);
+    f.world.container.motion = motion;
+    f.world.container.still = false;
+    fixture_create(&f);
+    struct mill_impact impact = impact_of(0.75, MILL_BALL_DRUM, 1, -1, 1, 0.1);
+    impact.position = vec3_make(0, 0, -0.05); /* after three quarters of a turn: on its y axis */
+    fixture_play(&f, impact);
+    fixture_finish(&f, 1.5);
+    const struct mill_map *cross = &f.results->maps.cross;
+    ck_assert_uint_eq(
+        hits_at(cross, 0.0501, 0.0001)->count + hits_at(cross, 0.0501, -0.0001)->count, 1);
+    fixture_free(&f);
+    free(motion);
+}
+END_TEST
+
+static double sum_of_room(const struct mill_map *map)
+{
+    double sum = 0;
+    for (int i = 0; i < cells(map); i++)
+        sum += map->room[i];
+    return sum;
+}
+
+START_TEST(the_cells_make_up_a_body)
+{
+    const vec3 x = {0, 0.6, 0.8}, y = {0, -0.8, 0.6}, z = {1, 0, 0};
+    const struct mill_shape_type *const type[] = {&mill_box_type, &mill_round_cylinder_type,
+                                                  &mill_round_cone_type, &mill_round_capsule_type,
+                                                  &mill_round_sphere_type};
+    const struct mill_body body = {.inside = true,
+                                   .centre = {0.2, -0.1, 0.3},
+                                   .x = x,
+                                   .y = y,
+                                   .z = z,
+                                   .size = {0.1, 0.06, 0.15},
+                                   .radius = 0.04,
+                                   .end_radius = 0.02,
+                                   .length = 0.1};
+    const struct mill_setup_surface surface = {
+        .type = type[_i], .form = &body, .motion = MILL_STILL, .kind = MILL_KINDS};
+    const struct mill_setup_balls ball = {"steel", 0.002, 7800, 1};
+    const char *const kind = "vessel";
+    const struct mill_setup setup = {.surfaces = 1,
+                                     .surface = &surface,
+                                     .species = 1,
+                                     .balls = &ball,
+                                     .seed = 1,
+                                     .kinds = 1,
+                                     .kind = &kind};
+    struct mill_world *world;
+    struct mill_maps rooms;
+    ck_assert_int_eq(mill_start_world(&setup, NULL, &world, NULL), MILL_FAULT_NONE);
+    ck_assert(mill_maps_init(&rooms, world));
+    const double volume = world->container.volume;
+    ck_assert_double_eq_tol(sum_of_room(&rooms.cross), volume, 1e-3 * volume);
+    ck_assert_double_eq_tol(sum_of_room(&rooms.axial), volume, 1e-3 * volume);
+    /* in the middle a column goes from end to end */
+    const struct mill_map *cross = &rooms.cross;
+    const double column = cross->room[30 * 60 + 30] / (cross->size[0] * cross->size[1]);
+    const double length[] = {0.15, 0.1, 0.1, 0.18, 0.08};
+    ck_assert_double_eq_tol(column, length[_i], 2e-3 * length[_i]);
+    mill_maps_free(&rooms);
+    mill_world_free(world);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("maps");
@@ -404,6 +510,9 @@ int main(void)
     tcase_add_test(tests, the_cross_section_is_that_of_the_points_one_by_one);
     tcase_add_test(tests, a_ball_outside_the_drum_is_counted_at_the_rim);
     tcase_add_test(tests, a_ball_larger_than_the_mill_stays_within_the_maps);
+    tcase_add_test(tests, maps_of_a_turning_container_are_those_of_the_still_one);
+    tcase_add_test(tests, impacts_in_a_turning_container_are_counted_where_it_has_them);
+    tcase_add_loop_test(tests, the_cells_make_up_a_body, 0, 5);
     suite_add_tcase(suite, tests);
     SRunner *runner = srunner_create(suite);
     srunner_run_all(runner, CK_NORMAL);

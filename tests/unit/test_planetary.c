@@ -1,5 +1,6 @@
 /* What the observers tell of a mill of bodies and motions: every kind, every motion, every pose. */
 #include "app/checkpoint.h"
+#include "app/summary.h"
 #include "planetary.h"
 #include "unit.h"
 
@@ -211,6 +212,71 @@ START_TEST(maps_are_the_jars_own)
 }
 END_TEST
 
+static char *summary_of(bool json)
+{
+    struct mill_facts facts = {.status = "complete",
+                               .time = p.asked.end,
+                               .local = mill_sim_local_time(p.sim),
+                               .end = p.asked.end,
+                               .version = "0",
+                               .deck = "jar.ini",
+                               .output = "jar.h5"};
+    char *text;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    struct mill_summary s = {out, p.world, &p.observers, &facts, .results = NULL};
+    ck_assert_int_eq(mill_summary_write(&s, json, NULL), MILL_OK);
+    fclose(out);
+    return text;
+}
+
+START_TEST(the_summary_has_a_line_for_each_motion)
+{
+    char *text = summary_of(false);
+    const char *drive = strstr(text, "\ndrive power ");
+    ck_assert_ptr_nonnull(drive);
+    ck_assert_ptr_nonnull(strstr(drive, "W  (3.25 periods)\nshake "));
+    for (int k = 0; k < PLANETARY_MOTIONS; k++) {
+        char start[80];
+        snprintf(start, sizeof start, "\n%-18s ", p.world->motion_name[k]);
+        const char *line = strstr(drive, start);
+        ck_assert_msg(line != NULL, "no %s in\n%s", p.world->motion_name[k], text);
+        const char *end = strchr(line + 1, '\n'), *torque = strstr(line, "N m\n");
+        ck_assert(k == SHAKE ? !torque || torque > end : torque && torque + 3 == end);
+    }
+    ck_assert_ptr_null(strstr(text, "rotor"));
+    ck_assert_ptr_nonnull(strstr(text, "\nball_paddle "));
+    ck_assert_ptr_null(strstr(text, "ball_drum"));
+    free(text);
+    text = summary_of(true);
+    ck_assert_ptr_nonnull(strstr(text, "\"motion_work\": {\n      \"shake\": "));
+    ck_assert_ptr_nonnull(strstr(text, "\"motions\": {\n      \"shake\": {\n        \"power\": "));
+    ck_assert_ptr_nonnull(strstr(text, "\"drive\": {\n      \"power\": "));
+    ck_assert_ptr_nonnull(strstr(text, "\"ball_paddle\": "));
+    free(text);
+}
+END_TEST
+
+/* 0.65 s of a mill of that period are no whole periods, but it is judged by all motions' power. */
+START_TEST(notes_speak_of_the_drive)
+{
+    struct mill_notes notes;
+    struct mill_tally_results *results;
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(&p.observers, &mill_tally_type);
+    const double local = mill_sim_local_time(p.sim);
+    ck_assert_int_eq(mill_tally_results_make(tally, p.world, local, &results, NULL), MILL_OK);
+    results->at.known.drive.value *= 2;
+    mill_notes_take(&notes, p.world, results, local, false);
+    bool told_so = false;
+    for (int i = 0; i < notes.count; i++)
+        told_so = told_so || strstr(notes.note[i].text, "not steady: the drive's power");
+    ck_assert(told_so);
+    ck_assert(!mill_notes_of_rotor(p.world));
+    mill_tally_results_free(results);
+}
+END_TEST
+
 START_TEST(a_run_taken_up_again_has_the_same_poses_and_pictures)
 {
     static const char *const same[] = {"/observables/pose/jar/centre/value", "/VTKHDF/jar/Points",
@@ -256,6 +322,8 @@ int main(void)
         {blocks_move_as_the_poses_say, 1},
         {what_carries_nothing_has_no_block, 1},
         {maps_are_the_jars_own, 1},
+        {the_summary_has_a_line_for_each_motion, 1},
+        {notes_speak_of_the_drive, 1},
         {a_run_taken_up_again_has_the_same_poses_and_pictures, 1},
     };
     return unit_run_in("planetary", set_up, tear_down, tests, sizeof tests / sizeof *tests);
