@@ -28,5 +28,6 @@ int mill_kinds_add(struct mill_kinds *kinds, const char *body)
 const char *mill_kinds_partner(const struct mill_kinds *kinds, int kind)
 {
     assert(kind >= 0 && kind < kinds->count);
-    return kind < MILL_KINDS ? met[kind] : kinds->name[kind] + strlen(PREFIX);
+    const char *name = kinds->name[kind];
+    return kind < MILL_KINDS ? met[kind] : name + strlen(PREFIX);
 }

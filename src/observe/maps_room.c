@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-#define FINEST 0.5 /* of a cell's width: pieces are not halved any more */
+#define FINEST 1.0 /* of a cell's width: pieces are not halved any more */
 
 /* Two corners of a piece, along (x, y, z), or for a ring along (x, r, angle) */
 struct piece {
