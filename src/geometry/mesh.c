@@ -200,7 +200,8 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const 
     double widest = 0.0;
     for (int i = 0; i < n; i++)
         widest = fmax(widest, line[i][0]);
-    const double share = fmin(fmax(tolerance / widest, 1e-4), 0.05);
+    /* every frame holds the points of what moves: no more of them than a picture needs */
+    const double share = fmin(fmax(tolerance / widest, 3e-3), 0.05);
     const int m = 4 * (int)ceil(0.25 * MILL_PI / mill_elementary_asin(sqrt(0.5 * share)) / 2.0);
     int64_t last = turned_ring(mesh, is, line[0], m);
     for (int i = 1; i < n; i++) {

@@ -230,7 +230,7 @@ static double volume_cylinder(const struct mill_body *is)
 static int add_arc(double (*line)[2], int n, double rho, double z, double radius, double from,
                    double to)
 {
-    enum { PARTS = 8 };
+    enum { PARTS = 5 };
     for (int k = 0; k <= PARTS; k++, n++) {
         const struct mill_heading at = mill_elementary_heading(from + (to - from) * k / PARTS);
         line[n][0] = rho + radius * at.sin;
