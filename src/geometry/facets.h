@@ -7,7 +7,7 @@
 #include "millsim/setup.h"
 
 /* Numbers of facets are 32 bits wide, and a leaf's number has its count beside it. */
-enum { MILL_FACETS_MOST = 1 << 28 };
+enum { MILL_FACETS_MOST = 1 << 27 };
 
 /* ---- joints ---- */
 
@@ -116,6 +116,11 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
 }
 
 /* ---- faults ---- */
+
+/* *turned: a facet of a shell that faces inwards and is no cavity of the others; -1: there is none.
+ * false: out of memory. */
+bool mill_facets_shells(const struct mill_body *body, const struct mill_facets_joints *joints,
+                        int32_t *turned);
 
 /* What is wrong with the mesh: a sentence in `text`, or NULL, and it is closed, faces out of the
  * solid and does not cross itself. Facets are numbered from 1. */

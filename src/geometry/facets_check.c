@@ -1,5 +1,6 @@
 /* Is a mesh the surface of a solid? Closed: each edge is one of exactly two facets, which go along
- * it in opposite directions. Facing outwards: the volume that it encloses is positive. Not crossing
+ * it in opposite directions. Facing outwards: the volume that it encloses is positive, and that of
+ * each part that hangs together, unless it is a cavity. Not crossing
  * itself: no side of a facet goes through the inside of another one, by more than what the rounding
  * to single precision of an STL file may do. */
 #include "geometry/facets.h"
@@ -147,6 +148,26 @@ static const char *find_crossing(const struct mill_body *is, const struct mill_f
     return NULL;
 }
 
+static const char *find_turned(const struct mill_body *is, const struct mill_facets_joints *j,
+                               char text[MILL_SHAPE_FAULT])
+{
+    int32_t turned = -1;
+    if (!(mill_facets_type.volume(is) > 0.0))
+        snprintf(text, MILL_SHAPE_FAULT,
+                 "its facets face into the solid: turn all of them over (\"flip normals\" in the "
+                 "program that made the mesh)");
+    else if (!mill_facets_shells(is, j, &turned))
+        snprintf(text, MILL_SHAPE_FAULT, "out of memory for %zu facets", is->facets);
+    else if (turned >= 0)
+        snprintf(text, MILL_SHAPE_FAULT,
+                 "facet %d and all that hang together with it face into their solid: turn them "
+                 "over (\"flip normals\" of that part)",
+                 turned + 1);
+    else
+        return NULL;
+    return text;
+}
+
 const char *mill_facets_fault(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
 {
     if (!mill_facets_type.is_sound(is)) {
@@ -165,12 +186,8 @@ const char *mill_facets_fault(const struct mill_body *is, char text[MILL_SHAPE_F
     }
     if (!fault)
         fault = find_open(is, &joints, text);
-    if (!fault && !(mill_facets_type.volume(is) > 0.0)) {
-        snprintf(text, MILL_SHAPE_FAULT,
-                 "its facets face into the solid: turn all of them over (\"flip normals\" in the "
-                 "program that made the mesh)");
-        fault = text;
-    }
+    if (!fault)
+        fault = find_turned(is, &joints, text);
     if (!fault)
         fault = find_crossing(is, &tree, text);
     mill_facets_part(&joints);

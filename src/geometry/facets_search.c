@@ -30,7 +30,8 @@ struct search {
     vec3 place, v, g; /* [m], [m/s] relative to the frame, [m/s^2] */
     double a;         /* [m/s^2] bound of its acceleration, for: */
     double longest;   /* [s] INFINITY: to the end */
-    double deepest;   /* [m] least distance of a facet */
+    double far;       /* [m^2] square of a distance from which it gets to none before the end */
+    double deepest;   /* [m^2] square of the least distance of a facet */
 
     double reach, end;            /* [m], [s] of the span, see begin_span() */
     struct mill_facets_walk walk; /* through those in reach until then */
@@ -73,9 +74,12 @@ static double due(struct search *s, int32_t facet)
 {
     int part;
     const vec3 way = mill_facets_look(&s->m->flat[facet], s->place, &part);
-    const double distance = vec3_norm(way), d = distance - s->radius;
+    const double square = vec3_dot(way, way);
+    if (square > s->far) /* most */
+        return INFINITY;
+    const double distance = sqrt(square), d = distance - s->radius;
     const double d1 = distance > 0.0 ? vec3_dot(way, s->v) / distance : 0.0;
-    s->deepest = mill_least(s->deepest, distance);
+    s->deepest = mill_least(s->deepest, square);
     if (s->still && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(way, s->g) >= 0.0)
         return INFINITY; /* the plane between facet and ball stands still: never nearer again */
     if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
@@ -87,6 +91,12 @@ static double due(struct search *s, int32_t facet)
     return d1 <= 0.0 ? s->t : nextafter(s->t, INFINITY); /* nearer than the clock can tell */
 }
 
+static void find_far(struct search *s)
+{
+    const double h = s->end - s->t, far = s->radius + h * (vec3_norm(s->v) + 0.5 * s->a * h);
+    s->far = s->longest >= h ? far * far * (1.0 + 1e-12) : (double)INFINITY;
+}
+
 /* Looks at all facets in reach and lists those that are due before the end; true: one is met. */
 static bool look_at_all(struct search *s)
 {
@@ -96,6 +106,7 @@ static bool look_at_all(struct search *s)
     s->listed = 0;
     s->all = true;
     s->seen = false;
+    find_far(s);
     for (int32_t k; (k = mill_facets_walk_on(&walk)) >= 0;) {
         const double t = due(s, k);
         met = met || t <= s->t;
@@ -117,6 +128,7 @@ static bool look_at_due(struct search *s, double by)
     int kept = 0;
     bool met = false;
     s->next = INFINITY;
+    find_far(s);
     for (int i = 0; i < s->listed; i++) {
         struct due one = s->list[i];
         if (one.t <= by) {
@@ -148,7 +160,7 @@ static struct mill_hit get_out(const struct search *s, const struct mill_facets_
 static struct mill_hit go_on(struct search *s, struct mill_hit none)
 {
     bool met = look_at_all(s);
-    if (s->deepest < s->radius * (1.0 - DEEP)) {
+    if (s->deepest < s->radius * s->radius * (1.0 - DEEP)) {
         struct mill_facets_near near;
         if (mill_facets_nearest(s->m, s->place, s->radius, &near) && near.behind)
             return get_out(s, &near);

@@ -450,6 +450,15 @@ static void restore(void)
     form.is.facets = other.is.facets;
 }
 
+static void turn_over(size_t from)
+{
+    for (size_t k = from; k < form.is.facets; k++) {
+        const vec3 kept = form.facet[k][1];
+        form.facet[k][1] = form.facet[k][2];
+        form.facet[k][2] = kept;
+    }
+}
+
 START_TEST(every_fault_is_told_by_the_numbers_of_its_facets)
 {
     uint64_t seed = 71;
@@ -472,11 +481,7 @@ START_TEST(every_fault_is_told_by_the_numbers_of_its_facets)
     form.facet[7][2] = form.facet[7][1];
     expect(&form, "facet 8 has no area");
     restore();
-    for (size_t k = 0; k < form.is.facets; k++) {
-        const vec3 kept = form.facet[k][1];
-        form.facet[k][1] = form.facet[k][2];
-        form.facet[k][2] = kept;
-    }
+    turn_over(0);
     expect(&form, "turn all of them over");
     restore();
     form.facet[3][1].y = (double)NAN;
@@ -508,6 +513,21 @@ START_TEST(solids_that_cross_are_told_and_those_that_touch_are_not)
 }
 END_TEST
 
+START_TEST(a_part_that_faces_inwards_has_to_be_a_cavity)
+{
+    form_open(&form);
+    form_add_box(&form, nought, vec3_make(0.02, 0.02, 0.02));
+    form_add_box(&form, vec3_make(0.002, 0.001, 0.0), vec3_make(0.01, 0.01, 0.01));
+    turn_over(12);
+    expect(&form, NULL);
+    form.is.facets = 12;
+    form_add_box(&form, vec3_make(0.03, 0.0, 0.0), vec3_make(0.01, 0.01, 0.01));
+    expect(&form, NULL);
+    turn_over(12);
+    expect(&form, "facet 13 and all that hang together");
+}
+END_TEST
+
 int main(void)
 {
     const struct unit_test tests[] = {
@@ -523,6 +543,7 @@ int main(void)
         {reach_is_never_denied_wrongly, WAYS},
         {hull_volume_and_outline_are_those_of_the_solid, 1},
         {every_fault_is_told_by_the_numbers_of_its_facets, 1},
+        {a_part_that_faces_inwards_has_to_be_a_cavity, 1},
         {solids_that_cross_are_told_and_those_that_touch_are_not, 1},
     };
     return unit_run("facets", tests, sizeof tests / sizeof *tests);

@@ -1,0 +1,75 @@
+/* A mesh may be of several shells that share no corner: solids side by side, and cavities. Each is
+ * closed; one that faces inwards by itself, its volume negative, has to be a cavity within the
+ * others. */
+#include "base/elementary.h"
+#include "geometry/facets.h"
+
+#include <stdlib.h>
+
+struct shells {
+    const struct mill_body *is;
+    const struct mill_facets_joints *joints;
+    int32_t *root;  /* [3 n] of a corner's number: another of its shell, or itself */
+    double *volume; /* [3 n] of a shell, by its root: six times the volume [m^3] */
+};
+
+static int32_t root_of(struct shells *s, int32_t corner)
+{
+    while (s->root[corner] != corner)
+        corner = s->root[corner] = s->root[s->root[corner]];
+    return corner;
+}
+
+static void sum_up(struct shells *s)
+{
+    const size_t n = s->is->facets;
+    for (size_t k = 0; k < 3 * n; k++)
+        s->root[k] = (int32_t)k;
+    for (size_t k = 0; k < n; k++)
+        for (int i = 1; i < 3; i++)
+            s->root[root_of(s, s->joints->corner[k][i])] = root_of(s, s->joints->corner[k][0]);
+    for (size_t k = 0; k < n; k++) {
+        const vec3 *p = s->is->facet[k];
+        s->volume[root_of(s, s->joints->corner[k][0])] += vec3_dot(p[0], vec3_cross(p[1], p[2]));
+    }
+}
+
+/* Is a place within the solid of all shells but one? Their facets fill the full solid angle then
+ * (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983, 125). */
+static bool is_within(struct shells *s, vec3 place, int32_t but)
+{
+    double filled = 0.0; /* [rad] half of the solid angle */
+    for (size_t k = 0; k < s->is->facets; k++) {
+        if (root_of(s, s->joints->corner[k][0]) == but)
+            continue;
+        const vec3 *p = s->is->facet[k];
+        const vec3 a = vec3_sub(p[0], place), b = vec3_sub(p[1], place), c = vec3_sub(p[2], place);
+        const double x = vec3_norm(a), y = vec3_norm(b), z = vec3_norm(c);
+        filled += mill_elementary_atan2(vec3_dot(a, vec3_cross(b, c)),
+                                        x * y * z + vec3_dot(a, b) * z + vec3_dot(b, c) * x +
+                                            vec3_dot(c, a) * y);
+    }
+    return filled > MILL_PI;
+}
+
+bool mill_facets_shells(const struct mill_body *is, const struct mill_facets_joints *joints,
+                        int32_t *turned)
+{
+    struct shells s = {is, joints, malloc(3 * is->facets * sizeof *s.root),
+                       calloc(3 * is->facets, sizeof *s.volume)};
+    const bool good = s.root && s.volume;
+    *turned = -1;
+    if (good)
+        sum_up(&s);
+    for (size_t k = 0; good && k < is->facets && *turned < 0; k++) {
+        const int32_t root = root_of(&s, joints->corner[k][0]);
+        if (!(s.volume[root] < 0.0))
+            continue;
+        s.volume[root] = 0.0; /* looked at once */
+        if (!is_within(&s, is->facet[k][0], root))
+            *turned = (int32_t)k;
+    }
+    free(s.root);
+    free(s.volume);
+    return good;
+}
