@@ -198,7 +198,11 @@ def test_step_and_time_are_stored_once(mill):
     for parents, but in (((TRAJECTORY, poses), "none"), (("/observables",), poses)):
         shared = {}
         for name, dataset in datasets(mill).items():
-            if name.startswith(parents) and not name.startswith(but) and name.endswith(("/step", "/time")):
+            if (
+                name.startswith(parents)
+                and not name.startswith(but)
+                and name.endswith(("/step", "/time"))
+            ):
                 address = h5py.h5o.get_info(dataset.id).addr
                 shared.setdefault(name.rsplit("/", 1)[1], set()).add(address)
         assert {part: len(addresses) for part, addresses in shared.items()} == {
