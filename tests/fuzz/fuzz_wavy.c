@@ -305,7 +305,8 @@ static void rebound(struct shot *s, double t)
     const double gap = depth(s, r) - s->radius;
     const struct mill_contact k = mill_shape_meet(s->drum, r, v, s->radius, &mill_pose_still);
     struct mill_contact other = k;
-    s->drum->type->beside(s->drum, r, s->radius, &other); /* of two, whichever closes */
+    s->drum->type->beside(s->drum, r, v, s->radius, &mill_pose_still,
+                          &other); /* of two, whichever closes */
     const double closing = -vec3_dot(k.normal, v), beside = -vec3_dot(other.normal, v);
     require(s, gap <= TOUCHING, "a gap of %g m when due at %.17g s", gap, t);
     require(s, fmax(closing, beside) >= -noise, "closing by %g m/s when due at %.17g s", closing,
@@ -340,7 +341,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         /* within the wall there is nothing to know */
         if (!(depth(&s, s.flight.r) >= s.radius - 1e-15 * s.profile.radius))
             continue;
-        const struct mill_chamber chamber = {s.profile, s.profile.radius};
+        const struct mill_chamber chamber = {.drum = s.profile, .half_length = s.profile.radius};
         const struct mill_shape base = {.type = &mill_wavy_type, .number = -1};
         s.drum = lone_shape(&base, NULL, &chamber);
         fuzz_require(s.drum != NULL, "out of memory");

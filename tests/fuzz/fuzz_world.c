@@ -321,9 +321,7 @@ static bool place_balls(struct mill_deck *deck, struct fuzz_bytes *b)
     mill_shapes_free(p.shape, p.shapes);
     free(p.rotor);
     fuzz_file_write(&start_file, p.rows.text, p.rows.length);
-    deck->start = malloc(sizeof start_file.path);
-    fuzz_require(deck->start != NULL, "out of memory");
-    strcpy(deck->start, start_file.path);
+    deck->start = start_file.path;
     if (fuzz_shown())
         fprintf(stderr, "start file:\n%.*s\n", (int)p.rows.length, p.rows.text);
     return all;
