@@ -94,7 +94,8 @@ static enum mill_status make_setup(const struct mill_deck *deck,
                                  .kinds = deck->contacts.count - MILL_KINDS,
                                  .kind = lists->kind,
                                  .seed = (unsigned long)deck->seed,
-                                 .rebound_floor = deck->rebound_floor};
+                                 .rebound_floor = deck->rebound_floor,
+                                 .horizon = deck->time};
     memcpy(setup->law, deck->law, sizeof setup->law);
     for (int k = 0; k < setup->kinds; k++)
         lists->kind[k] = deck->contacts.name[MILL_KINDS + k] + strlen("ball_");

@@ -1,9 +1,11 @@
-/* Builds the world of a setup: motions, surfaces, species, start positions. Those that were given
- * are checked: speeds, surfaces, pairs, in this order. */
+/* Builds the world of a setup: motions, surfaces, species, start positions. Bodies must not run
+ * into each other (clash.h); positions that were given are checked: speeds, surfaces, pairs, in
+ * this order. */
 #include "millsim/start.h"
 
 #include "base/memory.h"
 #include "geometry/shapes.h"
+#include "start/clash.h"
 #include "start/fill.h"
 
 #include <assert.h>
@@ -69,7 +71,8 @@ static bool is_sound(const struct mill_setup *s)
     int64_t balls = 0;
     bool good = (s->drum.radius == 0.0 || is_drum_sound(&s->drum)) && are_bodies_sound(s) &&
                 s->speed >= 0.0 && isfinite(s->speed) && isfinite(vec3_norm(s->gravity)) &&
-                s->rebound_floor >= 0.0 && isfinite(s->rebound_floor) && s->species > 0;
+                s->rebound_floor >= 0.0 && isfinite(s->rebound_floor) && s->horizon >= 0.0 &&
+                isfinite(s->horizon) && s->species > 0;
     for (int k = 0; good && k < s->species; k++) {
         const struct mill_setup_balls *b = &s->balls[k];
         good = positive(b->diameter) && positive(b->density) && b->count >= 0;
@@ -353,7 +356,9 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     w->g = setup->gravity;
     memcpy(w->law, setup->law, sizeof w->law);
     w->rebound_floor = setup->rebound_floor;
-    if (do_surfaces_fit(setup, w, fault))
+    if (do_surfaces_fit(setup, w, fault) && !mill_clash_find(setup, w->motion, fault))
+        fault->code = MILL_FAULT_MEMORY;
+    if (fault->code == MILL_FAULT_NONE)
         place_balls(setup, watch, w, fault);
     if (fault->code == MILL_FAULT_NONE) {
         w->start = mill_world_energy(w, 0.0);

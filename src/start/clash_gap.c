@@ -1,0 +1,323 @@
+/* The distance of two convex parts is that of the origin from the set of all differences of their
+ * places. The search goes by simplices of that set (E. G. Gilbert, D. W. Johnson & S. S. Keerthi,
+ * IEEE J. Robot. Autom. 4 (1988) 193), with the farthest places of discs and boxes themselves, no
+ * polygons. For any direction n the set's farthest place against n bounds the distance from below;
+ * the best such bound is the answer, so rounding or a search cut short never makes it too great.
+ *
+ * Of solids with many parts a tree of spheres leaves out those that are farther than others. */
+#include "start/clash_gap.h"
+
+enum { LOOKS = 100, DEEPEST = 30 };
+/* of the parts' size: no distance */
+#define NOTHING 1e-14
+/* of the distance: how well steps need it */
+#define CLOSE_ENOUGH 0.05
+/* of the distance: a sphere that is farther is left out */
+#define ENOUGH 0.9
+
+/* ---- two convex parts ---- */
+
+struct simplex {
+    int n;
+    vec3 p[4];
+};
+
+static vec3 keep(struct simplex *s, int n, vec3 a, vec3 b, vec3 c, vec3 nearest)
+{
+    *s = (struct simplex){n, {a, b, c}};
+    return nearest;
+}
+
+/* The place of the simplex that is nearest to the origin; the simplex becomes the corners that it
+ * lies between. */
+static vec3 on_line(struct simplex *s, vec3 a, vec3 b)
+{
+    const vec3 way = vec3_sub(b, a);
+    const double length = vec3_dot(way, way), t = -vec3_dot(a, way);
+    if (t <= 0.0)
+        return keep(s, 1, a, a, a, a);
+    if (t >= length)
+        return keep(s, 1, b, b, b, b);
+    return keep(s, 2, a, b, b, vec3_axpy(a, t / length, way));
+}
+
+/* By the regions of its corners, edges and face (C. Ericson, Real-Time Collision Detection, 2005,
+ * 5.1.5) */
+static vec3 on_triangle(struct simplex *s, vec3 a, vec3 b, vec3 c)
+{
+    const vec3 ab = vec3_sub(b, a), ac = vec3_sub(c, a), n = vec3_cross(ab, ac);
+    const double a1 = -vec3_dot(ab, a), a2 = -vec3_dot(ac, a), b1 = -vec3_dot(ab, b),
+                 b2 = -vec3_dot(ac, b), c1 = -vec3_dot(ab, c), c2 = -vec3_dot(ac, c);
+    const double square = vec3_dot(n, n);
+    if (a1 <= 0.0 && a2 <= 0.0)
+        return keep(s, 1, a, a, a, a);
+    if (b1 >= 0.0 && b2 <= b1)
+        return keep(s, 1, b, b, b, b);
+    if (c2 >= 0.0 && c1 <= c2)
+        return keep(s, 1, c, c, c, c);
+    if (a1 * b2 - b1 * a2 <= 0.0 && a1 >= 0.0 && b1 <= 0.0)
+        return on_line(s, a, b);
+    if (c1 * a2 - a1 * c2 <= 0.0 && a2 >= 0.0 && c2 <= 0.0)
+        return on_line(s, a, c);
+    if ((b1 * c2 - c1 * b2 <= 0.0 && b2 >= b1 && c1 >= c2) || !(square > 0.0))
+        return on_line(s, b, c);
+    return keep(s, 3, a, b, c, vec3_scale(n, vec3_dot(n, a) / square));
+}
+
+static vec3 on_tetrahedron(struct simplex *s)
+{
+    static const int face[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
+    const struct simplex all = *s;
+    vec3 best = {0.0, 0.0, 0.0};
+    double least = INFINITY;
+    for (int k = 0; k < 4; k++) {
+        const vec3 a = all.p[face[k][0]], b = all.p[face[k][1]], c = all.p[face[k][2]];
+        const vec3 n = vec3_cross(vec3_sub(b, a), vec3_sub(c, a));
+        if (-vec3_dot(n, a) * vec3_dot(n, vec3_sub(all.p[face[k][3]], a)) > 0.0)
+            continue; /* on the inner side of this face */
+        struct simplex of;
+        const vec3 v = on_triangle(&of, a, b, c);
+        if (vec3_dot(v, v) < least) {
+            least = vec3_dot(v, v);
+            best = v;
+            *s = of;
+        }
+    }
+    return best;
+}
+
+static vec3 nearest(struct simplex *s)
+{
+    return s->n == 1   ? s->p[0]
+           : s->n == 2 ? on_line(s, s->p[0], s->p[1])
+           : s->n == 3 ? on_triangle(s, s->p[0], s->p[1], s->p[2])
+                       : on_tetrahedron(s);
+}
+
+struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
+                                           const struct mill_clash_part *b, double near)
+{
+    const double grown = a->grown + b->grown, nothing = NOTHING * (a->around + b->around);
+    struct mill_clash_gap gap = {-INFINITY, INFINITY}; /* of the cores */
+    struct simplex s = {0};
+    vec3 v = vec3_sub(a->centre, b->centre);
+    for (int k = 0; k < LOOKS; k++) {
+        const double length = vec3_norm(v);
+        if (k > 0 && !(length < gap.most))
+            break; /* rounding: no nearer than before */
+        gap.most = k > 0 ? length : gap.most;
+        if (!(length > nothing)) {
+            gap.least = fmax(gap.least, 0.0);
+            if (k > 0)
+                break;
+            v = vec3_make(1.0, 0.0, 0.0);
+        }
+        const vec3 n = vec3_scale(v, 1.0 / vec3_norm(v));
+        const vec3 w = vec3_sub(mill_clash_solid_support(a, vec3_scale(n, -1.0)),
+                                mill_clash_solid_support(b, n));
+        gap.least = fmax(gap.least, vec3_dot(n, w));
+        if (gap.most - gap.least <= CLOSE_ENOUGH * fmax(gap.least - grown, 0.0) + 0.02 * near)
+            break;
+        s.p[s.n++] = w;
+        v = nearest(&s);
+    }
+    return (struct mill_clash_gap){fmax(gap.least, 0.0) - grown, gap.most - grown};
+}
+
+/* ---- two solids ---- */
+
+struct seek {
+    const struct mill_clash_solid *a, *b;
+    const struct mill_pose *a_in_b;
+    double near;
+    struct mill_clash_gap gap;
+};
+
+static double apart_of(const struct seek *s, const struct mill_clash_node *p,
+                       const struct mill_clash_node *q)
+{
+    return vec3_norm(vec3_sub(mill_pose_out(s->a_in_b, p->centre), q->centre));
+}
+
+static struct mill_clash_part ball_of(const struct mill_clash_node *n, vec3 centre)
+{
+    return (struct mill_clash_part){.form = MILL_CLASH_ROUND,
+                                    .centre = centre,
+                                    .x = {1.0, 0.0, 0.0},
+                                    .y = {0.0, 1.0, 0.0},
+                                    .z = {0.0, 0.0, 1.0},
+                                    .grown = n->radius,
+                                    .around = n->radius};
+}
+
+/* [m] What is in one sphere is farther from what is in the other. The sphere around a long part is
+ * no measure of it: the part itself is taken. */
+static double least_of(const struct seek *s, const struct mill_clash_node *p,
+                       const struct mill_clash_node *q)
+{
+    const double least = apart_of(s, p, q) - p->radius - q->radius;
+    if (least >= ENOUGH * s->gap.most)
+        return least;
+    if (q->part >= 0 && p->part < 0 && q->radius > p->radius) {
+        const struct mill_clash_part ball = ball_of(p, mill_pose_out(s->a_in_b, p->centre));
+        return fmax(least, mill_clash_gap_parts(&ball, &s->b->part[q->part], s->near).least);
+    }
+    if (p->part >= 0 && q->part < 0 && p->radius > q->radius) {
+        const struct mill_clash_part part = mill_clash_solid_move(&s->a->part[p->part], s->a_in_b);
+        const struct mill_clash_part ball = ball_of(q, q->centre);
+        return fmax(least, mill_clash_gap_parts(&part, &ball, s->near).least);
+    }
+    return least;
+}
+
+/* Far from each other two spheres are all that steps need. */
+static void take_leaves(struct seek *s, const struct mill_clash_node *p,
+                        const struct mill_clash_node *q)
+{
+    const double size = p->radius + q->radius, apart = apart_of(s, p, q);
+    struct mill_clash_gap gap = {apart - size, apart + size};
+    if (apart < 2.0 * size) {
+        const struct mill_clash_part a = mill_clash_solid_move(&s->a->part[p->part], s->a_in_b);
+        gap = mill_clash_gap_parts(&a, &s->b->part[q->part], s->near);
+    }
+    s->gap.least = fmin(s->gap.least, gap.least);
+    s->gap.most = fmin(s->gap.most, gap.most);
+}
+
+/* Of the larger of two spheres both halves, the nearer one first; `least`: as least_of has it */
+static void seek(struct seek *s, const struct mill_clash_node *p, const struct mill_clash_node *q,
+                 double least)
+{
+    if (least >= ENOUGH * s->gap.most || s->gap.least <= s->near) {
+        s->gap.least = fmin(s->gap.least, least);
+        return;
+    }
+    if (p->part >= 0 && q->part >= 0) {
+        take_leaves(s, p, q);
+        return;
+    }
+    const bool splits = q->part >= 0 || (p->part < 0 && p->radius >= q->radius);
+    const struct mill_clash_node *of = splits ? s->a->node : s->b->node;
+    const struct mill_clash_node *half[2] = {&of[splits ? p->left : q->left],
+                                             &of[splits ? p->right : q->right]};
+    double from[2];
+    for (int k = 0; k < 2; k++)
+        from[k] = splits ? least_of(s, half[k], q) : least_of(s, p, half[k]);
+    const int first = from[0] > from[1];
+    for (int n = 0; n < 2; n++) {
+        const int k = n ^ first;
+        seek(s, splits ? half[k] : p, splits ? q : half[k], from[k]);
+    }
+}
+
+struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
+                                            const struct mill_clash_solid *b,
+                                            const struct mill_pose *a_in_b, double near)
+{
+    struct seek s = {a, b, a_in_b, near, {INFINITY, INFINITY}};
+    seek(&s, a->node, b->node, least_of(&s, a->node, b->node));
+    return s.gap;
+}
+
+/* ---- a wall ---- */
+
+static double wall_gap(const struct mill_wall *w, vec3 p)
+{
+    if (w->flat)
+        return vec3_dot(w->normal, vec3_sub(p, w->point));
+    const double beyond = fabs(p.z) - w->half;
+    const double away = sqrt(p.x * p.x + p.y * p.y + (beyond > 0.0 ? beyond * beyond : 0.0));
+    return (w->radius + w->slope * p.z - away) / sqrt(1.0 + w->slope * w->slope);
+}
+
+/* Least over an arc of a rim from a to b, from its centre: the gap is a concave function of place,
+ * so its least over the triangle of the arc's ends and the corner of the tangents there is at one
+ * of these. */
+static double arc_gap(const struct mill_wall *w, vec3 centre, vec3 a, vec3 b, double near,
+                      double *most, int depth)
+{
+    const vec3 sum = vec3_add(a, b);
+    const double square = vec3_dot(a, a);
+    const vec3 corner = vec3_scale(sum, square / (square + vec3_dot(a, b)));
+    const double ends = fmin(wall_gap(w, vec3_add(centre, a)), wall_gap(w, vec3_add(centre, b)));
+    const double least = fmin(ends, wall_gap(w, vec3_add(centre, corner)));
+    *most = fmin(*most, ends);
+    if (depth == DEEPEST || least >= *most - CLOSE_ENOUGH * fabs(*most) - 0.05 * near)
+        return least;
+    const vec3 middle = vec3_scale(sum, sqrt(square / vec3_dot(sum, sum)));
+    *most = fmin(*most, wall_gap(w, vec3_add(centre, middle)));
+    return fmin(arc_gap(w, centre, a, middle, near, most, depth + 1),
+                arc_gap(w, centre, middle, b, near, most, depth + 1));
+}
+
+static double rim_gap(const struct mill_wall *w, const struct mill_clash_part *p, double z,
+                      double r, double near)
+{
+    const vec3 centre = vec3_axpy(p->centre, z, p->z);
+    const vec3 x = vec3_scale(p->x, r), y = vec3_scale(p->y, r);
+    const vec3 end[4] = {x, y, vec3_scale(x, -1.0), vec3_scale(y, -1.0)};
+    double least = wall_gap(w, centre), most = INFINITY;
+    if (r == 0.0)
+        return least;
+    for (int k = 0; k < 4; k++)
+        most = fmin(most, wall_gap(w, vec3_add(centre, end[k])));
+    for (int k = 0; k < 4; k++)
+        least = fmin(least, arc_gap(w, centre, end[k], end[(k + 1) % 4], near, &most, 0));
+    return least;
+}
+
+/* The part's extreme places suffice: the gap is concave. */
+static double part_gap(const struct mill_wall *w, const struct mill_clash_part *p, double near)
+{
+    double least = INFINITY;
+    if (w->flat)
+        return wall_gap(w, mill_clash_solid_support(p, vec3_scale(w->normal, -1.0))) - p->grown;
+    if (p->form == MILL_CLASH_ROUND)
+        return fmin(rim_gap(w, p, -p->half.z, p->low, near),
+                    rim_gap(w, p, p->half.z, p->high, near)) -
+               p->grown;
+    const vec3 corner[3] = {p->x, p->y, p->z};
+    for (int k = 0; k < (p->form == MILL_CLASH_BOX ? 8 : 3); k++) {
+        vec3 at = p->centre;
+        if (p->form == MILL_CLASH_BOX) {
+            at = vec3_axpy(at, k & 1 ? p->half.x : -p->half.x, p->x);
+            at = vec3_axpy(at, k & 2 ? p->half.y : -p->half.y, p->y);
+            at = vec3_axpy(at, k & 4 ? p->half.z : -p->half.z, p->z);
+        } else {
+            at = vec3_add(at, corner[k]);
+        }
+        least = fmin(least, wall_gap(w, at));
+    }
+    return least - p->grown;
+}
+
+static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *s,
+                      const struct mill_clash_node *n, const struct mill_pose *in, double near,
+                      struct mill_clash_gap *gap)
+{
+    const double middle = wall_gap(w, mill_pose_out(in, n->centre)), least = middle - n->radius;
+    /* far from the wall a sphere is all that steps need */
+    if (least >= ENOUGH * gap->most || (n->part >= 0 && least > n->radius)) {
+        gap->least = fmin(gap->least, least);
+        if (n->part >= 0)
+            gap->most = fmin(gap->most, middle);
+        return;
+    }
+    if (n->part >= 0) {
+        const struct mill_clash_part part = mill_clash_solid_move(&s->part[n->part], in);
+        const double of = part_gap(w, &part, near);
+        gap->least = fmin(gap->least, of);
+        gap->most = fmin(gap->most, of + CLOSE_ENOUGH * fabs(of) + 0.05 * near);
+        return;
+    }
+    seek_wall(w, s, &s->node[n->left], in, near, gap);
+    seek_wall(w, s, &s->node[n->right], in, near, gap);
+}
+
+double mill_clash_gap_wall(const struct mill_wall *wall, const struct mill_clash_solid *solid,
+                           const struct mill_pose *in, double near)
+{
+    struct mill_clash_gap gap = {INFINITY, INFINITY};
+    seek_wall(wall, solid, solid->node, in, near, &gap);
+    return gap.least;
+}

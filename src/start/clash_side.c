@@ -1,0 +1,159 @@
+/* How fast solids move, at most, and what keeps them apart or as far apart as they are. */
+#include "start/clash_side.h"
+
+#include "start/clash_gap.h"
+
+/* What is parallel, or on an axis, but for rounding */
+#define ROUNDING 1e-12
+
+struct mill_pose mill_clash_side_relative(const struct mill_pose *a, const struct mill_pose *b)
+{
+    return (struct mill_pose){.place = mill_pose_in(b, a->place),
+                              .x = mill_pose_turn_in(b, a->x),
+                              .y = mill_pose_turn_in(b, a->y),
+                              .z = mill_pose_turn_in(b, a->z)};
+}
+
+/* A frame whose z axis is the given one */
+static struct mill_pose frame_about(vec3 centre, vec3 axis)
+{
+    const vec3 any = fabs(axis.x) < 0.6 ? vec3_make(1.0, 0.0, 0.0) : vec3_make(0.0, 1.0, 0.0);
+    const vec3 across = vec3_cross(axis, any);
+    const vec3 y = vec3_scale(across, 1.0 / vec3_norm(across));
+    return (struct mill_pose){.place = centre, .x = vec3_cross(y, axis), .y = y, .z = axis};
+}
+
+/* The motion's turning about an axis of fixed direction moves no point faster than by its distance
+ * from the line through the centre, of a body round about that not at all. */
+static double turning_size(const struct mill_clash_side *s)
+{
+    const vec3 axis = s->bounds.axis;
+    if (s->is->ball || s->bounds.turning == 0.0)
+        return 0.0;
+    if (!(vec3_norm(axis) > 0.0))
+        return s->size;
+    if (s->is->turned && vec3_norm(vec3_cross(s->axis, axis)) < ROUNDING)
+        return 0.0;
+    const struct mill_wall line = {.half = INFINITY};
+    const struct mill_pose frame = frame_about(s->centre, axis);
+    const struct mill_pose in = mill_clash_side_relative(&s->begin, &frame);
+    return fmin(-mill_clash_gap_wall(&line, s->is, &in, 1e-3 * s->size), s->size);
+}
+
+static bool axis_of(const struct mill_motion *m, vec3 *through, vec3 *direction)
+{
+    return m && !m->on && m->type->axis && m->type->axis(m, through, direction);
+}
+
+struct mill_clash_line mill_clash_side_line(const struct mill_motion *own,
+                                            const struct mill_motion *other)
+{
+    struct mill_clash_line line = {.is = false};
+    vec3 through, direction;
+    line.is = axis_of(own ? own : other, &line.through, &line.direction);
+    if (line.is && own && other)
+        line.is = axis_of(other, &through, &direction) &&
+                  vec3_norm(vec3_cross(direction, line.direction)) < ROUNDING;
+    return line;
+}
+
+/* The ring about the line that the solid never leaves */
+static void find_ring(struct mill_clash_side *s, const struct mill_clash_line *line)
+{
+    const vec3 off = vec3_sub(s->centre, line->through);
+    const vec3 foot = vec3_axpy(line->through, vec3_dot(off, line->direction), line->direction);
+    const struct mill_pose frame = frame_about(foot, line->direction);
+    const struct mill_pose in = mill_clash_side_relative(&s->begin, &frame);
+    const double near = 1e-6 * s->size,
+                 half = 2.0 * (s->size + vec3_norm(vec3_sub(foot, s->centre)));
+    struct mill_clash_part axis = {.form = MILL_CLASH_ROUND,
+                                   .x = {1.0, 0.0, 0.0},
+                                   .y = {0.0, 1.0, 0.0},
+                                   .z = {0.0, 0.0, 1.0},
+                                   .half = {0.0, 0.0, half},
+                                   .around = half};
+    struct mill_clash_node all = {.radius = half};
+    const struct mill_clash_solid around = {.parts = 1, .part = &axis, .node = &all};
+    const struct mill_wall wall = {.half = INFINITY};
+    s->ring = *line;
+    s->inner = mill_clash_gap_solids(s->is, &around, &in, near).least;
+    s->outer = -mill_clash_gap_wall(&wall, s->is, &in, near);
+}
+
+struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,
+                                          const struct mill_motion *motion,
+                                          const struct mill_clash_line *line)
+{
+    const struct mill_clash_node *all = is->node;
+    struct mill_clash_side s = {.is = is, .motion = motion, .size = all->radius};
+    s.bounds = mill_motion_bounds(motion, all->centre);
+    s.begin = mill_motion_pose(motion, 0.0);
+    s.centre = mill_pose_out(&s.begin, all->centre);
+    s.axis = mill_pose_turn_out(&s.begin, is->axis);
+    const double turning = s.bounds.turning * turning_size(&s);
+    s.keeps = turning == 0.0 && (s.bounds.speed == 0.0 ||
+                                 s.bounds.far <= ROUNDING * (s.size + vec3_norm(all->centre)));
+    s.speed = s.keeps ? 0.0 : s.bounds.speed + turning;
+    if (line->is)
+        find_ring(&s, line);
+    return s;
+}
+
+bool mill_clash_side_turns_about(const struct mill_clash_side *s,
+                                 const struct mill_clash_side *round)
+{
+    vec3 through, direction;
+    if (!s->motion)
+        return true;
+    if (!axis_of(s->motion, &through, &direction))
+        return false;
+    const vec3 off = vec3_sub(round->centre, through);
+    return vec3_norm(vec3_cross(off, direction)) <= ROUNDING * (s->size + round->size) &&
+           (round->is->ball || vec3_norm(vec3_cross(round->axis, direction)) < ROUNDING);
+}
+
+bool mill_clash_side_are_steady(const struct mill_clash_side *a, const struct mill_clash_side *b)
+{
+    return a->speed + b->speed == 0.0 ||
+           (b->keeps && (b->is->turned || b->is->ball) && mill_clash_side_turns_about(a, b)) ||
+           (a->keeps && (a->is->turned || a->is->ball) && mill_clash_side_turns_about(b, a));
+}
+
+bool mill_clash_side_is_level(const struct mill_clash_side *s, vec3 direction)
+{
+    return mill_motion_keeps(s->motion, mill_pose_turn_in(&s->begin, direction));
+}
+
+/* [m] where the solid ends in a direction of the laboratory, at t = 0 */
+static double end_of(const struct mill_clash_side *s, vec3 way)
+{
+    const vec3 in = mill_pose_turn_in(&s->begin, way);
+    double most = -INFINITY;
+    for (int32_t k = 0; k < s->is->parts; k++) {
+        const struct mill_clash_part *p = &s->is->part[k];
+        most = fmax(most, vec3_dot(in, mill_clash_solid_support(p, in)) + p->grown);
+    }
+    return most + vec3_dot(way, s->begin.place);
+}
+
+/* Spheres around all of their ways do not meet, or rings, or what they only turn across keeps them
+ * apart. */
+bool mill_clash_side_are_apart(const struct mill_clash_side *a, const struct mill_clash_side *b,
+                               double near)
+{
+    const double apart = vec3_norm(vec3_sub(a->bounds.home, b->bounds.home));
+    if (apart - a->bounds.far - b->bounds.far - a->size - b->size > near)
+        return true;
+    if (a->ring.is && b->ring.is) { /* parallel lines, or one and the same */
+        const vec3 off = vec3_sub(a->ring.through, b->ring.through);
+        const double between = vec3_norm(vec3_cross(off, a->ring.direction)) + near;
+        if (a->inner - b->outer > between || b->inner - a->outer > between)
+            return true;
+    }
+    const vec3 axis = a->bounds.turning > 0.0 ? a->bounds.axis : b->bounds.axis;
+    const vec3 back = vec3_scale(axis, -1.0);
+    if (!(vec3_norm(axis) > 0.0) || !mill_clash_side_is_level(a, axis) ||
+        !mill_clash_side_is_level(b, axis))
+        return false;
+    return -end_of(a, axis) - end_of(b, back) > near || -end_of(b, axis) - end_of(a, back) > near;
+}
