@@ -40,6 +40,13 @@ DECKS = {
         ],
     ),  # fmt: skip
     "gas": ("input/gas.ini", ["run.time=50 ms", "run.sample_from=10 ms", "output.frames=10 ms"]),
+    "planetary": ("input/planetary.ini", ["run.time=300 ms", "run.sample_from=50 ms"]),
+    "emax": ("input/emax.ini", ["run.time=80 ms", "run.sample_from=10 ms"]),
+    "mixer": ("input/mixer.ini", ["run.time=300 ms", "run.sample_from=50 ms"]),
+    "shaker": ("input/shaker.ini", ["run.time=300 ms", "run.sample_from=50 ms"]),
+    "attritor": ("input/attritor.ini", ["run.time=80 ms", "run.sample_from=40 ms"]),
+    "tumbling": ("input/tumbling.ini", ["run.time=300 ms", "run.sample_from=50 ms"]),
+    "stl": ("input/stl.ini", ["run.time=60 ms", "run.sample_from=20 ms"]),
 }
 
 # In these groups all values are hashed, but for what depends on the machine or on where the deck lies
@@ -49,6 +56,7 @@ APART = {
     *(f"/run/{name}" for name in ("started", "wall_time", "cpu_time", "peak_memory")),
     *("/run/checkpoints", "/run/checkpoint_time"),
     "/deck/balls/start",
+    "/deck/body.rotor/file",
     "/deck/text",
 }
 
