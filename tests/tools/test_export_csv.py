@@ -149,7 +149,7 @@ def test_pandas_reads_every_series_to_the_last_bit(export, run_file, stored, tmp
         left.remove(head)
     fast = [f"fast_collisions/ball_blade from {mark} m/s" for mark in ("0.5", "1", "2")]
     assert bits(table[fast], series["fast_collisions/ball_blade/value"][:])
-    assert len(left) == 3 + 4 + 5 + 4 + 15 - 1  # the rest of all there are
+    assert len(left) == 3 + 1 + 4 + 5 + 4 + 15 - 1  # the rest of all there are
 
 
 def test_series_of_a_while(export, run_file, tmp_path):

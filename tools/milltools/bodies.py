@@ -33,8 +33,10 @@ _KEPT = weakref.WeakKeyDictionary()  # the Mill of every open run that was asked
 
 
 def moved(pose, points):
-    """Points (..., 3) of a motion's frame in the laboratory."""
-    return points @ pose[:, :3].T + pose[:, 3]
+    """Points (..., 3) of a motion's frame in the laboratory; corners that meet stay the same to the bit, as matrix products need
+    not keep them."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([a * x + b * y + c * z + d for a, b, c, d in pose], axis=-1)
 
 
 def inverse(pose):
@@ -44,9 +46,13 @@ def inverse(pose):
 
 def container(run, index):
     """The pose of the container's own frame, which maps are taken in, in a stored frame of a run."""
-    own = run.vessel_frame()
-    ride = Mill.pose(run.carrier, run.poses(index))
-    return np.column_stack([ride[:, :3] @ own[:, :3], moved(ride, own[:, 3])])
+    return after(Mill.pose(run.carrier, run.poses(index)), inverse(run.vessel_frame()))
+
+
+def after(pose, first):
+    """What comes from one pose of a motion, `first`, to another."""
+    back = inverse(first)
+    return np.column_stack([pose[:, :3] @ back[:, :3], moved(pose, back[:, 3])])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,7 +234,7 @@ def bars(edges, width):
 
 
 def outermost(points):
-    """Of points (N, 3) the corners of their convex hull."""
+    """Of points (N, 3) or (N, 2) the corners of their convex hull."""
     if len(points) < 5:
         return points
     try:

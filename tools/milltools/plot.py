@@ -201,6 +201,10 @@ def draw_balls(ax, run):
     position = bodies.moved(into, run.frame(-1, "position").astype(float))
     speed = np.linalg.norm(run.frame(-1, "velocity"), axis=1)
     draw_rotor(ax, run, times[-1])
+    if run.named("body"):
+        from milltools.figures import outlines
+
+        outlines.stand(ax, run, run.poses(len(times) - 1))
     order = np.argsort(position[:, 0])  # the ones in front last
     balls = EllipseCollection(
         *(run.balls("diameter")[order],) * 2,

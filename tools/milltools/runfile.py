@@ -19,6 +19,7 @@ from milltools.blades import Blade
 from milltools.built import Built
 from milltools.errors import UserError
 from milltools.histogram import ENERGIES, Histogram, by_energy, by_speed
+from milltools.kinds import KINDS
 from milltools.schema import THRESHOLDS
 
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
@@ -272,6 +273,10 @@ class Run(Built):
                 if "value" in group:
                     found.append(name.strip("/"))
                 left += [f"{name}/{member}".strip("/") for member in group if member not in ("value", "pose")]
+        empty = {*KINDS} - {*self.kinds}  # of which the mill has no surface
+        if self.named("body") and not self.has_rotor:
+            empty |= {"rotor_work", "rotor_torque"}
+        found = [name for name in found if name.split("/")[-1] not in empty]
         return sorted(found, key=lambda name: (name.count("/"), name))
 
     # ---- statistics of the sampled window

@@ -89,8 +89,8 @@ def add_arguments(parser):
     bodies.add_argument(
         "--part",
         action="append",
-        choices=PARTS,
-        help="only this part; may be repeated (default: all there are)",
+        metavar="PART",
+        help=f"only this part: {', '.join(PARTS)}, or NAME of a [body.NAME]; may be repeated (default: all there are)",
     )
     bodies.add_argument(
         "--tolerance",

@@ -2,15 +2,15 @@
 
 What GSD has a name for goes there (single precision, as the run's own frames). Spins go into log/particles/angular_velocity:
 GSD's own `angmom` is a quaternion in the body's frame, and balls have no orientation to refer it to. The exact time of a
-frame goes into log/time. GSD's box is always periodic, so it is wider than the drum by a ball on each side: balls at opposite
+frame goes into log/time. GSD's box is always periodic, so it is wider than what the container sweeps by a ball on each side: balls at opposite
 walls are no neighbours.
 """
 
 import numpy as np
 
+from milltools.bodies import Mill
 from milltools.errors import UserError
 from milltools.export import source, whole
-from milltools.profile import Profile
 
 
 def write(arguments):
@@ -35,9 +35,8 @@ def _still(run, frame):
     """A frame with all that does not move; what is as in the first frame is not stored again."""
     diameter = run.balls("diameter")
     room = 2 * diameter.max()
-    along = run.quantity("drum/length") + room
-    across = 2 * Profile.of(run.deck().get).outermost + room
-    frame.configuration.box = [along, across, across, 0, 0, 0]
+    hull = np.abs(Mill.of(run).hull).max(axis=0)  # GSD's box is about the origin
+    frame.configuration.box = [*(2 * hull + room), 0, 0, 0]
     frame.particles.N = len(diameter)
     frame.particles.types = run.species_names()
     frame.particles.typeid = run.balls("species")

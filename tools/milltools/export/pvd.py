@@ -28,10 +28,10 @@ def mill(arguments):
     with source.open_run(arguments) as run:
         chosen, times = source.many(run, arguments), source.stored(run)
 
-    def write(index, path):
-        return bodies.write(times[index], path)
+        def write(index, path):
+            return bodies.write(times[index], path, run.poses(index))
 
-    return collection(arguments, chosen, times, write, ", ".join(bodies.parts))
+        return collection(arguments, chosen, times, write, ", ".join(bodies.parts))
 
 
 def collection(arguments, chosen, times, write, of):

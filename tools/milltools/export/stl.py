@@ -1,21 +1,69 @@
-"""The mill's bodies as triangles, and as binary STL."""
+"""The mill's bodies as triangles, and as binary STL.
+
+Drum, shaft and blades are closed bodies of their own (solids.py); bodies of sections [body.NAME] are as the run has them, a container
+as the surface that the balls see.
+"""
 
 import math
 
 import numpy as np
 
-from milltools import engine
+from milltools import bodies, engine
 from milltools.errors import UserError
 from milltools.export import source, whole
 from milltools.profile import Profile
 from milltools.solids import PARTS
 
 MOST_CORNERS = 4000  # of an outline
-TURNING = ("shaft", "blades")
+FIXED = {"drum": "ball_drum", "walls": "ball_wall", "shaft": "ball_shaft", "blades": "ball_blade"}
 
 
-def bodies(deck, arguments) -> dict[str, list[np.ndarray]]:
-    """The wanted parts of a mill at t = 0, {part: closed bodies (T, 3, 3) [m]}."""
+class Parts:
+    """The wanted parts of a mill. `at_start`: {part: [(motion, closed body (T, 3, 3) [m] at t = 0), ...]}."""
+
+    def __init__(self, deck, arguments):
+        self.deck = deck
+        has_drum, self.plain = "drum" in deck.sections, True
+        self.first, found = {}, {}
+        if has_drum:
+            sizes = _sizes(deck, arguments)
+            rides = {"drum": deck.value("drum.motion", ""), "walls": deck.value("drum.motion", "")}
+            for part, make in PARTS.items():
+                found[part] = [(rides.get(part, "rotor"), body) for body in make(deck, *sizes)]
+        elif arguments.tolerance or arguments.thickness:
+            raise UserError(f"{deck.path}: --tolerance, --thickness: this mill has no drum")
+        if any(name.startswith(("body.", "motion.")) for name in deck.sections):
+            self.plain = False
+            with bodies.bare(deck.text) as run:
+                self.first = run.poses(0)
+                for body in bodies.read(run):
+                    if body.kind not in [kind for part, kind in FIXED.items() if found.get(part)]:
+                        pose = bodies.Mill.pose(body.motion, self.first)
+                        name = body.kind.removeprefix("ball_")
+                        found.setdefault(name, []).append((body.motion, bodies.moved(pose, body.triangles)))  # fmt: skip
+        self.names = [*PARTS, *(name for name in found if name not in PARTS)]
+        for part in arguments.part or ():
+            if not found.get(part):
+                there = ", ".join(name for name, own in found.items() if own)
+                raise UserError(f"{deck.path}: --part {part}: this mill has none, but {there}")
+        self.at_start = {
+            part: own for part, own in found.items() if own and part in (arguments.part or found)
+        }
+
+    def ways(self, poses=None, time=0.0):
+        """What comes to each motion from t = 0 to where it is at `poses`, or at a time [s]."""
+        if self.plain:
+            angle = self.deck.number("rotor.speed", 0.0) * time
+            c, s = math.cos(angle), math.sin(angle)
+            return {"rotor": np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])} if angle else {}
+        if poses is None and time > 0:
+            with bodies.bare(self.deck.text, time) as run:
+                poses = run.poses(1)
+        return {name: bodies.after(pose, self.first[name]) for name, pose in (poses or {}).items()}
+
+
+def _sizes(deck, arguments):
+    """Tolerance and thickness of the drum's walls [m]."""
     profile = Profile.of(deck.value)
     thickness = profile.radius / 20
     if arguments.thickness:
@@ -38,31 +86,7 @@ def bodies(deck, arguments) -> dict[str, list[np.ndarray]]:
         raise UserError(
             f"--tolerance: expected {finest:.2g} to {coarsest:.2g} m for this drum and wall, got {tolerance:.6g} m"
         )
-    found = {}
-    for part in arguments.part or PARTS:
-        solids = PARTS[part](deck, tolerance, thickness)
-        if arguments.part and not solids:
-            raise UserError(f"{deck.path}: --part {part}: this mill has none")
-        if solids:
-            found[part] = solids
-    return found
-
-
-def turned(corners, angle):
-    """Points (..., 3) turned about +x by an angle [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    x, y, z = np.moveaxis(corners, -1, 0)
-    # number by number, so that corners that meet stay the same to the bit; a matrix product need not keep them
-    return np.stack([x, c * y - s * z, s * y + c * z], axis=-1)
-
-
-def at_time(deck, parts, time):
-    """The parts with the rotor as it stands at a time [s], its angle at t = 0 being in them already."""
-    angle = deck.number("rotor.speed", 0.0) * time
-    return {
-        part: [turned(body, angle) for body in solids] if part in TURNING and angle else solids
-        for part, solids in parts.items()
-    }
+    return tolerance, thickness
 
 
 def asked_time(arguments) -> float:
@@ -75,17 +99,23 @@ def asked_time(arguments) -> float:
 
 def write(arguments):
     """Binary STL: 80 bytes of head, the number of triangles, 50 bytes a triangle, little-endian."""
-    deck = source.deck_of(arguments.source, arguments.set)
+    parts = Parts(source.deck_of(arguments.source, arguments.set), arguments)
     time = asked_time(arguments)
-    parts = at_time(deck, bodies(deck, arguments), time)
-    corners = np.concatenate([body for solids in parts.values() for body in solids])
+    ways = parts.ways(time=time)
+    corners = np.concatenate(
+        [
+            bodies.moved(ways[motion], body) if motion in ways else body
+            for own in parts.at_start.values()
+            for motion, body in own
+        ]
+    )
     rows = np.zeros(
         len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")]
     )
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    rows["normal"] = normal / np.linalg.norm(normal, axis=1)[:, None]
+    rows["normal"] = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     rows["corners"] = corners
-    names = ", ".join(parts)
+    names = ", ".join(parts.at_start)
     head = f"millsim {engine.version()}: {names}; metres".encode()[:80].ljust(80)
     content = head + np.uint32(len(rows)).astype("<u4").tobytes() + rows.tobytes()
     with whole.file(arguments.file) as draft:

@@ -10,8 +10,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from milltools.bodies import moved
 from milltools.export import source, stl, whole
-from milltools.solids import PARTS
 
 TYPES = {"f4": "Float32", "f8": "Float64", "i4": "Int32", "i8": "Int64"}
 
@@ -107,25 +107,25 @@ class Bodies:
     """The wanted bodies as one mesh, at any time."""
 
     def __init__(self, deck, arguments):
-        self.speed = deck.number("rotor.speed", 0.0)
-        self.parts = stl.bodies(deck, arguments)
-        self.points, corners, part, turning = [], [], [], []
+        self._parts = stl.Parts(deck, arguments)
+        self.parts = list(self._parts.at_start)
+        self.pieces, corners, part = [], [], []
         count = 0
-        for name, solids in self.parts.items():
-            triangles = np.concatenate(solids)
-            points, places = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
-            self.points.append(points)
-            corners.append(places.reshape(-1, 3) + count)
-            part.append(np.full(len(triangles), list(PARTS).index(name), "i4"))
-            turning.append(np.full(len(points), name in stl.TURNING))
-            count += len(points)
-        self.points, self.corners = np.concatenate(self.points), np.concatenate(corners)
-        self.part, self.turning = np.concatenate(part), np.concatenate(turning)
+        for name, own in self._parts.at_start.items():
+            for motion in dict.fromkeys(motion for motion, _ in own):
+                triangles = np.concatenate([body for rides, body in own if rides == motion])
+                points, places = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+                self.pieces.append((motion, points))
+                corners.append(places.reshape(-1, 3) + count)
+                part.append(np.full(len(triangles), self._parts.names.index(name), "i4"))
+                count += len(points)
+        self.corners, self.part = np.concatenate(corners), np.concatenate(part)
 
-    def write(self, time, path):
-        """Returns the size [bytes]."""
-        points = np.where(
-            self.turning[:, None], stl.turned(self.points, self.speed * time), self.points
+    def write(self, time, path, poses=None):
+        """Returns the size [bytes]; `poses` of the motions then, where a run tells them."""
+        ways = self._parts.ways(poses, time)
+        points = np.concatenate(
+            [moved(ways[motion], p) if motion in ways else p for motion, p in self.pieces]
         )
         cells = {"Polys": self.corners}
         return polydata(path, time, points.astype("f4"), cells, cell_data={"part": self.part})

@@ -4,10 +4,10 @@ bodies sweep over."""
 import math
 
 import numpy as np
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Circle, Polygon, Rectangle
 
 from milltools import vessel
-from milltools.bodies import Mill, inverse, moved
+from milltools.bodies import Mill, inverse, moved, outermost
 from milltools.style import INK
 
 STEEL = "#8c8c8c"  # stands out on white and on black
@@ -29,23 +29,44 @@ def sweeps(run) -> list[tuple[float, float, float]]:
 
 
 def bodies(run):
-    """(radii [m] from the axis, least and most; ends (from, to) along it; whether it turns about it) of the bodies in the
-    container, each with its copies on its own."""
-    mill, frame = Mill.of(run), run.vessel_frame()
-    poses = mill.poses[:: max(1, len(mill.poses) // 12)]
-    for body in mill.inner:
+    """(body, the triangles (T, 3, 3) of one copy in its motion's frame) of the bodies in the container, but shaft and blades."""
+    for body in Mill.of(run).inner:
         if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):
             continue
         for number in np.unique(body.number):
-            own = body.triangles[body.number == number]
-            points = np.concatenate([own.reshape(-1, 3), own.mean(axis=1)])
-            seen = [moved(inverse(frame), points)]
-            if body.motion != mill.carrier:
-                ways = [(mill.pose(mill.carrier, one), mill.pose(body.motion, one)) for one in poses]
-                seen = [moved(inverse(frame), moved(inverse(a), moved(b, points))) for a, b in ways]
-            x, y, z = np.concatenate(seen).T
-            away = np.hypot(y, z)
-            yield (away.min(), away.max()), (x.min(), x.max()), body.motion != mill.carrier
+            yield body, body.triangles[body.number == number]
+
+
+def _seen(run, body, triangles, poses):
+    """Corners and middles of triangles (N, 3) in the container's own frame, where motions are at `poses`."""
+    points = np.concatenate([triangles.reshape(-1, 3), triangles.mean(axis=1)])
+    if body.motion != run.carrier:
+        ride, own = (Mill.pose(motion, poses) for motion in (run.carrier, body.motion))
+        points = moved(inverse(ride), moved(own, points))
+    return moved(inverse(run.vessel_frame()), points)
+
+
+def swept(run):
+    """((least, most), (from, to)) of the distances from the axis and of the places along it [m] of every body, and whether it moves
+    in the container."""
+    poses = Mill.of(run).poses
+    poses = poses[:: max(1, len(poses) // 12)]
+    for body, triangles in bodies(run):
+        moves = body.motion != run.carrier
+        seen = [_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])]
+        x, y, z = np.concatenate(seen).T
+        away = np.hypot(y, z)
+        yield (away.min(), away.max()), (x.min(), x.max()), moves
+
+
+def stand(ax, run, poses, moving=True):
+    """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the container carries."""
+    for body, triangles in bodies(run):
+        if moving or body.motion == run.carrier:
+            points = outermost(_seen(run, body, triangles, poses)[:, 1:])
+            middle = points.mean(axis=0)
+            order = np.argsort(np.arctan2(*(points - middle).T[::-1]))
+            ax.add_patch(Polygon(points[order], fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_body"))
 
 
 def section(ax, run):
@@ -56,7 +77,8 @@ def section(ax, run):
         radius = run.quantity("rotor/shaft_radius")
         ax.add_patch(Circle((0, 0), radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft"))
         reach = max((r for *_, r in sweeps(run)), default=0)
-    reach = max([reach, *(far for (_, far), _, turns in bodies(run) if turns)])
+    stand(ax, run, Mill.of(run).poses[0], moving=False)
+    reach = max([reach, *(far for (_, far), _, moves in swept(run) if moves)])
     if reach:
         turn = np.linspace(0, 2 * math.pi, 361)
         _line(ax, reach * np.cos(turn), reach * np.sin(turn), "_sweep")
@@ -80,7 +102,7 @@ def axial(ax, run):
         ax.add_patch(shaft)
         for begin, end, reach in sweeps(run):
             _line(ax, [begin, begin, end, end], [radius, reach, reach, radius], "_sweep")
-    for (near, far), (begin, end), _ in bodies(run):
+    for (near, far), (begin, end), _ in swept(run):
         _line(ax, [begin, begin, end, end, begin], [near, far, far, near, near], "_sweep")
     ax.set_xlim(low - 0.01 * (high - low), high + 0.01 * (high - low))
     ax.set_ylim(0, 1.02 * holds.outermost)
