@@ -18,6 +18,7 @@ from conftest import PROGRAM, ROOT
 from scipy.special import stdtrit
 
 from milltools.compare import load, rows
+from milltools.kinds import KINDS
 
 # Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
 MILL = """\
@@ -130,7 +131,7 @@ def test_values_are_those_of_the_file(runs):
         with h5py.File(runs[name]) as file:
             window = file["statistics/duration"][()]
             power = file["statistics/rotor/power"][()]
-            lost = sum(file[f"statistics/impacts/{k}/dissipated_power"][()] for k in load.KINDS)
+            lost = sum(file[f"statistics/impacts/{k}/dissipated_power"][()] for k in KINDS)
             counts = file["observables/fast_collisions/ball_drum/value"]
             from_row = int(round(0.1 / 0.001))
             expected = {

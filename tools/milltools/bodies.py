@@ -135,7 +135,9 @@ class Mill:
         """The container's triangles, without those that are mere lines."""
         found = np.concatenate([np.empty((0, 3, 3)), *(body.triangles for body in self.walls)])
         area = np.linalg.norm(np.cross(*(found[:, k] - found[:, 0] for k in (1, 2))), axis=1)
-        return found[area > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
+        return (
+            found[area > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
+        )
 
     @functools.cached_property
     def glass(self) -> np.ndarray:
@@ -144,7 +146,9 @@ class Mill:
         area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
         normal /= area[:, None]
         away = np.einsum("ij,ij->i", normal, self.shell[:, 0]) / self.size
-        _, plane = np.unique(np.round(np.column_stack([normal, away]), 3), axis=0, return_inverse=True)
+        _, plane = np.unique(
+            np.round(np.column_stack([normal, away]), 3), axis=0, return_inverse=True
+        )
         share = np.bincount(plane.ravel(), area)[plane.ravel()] / area.sum()
         return self.shell[share < FLAT]
 

@@ -46,7 +46,9 @@ class Built:
         x = across - (across @ z) * z
         x /= np.linalg.norm(x)
         angle = self.quantity(f"{place}/angle", 0.0)
-        x, y = (math.cos(t) * x + math.sin(t) * np.cross(z, x) for t in (angle, angle + math.pi / 2))
+        x, y = (
+            math.cos(t) * x + math.sin(t) * np.cross(z, x) for t in (angle, angle + math.pi / 2)
+        )
         centre = self.vector(f"{place}/centre") if self.has(f"deck/{place}/centre") else np.zeros(3)
         return np.column_stack([z, x, y, centre])
 

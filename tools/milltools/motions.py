@@ -12,7 +12,7 @@ def _turns(speed) -> str:
 def _lengths(values) -> str:
     """[m] as the mill is measured: those that are not 0, largest first."""
     some = sorted({abs(v) for v in values if v}, reverse=True) or [0.0]
-    return " and ".join(f"{1e3 * v:.4g}" for v in some) + f" mm"
+    return " and ".join(f"{1e3 * v:.4g}" for v in some) + " mm"
 
 
 def speed(run, name: str) -> str:

@@ -272,7 +272,11 @@ class Run(Built):
             if isinstance(group, h5py.Group):
                 if "value" in group:
                     found.append(name.strip("/"))
-                left += [f"{name}/{member}".strip("/") for member in group if member not in ("value", "pose")]
+                left += [
+                    f"{name}/{member}".strip("/")
+                    for member in group
+                    if member not in ("value", "pose")
+                ]
         empty = {*KINDS} - {*self.kinds}  # of which the mill has no surface
         if self.named("body") and not self.has_rotor:
             empty |= {"rotor_work", "rotor_torque"}

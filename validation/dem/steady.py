@@ -19,7 +19,7 @@ from mills import (
 from runs import ROOT, STIFFNESSES, contact_duration, say, sets
 
 from milltools.kinds import KINDS
-from milltools.kinds import label
+from milltools.kinds import label as kind_label
 from milltools.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
@@ -130,7 +130,7 @@ def tell(case, soft_path, soft, hard, own, verdicts):
             one, merged = (
                 100 * (np.mean([run.values[k] for run in runs]) / soft.values[k] - 1) for k in names
             )
-            counts.append(f"{label(kind)} {one:+.1f} %, {merged:+.1f} %")
+            counts.append(f"{kind_label(kind)} {one:+.1f} %, {merged:+.1f} %")
         case.tell(
             f"What one impact is: rates above 1 m/s with {law}, millsim over LIGGGHTS, one by one, and with re-contacts of "
             f"a pair within a contact's duration merged in both: {'; '.join(counts)}."
@@ -144,7 +144,7 @@ def tell(case, soft_path, soft, hard, own, verdicts):
         shares = {k: float(run.read(f"run/isolated_share/{k}")) for k in KINDS}
     case.tell(
         "Multiple contacts: what LIGGGHTS' impacts would lose if each were alone, over what its dashpots take: "
-        + ", ".join(f"{label(k)} {share:.3f}" for k, share in shares.items())
+        + ", ".join(f"{kind_label(k)} {share:.3f}" for k, share in shares.items())
         + "."
     )
     case.tell(
@@ -194,7 +194,7 @@ def draw_spectra(case, name, what, soft, hard):
                 edges, density = density_of(paths, kind, group)
                 text = label + (", re-contacts merged" if group == "strikes" else "")
                 axis.stairs(density, edges, color=colour, ls=style, label=text)
-        axis.set(xscale="log", yscale="log", xlim=(0.004, 12), title=label(kind))
+        axis.set(xscale="log", yscale="log", xlim=(0.004, 12), title=kind_label(kind))
         top = density_of([soft], kind, "impacts")[1].max()
         axis.set(ylim=(top / 1e3, 4 * top), xlabel="normal speed [m/s]")
         axis.set_ylabel("impacts per second and factor e of speed [1/s]")

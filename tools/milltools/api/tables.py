@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import pandas as pd
 
-from milltools.errors import UserError
-from milltools.histogram import ENERGIES
 from milltools import motions as words
 from milltools import runfile
+from milltools.errors import UserError
+from milltools.histogram import ENERGIES
 from milltools.runfile import Run
 from milltools.schema import LOG
 
@@ -43,7 +43,9 @@ def motions(run: Run) -> pd.DataFrame:
     found = {"power": [], "power_error": [], "torque": [], "torque_error": []}
     for name in run.motions:
         known = run.has(f"statistics/motions/{name}/power")
-        place = f"motions/{name}" if known else "rotor"  # files of before motions have the rotor's alone
+        place = (
+            f"motions/{name}" if known else "rotor"
+        )  # files of before motions have the rotor's alone
         for what in ("power", "torque"):
             found[what].append(float(run.statistic(f"{place}/{what}")))
             found[f"{what}_error"].append(run.standard_error(f"{place}/{what}"))
@@ -91,7 +93,11 @@ def rate(run: Run, above: float, kind: str, group: str, speed: str, species=None
 
 def _histogram(run, kind, group, speed, species):
     speeds = ("normal_speed", "tangential_speed", *ENERGIES)
-    for given, known in ((kind, (*run.kinds, "all")), (group, ("impacts", "strikes")), (speed, speeds)):
+    for given, known in (
+        (kind, (*run.kinds, "all")),
+        (group, ("impacts", "strikes")),
+        (speed, speeds),
+    ):
         if given not in known:
             raise UserError(f"unknown {given!r}: one of {', '.join(known)}")
     run.need_statistics()

@@ -15,7 +15,6 @@ cross-section: noise is known roughly. With ten seeds of the reference mill (45 
 
 import numpy as np
 
-
 VIEWS = {"cross_section": ("x", "y", "z"), "axial": ("x", "r", "phi")}
 LEAST = 0.02  # solid fraction of cells that count
 FEWEST_FRAMES = 8

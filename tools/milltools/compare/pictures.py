@@ -13,7 +13,7 @@ import numpy as np
 
 from milltools.compare.load import SPEED_EDGES
 from milltools.compare.maps import LEAST
-from milltools.kinds import label
+from milltools.kinds import label as kind_label
 from milltools.plot import save, spectrum
 from milltools.style import literal, run_style
 
@@ -36,7 +36,7 @@ def draw_spectra(figure, sides):
                 **run_style(number),
                 label=literal(side.label, 44),
             )
-        ax.set_title(label(kind))
+        ax.set_title(kind_label(kind))
         ax.set_xlim(1e-3, 20)
         ax.grid(alpha=0.3)
         if not ax.lines:

@@ -159,7 +159,14 @@ def quantities(steady: bool, kinds=KINDS):
     group = "power"
     yield group, "rotor_power", "rotor power", "W", told("rotor_power", power("rotor_work")), True
     if any(kind not in KINDS for kind in kinds):
-        yield group, "drive_power", "drive power", "W", told("drive_power", power("drive_work")), True
+        yield (
+            group,
+            "drive_power",
+            "drive power",
+            "W",
+            told("drive_power", power("drive_work")),
+            True,
+        )
     yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
     yield (
         group,

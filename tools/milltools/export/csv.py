@@ -158,7 +158,9 @@ def impacts(arguments):
         why = "single impacts are kept with output.impacts = all"
         run.read("impacts/time", slice(0, 0), why=why)
         first, end = _between(run, "impacts/time", arguments)
-        kinds = np.array([str(kind) for kind in run.attribute("impacts", "kinds", run.kinds)], object)
+        kinds = np.array(
+            [str(kind) for kind in run.attribute("impacts", "kinds", run.kinds)], object
+        )
 
         def blocks():
             for part in _parts(first, end, arguments.file):

@@ -89,7 +89,10 @@ def field(run, view: str) -> Field:
 def _volume(run, view, edges):
     """Of the cells within the container [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
     room = vessel.of(run).volume(view, edges)
-    first, second = np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2)
+    first, second = (
+        np.diff(edges[0]),
+        np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2),
+    )
     whole = np.outer(first, second)
     if view == "cross_section":
         whole = whole * np.ptp(run.edges("axial")[0])
@@ -268,12 +271,18 @@ _WORDS = {
     "velocity": ("mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows."),
 }  # fmt: skip
 _ROUND = {
-    "axial": ("Axial cut", "axial", "Averaged around the container's axis; x along it, r away from it."),
-    "cross_section": ("Cross-section", "section", "Averaged along the container's axis, as seen along -x, in its own frame."),
+    "axial": (
+        "Axial cut",
+        "axial",
+        "Averaged around the container's axis; x along it, r away from it.",
+    ),
+    "cross_section": (
+        "Cross-section",
+        "section",
+        "Averaged along the container's axis, as seen along -x, in its own frame.",
+    ),
 }
-_SIGNS = (
-    " Dashed: what bodies sweep over; grey: the shaft; blank: nothing was there in the window."
-)
+_SIGNS = " Dashed: what bodies sweep over; grey: the shaft; blank: nothing was there in the window."
 
 FIGURES = tuple(
     Map(

@@ -128,7 +128,10 @@ class Draw(OverTime):
     def parts(self, run):
         """(what a mean is over, bounds) of the fine and of the coarse means."""
         time = run.series(self.series)[0]
-        return ("interval", intervals(time)), ("period" if run.driven == "drive" else "revolution", revolutions(run, time))
+        return ("interval", intervals(time)), (
+            "period" if run.driven == "drive" else "revolution",
+            revolutions(run, time),
+        )
 
     def lines(self, ax, run, name, position):
         time, whole = self.cumulative(run)
@@ -200,11 +203,7 @@ class Energy(OverTime):
 
     def lines(self, ax, run, name, position):
         for k, (series, words) in enumerate(self.SERIES.items()):
-            colour = (
-                run_look(position)["color"]
-                if name
-                else (FIRST, SECOND)[k]
-            )
+            colour = run_look(position)["color"] if name else (FIRST, SECOND)[k]
             ax.plot(*self.thinned(run, series), color=colour, lw=1.4, ls=("-", (0, (4, 1.5)))[k], label=_named(name, words))  # fmt: skip
         ax.set_ylim(bottom=0)
 

@@ -89,7 +89,9 @@ class Scene:
         self._place = actors.place
         self._glass = actors.Glass(self.mill.glass, GLASS)
         carrier, rims = self.mill.carrier, actors.rims(self.mill.frame, RIM)
-        self._moving = [(body.motion, actors.metal(body.triangles, METAL)) for body in self.mill.inner]
+        self._moving = [
+            (body.motion, actors.metal(body.triangles, METAL)) for body in self.mill.inner
+        ]
         solid = [self._balls.actor, *rims, *(actor for _, actor in self._moving)]
         self._moving += [(carrier, actor) for actor in (*rims, *self._glass.actors)]
         self._shadow = actors.Shadow(self._window, tile, self.mill)

@@ -98,7 +98,9 @@ def _vessel(run) -> str:
             f"{name.replace('_', ' ')} " + " x ".join(f"{1e3 * v:.4g}" for v in run.vector(f"{place}/{name}")) + f"{SPACE}mm"
             for name in sizes if run.text(f"{place}/{name}", "")
         ]  # fmt: skip
-        return f"{words}, a {plain(run.text(f'{place}/shape'))}" + (f" of {joined(sizes)}" if sizes else "")
+        return f"{words}, a {plain(run.text(f'{place}/shape'))}" + (
+            f" of {joined(sizes)}" if sizes else ""
+        )
     wavy = run.text("drum/profile", "circle") == "wavy"
     words = (
         f"a {'wavy' if wavy else 'round'} drum, {length(2 * run.quantity('drum/radius'))} wide and "
@@ -153,7 +155,11 @@ def drive_remark(run) -> str:
     """What its mean is over."""
     what = "revolution" if run.driven == "rotor" else "period"
     turns = run.duration / run.period if math.isfinite(run.period) else math.nan
-    words = f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}" if turns == turns else "over the window"
+    words = (
+        f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}"
+        if turns == turns
+        else "over the window"
+    )
     if run.driven == "drive" and len(run.motions) > 1 and turns == turns:
         words += " of the slowest motion"
     if not math.isfinite(run.standard_error(f"{run.driven}/power")):

@@ -1,0 +1,280 @@
+"""Runs of mills made of bodies and motions: numbers, pictures, exports; the report and the player in a browser."""
+
+import re
+import shutil
+
+import h5py
+import numpy as np
+import players
+import pytest
+from moving_mills import ATTRITOR, PLANETARY
+from test_scene import at, picture, stored
+
+import milltools
+from milltools import bodies, motions, vessel
+from milltools.figures import account, maps, spectra
+from milltools.histogram import ENERGIES
+from milltools.render import camera
+from milltools.report import facts, player, tables
+from milltools.runfile import Run
+from milltools.trajectory import Trajectory
+
+pytest_plugins = ["browser"]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The output files, by name."""
+    decks = {"planetary": PLANETARY, "attritor": ATTRITOR}
+    return {
+        name: players.simulate(tmp_path_factory.mktemp(name), deck) for name, deck in decks.items()
+    }
+
+
+@pytest.fixture
+def runs(files):
+    """The open Runs, by name."""
+    opened = {name: Run(path) for name, path in files.items()}
+    yield opened
+    for run in opened.values():
+        run.close()
+
+
+def turned(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+# ---- what a run says
+
+
+def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
+    assert runs["planetary"].kinds == ("ball_ball", "ball_jar")
+    assert runs["attritor"].kinds == ("ball_ball", "ball_tank", "ball_pin")  # as in the deck
+    for run in runs.values():
+        assert [name for name, _ in tables.contacts(run)][:2] == ["ball-ball", f"ball-{run.vessel}"]
+        assert not any("drum" in name for name in run.series_names())
+
+
+def test_motions_share_the_power_of_the_drive(files):
+    with milltools.load(files["planetary"]) as result:
+        assert list(result.motions.index) == ["sun", "jar"]
+        assert result.motions["power"].sum() == pytest.approx(result.drive.value, rel=1e-9)
+        assert result.drive.unit == "W" and result.drive.error > 0
+        assert result.motions.attrs["units"]["torque"] == "N m"
+        assert result.motions.loc["jar", "words"] == "turns at −1200 rpm on sun"
+        work = result.series["motion_work"]
+        assert work.dims == ("time", "motion")
+        assert "drive power" in repr(result) and "rotor" not in repr(result)
+
+
+def test_the_account_has_a_source_for_each_motion_and_adds_up(runs):
+    found = account.account(runs["planetary"])
+    assert set(found.drives) == {"sun", "jar"} and set(found.dissipation) == {
+        "ball_ball",
+        "ball_jar",
+    }
+    assert abs(found.residual) < 1e-9 * found.turnover
+
+
+def test_the_report_names_container_motions_and_the_drives_power(runs):
+    run = runs["planetary"]
+    text = " ".join(facts.verdict(run)).replace("\N{NO-BREAK SPACE}", " ")
+    assert (
+        "the container “jar”, a cylinder of radius 20 mm and length 30 mm; sun turns at 600 rpm"
+        in text
+    )
+    assert "The drive puts" in text and "of the slowest motion" in text
+    assert facts.tiles(run)[0][0] == "drive power" and "±" in facts.tiles(run)[0][1]
+    rows = {name: remark for name, _, remark in tables.balance(run)}
+    assert rows["power of jar"].startswith("turns at −1200 rpm on sun; torque")
+
+
+@pytest.mark.parametrize(("kind", "energetic"), [("ball_pin", True), ("ball_tank", False)])
+def test_spectra_of_a_bodys_kind_hold_all_its_impacts(runs, kind, energetic):
+    run = runs["attritor"]
+    speed = ENERGIES[0] if energetic else "speed"
+    found = spectra.bins(run, kind, abscissa="energy" if energetic else "speed")
+    assert found.total == run.statistic(f"impacts/{kind}/count"), speed
+
+
+# ---- where things are
+
+
+def test_poses_are_those_of_the_deck(runs):
+    run = runs["planetary"]
+    for k in (0, 7, 100):
+        time = run.frame_times()[k]
+        sun, jar = 20 * np.pi * time, -40 * np.pi * time
+        poses = run.poses(k)
+        assert poses["sun"][:, :3] == pytest.approx(turned(sun), abs=1e-12)
+        assert poses["jar"][:, :3] == pytest.approx(turned(sun + jar), abs=1e-12)
+        middle = bodies.moved(poses["jar"], np.array([0.06, 0, 0]))
+        assert middle == pytest.approx(turned(sun) @ [0.06, 0, 0], abs=1e-12)
+
+
+def test_balls_are_in_the_container_wherever_it_is(runs):
+    for run in runs.values():
+        holds, radius = vessel.of(run), run.balls("diameter")[0] / 2
+        for k in (0, 20, 100):
+            into = bodies.inverse(bodies.container(run, k))
+            x, y, z = bodies.moved(into, run.frame(k, "position").astype(float)).T
+            assert np.hypot(y, z).max() < holds.outermost - radius + 1e-6
+            assert x.min() > holds.low + radius - 1e-6 and x.max() < holds.high - radius + 1e-6
+
+
+def test_no_ball_is_in_a_pin(runs):
+    run = runs["attritor"]
+    (pins,) = [body for body in bodies.Mill.of(run).inner]
+    assert len(np.unique(pins.number)) == 3
+    for k in (10, 60, 120):
+        place = bodies.moved(
+            bodies.inverse(run.poses(k)["stirrer"]), run.frame(k, "position").astype(float)
+        )
+        for number in range(3):
+            corners = pins.triangles[pins.number == number].reshape(-1, 3)
+            middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+            along = turned(number * np.pi / 3)[:, 0]
+            off = place - middle
+            inside = np.abs(off @ along) < 0.022
+            away = np.linalg.norm(off - np.outer(off @ along, along), axis=1)
+            assert away[inside].min() > 0.003 + 0.0025 - 1e-5
+
+
+def test_between_frames_a_motion_goes_the_shorter_way(runs):
+    run = runs["planetary"]
+    state = Trajectory(run).at(0.011)
+    assert state.poses["sun"][:, :3] == pytest.approx(turned(20 * np.pi * 0.011), abs=1e-9)
+
+
+def test_cells_of_the_maps_add_up_to_the_container(runs):
+    for run, volume in ((runs["planetary"], 0.02**2 * 0.03), (runs["attritor"], 0.03**2 * 0.06)):
+        for view in ("cross_section", "axial"):
+            cells = vessel.of(run).volume(view, run.edges(view))
+            assert cells.sum() == pytest.approx(np.pi * volume, rel=5e-3)
+            found = maps.field(run, view)
+            balls = np.nansum(found.values["solid"] * found.volume)
+            charge = len(run.balls("mass")) * np.pi / 6 * 0.005**3
+            assert balls == pytest.approx(charge, rel=0.02)
+
+
+# ---- pictures and exports
+
+
+def test_a_moving_container_is_in_the_picture_at_every_time(runs):
+    run = runs["planetary"]
+    view = camera.of("end", run)
+    assert np.abs(view.hull).max() > 0.079  # all that it sweeps
+    for k in (3, 40):
+        image, placed = picture(run, stored(run, k), view)
+        middle = bodies.container(run, k)[:, 3]
+        edge = bodies.moved(bodies.container(run, k), np.array([0.015, 0.02, 0.0]))
+        assert at(image, placed, edge).max() < 180  # the rim
+        mirror = at(image, placed, [-middle[0], -middle[1], 0.015])
+        assert mirror.min() > 240  # nothing on the other side of the disk
+
+
+def test_pins_are_where_the_stirrer_is(runs):
+    run = runs["attritor"]
+    away = stored(run, 0)
+    away.position[:] = 0.0, 0.0, -0.028
+    for k in (0, 10):
+        pose = run.poses(k)
+        state = type(away)(0.0, away.position, away.velocity, away.angular_velocity, poses=pose)
+        image, placed = picture(run, state, camera.of("end", run))
+        tip = bodies.moved(pose["stirrer"], turned(2 * np.pi / 3) @ [0.018, 0, 0] + [0, 0, 0.015])
+        beside = bodies.moved(pose["stirrer"], turned(np.pi / 6) @ [0.018, 0, 0] + [0, 0, 0.015])
+        assert at(image, placed, tip).max() < 200 < at(image, placed, beside).min()
+
+
+def stl(path):
+    rows = np.frombuffer(
+        path.read_bytes()[84:], [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("e", "<u2")]
+    )
+    return rows["c"]
+
+
+def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
+    (tmp_path / "deck.ini").write_text(PLANETARY)
+    shutil.copyfile(files["attritor"], tmp_path / "run.h5")
+    assert mill("export", "deck.ini", "a.stl", "--time", "12.3 ms").returncode == 0
+    corners = stl(tmp_path / "a.stl").reshape(-1, 3)
+    middle = turned(20 * np.pi * 0.0123) @ [0.06, 0, 0]
+    away = np.hypot(*(corners - middle)[:, :2].T)
+    assert away.max() == pytest.approx(0.02, rel=1e-5)
+    done = mill("export", "run.h5", "pins.pvd", "--what", "mill", "--part", "pin", "--to", "4 ms")
+    assert "3 frames of pin" in done.stdout, done.stderr
+    done = mill("export", "run.h5", "b.stl", "--part", "lid")
+    assert done.stderr.endswith("--part lid: this mill has none, but tank, pin\n")
+
+
+def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
+    for name, path in files.items():
+        shutil.copyfile(path, tmp_path / f"{name}.h5")
+    done = mill("compare", "attritor.h5", "planetary.h5")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^drive power ", done.stdout, re.M)
+    assert "ball-pin" in done.stdout and "ball-drum" not in done.stdout
+
+
+# ---- the player
+
+
+def open_player(open_page, run, tmp_path):
+    page = open_page(players.write_page(tmp_path / "page.html", player.fragment(run)))
+    assert page.evaluate("millPlayers[0].ready")
+    return page
+
+
+def test_the_player_moves_bodies_and_rides_on_the_container(open_page, runs, tmp_path):
+    run = runs["planetary"]
+    page = open_player(open_page, run, tmp_path)
+    choice = page.page.locator(".mp-camera")
+    assert choice.count() == 1
+    place = (
+        "(k) => { const one = millPlayers[0]; one.show(k); const { view } = one;"
+        " return [...view.world.matrix.clone().multiply(view.moving[view.head.carrier].matrix).elements]; }"
+    )
+    first = page.evaluate(place, 0)
+    stride = -(-len(run.frame_times()) // page.evaluate("millPlayers[0].frames"))
+    for how in ("laboratory", "riding"):
+        choice.select_option(how)
+        for frame in (0, 25):
+            seen = page.evaluate(place, frame)
+            assert players.coloured(page.picture(".mp-canvas")).sum() > 1000  # balls are in sight
+            told = np.vstack([run.poses(stride * frame)["jar"], [0, 0, 0, 1]]).T.ravel()
+            assert seen == pytest.approx(first if how == "riding" else told, abs=1e-6)
+    page.check()
+
+
+def test_a_container_that_stands_still_is_not_ridden_on(open_page, runs, tmp_path):
+    page = open_player(open_page, runs["attritor"], tmp_path)
+    assert page.page.locator(".mp-camera").count() == 0
+    page.check()
+
+
+def test_words_of_motions():
+    class Told:
+        def text(self, path, default=None):
+            return {"motion.m/kind": "swing"}.get(path, default)
+
+        def has(self, path):
+            return False
+
+        def quantity(self, path, default=None):
+            return {"motion.m/amplitude": np.radians(15), "motion.m/frequency": 20.0}.get(
+                path, default
+            )
+
+    assert motions.words(Told(), "m") == "swings by ±15° at 20 Hz"
+
+
+def test_a_file_of_before_motions_turns_its_rotor(tmp_path):
+    """Written without poses: the deck says where the rotor is."""
+    path = players.simulate(tmp_path, players.LONE)
+    with Run(path) as run:
+        told = run.poses(3)["rotor"]
+    with h5py.File(path, "r+") as file:
+        del file["observables/pose"]
+    with Run(path) as run:
+        assert run.poses(3)["rotor"] == pytest.approx(told, abs=1e-12)
