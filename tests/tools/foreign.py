@@ -1,6 +1,7 @@
 """A run of millsim as if another program had made it: decks, and handing its own output file to milltools.results."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -127,7 +128,7 @@ def series(theirs):
     group.visititems(
         lambda name, item: (
             found.update({name.removesuffix("/value"): item[:]})
-            if name.endswith("/value") and "collisions" not in name
+            if name.endswith("/value") and not re.match("(fast_)?collisions|pose", name)
             else None
         )
     )

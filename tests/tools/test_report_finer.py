@@ -61,7 +61,8 @@ def test_the_frames_are_those_of_the_same_run_stored_more_often(file, tmp_path):
 
 def test_from_frame_to_frame_the_rotor_turns_by_few_degrees_and_a_ball_hardly_moves(file):
     times, places, html, _ = shown(file)
-    angles = np.array(players.head(html)["angles"])
+    poses = players.poses(players.head(html))[:, 0]
+    angles = np.unwrap(np.arctan2(poses[:, 2, 1], poses[:, 1, 1]))
     assert 0 < np.diff(angles).max() <= math.radians(8.01)
     steps = np.linalg.norm(np.diff(places, axis=0), axis=2)
     assert np.sqrt((steps**2).mean()) < 5e-3  # a ball's diameter

@@ -45,14 +45,15 @@ def tree(file):
         name: item
         for name, item in found.items()
         if name.split("/")[0] not in ("run", "VTKHDF", "h5md")
-        and not name.startswith(("statistics/energies", "statistics/rotor/pinch_power"))
+        and not name.startswith("statistics/energies")
+        and not name.endswith("/pinch_power")
     }
 
 
 def only_millsims(name):
     """Errors of medians and rates, which only millsim's batches tell."""
     parts = name.split("/")
-    return parts[:2] == ["statistics", "precision"] and parts[2:3] not in ([], ["rotor_power"], ["rotor_torque"])  # fmt: skip
+    return parts[:2] == ["statistics", "precision"] and parts[2:3] not in ([], ["rotor_power"], ["rotor_torque"], ["drive_power"])  # fmt: skip
 
 
 def test_names_types_shapes_and_labels_are_those_of_millsim(pair):
@@ -103,6 +104,9 @@ def test_everything_that_can_be_is_the_same_to_the_bit(pair):
         from_rows = name.startswith("statistics/impacts/") and name.endswith("dissipated_power")
         if isinstance(ours[name], h5py.Dataset) and name.startswith(EXACT) and not from_rows:
             if name.endswith(("dissipation", "dissipated_power")) and pressed(theirs):
+                continue
+            if name.startswith("observables/pose/"):  # sines of two programs
+                assert np.allclose(ours[name][:], theirs[name][:], rtol=0, atol=1e-9), name
                 continue
             assert same(ours[name], theirs[name]), name
             checked += 1

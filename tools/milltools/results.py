@@ -151,9 +151,9 @@ class Results:
     def row(self, time, values):
         """The next row of the time series: its values by path below /observables, without those that are counted.
 
-        What is not given is NaN in the file (elastic_energy: not there). The impacts before `time` have been
-        delivered."""
-        unknown = sorted(set(values) - set(SERIES))
+        What is not given is NaN in the file (elastic_energy: not there); motion_work/rotor is rotor_work again. The impacts
+        before `time` have been delivered."""
+        unknown = sorted(set(values) - {*SERIES, "motion_work/rotor"})
         if unknown:
             raise ValueError(f"{unknown[0]}: no time series of that name, or one that is counted")
         self._settle()
@@ -293,6 +293,8 @@ class Results:
             self._write_head(file, facts["program"][0], facts["version"][0])
             self._write_balls(file.create_group("particles/trajectory"))
             self._write_series(file.create_group("observables"))
+            if "rotor" in self.deck.sections:
+                sheet.put_motion(file, self.deck)
             if self.log_wanted:
                 self.scratch.copy("impacts", file)
             self._write_deck(file.create_group("deck"))
@@ -409,6 +411,7 @@ class Results:
         blocks.close(*(sums[times <= time] for sums in (times, series["rotor_work"], impulse)))
         rotor = mean(series["rotor_work"], math.nan), mean(impulse, math.nan)
         sheet.put_rotor(group.create_group("rotor"), blocks, *rotor)
+        sheet.put_drive(group, blocks, *rotor, turns="rotor" in self.deck.sections)
         sheet.put_precision(group.create_group("precision"), blocks, *rotor)
 
     @staticmethod

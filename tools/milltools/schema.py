@@ -59,7 +59,7 @@ LOG = {  # of /impacts: type, shape of a row, unit, meaning
         "<i4",
         (),
         "1",
-        "number of the other ball, of the blade or of the end wall; -1 for drum and shaft",
+        "number of the other ball, of the blade, the end wall or the body's copy; -1 for drum and shaft",
     ),
     "position": ("<f4", (3,), "m", "point of contact: (x, y, z)"),
     "normal": ("<f4", (3,), "1", "unit normal of the contact, into the ball: (x, y, z)"),

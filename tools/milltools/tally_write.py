@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from milltools.h5write import put
+from milltools.h5write import put, put_column
 from milltools.kinds import KINDS
 from milltools.tally import BINS, EDGES, FAST, LEVELS, block_error, quantile
 
@@ -157,11 +157,57 @@ def put_rotor(group, blocks, power, torque):
     put(group, "block_torque", blocks.torque, "N m", "mean torque of each block")
 
 
+def put_drive(group, blocks, power, torque, turns):
+    """drive/, and motions/rotor/ where one `turns`: the same of the rotor as of all and of one of the motions."""
+    same = "its standard error, the same as in precision"
+    batches = "its standard error, from batches of the motions' period"
+    told = [
+        (
+            "drive/power",
+            power,
+            blocks.power,
+            "W",
+            "work of all motions on the balls / duration",
+            same,
+        )
+    ]
+    if turns:
+        work = "work on the balls by this motion's own velocity / duration"
+        axis = "mean torque on the balls about the motion's own axis; NaN: it has none"
+        told.append(("motions/rotor/power", power, blocks.power, "W", work, batches))
+        told.append(("motions/rotor/torque", torque, blocks.torque, "N m", axis, batches))
+    for path, value, values, unit, text, error in told:
+        put(group, path, value, unit, text)
+        put(group, f"{path}_error", block_error(values), unit, error)
+
+
+def put_motion(file, deck):
+    """/observables: the rotor as one of the motions: its work, and its pose in every frame."""
+    work, group = file["observables/rotor_work"], file.create_group("observables/motion_work/rotor")
+    group["step"], group["time"] = work["step"], work["time"]
+    text = "work done on the balls by this motion's own velocity, cumulative from t = 0"
+    put_column(group, "value", work["value"][:], "<f8", "J", text)
+    frames = file.get("particles/trajectory/position")
+    if frames is None:
+        return
+    angle = deck.number("rotor.angle", 0.0) + deck.rotor_speed * frames["time"][:]
+    c, s, one, none = np.cos(angle), np.sin(angle), np.ones(len(angle)), np.zeros(len(angle))
+    turn = np.stack([one, none, none, none, c, -s, none, s, c], axis=-1).reshape(-1, 3, 3)
+    for name, values, unit, text in (
+        ("centre", np.zeros((len(angle), 3)), "m", "where the frame's origin is: frame, (x, y, z)"),
+        ("rotation", turn, "1", "axes of the frame, as columns: a point p of it is at centre + rotation p"),
+    ):  # fmt: skip
+        group = file.create_group(f"observables/pose/rotor/{name}")
+        group["step"], group["time"] = frames["step"], frames["time"]
+        put_column(group, "value", values, "<f8", unit, text)
+
+
 def put_precision(group, blocks, power, torque):
     """precision/: what is known of the means over the window [W], [N m], as rotor/ tells it."""
     for name, value, values, unit in (
         ("rotor_power", power, blocks.power, "W"),
         ("rotor_torque", torque, blocks.torque, "N m"),
+        ("drive_power", power, blocks.power, "W"),
     ):
         one, error = group.create_group(name), block_error(values)
         put(one, "value", value, unit, "mean over the window, the same as in rotor")

@@ -207,7 +207,7 @@ def _put_body(file, root, name, body, speed):
     )
     put(block, "CellData/kind", kind, "1", text, "u1")
     put_attribute(block["CellData/kind"], "kinds", KINDS)
-    text = "number of the blade or end wall, -1 for drum and shaft"
+    text = "number of the blade, end wall or copy of a body, -1 for drum and shaft"
     put(block, "CellData/number", number, "1", text, "<i4")
     for item in ("kind", "number"):
         _link(block, f"Steps/CellDataOffsets/{item}", block["Steps/PartOffsets"])
