@@ -243,6 +243,8 @@ pictures:
 	./mill render $(PICTURES)/wavy.h5 docs/img/wavy.png --size 960x540
 	./mill render $(PICTURES)/reference.h5 docs/img/pov.png --pov --size 960x540
 	./mill plot $(PICTURES)/reference.h5 docs/img/reference.png
+	for d in planetary attritor stl; do ./millsim -q -f -o $(PICTURES)/$$d.h5 input/$$d.ini >/dev/null && \
+	    ./mill render $(PICTURES)/$$d.h5 docs/img/$$d.png --size 640x400 || exit 1; done
 	for f in flow speeds axial-rate; do ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 
 # The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
