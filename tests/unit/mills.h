@@ -40,13 +40,14 @@ static inline void model_add_rotor(const struct model *m, struct model_lists *li
     const double pitch = s->drum.length / (m->blades ? m->blades : 1);
     lists->rotor = m->rotor;
     lists->rotor.axis = vec3_make(1.0, 0.0, 0.0);
-    lists->motion = (struct mill_setup_motion){&mill_turn_type, &lists->rotor, MILL_STILL};
+    lists->motion = (struct mill_setup_motion){
+        .type = &mill_turn_type, .form = &lists->rotor, .on = MILL_STILL};
     s->motions = m->shaft.radius > 0.0 || m->blades > 0;
     s->motion = &lists->motion;
     s->surface = lists->surface;
     if (m->shaft.radius > 0.0)
-        lists->surface[s->surfaces++] =
-            (struct mill_setup_surface){&mill_cylinder_shaft_type, &m->shaft, -1, 0};
+        lists->surface[s->surfaces++] = (struct mill_setup_surface){
+            .type = &mill_cylinder_shaft_type, .form = &m->shaft, .number = -1};
     for (int k = 0; k < m->blades; k++) {
         struct mill_blade *b = &lists->blade[k];
         *b = m->blade[k];
@@ -55,7 +56,8 @@ static inline void model_add_rotor(const struct model *m, struct model_lists *li
             b->position = -0.5 * s->drum.length + (k + 0.5) * pitch;
             b->angle = k * 2.0 * PI / m->blades;
         }
-        lists->surface[s->surfaces++] = (struct mill_setup_surface){&mill_blade_type, b, k, 0};
+        lists->surface[s->surfaces++] =
+            (struct mill_setup_surface){.type = &mill_blade_type, .form = b, .number = k};
     }
 }
 

@@ -119,9 +119,11 @@ END_TEST
 static enum mill_fault_code start_on(int first, int second, int surface, vec3 axis)
 {
     const struct mill_turn turn = {.axis = axis, .speed = 1.0};
-    const struct mill_setup_motion motion[] = {{&mill_turn_type, &turn, first},
-                                               {&mill_turn_type, &turn, second}};
-    const struct mill_setup_surface blade = {&mill_blade_type, &sound.blade[0], 0, surface};
+    const struct mill_setup_motion motion[] = {
+        {.type = &mill_turn_type, .form = &turn, .on = first},
+        {.type = &mill_turn_type, .form = &turn, .on = second}};
+    const struct mill_setup_surface blade = {
+        .type = &mill_blade_type, .form = &sound.blade[0], .motion = surface};
     struct mill_setup setup = sound.setup;
     struct mill_world *w;
     setup.motions = 2;

@@ -307,24 +307,28 @@ END_TEST
 static void open_planetary(struct bench *b)
 {
     const struct mill_turn sun = {.axis = {1.0, 0.0, 0.0}, .speed = 300 * RPM};
-    const struct mill_turn wheel = {
-        .centre = {0.0, 0.02, 0.0}, .axis = {1.0, 0.0, 0.3}, .speed = -900 * RPM};
-    const struct mill_setup_motion motion[] = {{&mill_turn_type, &sun, MILL_STILL},
-                                               {&mill_turn_type, &wheel, 0}};
+    /* half a turn about a line 1 cm off the axis: 2 cm off it */
+    const struct mill_turn arm = {.centre = {0.0, 0.01, 0.0}, .axis = {1.0, 0.0, 0.0}, .angle = PI};
+    const struct mill_turn wheel = {.axis = {1.0, 0.0, 0.3}, .speed = -900 * RPM};
+    const struct mill_setup_motion motion[] = {
+        {.type = &mill_turn_type, .form = &sun, .on = MILL_STILL},
+        {.type = &mill_turn_type, .form = &arm, .on = 0},
+        {.type = &mill_turn_type, .form = &wheel, .on = 1}};
     const struct mill_shaft shaft = {0.005};
     const struct mill_blade box = {.tip_radius = 0.008, .width = 0.01, .thickness = 0.006};
     const struct mill_blade left = {
         .position = -0.016, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
     const struct mill_blade right = {
         .position = 0.016, .angle = PI, .tip_radius = 0.03, .width = 0.004, .thickness = 0.004};
-    const struct mill_setup_surface surface[] = {{&mill_cylinder_shaft_type, &shaft, -1, 0},
-                                                 {&mill_blade_type, &left, 0, MILL_STILL},
-                                                 {&mill_blade_type, &box, 1, 1},
-                                                 {&mill_blade_type, &right, 2, MILL_STILL}};
+    const struct mill_setup_surface surface[] = {
+        {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
+        {.type = &mill_blade_type, .form = &left, .motion = MILL_STILL},
+        {.type = &mill_blade_type, .form = &box, .number = 1, .motion = 2},
+        {.type = &mill_blade_type, .form = &right, .number = 2, .motion = MILL_STILL}};
     const struct mill_setup_balls balls = {.diameter = 0.005, .density = STEEL, .count = 80};
     struct mill_setup setup = mills[0].setup;
     setup.rebound_floor = 5e-3;
-    setup.motions = 2;
+    setup.motions = 3;
     setup.motion = motion;
     setup.surfaces = 4;
     setup.surface = surface;
