@@ -1,6 +1,7 @@
 """Start files, logs and series of the runs; how long two runs are the same."""
 
 import json
+import subprocess
 
 import h5py
 import mpmath
@@ -22,8 +23,6 @@ def start(case, name, rows):
 
 def as_started(case, deck, **settings):
     """The state that the program starts this deck from, as rows (N, 6 or 9), by --export-start."""
-    import subprocess
-
     path = case.scratch / "exported.txt"
     options = [f"--set={key.replace('__', '.')}={value}" for key, value in settings.items()]
     words = [case.program, "-q", "-f", "--export-start", path, *options, case.folder / deck]
@@ -56,24 +55,50 @@ def summary(path):
     return json.loads(path.with_suffix(".json").read_text())
 
 
-def contacts_alike(one, other, stretch=1.0):
-    """How many impacts from the first on are of the same kind, balls and partners, and at times (times `stretch`) within 1e-6 of
-    the mean time between impacts."""
+def alike(one, other, stretch=1.0):
+    """How many impacts from the first on are of the same kind, balls and partners, at times that differ by less than 1e-6 s;
+    times of `other` are multiplied by `stretch` first."""
     count = min(len(one["time"]), len(other["time"]))
-    same = np.ones(count, bool)
+    same = np.abs(other["time"][:count] * stretch - one["time"][:count]) < 1e-6
     for name in ("kind", "ball", "partner"):
         same &= one[name][:count] == other[name][:count]
-    step = one["time"][count - 1] / count
-    same &= np.abs(other["time"][:count] * stretch - one["time"][:count]) < 1e-6 * step
     return count if same.all() else int(np.argmin(same))
 
 
-def deviation(one, other, stretch=1.0):
-    """Of each impact that both runs have: |time - time| [s], and |v_n - v_n| [m/s]; `other` is told in the units of `one`."""
-    count = contacts_alike(one, other, stretch)
-    time = np.abs(other["time"][:count] * stretch - one["time"][:count])
-    speed = np.abs(other["normal_speed"][:count] / stretch - one["normal_speed"][:count])
-    return time, speed
+def apart(one, other, stretch=1.0):
+    """|time - time| [s] of the impacts that both have."""
+    count = alike(one, other, stretch)
+    return np.abs(other["time"][:count] * stretch - one["time"][:count])
+
+
+NUDGE = 1e-13  # [m], and of velocities relative: two runs that part as these do, or later, differ by rounding
+GROWN = 1e-10  # [s] from here on a deviation has clearly grown
+
+
+def nudged(rows, seed=1):
+    """A start moved by NUDGE at random."""
+    rng = np.random.default_rng(seed)
+    moved = np.array(rows, float)
+    moved[:, :3] += NUDGE * rng.standard_normal((len(rows), 3))
+    moved[:, 3:] *= 1 + NUDGE * rng.standard_normal(moved[:, 3:].shape)
+    return moved
+
+
+def claim_same(case, what, base, other, twin, stretch=1.0, headline=False):
+    """Two runs have the same impacts, as far as rounding lets them: held against a twin that was nudged at the start.
+
+    Returns the deviations of `other` and of the twin [s].
+    """
+    off, beside = apart(base, other, stretch), apart(base, twin)
+    count = min(len(off), len(beside))
+    early = off[: max(int(np.argmax(beside > GROWN)), 1)]
+    case.bound(f"{what}: first {len(early)} impacts, difference of times", early.max(), GROWN,
+               against="the same impacts; 1e-13 m at the start grow to 1e-10 s meanwhile", unit="s")  # fmt: skip
+    grown = np.maximum(off[:count], 1e-17) / np.maximum(np.maximum.accumulate(beside[:count]), 1e-17)
+    size = NUDGE * np.exp(np.mean(np.log(grown[beside[:count] > 1e-14])))
+    case.bound(f"{what}: {len(off)} impacts alike, the difference is as of one at the start that grows likewise", size,
+               NUDGE, against="rounding; a gap of 1e-15 m counts as closed", unit="m", headline=headline)  # fmt: skip
+    return off, beside
 
 
 def mean(values):
