@@ -1,0 +1,59 @@
+"""What depends on the rebound floor in a planetary mill that presses balls to its wall with 30 g."""
+
+import h5py
+import numpy as np
+from jars.common import mean
+
+FLOORS = (0.005, 0.02, 0.05, 0.1, 0.2, 0.3)  # [m/s]
+USUAL = 0.05
+SEEDS = range(1, 9)
+TIME, FROM = 3.0, 0.5
+CHARGES = {"7 balls of 15 mm": (7, 0.015), "20 balls of 10 mm": (20, 0.010)}
+COLUMNS = ("power [W]", "kinetic energy [J]", "median above 50 mm/s [m/s]", "above 0.5 m/s [1/s]", "above 1 m/s [1/s]",
+           "contacts [1/s]", "CPU time [s/s]")  # fmt: skip
+
+
+def run(case, floor, count, diameter, seed):
+    path = case.run(
+        "planetary.ini",
+        output="floor.h5",
+        contact__rebound_floor=f"{floor!r} m/s",
+        balls__count=count,
+        balls__diameter=f"{diameter!r} m",
+        run__time=f"{TIME} s",
+        run__sample_from=f"{FROM} s",
+        run__seed=seed,
+        output__impacts="statistics",
+    )
+    row = round(FROM / 1e-3)
+    with h5py.File(path) as f:
+        fast = sum(f[f"observables/fast_collisions/{kind}/value"][:] for kind in ("ball_ball", "ball_jar"))
+        fast = (fast[-1].astype(float) - fast[row]) / (TIME - FROM)
+        whole = f["statistics/impacts/all"]
+        return [f["statistics/drive/power"][()], f["observables/kinetic_energy/value"][row:].mean(),
+                whole["normal_speed/median_above_50mm_s"][()], fast[0], fast[1], whole["rate"][()],
+                f["run/cpu_time"][()] / TIME]  # fmt: skip
+
+
+def check(case):
+    """The table, for figures and README: charge -> floor, column -> mean and its error."""
+    told = {}
+    for name, (count, diameter) in CHARGES.items():
+        rows = np.array([[run(case, floor, count, diameter, seed) for seed in SEEDS] for floor in FLOORS])
+        told[name] = np.array([[mean(column) for column in row.T] for row in rows])
+        lowest, usual = told[name][0], told[name][FLOORS.index(USUAL)]
+        for column, band in ((0, 0.05), (1, 0.05), (4, 0.05)):
+            error = np.hypot(lowest[column, 1], usual[column, 1]) / lowest[column, 0]
+            case.claim(f"planetary mill, {name}, rebound floor 50 mm/s instead of 5: {COLUMNS[column]}, ratio",
+                       usual[column, 0] / lowest[column, 0], 1, band, against="5 mm/s", error=error)  # fmt: skip
+    return told
+
+
+def table(told):
+    """Lines of Markdown."""
+    lines = ["| balls | floor | " + " | ".join(COLUMNS) + " |", "| --- |" + " --- |" * (len(COLUMNS) + 1)]
+    for name, rows in told.items():
+        for floor, row in zip(FLOORS, rows):
+            cells = [f"{v:.3g} +- {e:.1g}" if k < 5 else f"{v:.2g}" for k, (v, e) in enumerate(row)]
+            lines.append(f"| {name} | {floor:g} m/s | " + " | ".join(cells) + " |")
+    return lines
