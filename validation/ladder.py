@@ -37,6 +37,7 @@ CASES = [
     "precision",
     "forecast",
     "experiments",
+    "jars",
 ]
 
 

@@ -36,7 +36,11 @@ def first_impacts(case):
     rng = np.random.default_rng(9)
     time_off, speed_off, work_off = 0.0, 0.0, 0.0
     for _ in range(STARTS):
-        place = (AMPLITUDE + rng.uniform(-0.01, 0.01), rng.uniform(-0.01, 0.01), rng.uniform(-0.02, 0.02))
+        place = (
+            AMPLITUDE + rng.uniform(-0.01, 0.01),
+            rng.uniform(-0.01, 0.01),
+            rng.uniform(-0.02, 0.02),
+        )
         state = (*place, *rng.uniform(-2, 2, 3), *rng.uniform(-50, 50, 3))
         ball = Ball(Circle(AMPLITUDE, FREQUENCY), Cylinder(0, RADIUS, LENGTH), A, LAW, state)
         times, speeds, slips = ball.impacts(COUNT)
@@ -51,11 +55,19 @@ def first_impacts(case):
         for mine, name in ((speeds, "normal_speed"), (slips, "tangential_speed")):
             off = [abs(float(s - mpmath.mpf(float(m)))) for s, m in zip(mine, log[name])]
             speed_off = max(speed_off, *off)
-        work_off = max(work_off, abs(series(path, "motion_work/path")[-1] / (float(ball.work) * MASS) - 1))
+        work_off = max(
+            work_off, abs(series(path, "motion_work/path")[-1] / (float(ball.work) * MASS) - 1)
+        )
     what = f"jar on a circle, one spinning ball, {STARTS} starts, first {COUNT} impacts"
     case.bound(f"{what}: times, largest error (inf: not as many)", time_off, TIME_BOUND, against="roots in 40 digits",
                unit="s", headline=True)  # fmt: skip
-    case.bound(f"{what}: normal speeds and slips, largest error", speed_off, 1e-10, against="Walton's law", unit="m/s")
+    case.bound(
+        f"{what}: normal speeds and slips, largest error",
+        speed_off,
+        1e-10,
+        against="Walton's law",
+        unit="m/s",
+    )
     case.bound(f"{what}: work of the shift, largest relative error", work_off, 1e-10,
                against="sum of J . v_wall in 40 digits")  # fmt: skip
 
@@ -88,7 +100,9 @@ def rest(case):
     hops = np.diff(log["time"])
     case.claim("a ball rolling at the outermost point of a jar on a circle: each hop of the rebound floor", hops.mean(), hop,
                1e-3 * hop, against="2 v_r/(w^2 (A + l))", unit="s")  # fmt: skip
-    turned = np.angle((log["position"][:, 0] + 1j * log["position"][:, 1]) * np.exp(-1j * OMEGA * log["time"]))
+    turned = np.angle(
+        (log["position"][:, 0] + 1j * log["position"][:, 1]) * np.exp(-1j * OMEGA * log["time"])
+    )
     case.bound(f"the same: strays from the outermost point over {log['time'][-1] * FREQUENCY:.1f} turns, largest",
                np.degrees(np.abs(turned).max()), 0.1, against="equilibrium, stable", unit="deg")  # fmt: skip
     turnover = 0.5 * MASS * (OMEGA * (AMPLITUDE + reach)) ** 2

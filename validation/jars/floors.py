@@ -27,7 +27,9 @@ def run(case, floor, count, diameter, seed):
     )
     row = round(FROM / 1e-3)
     with h5py.File(path) as f:
-        fast = sum(f[f"observables/fast_collisions/{kind}/value"][:] for kind in ("ball_ball", "ball_jar"))
+        fast = sum(
+            f[f"observables/fast_collisions/{kind}/value"][:] for kind in ("ball_ball", "ball_jar")
+        )
         fast = (fast[-1].astype(float) - fast[row]) / (TIME - FROM)
         whole = f["statistics/impacts/all"]
         return [f["statistics/drive/power"][()], f["observables/kinetic_energy/value"][row:].mean(),
@@ -39,7 +41,9 @@ def check(case):
     """The table, for figures and README: charge -> floor, column -> mean and its error."""
     told = {}
     for name, (count, diameter) in CHARGES.items():
-        rows = np.array([[run(case, floor, count, diameter, seed) for seed in SEEDS] for floor in FLOORS])
+        rows = np.array(
+            [[run(case, floor, count, diameter, seed) for seed in SEEDS] for floor in FLOORS]
+        )
         told[name] = np.array([[mean(column) for column in row.T] for row in rows])
         lowest, usual = told[name][0], told[name][FLOORS.index(USUAL)]
         for column, band in ((0, 0.05), (1, 0.05), (4, 0.05)):
@@ -51,9 +55,28 @@ def check(case):
 
 def table(told):
     """Lines of Markdown."""
-    lines = ["| balls | floor | " + " | ".join(COLUMNS) + " |", "| --- |" + " --- |" * (len(COLUMNS) + 1)]
+    lines = [
+        "| balls | floor | " + " | ".join(COLUMNS) + " |",
+        "| --- |" + " --- |" * (len(COLUMNS) + 1),
+    ]
     for name, rows in told.items():
         for floor, row in zip(FLOORS, rows):
             cells = [f"{v:.3g} +- {e:.1g}" if k < 5 else f"{v:.2g}" for k, (v, e) in enumerate(row)]
             lines.append(f"| {name} | {floor:g} m/s | " + " | ".join(cells) + " |")
     return lines
+
+
+def main():
+    """Prints the table of the README."""
+    import pathlib
+    import tempfile
+
+    import ladder
+
+    with tempfile.TemporaryDirectory() as scratch:
+        case = ladder.Case(pathlib.Path(__file__).parent, pathlib.Path(scratch))
+        print("\n".join(table(check(case))))
+
+
+if __name__ == "__main__":
+    main()

@@ -9,7 +9,11 @@ A = 7.5e-3
 MASS = 7800.0 * 4 / 3 * np.pi * A**3
 GRAVITY = (0.0, 0.0, -9.81)
 LAW = (0.8, 0.3, 0.484, 0.05)  # e, mu, beta0, rebound floor
-STARTS, COUNT, FIRST = 6, 40, 10  # starts, impacts of each, those that rounding has not yet grown in
+STARTS, COUNT, FIRST = (
+    6,
+    40,
+    10,
+)  # starts, impacts of each, those that rounding has not yet grown in
 NUDGE = 1e-15  # [m] a gap that the program takes for closed; of velocities, relative
 
 
@@ -63,7 +67,9 @@ def work_off(case, state):
 
 def errors(times, log):
     count = min(len(times), len(log["time"]))
-    return np.array([abs(float(t - mpmath.mpf(float(m)))) for t, m in zip(times[:count], log["time"])])
+    return np.array(
+        [abs(float(t - mpmath.mpf(float(m)))) for t, m in zip(times[:count], log["time"])]
+    )
 
 
 def follow(case, state):

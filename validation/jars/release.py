@@ -69,11 +69,20 @@ def one(case, name, distance, radius, diameter, sun, k, flight, normal, slip, di
     what = f"released from the wall, {name}"
     case.claim(f"{what}: time of flight", row["time"], flight, digits[0],
                against="table of theory, as many digits", unit="s", headline=name == "P7, 15 mm")  # fmt: skip
-    case.claim(f"{what}: normal speed", row["normal_speed"], normal, digits[1], against="the same", unit="m/s")
+    case.claim(
+        f"{what}: normal speed",
+        row["normal_speed"],
+        normal,
+        digits[1],
+        against="the same",
+        unit="m/s",
+    )
     case.claim(f"{what}: slip along the wall", row["tangential_speed"], slip, digits[1], against="the same",
                unit="m/s")  # fmt: skip
     off = abs(float(when - mpmath.mpf(float(row["time"]))))
-    speeds = max(abs(float(speed) - row["normal_speed"]), abs(float(slides) - row["tangential_speed"]))
+    speeds = max(
+        abs(float(speed) - row["normal_speed"]), abs(float(slides) - row["tangential_speed"])
+    )
     return off * sun, speeds / (sun * distance)
 
 
@@ -94,5 +103,10 @@ def check(case):
     what = f"released 1e-14 m from the wall, {len(CASES)} cases"
     case.bound(f"{what}: time of the next contact, largest error in radians of the disk", offs[:, 0].max(), 1e-12,
                against="root in 40 digits; triple root at t = 0", headline=True)  # fmt: skip
-    case.bound(f"{what}: speeds at it over the jar's, largest error", offs[:, 1].max(), 1e-12, against="the same")
+    case.bound(
+        f"{what}: speeds at it over the jar's, largest error",
+        offs[:, 1].max(),
+        1e-12,
+        against="the same",
+    )
     touching(case)

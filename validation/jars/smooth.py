@@ -29,7 +29,9 @@ def jacobi(case):
         speeds = f["particles/trajectory/velocity/value"][:].astype(float)
     energy = series(path, "kinetic_energy") + series(path, "potential_energy")
     mass = 7800.0 * 4 / 3 * np.pi * A**3
-    momentum = mass * (places[..., 0] * speeds[..., 1] - places[..., 1] * speeds[..., 0]).sum(axis=1)
+    momentum = mass * (places[..., 0] * speeds[..., 1] - places[..., 1] * speeds[..., 0]).sum(
+        axis=1
+    )
     kept = energy - SUN * momentum
     what = f"elastic smooth balls in a planetary mill, {value(path, 'run/events/collisions/ball_jar')} hits of the jar"
     case.bound(f"{what}: change of E - W L, largest over the largest E", np.abs(kept - kept[0]).max() / energy.max(),
@@ -61,7 +63,13 @@ def idle(case):
     rough = np.mean(powers["rough"])
     case.claim(f"smooth balls, e = 0.8, 1 s to 16 s, {len(SEEDS)} starts: power over that of rough ones, {rough:.3g} W",
                smooth / rough, 0, 1e-3, against="settles and does nothing", error=error / rough, headline=True)  # fmt: skip
-    case.bound("the same: work that the jar's own turn did", spin, 1e-9, against="a smooth round jar cannot", unit="J")
+    case.bound(
+        "the same: work that the jar's own turn did",
+        spin,
+        1e-9,
+        against="a smooth round jar cannot",
+        unit="J",
+    )
 
 
 def swinging(case, rolls):
