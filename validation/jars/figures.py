@@ -31,8 +31,8 @@ def ratio(case, told):
             ylabel=name,
             ylim=(0, None),
         )
-        axis.legend(fontsize=8)
-    axes[0].set_title("Power is largest where a layer is about to be carried round")
+        axis.legend(fontsize=8, loc="lower center")
+    axes[0].set_title("Twenty balls draw most where the wall begins to hold them")
     axes[1].set_title("Beyond it balls condense on the wall")
     case.save(figure, "ratio.png")
     plt.close(figure)
@@ -55,8 +55,8 @@ def same(case, curves, mixed):
     axes[1].plot([], [], "k-", lw=1, label="40 digits against a start 1e-15 m beside")
     axes[1].set(xlabel="impact [1]")
     axes[1].set_title("A mixer mill's ball: each error is a rounding that grew")
-    for axis in axes:
-        axis.legend(fontsize=8, loc="upper left")
+    axes[0].legend(fontsize=8, loc="lower right", markerscale=5)
+    axes[1].legend(fontsize=8, loc="lower right")
     case.save(figure, "same.png")
     plt.close(figure)
 
@@ -78,14 +78,18 @@ def swing_and_prisms(case, swings, sizes):
         )
     axes[0].plot([], [], "k--", lw=0.8, label="pendulum")
     axes[0].set(xlabel="time [ms]", ylabel="from the outermost point [deg]")
-    axes[0].set_title("One ball rocks at the outermost point, whatever the ratio")
-    axes[0].legend(fontsize=8, loc="upper right")
+    axes[0].set_title("One ball rocks about the outermost point")
+    axes[0].legend(fontsize=8, loc="lower left")
     n = np.array(FACETS, float)
-    axes[1].loglog(n, 1e6 * sizes, "o", label="measured")
+    axes[1].loglog(
+        n, 1e6 * sizes, "o", label=f"jar {2e3 * RADIUS:g} mm wide, balls of {2e3 * A:g} mm"
+    )
     line = 1e6 * sizes[-1] * (n[-1] / n) ** 2
     axes[1].loglog(n, line, "k--", lw=1, label=r"$\sim 1/n^2$")
     axes[1].set(xlabel="facets around [1]", ylabel=r"first impact too early by [$\mu$s]")
-    axes[1].set_title(f"A prism for a jar of {2e3 * RADIUS:g} mm, balls of {2e3 * A:g} mm")
+    axes[1].set_title("Facets for a cylinder: contacts too early as 1/n^2")
+    axes[1].set_xticks(FACETS, [f"{count}" for count in FACETS])
+    axes[1].minorticks_off()
     axes[1].legend(fontsize=8)
     case.save(figure, "swing.png")
     plt.close(figure)
