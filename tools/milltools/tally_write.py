@@ -151,7 +151,7 @@ def put_rotor(group, blocks, power, torque):
     put(group, "blocks", len(blocks.power), "1", text, np.uint64)
     text = "revolutions of the rotor in a block"
     put(group, "block_revolutions", blocks.revolutions, "1", text)
-    text = "length of a block; NaN where no rotor turns"
+    text = "length of a block, whole periods of all motions; NaN where no rotor turns"
     put(group, "block_duration", blocks.duration, "s", text)
     put(group, "block_power", blocks.power, "W", "mean power of each block")
     put(group, "block_torque", blocks.torque, "N m", "mean torque of each block")
