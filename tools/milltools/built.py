@@ -109,13 +109,17 @@ class Built:
             found += [2 * math.pi / speed] if speed else [1 / rate] if rate else []
         return max(found, default=math.inf)
 
+    def rotor_pose(self, time: float) -> dict[str, np.ndarray]:
+        """The same of the rotor alone at any time [s], by its speed; nothing without one."""
+        c, s = (f(self.rotor_angle(time)) for f in (math.cos, math.sin))
+        return {"rotor": np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])} if self.has_rotor else {}
+
     def poses(self, index: int) -> dict[str, np.ndarray]:
         """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is at
         pose[:, :3] @ p + pose[:, 3]."""
         names = self.names("observables/pose")
-        if not names and self.has_rotor:  # of a file that does not tell
-            c, s = (f(self.rotor_angle(self.frame_times()[index])) for f in (math.cos, math.sin))
-            return {"rotor": np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])}
+        if not names:  # a file that does not tell
+            return self.rotor_pose(self.frame_times()[index])
         return {
             name: np.column_stack([self.read(f"observables/pose/{name}/{part}/value", index)
                                    for part in ("rotation", "centre")])

@@ -228,4 +228,5 @@ class Trajectory:
         flights = self.flights(int(np.searchsorted(self.times, time)) - 1)
         self.asked += len(flights.unknown)
         self.unknown += int(flights.unknown.sum())
-        return flights.at(time)
+        state = flights.at(time)
+        return dataclasses.replace(state, poses=state.poses | self.run.rotor_pose(time))
