@@ -6,7 +6,7 @@ from conftest import SMALL
 
 from milltools.errors import UserError
 from milltools.runfile import Run
-from milltools.trajectory import Flights, Mill, State, Trajectory, stored
+from milltools.trajectory import Flights, Mill, State, Trajectory, between, stored
 
 FINE, COARSE = (
     0.5e-3,
@@ -169,3 +169,14 @@ def test_a_frame_that_is_damaged_is_one_line(millsim, small_deck, tmp_path):
     with Run(tmp_path / "deck.h5") as run, pytest.raises(UserError) as fault:
         Trajectory(run).at(0.015)
     assert "velocity is damaged: a ball at 0.015 s has no finite one" in str(fault.value)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 0.7, -3.0, np.pi])
+def test_a_pose_between_two_is_a_share_of_the_turn_and_of_the_way(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    one = np.eye(3, 4)
+    two = np.array([[c, -s, 0, 2.0], [s, c, 0, 0], [0, 0, 1, -4]])
+    half = between(one, two, 0.5)
+    assert half[:, 3] == pytest.approx([1, 0, -2])
+    assert np.abs(half[:, :3] @ half[:, :3] - two[:, :3]).max() < 1e-9
+    assert between(one, two, 1.0) == pytest.approx(two, abs=1e-9)

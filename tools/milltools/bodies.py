@@ -13,7 +13,6 @@ import tempfile
 import weakref
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from milltools import rerun
 from milltools.errors import UserError
@@ -239,6 +238,11 @@ def bars(edges, width):
 
 def outermost(points):
     """Of points (N, 3) or (N, 2) the corners of their convex hull."""
+    from scipy.spatial import (  # not at the top: processes that draw import in two threads
+        ConvexHull,
+        QhullError,
+    )
+
     if len(points) < 5:
         return points
     try:

@@ -10,7 +10,6 @@ the cubic that fits both states, and is counted.
 import dataclasses
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from milltools.errors import UserError
 from milltools.profile import Profile
@@ -49,9 +48,17 @@ def stored(run, index) -> State:
 
 def between(a, b, share) -> np.ndarray:
     """The pose (3, 4) at a share 0..1 of the way from one to another, the shorter way round."""
-    turn = Rotation.from_matrix(b[:, :3] @ a[:, :3].T).as_rotvec()
-    turned = Rotation.from_rotvec(share * turn).as_matrix() @ a[:, :3]
-    return np.column_stack([turned, (1 - share) * a[:, 3] + share * b[:, 3]])
+    turn = b[:, :3] @ a[:, :3].T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine = np.linalg.norm(axis)
+    if sine < 1e-9:  # none, or half a turn: then the axis is in turn + 1
+        both = turn + np.eye(3)
+        axis = both[:, np.argmax(np.diag(both))]
+    angle = share * np.arctan2(sine, np.trace(turn) - 1)
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    part = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return np.column_stack([part @ a[:, :3], (1 - share) * a[:, 3] + share * b[:, 3]])
 
 
 def _length(vectors):
