@@ -112,7 +112,11 @@ class Built:
     def rotor_pose(self, time: float) -> dict[str, np.ndarray]:
         """The same of the rotor alone at any time [s], by its speed; nothing without one."""
         c, s = (f(self.rotor_angle(time)) for f in (math.cos, math.sin))
-        return {"rotor": np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])} if self.has_rotor else {}
+        return (
+            {"rotor": np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])}
+            if self.has_rotor
+            else {}
+        )
 
     def poses(self, index: int) -> dict[str, np.ndarray]:
         """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is at

@@ -10,7 +10,10 @@ STATUSES = ("complete", "running", "stopped", "failed")
 SINGLE = {  # of the time series: unit, meaning
     "kinetic_energy": ("J", "translational kinetic energy of all balls"),
     "rotational_energy": ("J", "rotational kinetic energy of all balls"),
-    "potential_energy": ("J", "potential energy of all balls in gravity, 0 at the laboratory's origin"),
+    "potential_energy": (
+        "J",
+        "potential energy of all balls in gravity, 0 at the laboratory's origin",
+    ),
     "rotor_work": ("J", "work done by the rotor on the balls, cumulative from t = 0"),
     "rotor_torque": (
         "N m",

@@ -94,7 +94,7 @@ def _put_map(group, map_, samples, axes, velocities):
     room, volume = map_.room * samples, map_.flow[0]
     solid = np.full(len(room), math.nan)
     np.divide(volume, room, out=solid, where=room > 0)
-    mean = "time-averaged velocity of the balls, weighted by their volume in the cell; NaN where none ever was"
+    mean = "time-averaged velocity of the balls as seen from the container, weighted by their volume in the cell; NaN where none ever was"
     fields = [
         ("impact_count", map_.count, "1", "impacts in the cell", {}),
         ("normal_speed_sum", map_.speed, "m s-1", "sum of the normal speeds of these impacts", {}),
@@ -103,8 +103,8 @@ def _put_map(group, map_, samples, axes, velocities):
             "solid_fraction",
             solid,
             "1",
-            "time-averaged volume of balls / volume of the cell inside the drum (shaft and blades not "
-            "subtracted); NaN where the cell is outside",
+            "time-averaged volume of balls / volume of the cell inside the container (what stands in it is not subtracted); "
+            "NaN where the cell is outside",
             {},
         ),
     ]
@@ -200,6 +200,9 @@ def put_motion(file, deck):
         group = file.create_group(f"observables/pose/rotor/{name}")
         group["step"], group["time"] = frames["step"], frames["time"]
         put_column(group, "value", values, "<f8", unit, text)
+    pose = file["observables/pose/rotor"]  # MDAnalysis takes it for an observable of its own
+    for name in ("step", "time", "value"):
+        pose[name] = pose[f"rotation/{name}"]
 
 
 def put_precision(group, blocks, power, torque):
