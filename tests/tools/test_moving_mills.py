@@ -208,6 +208,13 @@ def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
     assert done.stderr.endswith("--part lid: this mill has none, but tank, pin\n")
 
 
+def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
+    (tmp_path / "deck.ini").write_text(PLANETARY)
+    done = mill("dem", "deck.ini", "-o", "soft.h5")
+    assert done.returncode == 2
+    assert done.stderr.startswith("mill dem: deck.ini: [motion.sun]: LIGGGHTS is given drums")
+
+
 def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
     for name, path in files.items():
         shutil.copyfile(path, tmp_path / f"{name}.h5")

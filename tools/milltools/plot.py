@@ -17,7 +17,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LogNorm
-from matplotlib.transforms import Affine2D
 
 from milltools import bodies, kinds, style, vessel
 from milltools.errors import UserError, keep_apart
@@ -172,26 +171,6 @@ def save(figure, path, dpi=90):
         plt.close(figure)
 
 
-def draw_rotor(ax, run, time):
-    if not run.has_rotor:
-        return
-    speed, turn = run.rotor_speed, run.rotor_angle(time)
-    for blade in run.blades():
-        across = abs(np.sin(blade.pitch)) * blade.width + abs(np.cos(blade.pitch)) * blade.thickness
-        box = plt.Rectangle(
-            (0, -across / 2), blade.tip_radius, across, fc="0.6", ec="k", lw=0.5, zorder=0
-        )
-        box.set_transform(Affine2D().rotate(blade.angle + turn) + ax.transData)
-        ax.add_patch(box)
-    shaft = run.quantity("rotor/shaft_radius")
-    ax.add_patch(plt.Circle((0, 0), shaft, fc="0.75", ec="k", lw=0.5, zorder=0))
-    if speed:
-        ends = [(0.6 * shaft * np.cos(a), 0.6 * shaft * np.sin(a)) for a in (-0.6, 0.6)]
-        arrow = {"arrowstyle": "->", "connectionstyle": f"arc3,rad={np.sign(speed) * 0.45}"}
-        start, end = ends if speed > 0 else ends[::-1]
-        ax.annotate("", end, start, arrowprops=arrow)
-
-
 def draw_balls(ax, run):
     times = run.frame_times()
     if not len(times):
@@ -200,11 +179,9 @@ def draw_balls(ax, run):
     into = bodies.inverse(bodies.container(run, len(times) - 1))
     position = bodies.moved(into, run.frame(-1, "position").astype(float))
     speed = np.linalg.norm(run.frame(-1, "velocity"), axis=1)
-    draw_rotor(ax, run, times[-1])
-    if run.named("body"):
-        from milltools.figures import outlines
+    from milltools.figures import outlines
 
-        outlines.stand(ax, run, run.poses(len(times) - 1))
+    outlines.stand(ax, run, run.poses(len(times) - 1))
     order = np.argsort(position[:, 0])  # the ones in front last
     balls = EllipseCollection(
         *(run.balls("diameter")[order],) * 2,

@@ -29,10 +29,8 @@ def sweeps(run) -> list[tuple[float, float, float]]:
 
 
 def bodies(run):
-    """(body, the triangles (T, 3, 3) of one copy in its motion's frame) of the bodies in the container, but shaft and blades."""
+    """(body, the triangles (T, 3, 3) of one copy in its motion's frame) of the bodies in the container."""
     for body in Mill.of(run).inner:
-        if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):
-            continue
         for number in np.unique(body.number):
             yield body, body.triangles[body.number == number]
 
@@ -52,6 +50,8 @@ def swept(run):
     poses = Mill.of(run).poses
     poses = poses[:: max(1, len(poses) // 12)]
     for body, triangles in bodies(run):
+        if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):  # the deck tells them
+            continue
         moves = body.motion != run.carrier
         seen = [_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])]
         x, y, z = np.concatenate(seen).T
@@ -61,12 +61,21 @@ def swept(run):
 
 def stand(ax, run, poses, moving=True):
     """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the container carries."""
-    for body, triangles in bodies(run):
+    for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
             points = outermost(_seen(run, body, triangles, poses)[:, 1:])
             middle = points.mean(axis=0)
             order = np.argsort(np.arctan2(*(points - middle).T[::-1]))
-            ax.add_patch(Polygon(points[order], fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_body"))
+            ax.add_patch(
+                Polygon(
+                    points[order],
+                    fc=STEEL,
+                    ec=INK,
+                    lw=0.6,
+                    zorder=0.5 if moving else 3,
+                    label="_body",
+                )
+            )
 
 
 def section(ax, run):

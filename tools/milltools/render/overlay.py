@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from PIL import Image, ImageDraw, ImageFont
 
-WIDE = 1.2  # from this ratio of width to height on, the bar is on the right
+WIDE = 1.4  # from this ratio of width to height on, the bar is on the right
 DARK, LIGHT = (38, 46, 58), (240, 243, 247)
 
 

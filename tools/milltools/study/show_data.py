@@ -24,6 +24,7 @@ WORDS = {
     "impacts/all/normal_speed/median": "median normal impact speed",
     "impacts/all/rate": "rate of impacts",
     "rotor/power": "rotor power",
+    "drive/power": "drive power",
     "rotor/torque": "rotor torque",
 }
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
