@@ -208,6 +208,13 @@ def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
     assert done.stderr.endswith("--part lid: this mill has none, but tank, pin\n")
 
 
+def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):
+    charge = "[balls.a]\nfill = 5 %\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n[balls.b]\ncount = 9\n"
+    (tmp_path / "deck.ini").write_text(PLANETARY.replace("[balls]\ncount = 12\n", charge))
+    done = mill("export", "deck.ini", "a.stl")
+    assert done.stdout.startswith("a.stl: jar at 0 s"), done.stderr
+
+
 def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
     (tmp_path / "deck.ini").write_text(PLANETARY)
     done = mill("dem", "deck.ini", "-o", "soft.h5")

@@ -71,12 +71,9 @@ def bare(text, time=0.0):
     step = time if time > 0 else INSTANT
     changes = rerun.frames_only(step, step)
     changes["balls.start"] = "random"
-    sections = dict.fromkeys(section for section, *_ in deck_entries(text))
-    for section in sections:
-        if section == "balls" or section.startswith("balls."):
-            changes[f"{section}.count"] = "1"
-    if "balls" not in sections:
-        del changes["balls.start"]
+    sections = {section for section, *_ in deck_entries(text)}
+    kinds = [section for section in sections if section.startswith("balls.")] or ["balls"]
+    changes |= {f"{kind}.count": "1" for kind in kinds}
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
         folder = pathlib.Path(name)
         (folder / "deck.ini").write_text(text, encoding="utf-8")
