@@ -96,8 +96,8 @@ struct mill_setup {
     struct mill_law law[MILL_KINDS_MOST]; /* of each kind of contact; zeros: no rebound */
     double rebound_floor; /* [m/s] least normal speed after any contact; at 0 time may stand still
                              where inelastic balls rest, and the run fails */
-    double horizon; /* [s] how long motions without a common period are checked for clashes of
-                       what they carry; 0: 1 s */
+    double horizon;       /* [s] how long motions without a common period are checked for clashes of
+                             what they carry; 0: 1 s */
 };
 
 /* What is wrong with a setup */
