@@ -191,16 +191,17 @@ bool mill_clash_solid_init(struct mill_clash_solid *s, const struct mill_setup *
     const struct mill_body *is = type->hull ? surface->form : NULL;
     *s = (struct mill_clash_solid){.surface = k, .body = is, .axis = {1.0, 0.0, 0.0}};
     s->motion = surface->motion == MILL_STILL ? NULL : motion[surface->motion];
-    s->mesh = is && is->facets > 0;
+    const size_t facets = is ? is->facets : 0;
+    s->mesh = facets > 0;
     s->ball = type == &mill_round_sphere_type;
     s->turned = is ? !s->mesh && type != &mill_box_type : type == &mill_cylinder_shaft_type;
     if (is)
         s->axis = is->z;
-    s->parts = s->mesh ? (int32_t)is->facets : 1;
+    s->parts = s->mesh ? (int32_t)facets : 1;
     s->part = malloc(sizeof *s->part * (size_t)s->parts);
     if (!s->part)
         return false;
-    if (s->mesh)
+    if (is && s->mesh)
         for (int32_t n = 0; n < s->parts; n++)
             s->part[n] = facet_of(is, is->facet[n]);
     else if (is)
