@@ -195,6 +195,7 @@ def long_run(run_file, tmp_path_factory):
     shutil.copy(run_file, path)
     many, balls = 180, 8000
     with h5py.File(path, "r+") as file:
+        del file["observables/pose"]
         group = file[TRAJECTORY]
         for name in ("id", "species", "mass", "diameter"):
             attributes, values = dict(group[name].attrs), group[name][:]

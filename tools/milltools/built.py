@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from milltools.errors import UserError
 from milltools.kinds import KINDS
 
 
@@ -124,8 +125,11 @@ class Built:
         names = self.names("observables/pose")
         if not names:  # a file that does not tell
             return self.rotor_pose(self.frame_times()[index])
-        return {
-            name: np.column_stack([self.read(f"observables/pose/{name}/{part}/value", index)
-                                   for part in ("rotation", "centre")])
-            for name in names
-        }  # fmt: skip
+        found = {}
+        for name in names:
+            place = f"observables/pose/{name}"
+            if self.length(f"{place}/centre/value") <= index:
+                raise UserError(f"{self.path}: /{place} has no frame {index}")
+            parts = (self.read(f"{place}/{part}/value", index) for part in ("rotation", "centre"))
+            found[name] = np.column_stack(list(parts))
+        return found
