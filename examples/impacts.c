@@ -24,12 +24,13 @@ int main(void)
     static const struct mill_observer_type type = {.name = "counter", .impact = count};
     struct counter counter = {.base = {.type = &type, .next = INFINITY}};
     const struct mill_turn turn = {.axis = {1.0, 0.0, 0.0}, .speed = 100.0};
-    const struct mill_setup_motion rotor = {&mill_turn_type, &turn, MILL_STILL};
+    const struct mill_setup_motion rotor = {
+        .type = &mill_turn_type, .form = &turn, .on = MILL_STILL};
     const struct mill_shaft shaft = {.radius = 0.01};
     const struct mill_blade blade = {.tip_radius = 0.034, .width = 0.01, .thickness = 0.005};
     const struct mill_setup_surface surface[] = {
-        {&mill_cylinder_shaft_type, &shaft, -1, 0},
-        {&mill_blade_type, &blade, 0, 0},
+        {.type = &mill_cylinder_shaft_type, .form = &shaft, .number = -1},
+        {.type = &mill_blade_type, .form = &blade},
     };
     const struct mill_setup_balls balls = {"steel", 5e-3, 7800.0, 300};
     struct mill_setup setup = {.gravity = {0.0, 0.0, -9.81},

@@ -182,14 +182,21 @@ void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c)
     triangle(mesh, false, first, first + 1, first + 2);
 }
 
-/* Point k of m around the axis; a line's end on the axis is one point. */
+/* Of a line's point in the half plane: is it off the axis? */
+static bool is_off(const double at[2], double widest)
+{
+    return at[0] > 1e-9 * widest;
+}
+
+/* Points around the axis, m of them; a line's end on the axis is one. The number of the first */
 static int64_t turned_ring(struct mill_mesh *mesh, const struct mill_body *is, const double at[2],
-                           int m)
+                           int m, double widest)
 {
     const int64_t first = (int64_t)mesh->points;
-    for (int k = 0; k < (at[0] > 0.0 ? m : 1); k++) {
+    for (int k = 0; k < (is_off(at, widest) ? m : 1); k++) {
         const struct mill_heading to = mill_elementary_heading(2.0 * MILL_PI * k / m);
-        add_point(mesh, mill_body_out(is, vec3_make(at[0] * to.cos, at[0] * to.sin, at[1])));
+        const double r = is_off(at, widest) ? at[0] : 0.0;
+        add_point(mesh, mill_body_out(is, vec3_make(r * to.cos, r * to.sin, at[1])));
     }
     return first;
 }
@@ -203,19 +210,24 @@ void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *is, const 
     /* every frame holds the points of what moves: no more of them than a picture needs */
     const double share = fmin(fmax(tolerance / widest, 3e-3), 0.05);
     const int m = 4 * (int)ceil(0.25 * MILL_PI / mill_elementary_asin(sqrt(0.5 * share)) / 2.0);
-    int64_t last = turned_ring(mesh, is, line[0], m);
+    const double *from = line[0];
+    int64_t last = turned_ring(mesh, is, from, m, widest);
     for (int i = 1; i < n; i++) {
-        const int64_t ring = turned_ring(mesh, is, line[i], m);
+        const double *to = line[i], dr = to[0] - from[0], dz = to[1] - from[1];
+        if (dr * dr + dz * dz < 1e-18 * widest * widest) /* the same point again */
+            continue;
+        const int64_t ring = turned_ring(mesh, is, to, m, widest);
         for (int k = 0; k < m; k++) {
             const int64_t next = (k + 1) % m;
-            if (line[i - 1][0] > 0.0 && line[i][0] > 0.0)
+            if (is_off(from, widest) && is_off(to, widest))
                 quad(mesh, is->inside, last + k, last + next, ring + next, ring + k);
-            else if (line[i - 1][0] > 0.0)
+            else if (is_off(from, widest))
                 triangle(mesh, is->inside, last + k, last + next, ring);
-            else if (line[i][0] > 0.0)
+            else
                 triangle(mesh, is->inside, last, ring + next, ring + k);
         }
         last = ring;
+        from = to;
     }
 }
 
