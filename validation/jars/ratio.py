@@ -42,7 +42,7 @@ def peak(ratios, values):
 
 def check(case):
     told = {}
-    early = "the ball of this ratio is held by the wall, these bounce and come off sooner; with e = 0.5 the top is at -3.0"
+    early = "the ball of this ratio is held by the wall, these bounce and come off sooner; with e = 0.5 the top is near -3.0"
     for name, (count, diameter) in CHARGES.items():
         ratios = np.array(RATIOS, float)
         both = np.array([[run(case, k, count, diameter, seed) for k in ratios] for seed in SEEDS])
