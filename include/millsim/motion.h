@@ -30,6 +30,9 @@ struct mill_motion_type {
     /* Both in the carrier's frame; t: local time [s] */
     struct mill_pose (*pose)(const struct mill_motion *, double t);
     struct mill_motion_bounds (*bounds)(const struct mill_motion *, vec3 point);
+    /* Takes a point and its velocity from this frame to the carrier's: what the pose says of one
+     * point, by fewer operations. NULL: by the pose. */
+    void (*carry)(const struct mill_motion *, double t, vec3 *point, vec3 *velocity);
     /* [s] after which it repeats; INFINITY: it stands still */
     double (*period)(const struct mill_motion *);
     /* The line about which it turns; false: there is none. NULL: there never is. */
@@ -78,6 +81,9 @@ extern const struct mill_motion_type mill_table_type;
 
 /* The pose in the laboratory at local time t [s]; motion NULL: what stands still. */
 struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
+
+/* [m] Where a point of the motion's frame is in the laboratory, and how fast [m/s]: of that pose */
+vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, vec3 *velocity);
 
 /* Bounds of the same at any time, for a point of the motion's frame; home and axis are the
  * laboratory's. */

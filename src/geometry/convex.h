@@ -76,20 +76,16 @@ struct mill_seen {
     double within;       /* [s] so long that the bound grows by no more than half */
 };
 
-/* In the body's frame: gravity, what the centre does, Coriolis, centrifugal and Euler parts. h [s]
- * is asked for. */
-static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
-                                               const struct mill_flight *f,
-                                               const struct mill_pose *pose, vec3 r, vec3 v,
-                                               double h)
+/* In the body's frame: gravity, what the centre does, Coriolis, centrifugal and Euler parts. q, u:
+ * place and velocity relative to the centre [m], [m/s]; h [s] is asked for. */
+static inline struct mill_seen mill_convex_see_from(const struct mill_convex *c,
+                                                    const struct mill_flight *f, vec3 q, vec3 u,
+                                                    double h)
 {
     const struct mill_motion_bounds *b = &c->bounds;
-    const vec3 centre = mill_pose_out(pose, c->centre);
-    const vec3 u = vec3_sub(v, mill_pose_velocity(pose, centre));
     const vec3 across = vec3_axpy(u, -vec3_dot(u, b->axis), b->axis);
     const double free = (f->pull + b->acceleration) * (1.0 + 1e-9), omega = b->turning;
-    struct mill_seen seen = {
-        .speed = vec3_norm(across), .distance = vec3_norm(vec3_sub(r, centre)), .within = h};
+    struct mill_seen seen = {.speed = vec3_norm(across), .distance = vec3_norm(q), .within = h};
     const double turning = omega * omega + b->spin_up;
     const double now = free + 2.0 * omega * seen.speed + turning * seen.distance + 1e-9;
     const double growth = 2.0 * omega * free + turning * (vec3_norm(u) + free * h);
@@ -97,6 +93,16 @@ static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
         seen.within = 0.5 * now / growth;
     seen.acceleration = now + growth * seen.within;
     return seen;
+}
+
+static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
+                                               const struct mill_flight *f,
+                                               const struct mill_pose *pose, vec3 r, vec3 v,
+                                               double h)
+{
+    const vec3 centre = mill_pose_out(pose, c->centre);
+    return mill_convex_see_from(c, f, vec3_sub(r, centre),
+                                vec3_sub(v, mill_pose_velocity(pose, centre)), h);
 }
 
 /* [s] until the gap, d > 0 or nearly, of rate d1, can vanish at acceleration a */

@@ -39,6 +39,22 @@ struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t)
     return pose;
 }
 
+vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, vec3 *velocity)
+{
+    *velocity = vec3_make(0.0, 0.0, 0.0);
+    for (const struct mill_motion *m = motion; m; m = m->on) {
+        if (m->type->carry) {
+            m->type->carry(m, t, &point, velocity);
+            continue;
+        }
+        const struct mill_pose pose = m->type->pose(m, t);
+        point = mill_pose_out(&pose, point);
+        *velocity =
+            vec3_add(mill_pose_velocity(&pose, point), mill_pose_turn_out(&pose, *velocity));
+    }
+    return point;
+}
+
 /* Of a point that a carried frame moves: `o` are the bounds of the carrier and of the place that
  * the point never leaves far. Sums of what each does alone, and of what the outer one does to the
  * inner one's motion (centrifugal, Coriolis and Euler terms). */

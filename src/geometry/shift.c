@@ -47,6 +47,13 @@ static struct mill_pose pose(const struct mill_motion *motion, double t)
     return pose;
 }
 
+static void carry(const struct mill_motion *motion, double t, vec3 *point, vec3 *velocity)
+{
+    const struct mill_pose at = pose(motion, t);
+    *point = vec3_add(*point, at.place);
+    *velocity = vec3_add(*velocity, at.velocity);
+}
+
 /* The farthest from the middle that a point of an ellipse gets, in amplitudes at one frequency: the
  * square of its distance is a mean and a wave of twice the frequency. */
 static double farthest(const struct mill_shift *is)
@@ -89,5 +96,6 @@ const struct mill_motion_type mill_shift_type = {.is_sound = is_sound,
                                                  .create = create,
                                                  .pose = pose,
                                                  .bounds = bounds,
+                                                 .carry = carry,
                                                  .period = period,
                                                  .restart = restart};

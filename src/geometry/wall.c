@@ -31,23 +31,50 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
 
 /* ---- round ---- */
 
-/* Where a ball's centre is, in the body's own axes: on its axis, and across it */
+/* Where a ball's centre is, as seen from the body: on its axis, and across it */
 struct seat {
     double m;    /* [m] contact radius there */
-    double z;    /* [m] the core's nearest place */
-    vec3 q;      /* [m] from that */
+    vec3 q;      /* [m] from the core's nearest place */
     double away; /* [m] its length */
 };
 
-static struct seat seat_of(const struct wall *w, vec3 place, double radius)
+/* q: from the body's centre, axis: its own, in one frame */
+static struct seat seat_of(const struct wall *w, vec3 q, vec3 axis, double radius)
 {
-    const struct mill_body *is = &w->body.is;
-    const vec3 q = vec3_sub(place, is->centre);
-    const double z = vec3_dot(q, is->z), half = w->is.half;
-    struct seat s = {.z = z > half ? half : (z < -half ? -half : z)};
-    s.m = w->is.radius + w->is.slope * z - radius / w->cosine;
-    s.q = vec3_axpy(q, -s.z, is->z);
+    const double z = vec3_dot(q, axis), half = w->is.half;
+    const double core = z > half ? half : (z < -half ? -half : z);
+    struct seat s = {.m = w->is.radius + w->is.slope * z - radius / w->cosine};
+    s.q = vec3_axpy(q, -core, axis);
     s.away = vec3_norm(s.q);
+    return s;
+}
+
+/* A ball as seen from the body, in a frame that turns with its axis: that of the laboratory where
+ * the axis keeps its direction, for the turning about it then does not matter */
+struct sight {
+    vec3 q, u, axis; /* [m] from the centre, [m/s], unit */
+    struct mill_seen seen;
+};
+
+static struct sight look(const struct wall *w, const struct mill_flight *f, double now, double t,
+                         double h)
+{
+    const struct mill_convex *c = &w->body.convex;
+    const vec3 r = vec3_fly(f->r, f->v, f->g, t), v = vec3_axpy(f->v, t, f->g);
+    struct sight s;
+    if (c->bounds.turning > 0.0) {
+        const struct mill_pose pose = mill_shape_pose(&c->base, now + t);
+        s.seen = mill_convex_see(c, f, &pose, r, v, h);
+        s.q = vec3_sub(mill_pose_in(&pose, r), c->centre);
+        s.u = mill_pose_turn_in(&pose, vec3_sub(v, mill_pose_velocity(&pose, r)));
+        s.axis = w->body.is.z;
+    } else {
+        vec3 velocity;
+        s.q = vec3_sub(r, mill_motion_point(c->base.motion, now + t, c->centre, &velocity));
+        s.u = vec3_sub(v, velocity);
+        s.seen = mill_convex_see_from(c, f, s.q, s.u, h);
+        s.axis = w->pose.x;
+    }
     return s;
 }
 
@@ -68,30 +95,22 @@ static double step_of(double f, double f1, double b)
 static struct mill_hit search(const struct wall *w, const struct mill_flight *flight, double radius,
                               double now, double horizon)
 {
-    const struct mill_convex *c = &w->body.convex;
-    const struct mill_body *is = &w->body.is;
     const double end = horizon < MILL_CONVEX_FARTHEST ? horizon : MILL_CONVEX_FARTHEST;
     const struct mill_hit none = {MILL_HIT_NONE, INFINITY}, later = {MILL_HIT_ASK_AGAIN, end};
     const double slope = w->is.slope, lean = sqrt(1.0 + slope * slope);
     double t = 0.0;
     for (int step = 0; step < MILL_CONVEX_MOST; step++) {
-        const vec3 r = vec3_fly(flight->r, flight->v, flight->g, t);
-        const vec3 v = vec3_axpy(flight->v, t, flight->g);
-        const struct mill_pose pose = mill_shape_pose(&c->base, now + t);
-        const struct seat s = seat_of(w, mill_pose_in(&pose, r), radius);
-        /* of what turns about its own axis the turning is left out */
-        const vec3 at = c->bounds.turning > 0.0 ? r : mill_pose_out(&pose, c->centre);
-        const vec3 u = mill_pose_turn_in(&pose, vec3_sub(v, mill_pose_velocity(&pose, at)));
+        const struct sight at = look(w, flight, now, t, end - t);
+        const struct seat s = seat_of(w, at.q, at.axis, radius);
         const double f = (s.m - s.away) * (s.m + s.away);
-        const double f1 = 2.0 * (s.m * slope * vec3_dot(u, is->z) - vec3_dot(u, s.q));
+        const double f1 = 2.0 * (s.m * slope * vec3_dot(at.u, at.axis) - vec3_dot(at.u, s.q));
         const double gap = gap_of(w, &s), closing = 0.5 * f1 / s.m * w->cosine;
         if (gap <= MILL_SHAPE_CLOSED && closing <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
-        const struct mill_seen seen = mill_convex_see(c, flight, &pose, r, v, end - t);
-        const double a = seen.acceleration, free = sqrt(s.m * a);
-        const double speed = vec3_norm(u);
+        const double a = at.seen.acceleration, free = sqrt(s.m * a);
+        const double speed = vec3_norm(at.u);
         /* so long that the speed grows by no more than half of what matters */
-        const double cap = mill_least(seen.within, 0.5 * mill_greatest(speed, free) / a);
+        const double cap = mill_least(at.seen.within, 0.5 * mill_greatest(speed, free) / a);
         const double h = cap < end - t ? cap : end - t;
         const double most = speed + a * h, m = s.m + fabs(slope) * most * h;
         const bool glides = step >= MILL_CONVEX_PATIENCE && gap > -MILL_SHAPE_CLOSED;
@@ -115,7 +134,8 @@ static struct mill_contact meet(const struct wall *w, vec3 centre, double radius
                                 const struct mill_pose *pose)
 {
     const struct mill_body *is = &w->body.is;
-    const struct seat s = seat_of(w, mill_pose_in(pose, centre), radius);
+    const struct seat s =
+        seat_of(w, vec3_sub(mill_pose_in(pose, centre), is->centre), is->z, radius);
     /* in the middle all directions are alike */
     const vec3 out = s.away > 0.0 ? vec3_scale(s.q, 1.0 / s.away) : is->x;
     const vec3 inward = vec3_axpy(vec3_scale(out, -w->cosine), w->is.slope * w->cosine, is->z);
@@ -182,6 +202,12 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
                      w->is.flat         ? w->is.normal
                      : w->is.half > 0.0 ? axis
                                         : none);
+    if (!w->is.flat && w->is.half <= 0.0) { /* a sphere turns in itself about any axis */
+        struct mill_motion_bounds *bounds = &w->body.convex.bounds;
+        bounds->turning = bounds->spin_up = 0.0;
+        bounds->axis = none;
+        shape->fixed = shape->fixed || bounds->speed == 0.0;
+    }
     if (w->is.flat) {
         w->is.point = mill_body_out(is, w->is.point);
         w->is.normal = mill_body_turn_out(is, w->is.normal);

@@ -79,7 +79,7 @@ static bool print_state(const struct probe *p, double time, double sign)
 {
     const struct mill_world *w = p->world;
     const double t = mill_sim_local_time(p->sim);
-    double row[ROW] = {time, 0.0, w->account.rotor_work};
+    double row[ROW] = {time, 0.0, w->account.work};
     for (int k = 0; k < MILL_KINDS; k++) {
         row[1] += (double)w->account.collisions[k];
         row[3] += w->account.dissipation[k];
