@@ -1,7 +1,6 @@
 """A run of millsim as if another program had made it: decks, and handing its own output file to milltools.results."""
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -128,7 +127,7 @@ def series(theirs):
     group.visititems(
         lambda name, item: (
             found.update({name.removesuffix("/value"): item[:]})
-            if name.endswith("/value") and not re.match("(fast_)?collisions|pose", name)
+            if name.endswith("/value") and "collisions" not in name and not name.startswith("pose/")
             else None
         )
     )
@@ -146,10 +145,11 @@ def feed(results, theirs, batches, until=np.inf):
     log = [theirs["impacts"][name][:] for name in ORDER]
     balls = theirs["particles/trajectory"]
     states = [balls[f"{name}/value"][:] for name in ("position", "velocity", "angular_velocity")]
-    frame_times = balls["position/time"][:]
+    frame_times, poses = balls["position/time"][:], theirs["observables"].get("pose", {})
     for k, time in enumerate(frame_times):
         if time <= until:
-            results.frame(time, *(state[k] for state in states))
+            where = {name: (g["rotation/value"][k], g["centre/value"][k]) for name, g in poses.items()}  # fmt: skip
+            results.frame(time, *(state[k] for state in states), where)
     for time in results.snapshot_times[results.snapshot_times <= until]:
         k = int(np.argmin(np.abs(frame_times - time)))
         assert abs(frame_times[k] - time) < 1e-9

@@ -15,7 +15,6 @@ import weakref
 import numpy as np
 
 from milltools import rerun
-from milltools.errors import UserError
 from milltools.runfile import Run
 from milltools.schema import deck_entries
 
@@ -105,8 +104,6 @@ class Mill:
         poses = [run.poses(int(k)) for k in chosen]
         if run.has("VTKHDF"):
             return cls(read(run), run.vessel_kinds, poses, run.frame_axis(run.poses(0)))
-        if run.program != "millsim":
-            raise UserError(f"{run.path}: has no /VTKHDF, so nothing tells its mill's shape")
         with bare(run.deck_text()) as other:
             first = other.poses(0)
             return cls(read(other), run.vessel_kinds, poses or [first], run.frame_axis(first))

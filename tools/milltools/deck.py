@@ -13,6 +13,7 @@ import numpy as np
 from milltools import blades
 from milltools.engine import program
 from milltools.errors import UserError
+from milltools.kinds import KINDS
 from milltools.schema import deck_entries
 
 
@@ -110,6 +111,29 @@ class Deck:
     def species_of_ball(self):
         """Index into `species` of every ball (N,)."""
         return np.repeat(np.arange(len(self.species)), [kind.count for kind in self.species])
+
+    def named(self, what):
+        """NAME of every section [what.NAME], in the deck's order: of "body", "motion"."""
+        return [s.removeprefix(f"{what}.") for s in self.sections if s.startswith(f"{what}.")]
+
+    @property
+    def bodies(self):
+        """Names of all bodies."""
+        return self.named("body")
+
+    @property
+    def motions(self):
+        """Names of all that moves: of [motion.NAME], and "rotor"."""
+        return self.named("motion") + ["rotor"] * ("rotor" in self.sections)
+
+    def kind_of(self, body):
+        """The kind of contact with the body of a section [body.NAME]."""
+        return self.value(f"body.{body}.kind", "") or f"ball_{body}"
+
+    @property
+    def kinds(self):
+        """The kinds of contact that files count, those of bodies behind the usual ones."""
+        return tuple(dict.fromkeys([*KINDS, *map(self.kind_of, self.bodies)]))
 
     @property
     def rotor_speed(self):

@@ -237,3 +237,34 @@ class Profile:
         across = (far * cosine - near) * z - far * sine * (y - near)
         inside = np.where(across >= 0, from_inner > rho, from_outer < rho)
         return np.where(inside, distance, -distance) - radius
+
+
+@dataclasses.dataclass(frozen=True)
+class Rectangle:
+    """The inner cross-section of a box, as far as maps want it: `width` along y, `height` along z [m]."""
+
+    width: float
+    height: float
+    circle = False
+
+    @property
+    def outermost(self) -> float:
+        return math.hypot(self.width, self.height) / 2
+
+    def gap(self, y, z):
+        """How far points are inside, as Profile.gap."""
+        return np.minimum(self.width / 2 - np.abs(y), self.height / 2 - np.abs(z))
+
+
+def section(deck):
+    """(cross-section, length [m]) of what holds the balls of a milltools.deck.Deck, across and along its axis; of a mesh the
+    circle and the length that nothing of it can be beyond are not known: a unit's."""
+    inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
+    if not inside:
+        return Profile.of(deck.value), float(deck.number("drum.length"))
+    place = f"body.{inside[0]}"
+    if deck.value(f"{place}.shape") == "box":
+        width, height, length = deck.numbers(f"{place}.size")
+        return Rectangle(width, height), length
+    radius = deck.number(f"{place}.radius", deck.number(f"{place}.unit", 1.0))
+    return Profile(radius), deck.number(f"{place}.length", 2 * radius)

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 import milltools.tally_write as sheet
-from milltools import vtkhdf
+from milltools import profile, vtkhdf
 from milltools.h5write import (
     VERSIONS,
     Disk,
@@ -25,17 +25,16 @@ from milltools.h5write import (
     put_column,
     whole_file,
 )
-from milltools.kinds import KINDS
-from milltools.profile import Profile
 from milltools.schema import (
     LOG,
     OPTIONAL,
-    SERIES,
+    POSE,
     STATES,
     STATUSES,
     THRESHOLDS,
     deck_entries,
     run_facts,
+    series_of,
 )
 from milltools.tally import Blocks, Maps, Speeds, Strikes, find_slots
 
@@ -73,17 +72,18 @@ class Results:
         self.log_wanted = settings.get("output.impacts") == "all"
         self.rotor_speed = float(deck.number("rotor.speed", 0.0))
         self._plan_snapshots()
-        self.maps = Maps(Profile.of(settings.get), float(deck.number("drum.length")))
+        self.maps = Maps(*profile.section(deck))
         window = float(deck.number("output.strike_window", 0.0))
         self.strikes, self.watch = Strikes(window), self.begin - 2 * window
-        self.speeds = {"impacts": Speeds(), "strikes": Speeds()}
+        self.kinds, self.labels = deck.kinds, series_of(deck)
+        self.speeds = {name: Speeds(len(self.kinds)) for name in ("impacts", "strikes")}
         self.latest = -math.inf  # [s] of the impacts so far
-        self.total = np.zeros((len(KINDS), 1 + len(THRESHOLDS)), np.uint64)
+        self.total = np.zeros((len(self.kinds), 1 + len(THRESHOLDS)), np.uint64)
         self.waiting, self.crowd = [], 0  # batches not yet looked at, and how large they are
         self.pending = []  # impacts since the last row: (time, kind, how many thresholds reached)
         self.counted = np.zeros_like(self.total)  # before the last row
         self.times, self.counts = [], []
-        self.series = {name: [] for name in SERIES}
+        self.series = {name: [] for name in self.labels}
         self._open_scratch(folder)
 
     def _plan_snapshots(self):
@@ -103,6 +103,7 @@ class Results:
         if self.frames_wanted:  # the folder is gone: nothing is left behind, however the run ends
             n, group = len(self.mass), self.scratch.create_group("trajectory")
             first = group.create_group("position")
+            self.poses = {}  # by motion: columns of its centre and rotation
             self.states = {
                 "step": make_column(first, "step", (), "<i8", "1", "number of the frame"),
                 "time": make_column(first, "time", (), "<f8", "s", "simulated time"),
@@ -120,8 +121,8 @@ class Results:
                 for name, (dtype, shape, unit, text) in LOG.items()
             }
             put_attribute(group["dissipation"], "part", "normal")
-            put_attribute(group, "kinds", KINDS)
-            put_attribute(group["kind"], "kinds", KINDS)
+            put_attribute(group, "kinds", self.kinds)
+            put_attribute(group["kind"], "kinds", self.kinds)
 
     # ---- what the run delivers ----
 
@@ -135,9 +136,9 @@ class Results:
             raise ValueError("a snapshot holds what is no number")
         self.maps.sample(position, velocity, self.diameter / 2)
 
-    def frame(self, time, position, velocity, angular_velocity):
-        """The next frame of the trajectory: the balls (N, 3) at `time`, about the next multiple of output.frames.
-        OSError if there is no room for it."""
+    def frame(self, time, position, velocity, angular_velocity, poses=None):
+        """The next frame of the trajectory: the balls (N, 3) at `time`, about the next multiple of output.frames; poses: what is
+        known of motions, {name: (rotation (3, 3), centre (3,))}, the same names in all frames. OSError if there is no room for it."""
         if not self.frames_wanted:
             raise ValueError("the deck wants no frames: output.frames is 0 s")
         states = zip(STATES, (position, velocity, angular_velocity))
@@ -146,14 +147,26 @@ class Results:
         append(self.states["time"], [time])
         for name, values in states.items():
             append(self.states[name], values[None].astype("<f4"))
+        for name, (rotation, centre) in (poses or {}).items():
+            self._append_pose(name, {"rotation": rotation, "centre": centre})
         self.disk.check()
+
+    def _append_pose(self, name, values):
+        if name not in self.poses:
+            group = self.scratch.require_group(f"pose/{name}")
+            self.poses[name] = {
+                part: make_column(group, part, shape, "<f8", unit, text)
+                for part, (shape, unit, text) in POSE.items()
+            }
+        for part, column in self.poses[name].items():
+            append(column, [values[part]])
 
     def row(self, time, values):
         """The next row of the time series: its values by path below /observables, without those that are counted.
 
-        What is not given is NaN in the file (elastic_energy: not there); motion_work/rotor is rotor_work again. The impacts
-        before `time` have been delivered."""
-        unknown = sorted(set(values) - {*SERIES, "motion_work/rotor"})
+        What is not given is NaN in the file (elastic_energy: not there). The impacts before `time` have been
+        delivered."""
+        unknown = sorted(set(values) - set(self.labels))
         if unknown:
             raise ValueError(f"{unknown[0]}: no time series of that name, or one that is counted")
         self._settle()
@@ -174,11 +187,10 @@ class Results:
         self.pending = later
         return found
 
-    @staticmethod
-    def _by_threshold(kind, reached):
-        width = 1 + len(THRESHOLDS)
-        count = np.bincount(kind.astype(np.intp) * width + reached, minlength=len(KINDS) * width)
-        count = count.reshape(len(KINDS), width)[:, ::-1].cumsum(axis=1)[:, ::-1]  # at or above
+    def _by_threshold(self, kind, reached):
+        width, kinds = 1 + len(THRESHOLDS), len(self.kinds)
+        count = np.bincount(kind.astype(np.intp) * width + reached, minlength=kinds * width)
+        count = count.reshape(kinds, width)[:, ::-1].cumsum(axis=1)[:, ::-1]  # at or above
         return count.astype(np.uint64)
 
     def impacts(
@@ -192,10 +204,12 @@ class Results:
         normal_speed,
         tangential_speed,
         dissipation,
+        inside=None,
     ):
         """A batch of n impacts in order of time, none before those of the last batch.
 
-        kind: index into KINDS; partner as in /impacts; point [m], normal (n, 3); dissipation: its normal part [J]."""
+        kind: index into the deck's kinds; partner as in /impacts; point [m], normal (n, 3); dissipation: its normal part [J];
+        inside (n, 3): the points in the container's own frame, if that is not the laboratory's."""
         given = (
             time,
             kind,
@@ -213,13 +227,14 @@ class Results:
             batch[name] = np.asarray(values, dtype=wider)
             if batch[name].shape != (len(batch["time"]), *shape):
                 raise ValueError(f"{name} of the impacts has the shape {batch[name].shape}")
+        batch["inside"] = np.asarray(batch["position"] if inside is None else inside, float)
         when = batch["time"]
         if not len(when):
             return
         if not (when[0] >= self.latest and np.all(when[1:] >= when[:-1])):
             raise ValueError("impacts are not in order of time")
-        if batch["kind"].max() >= len(KINDS):
-            raise ValueError(f"an impact's kind is none of 0..{len(KINDS) - 1}")
+        if batch["kind"].max() >= len(self.kinds):
+            raise ValueError(f"an impact's kind is none of 0..{len(self.kinds) - 1}")
         self.latest = float(when[-1])
         if len(when) < FEW:  # it may be the caller's own array, to be filled anew
             batch = {name: values.copy() for name, values in batch.items()}
@@ -234,7 +249,7 @@ class Results:
             return
         batch = self.waiting[0]
         if len(self.waiting) > 1:
-            batch = {name: np.concatenate([batch[name] for batch in self.waiting]) for name in LOG}
+            batch = {name: np.concatenate([one[name] for one in self.waiting]) for name in batch}
         self.waiting, self.crowd = [], 0
         for first in range(0, len(batch["time"]), SLICE):
             self._take({name: values[first : first + SLICE] for name, values in batch.items()})
@@ -247,8 +262,8 @@ class Results:
         self.total += self._by_threshold(part["kind"], reached)
         self.pending.append((part["time"].copy(), part["kind"].copy(), reached))
         if self.log_wanted:
-            for name, values in part.items():
-                append(self.log[name], values)
+            for name in LOG:
+                append(self.log[name], part[name])
             self.disk.check()
         near = slice(*np.searchsorted(part["time"], (self.watch, self.end)))
         if near.start < near.stop:
@@ -263,7 +278,7 @@ class Results:
         counted = [values[inside] for values in (kind, *slots, *speeds)]
         self.speeds["impacts"].add(*counted)
         self.speeds["impacts"].add_dissipation(*counted[:3], loss[inside])
-        self.maps.impacts(part["position"][inside], speeds[0][inside], loss[inside])
+        self.maps.impacts(part["inside"][inside], speeds[0][inside], loss[inside])
         own = slots.copy()
         own[:, : inside.start] = -1
         fresh, head = self.strikes.meet(part["kind"], part["ball"], part["partner"], time, own)
@@ -293,14 +308,14 @@ class Results:
             self._write_head(file, facts["program"][0], facts["version"][0])
             self._write_balls(file.create_group("particles/trajectory"))
             self._write_series(file.create_group("observables"))
-            if "rotor" in self.deck.sections:
-                sheet.put_motion(file, self.deck)
+            if self.frames_wanted:
+                self._write_poses(file)
             if self.log_wanted:
                 self.scratch.copy("impacts", file)
             self._write_deck(file.create_group("deck"))
             self._write_run(file.create_group("run"), facts, status, float(time))
             self._write_statistics(file.create_group("statistics"), float(time))
-            if status != "running":
+            if status != "running" and not (self.deck.bodies or self.deck.named("motion")):
                 vtkhdf.write(file, self.deck)
 
     @staticmethod
@@ -344,20 +359,37 @@ class Results:
                 member["step"], member["time"] = first["step"], first["time"]
             put_column(member, "value", values, dtype, unit, text, **attributes)
 
-        for name, label in SERIES.items():
+        for name, label in self.labels.items():
             values = self.series[name]
-            if name not in OPTIONAL or not np.isnan(values).all():
+            told = name not in OPTIONAL and not name.startswith("motion_work/")
+            if told or not np.isnan(values).all():
                 element(name, values, "<f8", *label)
         counts = np.array(self.counts, np.uint64).reshape(rows, *self.total.shape)
         fast = (
             "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
             "cumulative from t = 0"
         )
-        for k, kind in enumerate(KINDS):
+        for k, kind in enumerate(self.kinds):
             text = "impacts of this kind, cumulative from t = 0"
             element(f"collisions/{kind}", counts[:, k, 0], "<u8", "1", text)
             name, limits = f"fast_collisions/{kind}", np.array(THRESHOLDS)
             element(name, counts[:, k, 1:], "<u8", "1", fast, thresholds=limits)
+
+    def _tells_motions(self):
+        """Whether it is known what each motion does."""
+        names = [f"motion_work/{name}" for name in self.deck.motions]
+        return not any(np.isnan(self.series[name]).any() for name in names)
+
+    def _write_poses(self, file):
+        """Where motions are in the frames, as far as that was told."""
+        first = file["particles/trajectory/position"]
+        for name in self.poses:
+            group = file.create_group(f"observables/pose/{name}")
+            for part in POSE:
+                self.scratch.copy(f"pose/{name}/{part}", group.create_group(part), "value")
+                group[f"{part}/step"], group[f"{part}/time"] = first["step"], first["time"]
+            for shared in ("step", "time", "value"):
+                group[shared] = group[f"rotation/{shared}"]
 
     def _write_deck(self, group):
         for section, key, value, meaning in self.entries:
@@ -375,7 +407,7 @@ class Results:
         put(group, "status", status, "", text)
         put(group, "time", time, "s", "simulated time reached")
         put(group, "hdf5", h5py.version.hdf5_version, "", "version of the HDF5 library")
-        for kind, count in zip(KINDS, self.total[:, 0]):
+        for kind, count in zip(self.kinds, self.total[:, 0]):
             text = "impacts of this kind, from t = 0"
             put(group, f"events/collisions/{kind}", count, "1", text, "<u8")
 
@@ -398,21 +430,42 @@ class Results:
                 reach - self.begin
             )
 
-        power = [mean(series[f"dissipation/{kind}"], 0.0) for kind in KINDS]
+        power = [mean(series[f"dissipation/{kind}"], 0.0) for kind in self.kinds]
         edges = sheet.put_speeds(
-            group.create_group("impacts"), self.speeds["impacts"], duration, power, None
+            group.create_group("impacts"), self.speeds["impacts"], duration, power, None, self.kinds
         )
         sheet.put_speeds(
-            group.create_group("strikes"), self.speeds["strikes"], duration, None, edges
+            group.create_group("strikes"), self.speeds["strikes"], duration, None, edges, self.kinds
         )
-        sheet.put_floor_share(group.create_group("floor_share"))
+        sheet.put_floor_share(group.create_group("floor_share"), self.kinds)
         sheet.put_maps(group.create_group("maps"), self.maps)
         blocks = Blocks(self.rotor_speed, self.begin, self.end)
         blocks.close(*(sums[times <= time] for sums in (times, series["rotor_work"], impulse)))
         rotor = mean(series["rotor_work"], math.nan), mean(impulse, math.nan)
         sheet.put_rotor(group.create_group("rotor"), blocks, *rotor)
-        sheet.put_drive(group, blocks, *rotor, turns="rotor" in self.deck.sections)
         sheet.put_precision(group.create_group("precision"), blocks, *rotor)
+        if self._tells_motions():
+            self._write_drive(group, mean, times[times <= time], series)
+
+    def _write_drive(self, group, mean, times, series):
+        """Of all motions; blocks are periods of the slowest."""
+        deck, motions = self.deck, {}
+        rates = {n: deck.number("rotor.speed" if n == "rotor" else f"motion.{n}.speed", 0.0) for n in deck.motions}  # fmt: skip
+        cycles = [2 * math.pi * deck.number(f"motion.{n}.frequency", 0.0) for n in deck.motions]
+        slowest = min(filter(None, [*map(abs, rates.values()), *cycles]), default=0.0)
+        work = {name: series[f"motion_work/{name}"] for name in deck.motions}
+
+        def blocks_of(sums):
+            blocks, sums = Blocks(slowest, self.begin, self.end), sums[: len(times)]
+            blocks.close(times, sums, sums)
+            return blocks
+
+        for name, sums in work.items():
+            power, error = mean(sums, math.nan), sheet.block_error(blocks_of(sums).power)
+            rate = rates[name] or math.nan
+            motions[name] = power, error, power / rate, error / abs(rate)
+        total = sum(work.values(), np.zeros(len(self.times)))
+        sheet.put_drive(group, blocks_of(total), mean(total, math.nan), motions)
 
     @staticmethod
     def _impulse(times, series):

@@ -34,6 +34,20 @@ SERIES = {
     **OPTIONAL,
 }
 
+MOTION = ("J", "work done on the balls by this motion's own velocity, cumulative from t = 0")
+POSE = {  # of a motion: shape, unit, meaning
+    "centre": ((3,), "m", "where the frame's origin is: frame, (x, y, z)"),
+    "rotation": ((3, 3), "1", "axes of the frame, as columns: a point p of it is at centre + rotation p"),
+}  # fmt: skip
+
+
+def series_of(deck):
+    """SERIES of a milltools.deck.Deck: with the kinds of its bodies, and its motions."""
+    kinds = {f"{name}/{kind}": label for name, label in PER_KIND.items() for kind in deck.kinds}
+    motions = {f"motion_work/{name}": MOTION for name in deck.motions}
+    return {**SINGLE, **kinds, **motions, **OPTIONAL}
+
+
 FACTS = {  # of /run: unit, meaning
     "program": ("", "program that made the run"),
     "version": ("", "version of the program"),

@@ -106,16 +106,17 @@ class Spectrum:
 class Speeds:
     """Spectra of impacts or strikes by kind; tangential speeds apart for v_n < 0.05 m/s (index 0) and others."""
 
-    def __init__(self):
-        self.normal = Spectrum((len(KINDS),))
-        self.tangential = Spectrum((2, len(KINDS)))
+    def __init__(self, kinds=len(KINDS)):
+        self.kinds = kinds
+        self.normal = Spectrum((kinds,))
+        self.tangential = Spectrum((2, kinds))
 
     def add(self, kind, normal_slot, tangential_slot, normal_speed, tangential_speed):
         """Counts speeds that lie in these slots."""
         fast = (normal_slot >= FAST).astype(np.intp)
         for spectrum, row, slot, speed in (
             (self.normal, kind, normal_slot, normal_speed),
-            (self.tangential, fast * len(KINDS) + kind, tangential_slot, tangential_speed),
+            (self.tangential, fast * self.kinds + kind, tangential_slot, tangential_speed),
         ):
             count = np.bincount(row * SLOTS + slot, minlength=spectrum.count.size)
             spectrum.count += count.reshape(spectrum.count.shape).astype(np.uint64)
@@ -124,7 +125,7 @@ class Speeds:
     def add_dissipation(self, kind, normal_slot, tangential_slot, dissipation):
         """Books energies [J] under these slots."""
         fast = (normal_slot >= FAST).astype(np.intp)
-        row = (fast * len(KINDS) + kind) * SLOTS + tangential_slot
+        row = (fast * self.kinds + kind) * SLOTS + tangential_slot
         np.add.at(self.normal.dissipation.reshape(-1), kind * SLOTS + normal_slot, dissipation)
         np.add.at(self.tangential.dissipation.reshape(-1), row, dissipation)
 

@@ -7,11 +7,10 @@ import math
 
 import numpy as np
 
-from milltools.h5write import put, put_column
+from milltools.h5write import put
 from milltools.kinds import KINDS
 from milltools.tally import BINS, EDGES, FAST, LEVELS, block_error, quantile
 
-ROWS = (*KINDS, "all")
 NORMAL = {"part": "normal"}
 
 
@@ -69,9 +68,9 @@ def _put_speed(group, spectrum, fast, edges):
     return _put_histogram(group.create_group("histogram"), spectrum, edges)
 
 
-def put_speeds(group, speeds, duration, power, edges):
+def put_speeds(group, speeds, duration, power, edges, kinds=KINDS):
     """impacts (power: W by kind, all that they dissipated) or strikes (power None: what their spectra hold)."""
-    for number, name in enumerate(ROWS):
+    for number, name in enumerate((*kinds, "all")):
         kind = number if name != "all" else None
         normal, tangential, fast = speeds.row(kind)
         row = group.create_group(name)
@@ -157,52 +156,32 @@ def put_rotor(group, blocks, power, torque):
     put(group, "block_torque", blocks.torque, "N m", "mean torque of each block")
 
 
-def put_drive(group, blocks, power, torque, turns):
-    """drive/, and motions/rotor/ where one `turns`: the same of the rotor as of all and of one of the motions."""
-    same = "its standard error, the same as in precision"
-    batches = "its standard error, from batches of the motions' period"
-    told = [
-        (
-            "drive/power",
-            power,
-            blocks.power,
-            "W",
-            "work of all motions on the balls / duration",
-            same,
-        )
-    ]
-    if turns:
-        work = "work on the balls by this motion's own velocity / duration"
-        axis = "mean torque on the balls about the motion's own axis; NaN: it has none"
-        told.append(("motions/rotor/power", power, blocks.power, "W", work, batches))
-        told.append(("motions/rotor/torque", torque, blocks.torque, "N m", axis, batches))
-    for path, value, values, unit, text, error in told:
-        put(group, path, value, unit, text)
-        put(group, f"{path}_error", block_error(values), unit, error)
-
-
-def put_motion(file, deck):
-    """/observables: the rotor as one of the motions: its work, and its pose in every frame."""
-    work, group = file["observables/rotor_work"], file.create_group("observables/motion_work/rotor")
-    group["step"], group["time"] = work["step"], work["time"]
-    text = "work done on the balls by this motion's own velocity, cumulative from t = 0"
-    put_column(group, "value", work["value"][:], "<f8", "J", text)
-    frames = file.get("particles/trajectory/position")
-    if frames is None:
-        return
-    angle = deck.number("rotor.angle", 0.0) + deck.rotor_speed * frames["time"][:]
-    c, s, one, none = np.cos(angle), np.sin(angle), np.ones(len(angle)), np.zeros(len(angle))
-    turn = np.stack([one, none, none, none, c, -s, none, s, c], axis=-1).reshape(-1, 3, 3)
-    for name, values, unit, text in (
-        ("centre", np.zeros((len(angle), 3)), "m", "where the frame's origin is: frame, (x, y, z)"),
-        ("rotation", turn, "1", "axes of the frame, as columns: a point p of it is at centre + rotation p"),
-    ):  # fmt: skip
-        group = file.create_group(f"observables/pose/rotor/{name}")
-        group["step"], group["time"] = frames["step"], frames["time"]
-        put_column(group, "value", values, "<f8", unit, text)
-    pose = file["observables/pose/rotor"]  # MDAnalysis takes it for an observable of its own
-    for name in ("step", "time", "value"):
-        pose[name] = pose[f"rotation/{name}"]
+def put_drive(group, blocks, power, motions):
+    """motions/, drive/ and precision/drive_power/ below `group`: the mean power [W] of all motions and its blocks; of each by
+    name (power, its error, torque [N m], its error)."""
+    for name, values in motions.items():
+        one, error = group.require_group("motions").create_group(name), "its standard error, from blocks of the motions' period"  # fmt: skip
+        text = "work on the balls by this motion's own velocity / duration"
+        put(one, "power", values[0], "W", text)
+        put(one, "power_error", values[1], "W", error)
+        text = "mean torque on the balls about the motion's own axis; NaN: it has none"
+        put(one, "torque", values[2], "N m", text)
+        put(one, "torque_error", values[3], "N m", error)
+    error = block_error(blocks.power)
+    drive, known = group.create_group("drive"), group.create_group("precision/drive_power")
+    put(drive, "power", power, "W", "work of all motions on the balls / duration")
+    put(drive, "power_error", error, "W", "its standard error, the same as in precision")
+    put(known, "value", power, "W", "mean power of all motions on the balls")
+    put(
+        known,
+        "standard_error",
+        error,
+        "W",
+        "its standard error, from blocks of the motions' period",
+    )
+    freedom = len(blocks.power) - 1 if math.isfinite(error) else 0
+    text = "of the standard error, for which it is widened; 0: none"
+    put(known, "degrees_of_freedom", float(freedom), "1", text)
 
 
 def put_precision(group, blocks, power, torque):
@@ -210,7 +189,6 @@ def put_precision(group, blocks, power, torque):
     for name, value, values, unit in (
         ("rotor_power", power, blocks.power, "W"),
         ("rotor_torque", torque, blocks.torque, "N m"),
-        ("drive_power", power, blocks.power, "W"),
     ):
         one, error = group.create_group(name), block_error(values)
         put(one, "value", value, unit, "mean over the window, the same as in rotor")
@@ -219,8 +197,8 @@ def put_precision(group, blocks, power, torque):
         put(one, "degrees_of_freedom", float(freedom), "1", "of the standard error; 0: none")
 
 
-def put_floor_share(group):
+def put_floor_share(group, kinds=KINDS):
     """floor_share/: NaN, there is no rebound floor."""
     text = "share of the impacts at which the rebound floor acted; NaN without impacts"
-    for name in ROWS:
+    for name in (*kinds, "all"):
         put(group, name, math.nan, "1", text)

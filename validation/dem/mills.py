@@ -9,7 +9,6 @@ import dataclasses
 
 import numpy as np
 
-from milltools.kinds import KINDS
 from milltools.runfile import Run
 
 DENSE = 0.02  # solid fraction from which on a cell of a map counts
@@ -47,7 +46,7 @@ class Window:
         self.path = path
         with Run(path) as run:
             self.begin, self.end = run.window
-            period = 2 * np.pi / abs(run.rotor_speed)
+            period = run.period  # of the slowest motion
             blocks = int((self.end - self.begin) / period * (1 + 1e-9))
             self.edges = self.begin + period * np.arange(blocks + 1)
             self.values = {}  # of the whole window
@@ -65,27 +64,32 @@ class Window:
         self._rate(key, time, np.concatenate([[0.0], np.cumsum(steps)]))
 
     def _measure(self, run):
-        self._rate("power", *run.series("rotor_work"))
+        self._rate("power", *run.drive_work())
         self._mean("kinetic", *run.series("kinetic_energy"))
         self._mean("rotational", *run.series("rotational_energy"))
         for key, name in (("normal", "dissipation_normal"), ("loss", "dissipation")):
-            losses = [run.series(f"{name}/{kind}") for kind in KINDS]
+            losses = [run.series(f"{name}/{kind}") for kind in run.kinds]
             self._rate(key, losses[0][0], sum(loss for _, loss in losses))
-        for kind in KINDS:
+        for kind in run.kinds:
             time, fast = run.series(f"fast_collisions/{kind}")
             for speed, column in FAST.items():
                 self._rate(f"{kind.removeprefix('ball_')}_{speed:g}", time, fast[:, column])
-        # strikes are told for the whole window only: the blocks are those of all impacts, scaled
-        for kind in KINDS:
-            name, merged = kind.removeprefix("ball_"), run.histogram(kind, "strikes")
-            strikes = self.values[f"{name}_strikes"] = merged.above(1.0) / run.duration
-            impacts = self.values[f"{name}_1"]
-            self.blocks[f"{name}_strikes"] = self.blocks[f"{name}_1"] * (
-                strikes / impacts if impacts else np.nan
-            )
+                if run.vessel and kind in run.vessel_kinds:
+                    self._rate(f"vessel_{speed:g}", time, fast[:, column])
+        for kind in run.kinds:
+            self._strikes(run, kind, kind.removeprefix("ball_"), 1.0)
+        if run.vessel:
+            self._strikes(run, run.vessel_kinds[0], "vessel", 0.5)
         self.values["all"] = float(run.statistic("impacts/all/rate"))
         slow = run.histogram("all")
         self.values["slow"] = self.values["all"] - slow.above(0.05) / run.duration
+
+    def _strikes(self, run, kind, name, speed):
+        """Of the whole window, for that is all that is told of them: the blocks are those of all impacts, scaled."""
+        strikes = run.histogram(kind, "strikes").above(speed) / run.duration
+        impacts, blocks = (of[f"{name}_{speed:g}"] for of in (self.values, self.blocks))
+        self.values[f"{name}_strikes"] = strikes
+        self.blocks[f"{name}_strikes"] = blocks * (strikes / impacts if impacts else np.nan)
 
     def error(self, key):
         """Standard error of the mean from the blocks; NaN of fewer than two."""

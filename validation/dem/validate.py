@@ -23,6 +23,7 @@ PARTS = {
     "steady": ("steady",),
     "other": ("other",),
     "pinches": ("pinches", "gaps", "nips"),
+    "jars": ("jars",),
     "price": ("price",),
 }
 INTRODUCTION = (

@@ -22,10 +22,11 @@ from milltools.dem.liggghts import command
 from milltools.dem.mill import Mill, inputs
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
 from milltools.dem.progress import Watch
+from milltools.dem.scene import scene_of
+from milltools.dem.script import file_of
 from milltools.dem.signals import Stopped, watched
 from milltools.dem.summary import summarize
 from milltools.errors import UserError
-from milltools.kinds import KINDS
 from milltools.results import Results
 
 SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file it writes
@@ -98,7 +99,8 @@ def refuse(deck):
             f"{deck.path}: [drum] profile: expected 'circle', got '{deck.value('drum.profile')}': on a curved wall of "
             "triangles LIGGGHTS adds up the forces of neighbours, which changes restitution"
         )
-    for kind in KINDS:
+    scene_of(deck)
+    for kind in deck.kinds:
         e = deck.contact(kind).restitution
         if e <= LEAST_RESTITUTION:
             raise UserError(
@@ -120,7 +122,7 @@ def cautions(deck, damped, missed):
         )
     low = [
         k
-        for k in KINDS
+        for k in deck.kinds
         if deck.contact(k).friction > 0 and deck.contact(k).restitution < LEAST_WITH_FRICTION
     ]
     if low:
@@ -186,13 +188,13 @@ class Job:
             raise UserError("--script writes one run of one stiffness: leave --warm-up out")
         if (folder / "in.mill").exists() and not self.arguments.force:
             raise UserError(f"{folder}: there is an in.mill already; --force overwrites it")
-        state = self.deck.start()
+        state = scene_of(self.deck).frame.from_laboratory(0.0, *self.deck.start())
         self.check_start(state)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             # every sample would be gigabytes
             frames = round(self.deck.number("output.frames", 0.0) / step)
-            text, triangles = inputs(
+            text, _ = inputs(
                 folder,
                 self.deck,
                 self.model,
@@ -207,7 +209,7 @@ class Job:
             head = [
                 f"{pathlib.Path(self.deck.path).name} as LIGGGHTS reads it, SI units, by mill dem of millsim {engine.version()}",
                 "run here: liggghts -in in.mill -screen screen.txt -log none",
-                f"types: {', '.join(f'{k} {name}' for k, name in enumerate(names, start=1))}; then drum, end walls, shaft, blades",
+                f"types: {', '.join(f'{k} {name}' for k, name in enumerate(names, start=1))}; then {', '.join(self.deck.kinds[1:])}",
                 f"a contact of two balls lasts {self.model.pair[0][0].duration:.4g} s; state.bin holds the balls at output.frames",
             ]
             head = "".join(
@@ -217,7 +219,8 @@ class Job:
             (folder / "in.mill").write_text(head + text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
-        names = ", ".join(["in.mill", "balls.data"] + ["blades.stl"] * bool(triangles))
+        meshes = [file_of(name) for name, *_ in scene_of(self.deck).meshes(0.0)]
+        names = ", ".join(["in.mill", "balls.data", *meshes])
         print(f"{folder}: {names}; run there: liggghts -in in.mill -screen screen.txt -log none")
 
     def softness(self):
@@ -274,7 +277,7 @@ class Job:
         if not mill.rubs and mill.turnover:
             facts["energy_turnover"] = mill.turnover
             facts["energy_balance_error"] = abs(mill.unbalanced) / mill.turnover
-        for k, kind in enumerate(KINDS):
+        for k, kind in enumerate(self.deck.kinds):
             share = mill.isolated_loss[k] / mill.normal_loss[k] if mill.normal_loss[k] else math.nan
             facts[f"isolated_share/{kind}"] = (
                 share, "1", "loss of the impacts, as if each were alone, over the loss in the dashpots, summed over samples",
@@ -330,7 +333,7 @@ class Job:
         self.check_output()
         for caution in self.cautions:
             print(f"mill dem: note: {caution}", file=sys.stderr)
-        state = self.deck.start()
+        state = scene_of(self.deck).frame.from_laboratory(0.0, *self.deck.start())
         self.check_start(state)
         with watched():
             try:

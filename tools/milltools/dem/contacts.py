@@ -2,8 +2,8 @@
 
 A sample is the state of all balls; it comes eight times in the duration of a contact, so a contact that is complete
 is seen. At its first sample the damped spring is solved back from overlap and closing speed to the speed of the impact
-and to its time: the normal speed that a hard-sphere code reports. Geometry is that of the deck (balls, cylinders, planes,
-boxes), exactly; LIGGGHTS' own list of contacts costs it more than the whole state does.
+and to its time: the normal speed that a hard-sphere code reports. Geometry is that of the deck (milltools.dem.walls),
+exactly; LIGGGHTS' own list of contacts costs it more than the whole state does.
 
 Only neighbours are looked at: pairs near enough to meet before the list is made anew (`_Near`), in two rings, the
 outer one from a k-d tree. Arrays are by contact where not said otherwise; SI units.
@@ -12,7 +12,9 @@ outer one from a k-d tree. Arrays are by contact where not said otherwise; SI un
 import numpy as np
 from scipy.spatial import cKDTree
 
-from milltools.kinds import KINDS
+from milltools.dem.blades import Boxes
+from milltools.dem.scene import scene_of
+from milltools.dem.walls import Found
 
 INNER_SAMPLES = 8  # the inner ring is drawn anew after so many samples
 SPEEDUP = 1.5  # the rings allow for balls faster than all are now, by this factor; faster ones draw them anew
@@ -26,66 +28,6 @@ def solve_back(overlap, closing, decay, frequency):
     return overlap * frequency * np.exp(decay * age) / np.sin(phase), age
 
 
-class Boxes:
-    """The blades as boxes that turn with the rotor; the foot is on the axis, as in millsim."""
-
-    def __init__(self, deck):
-        blades = deck.blades
-        self.speed = deck.rotor_speed
-        self.count = len(blades)
-        self.position = np.array([b.position for b in blades])
-        self.angle = np.array([b.angle for b in blades])
-        self.cos_p, self.sin_p = (np.array([f(b.pitch) for b in blades]) for f in (np.cos, np.sin))
-        half = [(b.width / 2, b.tip_radius / 2, b.thickness / 2) for b in blades]
-        self.half = np.array(half).reshape(-1, 3)
-        across = np.abs(self.sin_p) * self.half[:, 0] + np.abs(self.cos_p) * self.half[:, 2]
-        # [m] of the farthest corner from the axis
-        self.reach = np.hypot(2 * self.half[:, 1], across).max(initial=0.0)
-
-    def look(self, place, blade, time):
-        """Distance (M,) [m] of centres `place` (M, 3) from the boxes `blade` (M,), and the unit normal (M, 3) to them."""
-        turn = self.angle[blade] + self.speed * time
-        c, s = np.cos(turn), np.sin(turn)
-        cp, sp, half = self.cos_p[blade], self.sin_p[blade], self.half[blade]
-        x = place[:, 0] - self.position[blade]
-        y, z = place[:, 1], place[:, 2]
-        across = c * z - s * y
-        local = np.stack(
-            [cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1
-        )
-        out = local - np.clip(local, -half, half)
-        distance = np.sqrt(np.einsum("ij,ij->i", out, out))
-        inside = distance == 0
-        if inside.any():  # out through the nearest face; only a very soft ball gets here
-            depth = np.abs(local[inside]) - half[inside]
-            face = depth.argmax(axis=1)
-            row = np.arange(len(face))
-            out[inside] = 0.0
-            out[np.nonzero(inside)[0], face] = np.where(local[inside][row, face] < 0, 1.0, -1.0)
-            distance[inside] = depth[row, face]
-        normal = out / np.where(inside, -1.0, distance)[:, None]
-        w, radial, h = normal.T
-        across = sp * w + cp * h
-        return distance, np.stack(
-            [cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1
-        )
-
-
-class _Found:
-    """The contacts of one kind at one sample. Normals point into `ball`."""
-
-    __slots__ = ("key", "ball", "partner", "overlap", "normal")
-
-    def __init__(self, key, ball, partner, overlap, normal):
-        self.key, self.ball, self.partner, self.overlap, self.normal = (
-            key,
-            ball,
-            partner,
-            overlap,
-            normal,
-        )
-
-
 class Contacts:
     """Follows the contacts of a mill.
 
@@ -96,29 +38,31 @@ class Contacts:
     over the samples; elastic (5,) [J] what the springs hold now; deepest [m] is the largest overlap so far.
     """
 
-    def __init__(self, deck, model):
-        self.model = model
+    def __init__(self, deck, model, scene=None):
+        self.model, self.scene = model, scene or scene_of(deck)
+        self.walls = [None, *self.scene.walls]  # None: other balls
+        self.kinds = [0, *(wall.kind for wall in self.scene.walls)]
         self.interval = model.sample_interval
         self.kind_of_ball = deck.species_of_ball
         self.radius = np.array([kind.diameter / 2 for kind in deck.species])[self.kind_of_ball]
         self.count = len(self.radius)
-        self.drum, self.half_length = deck.number("drum.radius"), deck.number("drum.length") / 2
-        self.shaft, self.rotor = deck.shaft_radius, deck.rotor_speed
-        self.boxes = Boxes(deck)
+        self.rotor = deck.rotor_speed
+        self.boxes = next((wall for wall in self.walls if isinstance(wall, Boxes)), Boxes(deck))
         self.skin = 0.2 * 2 * self.radius.max()
         self.spring = {
             name: model.table(name)
             for name in ("mass", "stiffness", "damping", "decay", "frequency")
         }
-        self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in KINDS]
-        self.touching = [np.empty(0, np.int64) for _ in KINDS]
-        self.normal_loss = np.zeros(5)
-        self.elastic = np.zeros(5)
-        self.isolated_loss = np.zeros(5)
+        self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in deck.kinds]
+        self.touching = [np.empty(0, np.int64) for _ in self.walls]
+        self.normal_loss = np.zeros(len(deck.kinds))
+        self.elastic = np.zeros(len(self.walls))
+        self.isolated_loss = np.zeros(len(deck.kinds))
         self.deepest = 0.0
         self.outer_until = self.inner_until = -np.inf
         self.fastest = self.fast = 0.0  # [m/s] what the outer and the inner ring allow for
-        self.found = [None] * len(KINDS)
+        self.found = [None] * len(self.walls)
+        self.time = 0.0  # [s] of what was found
         self.before = None  # velocities and spins of the last sample
         self.last = None  # [s] its time
 
@@ -176,7 +120,7 @@ class Contacts:
         hit = np.nonzero(square < self.near_square)[0]
         i, j, away = i[hit], j[hit], away[hit]
         distance = np.sqrt(square[hit])
-        return _Found(
+        return Found(
             i * self.count + j,
             i,
             j,
@@ -184,74 +128,51 @@ class Contacts:
             away / distance[:, None],
         )
 
-    def _cylinder(self, place, rho, ball, overlap, sign):
-        normal = np.zeros((len(ball), 3))
-        normal[:, 1:] = sign * place[ball, 1:] / rho[ball, None]
-        return _Found(ball, ball, np.full(len(ball), -1), overlap, normal)
-
-    def _ends(self, place):
-        x = place[:, 0]
-        depth = np.abs(x) + self.radius - self.half_length
-        ball = np.nonzero(depth > 0)[0]
-        high = x[ball] > 0
-        normal = np.zeros((len(ball), 3))
-        normal[:, 0] = np.where(high, -1.0, 1.0)
-        return _Found(2 * ball + high, ball, high.astype(np.int64), depth[ball], normal)
-
     def _blades(self, place, time):
         ball, blade = self.near_ball, self.near_blade
         distance, normal = self.boxes.look(place[ball], blade, time)
         overlap = self.radius[ball] - distance
         hit = np.nonzero(overlap > 0)[0]
         ball, blade = ball[hit], blade[hit]
-        return _Found(ball * self.boxes.count + blade, ball, blade, overlap[hit], normal[hit])
+        return Found(ball * self.boxes.count + blade, ball, blade, overlap[hit], normal[hit])
 
     def find(self, time, place, velocity):
-        """The contacts at this moment, a _Found for each kind (None: there is no such surface)."""
+        """The contacts at this moment: the Found of balls, then of each wall of the scene."""
         self._rings(time, place, velocity)
-        rho = np.hypot(place[:, 1], place[:, 2])
-        out = rho + self.radius - self.drum
-        ball = np.nonzero(out > 0)[0]
-        drum = self._cylinder(place, rho, ball, out[ball], -1.0)
-        shaft = None
-        if self.shaft > 0:
-            deep = self.shaft + self.radius - rho
-            ball = np.nonzero(deep > 0)[0]
-            shaft = self._cylinder(place, rho, ball, deep[ball], 1.0)
-        blades = self._blades(place, time) if self.boxes.count else None
-        return [self._balls(place), drum, self._ends(place), shaft, blades]
+        self.time = time
+        found = [self._balls(place)]
+        for wall in self.scene.walls:
+            blades = wall is self.boxes
+            found.append(self._blades(place, time) if blades else wall.find(time, place, self.radius))  # fmt: skip
+        return found
 
     # --- what happens there -----------------------------------------------------------------------------
 
-    def springs(self, name, kind, found):
-        """`name` of the Spring of each contact found."""
+    def springs(self, name, which, found):
+        """`name` of the Spring of each contact found with the wall of number `which`, from 1; 0: of balls."""
         pair, wall = self.spring[name]
+        kind = self.model.kinds[self.kinds[which]]
         if len(pair) == 1:
-            return pair[0, 0] if kind == 0 else wall[KINDS[kind]][0]
+            return pair[0, 0] if which == 0 else wall[kind][0]
         of = self.kind_of_ball[found.ball]
-        return pair[of, self.kind_of_ball[found.partner]] if kind == 0 else wall[KINDS[kind]][of]
+        return pair[of, self.kind_of_ball[found.partner]] if which == 0 else wall[kind][of]
 
-    def surface_velocity(self, kind, found, place):
-        """Velocity (M, 3) of the surface at the contact; zero for drum and end walls."""
-        moving = np.zeros_like(found.normal)
-        if kind >= 3:
-            arm = place[found.ball] - self.radius[found.ball, None] * found.normal
-            moving[:, 1], moving[:, 2] = -self.rotor * arm[:, 2], self.rotor * arm[:, 1]
-        return moving
-
-    def relative(self, kind, found, place, velocity):
+    def relative(self, which, found, place, velocity):
         """Velocity (M, 3) of the ball's centre against the partner's, or against the surface."""
         own = velocity[found.ball]
-        if kind == 0:
+        if which == 0:
             return own - velocity[found.partner]
-        return own if kind in (1, 2) else own - self.surface_velocity(kind, found, place)
+        if self.walls[which].motion is None:
+            return own
+        at = place[found.ball] - self.radius[found.ball, None] * found.normal
+        return own - self.walls[which].velocity(self.time, at)
 
-    def slip(self, kind, found, place, velocity, spin):
+    def slip(self, which, found, place, velocity, spin):
         """Slip (M, 3) of the two surfaces: tangential velocity of `ball` against its partner at the contact."""
         turning = spin[found.ball] * self.radius[found.ball, None]
-        if kind == 0:
+        if which == 0:
             turning = turning + spin[found.partner] * self.radius[found.partner, None]
-        moving = self.relative(kind, found, place, velocity) - np.cross(turning, found.normal)
+        moving = self.relative(which, found, place, velocity) - np.cross(turning, found.normal)
         along = np.einsum("ij,ij->i", moving, found.normal)
         return moving - along[:, None] * found.normal
 
@@ -261,26 +182,24 @@ class Contacts:
             self.before, self.last = (velocity.copy(), spin.copy()), time
         began = []
         self.found = self.find(time, place, velocity)
-        for kind, found in enumerate(self.found):
-            if found is None:
-                continue
+        for which, found in enumerate(self.found):
             if not len(found.ball):
-                self.touching[kind] = found.key
-                self.elastic[kind] = 0.0
+                self.touching[which] = found.key
+                self.elastic[which] = 0.0
                 continue
-            relative = self.relative(kind, found, place, velocity)
+            relative = self.relative(which, found, place, velocity)
             closing = -np.einsum("ij,ij->i", relative, found.normal)
-            self.normal_loss[kind] += self.interval * np.sum(
-                self.springs("damping", kind, found) * closing * closing
+            self.normal_loss[self.kinds[which]] += self.interval * np.sum(
+                self.springs("damping", which, found) * closing * closing
             )
-            self.elastic[kind] = 0.5 * np.sum(
-                self.springs("stiffness", kind, found) * found.overlap**2
+            self.elastic[which] = 0.5 * np.sum(
+                self.springs("stiffness", which, found) * found.overlap**2
             )
             self.deepest = max(self.deepest, found.overlap.max())
-            new = np.isin(found.key, self.touching[kind], assume_unique=True, invert=True)
-            self.touching[kind] = found.key
+            new = np.isin(found.key, self.touching[which], assume_unique=True, invert=True)
+            self.touching[which] = found.key
             if new.any():
-                began.append(self._impacts(time, kind, found, new, closing, place))
+                began.append(self._impacts(time, which, found, new, closing, place))
         self.before[0][:], self.before[1][:] = velocity, spin
         self.last = time
         if not began:
@@ -289,13 +208,13 @@ class Contacts:
         order = np.argsort(joined["time"], kind="stable")
         return {name: column[order] for name, column in joined.items()}
 
-    def _impacts(self, time, kind, found, new, closing, place):
-        found = _Found(*(getattr(found, name)[new] for name in _Found.__slots__))
+    def _impacts(self, time, which, found, new, closing, place):
+        found, kind = found.where(new), self.kinds[which]
         decay, frequency, mass = (
-            self.springs(name, kind, found) for name in ("decay", "frequency", "mass")
+            self.springs(name, which, found) for name in ("decay", "frequency", "mass")
         )
         speed, age = solve_back(found.overlap, closing[new], decay, frequency)
-        slip = self.slip(kind, found, place, *self.before)
+        slip = self.slip(which, found, place, *self.before)
         lost = 0.5 * self.loss[kind] * mass * speed * speed
         self.isolated_loss[kind] += lost.sum()
         reach = (self.radius[found.ball] - found.overlap / 2)[:, None]

@@ -87,14 +87,15 @@ class Pipe:
 
 
 class Process:
-    """LIGGGHTS at work on `in.txt` in `folder`; `balls` that it must never lose.
+    """LIGGGHTS at work on `in.txt` in `folder`; `balls` that it must never lose; `triangles` of each of its meshes.
 
     state() and walls() return what the next dump of that name holds, None at the end. Use as a context manager:
     on leaving, whatever happened, no process is left.
     """
 
-    def __init__(self, folder, script, balls, triangles=0, ranks=1, dumps=("state.bin",)):
-        self.folder, self.balls, self.triangles, self.ranks = folder, balls, triangles, ranks
+    def __init__(self, folder, script, balls, triangles=(), ranks=1, dumps=("state.bin",)):
+        self.folder, self.balls, self.ranks = folder, balls, ranks
+        self.triangles = [int(count) for count in np.atleast_1d(triangles) if count]
         self.cpu = 0.0  # [s] of processor time, once it has ended
         self.killed = set()
         self.begun, self.told, self.torques = False, None, []
@@ -235,15 +236,18 @@ class Process:
         found = self._binary("walls.bin", 1 + 3 * count)
         return found and found[1]
 
-    def torque(self, row):
-        """Mean torque [N m] of the balls on the blades about +x over the `row`-th interval of the series, from 1."""
+    def told_of(self, row, columns):
+        """What LIGGGHTS tells of the meshes over the `row`-th interval of the series, from 1: as many means as `columns`."""
+        if not columns:
+            return []
         try:
             if self.told is None:
                 self.told = open(self.folder / "torque.txt")
             while len(self.torques) < row:
                 line = self.told.readline()
                 if not line.startswith("#"):
-                    self.torques.append(float(line.split()[1]))
+                    self.torques.append([float(word) for word in line.split()[1 : 1 + columns]])
+                    self.torques[-1][columns - 1]
         except (OSError, ValueError, IndexError):
             raise _garbled(f"torque.txt has no row {row}") from None
         return self.torques[row - 1]
@@ -269,11 +273,12 @@ class Process:
         return self.cpu
 
     def _assert_mesh(self, text, over):
-        read = re.findall(r"containing (\d+) triangle\(s\)", text)
-        if self.triangles and (read or over) and str(self.triangles) not in read:
-            got = read[-1] if read else "none"
+        read = [int(count) for count in re.findall(r"containing (\d+) triangle\(s\)", text)]
+        wanted = self.triangles if over else self.triangles[: len(read)]
+        if self.triangles and read != wanted:
             raise UserError(
-                f"LIGGGHTS read {got} of the {self.triangles} triangles of the blades", 1
+                f"LIGGGHTS read {sum(read) or 'none'} of the {sum(self.triangles)} triangles of the meshes",
+                1,
             )
 
     def _assert_success(self, status):

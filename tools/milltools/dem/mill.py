@@ -9,13 +9,14 @@ import numpy as np
 
 from milltools.dem import script
 from milltools.dem.contacts import Contacts
+from milltools.dem.drive import Drive
 from milltools.dem.handover import part
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE, Model
-from milltools.dem.rubbing import at_walls, walls_of
+from milltools.dem.paths import Chain
+from milltools.dem.rubbing import at_walls
+from milltools.dem.scene import scene_of
 from milltools.errors import UserError
-from milltools.kinds import KINDS
-from milltools.solids import blade_triangles
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
@@ -24,24 +25,26 @@ LEAST_PRICED = 1000  # steps
 
 
 def inputs(folder, deck, model, damped, steps, forces_every, time, state, **options):
-    """Writes what LIGGGHTS reads into `folder` and returns the script and the number of triangles; options as
+    """Writes what LIGGGHTS reads into `folder` and returns the script and the numbers of triangles; options as
     script.mill has them."""
     place, velocity, spin = state
-    triangles = blade_triangles(deck, deck.rotor_speed * time)
+    meshes = scene_of(deck).meshes(time)
+    size = script.box(deck)
     balls = script.data_file(
-        deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck)
+        deck.species, deck.species_of_ball, place, velocity, spin, size, script.types(deck)
     )
     (folder / "balls.data").write_text(balls)
-    if len(triangles):
-        (folder / "blades.stl").write_text(script.stl(triangles))
-    text = script.mill(deck, model, damped, steps, forces_every, triangles, **options)
-    return text, len(triangles)
+    for name, _, triangles, _ in meshes:
+        (folder / script.file_of(name)).write_text(script.stl(triangles))
+    text = script.mill(deck, model, damped, steps, forces_every, meshes, time, **options)
+    return text, [len(triangles) for _, _, triangles, _ in meshes]
 
 
 class Mill:
     """The mill of a deck; `results` takes what it does (see milltools.results), `watch(time)` is told the progress.
 
-    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa].
+    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the frame of the
+    deck's scene, as all is here but what the results take.
     """
 
     def __init__(self, deck, state, damped, results, ranks=1, watch=None):
@@ -54,12 +57,13 @@ class Mill:
         self.mass = np.array(masses)[deck.species_of_ball]
         self.inertia = 0.1 * self.mass * diameters**2
         self.gravity = np.array(deck.numbers("gravity.acceleration"))
-        self.walls = walls_of(deck)
+        self.scene, self.walls = scene_of(deck), script.walls_of(deck)
+        self.drive = Drive(self.scene, self.mass, self.inertia)
+        self.chains = [Chain(deck, name) for name in deck.motions]
+        self.columns = bool(deck.blades) + len(self.scene.driven)
         self.contacts, self.model, self.waiting, self.version = None, None, [], "unknown"
-        self.rubs = any(deck.contact(kind).friction > 0 for kind in KINDS)
-        self.normal_loss, self.rubbed = np.zeros(5), np.zeros(5)
-        self.isolated_loss = np.zeros(5)
-        self.work = self.torque = self.shaft_impulse = 0.0
+        self.rubs = any(deck.contact(kind).friction > 0 for kind in deck.kinds)
+        self.normal_loss, self.rubbed, self.isolated_loss = np.zeros((3, len(deck.kinds)))
         self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
         self.turnover = 0.0
         self.rows = self.frame_count = self.snapshot_count = 0
@@ -98,6 +102,7 @@ class Mill:
             self.state[0], shift = part(contacts, self.time, self.state[0], self.state[1])
             self.shifts.append(shift)
             contacts = Contacts(self.deck, model)
+            self.drive.restart()
             self.removed += before - sum(self._energies(contacts).values())
         self.contacts = contacts
         samples = max(1, round((until - self.time) / model.sample_interval))
@@ -142,10 +147,11 @@ class Mill:
             self.time = begin + sample * model.sample_interval
             self.state = [np.ascontiguousarray(flat[:, k : k + 3]) for k in (0, 3, 6)]
             impacts = contacts.sample(self.time, *self.state)
+            self.drive.sample(self.time, *self.state)
             if forces_every and sample % forces_every == 0:
                 self._rub(process, contacts, forces_every * model.sample_interval)
             if impacts:
-                self.waiting.append(impacts)
+                self.waiting.append(self._outside(impacts))
             self._store(process, model, contacts, sample)
             self.watch(self.time)
         process.finish()
@@ -156,18 +162,28 @@ class Mill:
     def flush(self):
         """Hands over the impacts that wait: many at a time are cheaper than few."""
         waiting, self.waiting = self.waiting, []
-        if waiting:
-            self.results.impacts(
-                **{name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]}
-            )
+        if not waiting:
+            return
+        joined = {name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]}
+        self.results.impacts(**joined)
+
+    def _outside(self, impacts):
+        """Impacts as the laboratory has them, with their places in the container's own frame."""
+        frame, time, point = self.scene.frame, self.time, impacts["point"]
+        if not frame.is_laboratory or self.scene.spin:
+            impacts["inside"] = self.scene.own(time, point, point)[0]
+            impacts["point"] = point @ frame.rows + frame.track(time)
+            impacts["normal"] = impacts["normal"] @ frame.rows
+        return impacts
 
     def _rub(self, process, contacts, interval):
         forces = process.walls(len(self.walls))
         if forces is None:
             return
-        power, torque = at_walls(contacts, self.walls, self.state, forces)
+        forces = forces.reshape(len(forces), -1, 3)
+        power, torque = at_walls(contacts, self.state, forces)
         self.rubbed += power * interval
-        self.shaft_impulse += torque * interval
+        self.drive.shaft_impulse += torque * interval
 
     def _store(self, process, model, contacts, sample):
         near = HALF_AN_INTERVAL * model.sample_interval
@@ -176,16 +192,17 @@ class Mill:
             self.snapshot_count < len(snapshots)
             and self.time > snapshots[self.snapshot_count] - near
         ):
-            self.results.snapshot(self.state[0], self.state[1])
+            self.results.snapshot(*self.scene.own(self.time, self.state[0], self.state[1]))
             self.snapshot_count += 1
         if self.frames > 0 and self.time > self.frame_count * self.frames - near:
-            self.results.frame(self.time, *self.state)
+            state = self.scene.frame.to_laboratory(self.time, *self.state)
+            self.results.frame(self.time, *state, {c.name: c.pose(self.time) for c in self.chains})
             self.frame_count += 1
         if sample % model.samples_per_row == 0 and self.time > self.rows * self.series - near:
             self._row(process, contacts, sample // model.samples_per_row)
 
     def _energies(self, contacts):
-        place, velocity, spin = self.state
+        place, velocity, spin = self.scene.frame.to_laboratory(self.time, *self.state)
         return {
             "kinetic_energy": 0.5 * self.mass @ np.einsum("ij,ij->i", velocity, velocity),
             "rotational_energy": 0.5 * self.inertia @ np.einsum("ij,ij->i", spin, spin),
@@ -195,31 +212,23 @@ class Mill:
 
     def _row(self, process, contacts, row):
         if row > 0:
-            blades = -process.torque(row) if self.deck.blades else 0.0
-            self.torque = blades + self.shaft_impulse / self.series
-            self.work += self.torque * self.deck.rotor_speed * self.series
-            self.shaft_impulse = 0.0
+            self.drive.row(process.told_of(row, self.columns), self.series)
         normal = self.normal_loss + contacts.normal_loss
         energies = self._energies(contacts)
         total = sum(energies.values())
         if self.begin_energy is None:
             self.begin_energy = total
-        missing = (
-            self.work
-            - (total - self.begin_energy)
-            - self.removed
-            - normal.sum()
-            - self.rubbed[1:].sum()
-        )
-        self.turnover = max(
-            self.turnover, abs(self.work), normal.sum(), abs(total - self.begin_energy)
-        )
+        work, change = self.drive.total, total - self.begin_energy
+        missing = work - change - self.removed - normal.sum() - self.rubbed[1:].sum()
+        self.turnover = max(self.turnover, abs(work), normal.sum(), abs(change))
         if self.rubs:
             self.rubbed[0] = missing
         else:
             self.unbalanced = missing
-        values = {**energies, "rotor_work": self.work, "rotor_torque": self.torque}
-        for k, kind in enumerate(KINDS):
+        values = {**energies, "rotor_work": self.drive.work["rotor"], "rotor_torque": self.drive.torque}  # fmt: skip
+        for name in self.deck.motions:
+            values[f"motion_work/{name}"] = self.drive.work[name]
+        for k, kind in enumerate(self.deck.kinds):
             values[f"dissipation_normal/{kind}"] = normal[k]
             values[f"dissipation/{kind}"] = normal[k] + self.rubbed[k]
         self.flush()

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from milltools.kinds import KINDS
+from milltools.dem.scene import scene_of
 
 POISSON = 0.3  # of all bodies; only E / (2 (1 - nu^2)) acts
 STEEL = 2.1e11  # [Pa]
@@ -44,10 +44,9 @@ class Spring:
 
 
 def characteristic_speed(deck):
-    """[m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the blades' tips; it
-    enters the stiffness with the power 0.4."""
-    tip = max((blade.tip_radius for blade in deck.blades), default=deck.shaft_radius)
-    return abs(deck.rotor_speed) * tip or 1.0
+    """[m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the fastest surface, of the blades'
+    tips; it enters the stiffness with the power 0.4."""
+    return scene_of(deck).speed
 
 
 def spring(modulus, speed, restitution, mass, radius):
@@ -91,7 +90,8 @@ class Model:
         self.speed = characteristic_speed(deck)
         masses = [kind.density * math.pi / 6 * kind.diameter**3 for kind in self.species]
         radii = [kind.diameter / 2 for kind in self.species]
-        e = {kind: deck.contact(kind).restitution for kind in KINDS}
+        self.kinds = deck.kinds
+        e = {kind: deck.contact(kind).restitution for kind in self.kinds}
         count = range(len(masses))
         self.pair = [
             [
@@ -108,7 +108,7 @@ class Model:
         ]
         self.wall = {
             kind: [spring(modulus, self.speed, e[kind], masses[a], radii[a]) for a in count]
-            for kind in KINDS[1:]
+            for kind in self.kinds[1:]
         }
         self.springs = [s for row in self.pair for s in row] + [
             s for row in self.wall.values() for s in row
@@ -132,7 +132,7 @@ class Model:
 def tangential_damping(deck):
     """Whether LIGGGHTS' tangential damping comes nearer to the deck, and {kind: (wanted, got)} of the
     tangential restitutions that it cannot give. Without friction nothing sticks, and nothing is said."""
-    rubbing = [kind for kind in KINDS if deck.contact(kind).friction > 0]
+    rubbing = [kind for kind in deck.kinds if deck.contact(kind).friction > 0]
 
     def misses(damped):
         missed = {}

@@ -11,39 +11,42 @@ what the balance of energy leaves over (milltools.dem.mill).
 
 import numpy as np
 
-WALLS = {1: ("drum",), 2: ("wall0", "wall1"), 3: ("shaft",), 4: ("blades",)}
+from milltools.dem.scene import SHAFT
 
 
-def walls_of(deck):
-    """Names of the walls of a deck in the order in which LIGGGHTS tells their forces."""
-    return (
-        ["drum", "wall0", "wall1"]
-        + ["shaft"] * (deck.shaft_radius > 0)
-        + ["blades"] * bool(deck.blades)
-    )
+def columns_of(contacts, which, found):
+    """Of each contact with the wall of number `which`: which of script.walls_of tells its force."""
+    walls = contacts.walls[1:]
+    wall = walls[which - 1]
+    first = sum(len(other.primitives) for other in walls[: which - 1])
+    if not wall.primitives:  # one column for all meshes
+        first = sum(len(other.primitives) for other in walls)
+    if wall.primitives and wall.primitives[0][2] is not None:
+        return first + contacts.kind_of_ball[found.ball]
+    return first + (found.part if len(wall.primitives) > 1 else 0 * found.part)
 
 
-def at_walls(contacts, walls, state, forces):
-    """Power (5,) [W] of the tangential forces by kind (0 for ball_ball), and the torque [N m] of the shaft on the balls
+def at_walls(contacts, state, forces):
+    """Power [W] of the tangential forces by kind (0 for ball_ball), and the torque [N m] of the shaft on the balls
     about +x.
 
-    contacts: a Contacts that has just sampled this state: place, velocity, spin (N, 3); forces (N, 3 W) [N] of the
-    `walls` on the balls.
+    contacts: a Contacts that has just sampled this state: place, velocity, spin (N, 3); forces (N, W, 3) [N] of the
+    W walls (script.walls_of) on the balls.
     """
     place, velocity, spin = state
-    power, torque = np.zeros(5), 0.0
-    for kind, names in WALLS.items():
-        contact = contacts.found[kind]
-        if contact is None or not len(contact.ball):
-            continue
-        total = sum(forces[:, 3 * k : 3 * k + 3] for k, name in enumerate(walls) if name in names)
-        here = total[contact.ball]
-        if kind == 4:  # a ball between two blades: half of the force to each
-            here = here / np.bincount(contact.ball, minlength=contacts.count)[contact.ball, None]
+    power, torque = np.zeros(len(contacts.normal_loss)), 0.0
+    touched = [(k, f) for k, f in enumerate(contacts.found) if k and len(f.ball)]
+    columns = [columns_of(contacts, which, found) for which, found in touched]
+    shared = np.zeros(forces.shape[:2], int)  # a ball between two blades: half of the force to each
+    for (_, found), column in zip(touched, columns, strict=True):
+        np.add.at(shared, (found.ball, column), 1)
+    for (which, contact), column in zip(touched, columns, strict=True):
+        here = forces[contact.ball, column] / shared[contact.ball, column][:, None]
         tangential = here - np.einsum("ij,ij->i", here, contact.normal)[:, None] * contact.normal
-        slip = contacts.slip(kind, contact, place, velocity, spin)
-        power[kind] = -np.einsum("ij,ij->", tangential, slip)
-        if kind == 3:
+        slip = contacts.slip(which, contact, place, velocity, spin)
+        kind = contacts.kinds[which]
+        power[kind] -= np.einsum("ij,ij->", tangential, slip)
+        if kind == SHAFT:
             arm = place[contact.ball] - contacts.radius[contact.ball, None] * contact.normal
             torque = float(np.sum(arm[:, 1] * here[:, 2] - arm[:, 2] * here[:, 1]))
     return power, torque

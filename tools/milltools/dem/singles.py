@@ -16,7 +16,7 @@ import numpy as np
 from milltools.dem import script
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE
-from milltools.kinds import KINDS
+from milltools.dem.scene import scene_of
 
 ANGLES = np.concatenate(
     [np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)]
@@ -74,7 +74,7 @@ def _lines(deck, model, damped, kind, steps):
     lines = script.head(deck, model)
     lines += [f"pair_style gran {models} {settings}", "pair_coeff * *", "fix move all nve/sphere"]
     if kind != "ball_ball":
-        type_ = len(deck.species) + KINDS.index(kind)
+        type_ = len(deck.species) + deck.kinds.index(kind)
         lines.append(f"fix floor all wall/gran {models} primitive type {type_} zplane 0 {settings}")
     lines += [
         f"dump state all custom {steps} state.bin id x y z vx vy vz omegax omegay omegaz",
@@ -100,7 +100,9 @@ def throw(deck, model, damped, kind):
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
     flat = np.empty((len(place), 9))
     try:
-        data = script.data_file(deck.species, species, place, velocity, spin, box)
+        data = script.data_file(
+            deck.species, species, place, velocity, spin, box, script.types(deck)
+        )
         (folder / "balls.data").write_text(data)
         with Process(folder, _lines(deck, model, damped, kind, steps), len(place)) as process:
             while process.state(flat) is not None:
@@ -146,8 +148,8 @@ def _measure(deck, kind, before, flat, count):
 
 def measure(deck, model, damped):
     """{kind: Measured} of every kind of contact that the deck's mill can have; equal laws on walls are thrown once."""
-    kinds = ["ball_ball", "ball_drum", "ball_wall"]
-    kinds += ["ball_shaft"] * (deck.shaft_radius > 0) + ["ball_blade"] * bool(deck.blades)
+    walls = {deck.kinds[wall.kind] for wall in scene_of(deck).walls}
+    kinds = [kind for kind in deck.kinds if kind == "ball_ball" or kind in walls]
     found, known = {}, {}
     for kind in kinds:
         law = deck.contact(kind), kind == "ball_ball"

@@ -3,7 +3,6 @@
 import math
 import textwrap
 
-from milltools.kinds import KINDS
 from milltools.runfile import Run
 
 
@@ -31,7 +30,7 @@ def summarize(path, deck, measured):
             "                                           of all   > 50 mm/s      of all        power\n"
             "kind           contacts     rate [/s]       [m/s]       [m/s]       [m/s]          [W]"
         )
-        for kind in (*KINDS, "all"):
+        for kind in (*run.kinds, "all"):
             row = f"statistics/impacts/{kind}"
             median, above, mean = (
                 read(f"{row}/normal_speed/{name}")
@@ -42,14 +41,15 @@ def summarize(path, deck, measured):
                 f"{_number(above):>12}{_number(mean):>12}{_number(read(f'{row}/dissipated_power')):>13}"
             )
         lines.append("")
-        error = read("statistics/rotor/power_error")
-        blocks = int(read("statistics/rotor/blocks"))
+        drive = run.driven or "rotor"
+        blocks = int(read("statistics/rotor/blocks")) if drive == "rotor" else None
+        error = read(f"statistics/{drive}/power_error")
         error = (
-            f"+- {_number(error)} W ({blocks} blocks)"
+            f"+- {_number(error)} W" + (f" ({blocks} blocks)" if blocks else "")
             if math.isfinite(error)
             else "(no error: too short)"
         )
-        lines.append(f"rotor power        {_number(read('statistics/rotor/power'))} W {error}")
+        lines.append(f"{drive} power        {_number(read(f'statistics/{drive}/power'))} W {error}")
         energy = [run.series(name)[1] for name in ("kinetic_energy", "rotational_energy")]
         if len(energy[0]):  # not stopped before it began
             moving, turning = (_number(value[-1]) for value in energy)

@@ -1,0 +1,314 @@
+"""How the motions of a deck carry what is on them, and how LIGGGHTS is told so.
+
+A motion takes a point p of its frame to R(t) p + d(t) in its carrier's. Of all but tables R and d are sums of harmonics, a few
+or (swings: Bessel functions) some ten, and so are those of a chain of motions: a sun wheel's jar, an arm in a shaken frame. So a
+point's place, velocity and acceleration are known in closed form. SI units, angles in rad.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.special import jv
+
+from milltools.errors import UserError
+
+NOTHING = 1e-14  # harmonics smaller than this are left out, beside the largest
+PARALLEL = 1e-9
+ROUNDING = 1e-14  # [m]
+TIMES = np.random.default_rng(1).uniform(
+    0, 1, 24
+)  # moments at which a motion is looked at, in its slowest periods
+
+
+def skew(a):
+    """The matrix of p -> a x p."""
+    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def cross(a, b):
+    """a x b of two vectors: numpy's own takes ten times as long."""
+    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
+def turned(axis, angle):
+    """The matrix (3, 3) that turns by `angle` about `axis`, of length 1."""
+    across = skew(axis)
+    return np.eye(3) + math.sin(angle) * across + (1 - math.cos(angle)) * across @ across
+
+
+class Harmonics:
+    """Sum of value[k] exp(i rate[k] t): value (K, ...) complex, rate (K,) [rad/s]; the sum is real."""
+
+    def __init__(self, rate, value, least=0.0):
+        """least: harmonics as small as this are nothing but rounding."""
+        rate, value = np.asarray(rate, float), np.asarray(value, complex)
+        order = np.argsort(rate)
+        rate, value = rate[order], value[order]
+        near = 1e-12 * np.abs(rate).max(initial=0)
+        first = np.concatenate([[True], np.diff(rate) > near])
+        value = np.add.reduceat(value, np.flatnonzero(first), axis=0)
+        size = np.abs(value).reshape(len(value), -1).max(axis=1)
+        rate = np.where(np.abs(rate[first]) > near, rate[first], 0.0)
+        keep = (size > max(NOTHING * size.max(), least)) | (rate == 0)
+        self.rate, self.value = rate[keep], value[keep]
+
+    def __call__(self, t, order=0):
+        """The derivative of this order at the time t."""
+        wave = (1j * self.rate) ** order * np.exp(1j * self.rate * t)
+        return np.tensordot(wave, self.value, 1).real
+
+    def after(self, inner):
+        """This matrix times another."""
+        rate = (self.rate[:, None] + inner.rate).ravel()
+        value = np.einsum("aij,bj...->abi...", self.value, inner.value)
+        return Harmonics(rate, value.reshape(-1, *value.shape[2:]))
+
+
+def _affine(turn, shift):
+    """(4, 4) of a part of R and of d."""
+    whole = np.zeros((4, 4), complex)
+    whole[:3, :3], whole[:3, 3] = turn, shift
+    return whole
+
+
+@dataclasses.dataclass(frozen=True)
+class Rotation:
+    """About an axis through `centre`, by angle + speed t + sum of a sin(w t + phase) of the `swings` (a, w, phase)."""
+
+    name: str
+    centre: np.ndarray
+    axis: np.ndarray
+    speed: float = 0.0
+    angle: float = 0.0
+    swings: tuple = ()
+
+    def at(self, t):
+        """The angle [rad]."""
+        swung = sum(a * math.sin(w * t + phase) for a, w, phase in self.swings)
+        return self.angle + self.speed * t + swung
+
+    def rate(self, t):
+        """[rad/s]"""
+        return self.speed + sum(a * w * math.cos(w * t + phase) for a, w, phase in self.swings)
+
+    def fastest(self):
+        """[rad/s] at most."""
+        return abs(self.speed) + sum(abs(a * w) for a, w, _ in self.swings)
+
+    def pose(self, t):
+        """(R, d) at a time."""
+        turn = turned(self.axis, self.at(t))
+        return turn, self.centre - turn @ self.centre
+
+    def field(self, t):
+        """(w, u): a point at p moves with w x p + u in the carrier's frame."""
+        spin = self.rate(t) * self.axis
+        return spin, -cross(spin, self.centre)
+
+    def harmonics(self):
+        """Of the matrix (4, 4)."""
+        along = np.outer(self.axis, self.axis)
+        half = (
+            np.eye(3) - along - 1j * skew(self.axis)
+        ) / 2  # of exp(i angle); the rest is its conjugate
+        wave = {self.speed: np.exp(1j * self.angle)}
+        for a, w, phase in self.swings:
+            most = math.ceil(abs(a)) + 16
+            wave = self._swung(wave, a, w, phase, most)
+        rates = [0.0, *wave, *(-rate for rate in wave)]
+        parts = [along, *(half * v for v in wave.values())]
+        parts += [np.conj(half * v) for v in wave.values()]
+        whole = [_affine(part, -part @ self.centre) for part in parts]
+        whole[0] += _affine(np.zeros((3, 3)), self.centre)
+        whole[0][3, 3] = 1
+        return Harmonics(rates, whole)
+
+    @staticmethod
+    def _swung(wave, a, w, phase, most):
+        found = {}
+        for rate, value in wave.items():
+            for n in range(-most, most + 1):
+                key = rate + n * w
+                found[key] = found.get(key, 0) + value * jv(n, a) * np.exp(1j * n * phase)
+        return found
+
+    def seen(self, frame, origin):
+        """The same in coordinates frame @ (p - origin)."""
+        return dataclasses.replace(
+            self, centre=frame @ (self.centre - origin), axis=frame @ self.axis
+        )
+
+    def lines(self, mesh, begin, step):
+        """LIGGGHTS' commands for a mesh; `begin` [s]: the time at step 0."""
+        place = " ".join(f"{v:.17g}" for v in self.centre)
+        axis = self.axis if self.swings or self.speed > 0 else -self.axis
+        where = f"origin {place} axis " + " ".join(f"{v:.17g}" for v in axis)
+        if not self.swings:
+            period = 2 * math.pi / abs(self.speed)
+            return [
+                f"fix move_{mesh} all move/mesh mesh {mesh} rotate {where} period {period:.17g}"
+            ]
+        return [
+            f"variable rate_{mesh} equal {self.formula(begin, step)}",
+            f"fix move_{mesh} all move/mesh mesh {mesh} rotate/variable {where} omega v_rate_{mesh}",
+        ]
+
+    def formula(self, begin, step):
+        """The rate in the middle of the step that ends, as a text."""
+        waves = [(a * w, w, phase) for a, w, phase in self.swings]
+        return formula(self.speed, waves, begin - step / 2, step)
+
+    def power(self, mesh):
+        """The power [W] that the mesh gives to the balls, as a formula: f_mesh[4..6] is the torque on it."""
+        torque = "+".join(f"({v:.17g})*f_{mesh}[{k}]" for k, v in enumerate(self.axis, start=4))
+        rate = f"v_rate_{mesh}" if self.swings else f"({self.speed:.17g})"
+        return f"-({torque})*{rate}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Shift:
+    """By the vectors `amount` (3,) times sin(w t + phase), phase (3,)."""
+
+    name: str
+    amount: np.ndarray
+    w: float
+    phase: np.ndarray
+    centre = np.zeros(3)
+
+    def fastest(self):
+        """[m/s] at most."""
+        return abs(self.w) * float(np.linalg.norm(self.amount))
+
+    def pose(self, t):
+        """(R, d) at a time."""
+        return np.eye(3), self.amount @ np.sin(self.w * t + self.phase)
+
+    def field(self, t):
+        """As of Rotation."""
+        return np.zeros(3), self.amount @ (self.w * np.cos(self.w * t + self.phase))
+
+    def harmonics(self):
+        """Of the matrix (4, 4)."""
+        part = _affine(np.zeros((3, 3)), self.amount @ np.exp(1j * self.phase) / 2j)
+        return Harmonics([0, self.w, -self.w], [np.eye(4), part, np.conj(part)])
+
+    def seen(self, frame, origin):
+        """As of Rotation."""
+        return dataclasses.replace(self, amount=frame @ self.amount)
+
+    def lines(self, mesh, begin, step):
+        """As of Rotation."""
+        said = []
+        for name, row in zip("xyz", self.amount, strict=True):
+            waves = [(a * self.w, self.w, phase) for a, phase in zip(row, self.phase, strict=True)]
+            rate = formula(0.0, waves, begin - step / 2, step)
+            said.append(f"variable {name}_{mesh} equal {rate}")
+        along = " ".join(f"v_{name}_{mesh}" for name in "xyz")
+        return [*said, f"fix move_{mesh} all move/mesh mesh {mesh} linear/variable {along}"]
+
+    def power(self, mesh):
+        """As of Rotation; f_mesh[1..3] is the force on it."""
+        return "-" + "-".join(f"f_{mesh}[{k}]*v_{name}_{mesh}" for k, name in enumerate("xyz", 1))
+
+
+def formula(constant, waves, begin, step):
+    """constant + sum of a cos(w t + phase) of the waves (a, w, phase), as LIGGGHTS reads it; t is begin [s] at step 0."""
+    words = [f"{constant:.17g}"]
+    words += [
+        f"({a:.17g})*cos({w:.17g}*step*{step:.17g}+({phase + w * begin:.17g}))"
+        for a, w, phase in waves
+        if a
+    ]
+    return "+".join(words)
+
+
+def motion(deck, name):
+    """The motion of a section [motion.NAME], or "rotor"."""
+    if name == "rotor":
+        return Rotation(name, np.zeros(3), np.eye(3)[0], deck.rotor_speed, deck.number("rotor.angle", 0.0))  # fmt: skip
+    section, kind = f"motion.{name}", deck.value(f"motion.{name}.kind")
+    if kind not in ("turn", "swing", "shift"):
+        raise UserError(
+            f"{deck.path}: [{section}] kind: mill dem knows no {kind}: its acceleration between the rows is not LIGGGHTS'"
+        )
+    w = 2 * math.pi * deck.number(f"{section}.frequency", 0.0)
+    phase = deck.numbers(f"{section}.phase") or [0.0]
+    amplitude = deck.numbers(f"{section}.amplitude")
+    if kind == "shift":
+        return Shift(name, np.diag(amplitude), w, np.resize(phase, 3))
+    centre = np.array(deck.numbers(f"{section}.centre") or [0.0] * 3)
+    axis = np.array(deck.numbers(f"{section}.axis") or [0.0, 0.0, 1.0])
+    axis = axis / np.linalg.norm(axis)
+    if kind == "swing":
+        return Rotation(name, centre, axis, swings=((amplitude[0], w, phase[0]),))
+    speed, angle = deck.number(f"{section}.speed"), deck.number(f"{section}.angle", 0.0)
+    return Rotation(name, centre, axis, speed, angle)
+
+
+class Chain:
+    """Motions one on the other, the innermost first; `name` of the innermost, "": nothing moves."""
+
+    def __init__(self, deck, name):
+        self.name, self.motions = name, []
+        while name:
+            self.motions.append(motion(deck, name))
+            name = deck.value(f"motion.{name}.on", "")
+        whole = Harmonics([0.0], [np.eye(4)])
+        for one in self.motions:
+            whole = one.harmonics().after(whole)
+        self.whole = whole
+        rates = np.abs(whole.rate[np.abs(whole.rate) > 0])
+        slowest = 2 * math.pi / rates.min() if len(rates) else 1.0
+        self.times = TIMES * slowest
+
+    def pose(self, t):
+        """(R, d) in the laboratory."""
+        turn, place = np.eye(3), np.zeros(3)
+        for one in self.motions:
+            by, to = one.pose(t)
+            turn, place = by @ turn, by @ place + to
+        return turn, place
+
+    def fields(self, t):
+        """(w, u) of each motion by itself: a point at p in the laboratory moves with w x p + u. (M, 3) each."""
+        found, turn, place = [], np.eye(3), np.zeros(3)
+        for one in reversed(self.motions):
+            spin, drift = one.field(t)
+            spin = turn @ spin
+            found.append((spin, turn @ drift - cross(spin, place)))
+            by, to = one.pose(t)
+            turn, place = turn @ by, turn @ to + place
+        spins, drifts = zip(*reversed(found), strict=True)
+        return np.array(spins), np.array(drifts)
+
+    def point(self, place):
+        """The Harmonics (3,) of a point at `place` in the innermost frame."""
+        return Harmonics(self.whole.rate, (self.whole.value @ [*place, 1.0])[:, :3], ROUNDING)
+
+    def spin(self):
+        """How what it carries turns, as the Rotation about the origin in the laboratory's directions; None: not at all. The
+        directions at t = 0 are those of pose(0). UserError: not about one fixed axis."""
+        axes, swings, speed = None, [], 0.0
+        for k, one in enumerate(self.motions):
+            if isinstance(one, Shift) or one.fastest() == 0:
+                continue
+            now = np.array([self.direction(k, t) for t in self.times])
+            axes = now[0] if axes is None else axes
+            side = np.sign(now[0] @ axes)
+            if np.abs(now - side * axes).max() > PARALLEL:
+                raise UserError(f"motion {one.name}: its axis changes direction")
+            speed += side * one.speed
+            swings += [(side * a, w, phase) for a, w, phase in one.swings]
+        if axes is None:
+            return None
+        start = -sum(a * math.sin(phase) for a, _, phase in swings)
+        return Rotation(self.name, np.zeros(3), axes, speed, start, tuple(swings))
+
+    def direction(self, k, t):
+        """The axis of the k-th motion in the laboratory."""
+        turn = np.eye(3)
+        for one in reversed(self.motions[k + 1 :]):
+            turn = turn @ one.pose(t)[0]
+        return turn @ self.motions[k].axis
