@@ -43,6 +43,16 @@ static inline vec3 mill_body_out(const struct mill_body *b, vec3 place)
     return vec3_add(b->centre, mill_body_turn_out(b, place));
 }
 
+/* A round body is a core, a frustum, a line or a point on its axis, and how far it reaches beyond
+ * that. A frustum shrunk by its rounding may end in a tip. */
+struct mill_round_core {
+    double from, to;  /* [m] along the axis; from > to: nothing is left */
+    double low, high; /* [m] its radii there */
+    double grown;     /* [m] */
+};
+struct mill_round_core mill_round_core(const struct mill_shape_type *type,
+                                       const struct mill_body *body);
+
 /* Centre and axes: finite, unit, orthogonal, right-handed? */
 bool mill_body_is_placed(const struct mill_body *body);
 

@@ -9,6 +9,7 @@
 struct round {
     struct mill_bodied body;
     double grown;      /* [m] of the core */
+    double shift;      /* [m] of the core's middle along the axis */
     double half;       /* [m] of the core's length */
     double low, high;  /* [m] its radii at -half, +half */
     double side;       /* [m] length of the line between them */
@@ -54,7 +55,7 @@ MILL_CONVEX_INLINE struct mill_view view(const struct mill_convex *convex, vec3 
     const vec3 across = vec3_axpy(q, -z, is->z);
     const double rho = vec3_norm(across);
     double out, along;
-    const double d = look(c, rho, z, &out, &along) - c->grown;
+    const double d = look(c, rho, z - c->shift, &out, &along) - c->grown;
     /* on the axis all directions are alike */
     const vec3 radial = rho > 0.0 ? vec3_scale(across, out / rho) : vec3_scale(is->x, out);
     return (struct mill_view){d, vec3_axpy(radial, along, is->z)};
@@ -76,24 +77,44 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     return mill_convex_contact((const struct mill_convex *)shape, view, centre, radius, pose);
 }
 
+struct mill_round_core mill_round_core(const struct mill_shape_type *type,
+                                       const struct mill_body *is)
+{
+    const bool point = type == &mill_round_sphere_type, line = type == &mill_round_capsule_type;
+    const double half = point ? 0.0 : 0.5 * is->length;
+    struct mill_round_core c = {.from = -half, .to = half, .grown = is->radius};
+    if (point || line)
+        return c;
+    const double end = type == &mill_round_cone_type ? is->end_radius : is->radius;
+    const double slope = (end - is->radius) / is->length;
+    const double middle = 0.5 * (is->radius + end) - is->rounding * sqrt(1.0 + slope * slope);
+    c = (struct mill_round_core){
+        .from = is->rounding - half, .to = half - is->rounding, .grown = is->rounding};
+    if (middle + slope * c.to < 0.0 && slope < 0.0)
+        c.to = -middle / slope;
+    if (middle + slope * c.from < 0.0 && slope > 0.0)
+        c.from = -middle / slope;
+    if (slope == 0.0 && middle < -1e-15)
+        c.to = -INFINITY;
+    c.low = fmax(middle + slope * c.from, 0.0);
+    c.high = fmax(middle + slope * c.to, 0.0);
+    return c;
+}
+
 static bool create(struct mill_shape *shape, const void *form, const struct mill_chamber *chamber)
 {
     struct round *c = (struct round *)shape;
     const struct mill_body *is = form;
     const struct mill_shape_type *type = shape->type;
     const vec3 axis = {0.0, 0.0, 1.0}, none = {0.0, 0.0, 0.0};
-    const bool point = type == &mill_round_sphere_type, line = type == &mill_round_capsule_type;
+    const bool point = type == &mill_round_sphere_type;
+    const struct mill_round_core core = mill_round_core(type, is);
     c->body.is = *is;
-    c->grown = point || line ? is->radius : is->rounding;
-    c->half = point ? 0.0 : 0.5 * is->length - (line ? 0.0 : c->grown);
-    if (!point && !line) {
-        const double end = type == &mill_round_cone_type ? is->end_radius : is->radius;
-        const double slope = (end - is->radius) / is->length;
-        const double less = c->grown * sqrt(1.0 + slope * slope);
-        const double middle = 0.5 * (is->radius + end) - less;
-        c->low = fmax(middle - slope * c->half, 0.0);
-        c->high = fmax(middle + slope * c->half, 0.0);
-    }
+    c->grown = core.grown;
+    c->shift = 0.5 * (core.from + core.to);
+    c->half = 0.5 * (core.to - core.from);
+    c->low = core.low;
+    c->high = core.high;
     const double out = c->high - c->low, along = 2.0 * c->half;
     c->side = sqrt(out * out + along * along);
     c->out = c->side > 0.0 ? out / c->side : 0.0;
@@ -130,14 +151,12 @@ static bool is_capsule(const void *form)
 static bool is_cone(const void *form)
 {
     const struct mill_body *is = form;
-    const double slope = (is->end_radius - is->radius) / is->length;
-    const double less = is->rounding * sqrt(1.0 + slope * slope);
-    const double half = 0.5 * is->length - is->rounding;
-    const double middle = 0.5 * (is->radius + is->end_radius) - less;
-    return is_turned(is) && is->length > 0.0 && isfinite(is->length) && is->end_radius >= 0.0 &&
-           isfinite(is->end_radius) && is->radius + is->end_radius > 0.0 && is->rounding >= 0.0 &&
-           half >= 0.0 && middle - fabs(slope) * half >= -1e-15 &&
-           !(is->inside && is->rounding > 0.0);
+    if (!is_turned(is) || !(is->length > 0.0 && is->end_radius >= 0.0 && is->rounding >= 0.0) ||
+        !isfinite(is->length + is->end_radius + is->rounding) ||
+        !(is->radius + is->end_radius > 0.0) || (is->inside && is->rounding > 0.0))
+        return false;
+    const struct mill_round_core core = mill_round_core(&mill_round_cone_type, is);
+    return core.from <= core.to;
 }
 
 static bool is_cylinder(const void *form)
@@ -241,47 +260,21 @@ static int add_arc(double (*line)[2], int n, double rho, double z, double radius
     return n;
 }
 
-static void outline_turned(const struct mill_body *is, double low, double high, double half,
-                           double grown, double tolerance, struct mill_mesh *mesh)
+static void outline(const struct mill_shape_type *type, const struct mill_body *is,
+                    double tolerance, struct mill_mesh *mesh)
 {
+    const struct mill_round_core c = mill_round_core(type, is);
     double line[24][2];
     int n = 1;
-    const double side = mill_elementary_atan2(2.0 * half, high - low); /* its direction */
-    const double lean = low == high ? 0.5 * MILL_PI : side;
+    const double lean = c.low == c.high ? 0.5 * MILL_PI /* of its side */
+                                        : mill_elementary_atan2(c.to - c.from, c.high - c.low);
     line[0][0] = 0.0;
-    line[0][1] = -half - grown;
-    n = add_arc(line, n, low, -half, grown, 0.0, lean);
-    n = add_arc(line, n, high, half, grown, lean, MILL_PI);
+    line[0][1] = c.from - c.grown;
+    n = add_arc(line, n, c.low, c.from, c.grown, 0.0, lean);
+    n = add_arc(line, n, c.high, c.to, c.grown, lean, MILL_PI);
     line[n][0] = 0.0;
-    line[n++][1] = half + grown;
+    line[n++][1] = c.to + c.grown;
     mill_mesh_turned(mesh, is, line, n, tolerance);
-}
-
-static void outline_sphere(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
-{
-    outline_turned(is, 0.0, 0.0, 0.0, is->radius, tolerance, mesh);
-}
-
-static void outline_capsule(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
-{
-    outline_turned(is, 0.0, 0.0, 0.5 * is->length, is->radius, tolerance, mesh);
-}
-
-static void outline_cone(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
-{
-    const double slope = (is->end_radius - is->radius) / is->length;
-    const double less = is->rounding * sqrt(1.0 + slope * slope);
-    const double half = 0.5 * is->length - is->rounding;
-    const double middle = 0.5 * (is->radius + is->end_radius) - less;
-    outline_turned(is, fmax(middle - slope * half, 0.0), fmax(middle + slope * half, 0.0), half,
-                   is->rounding, tolerance, mesh);
-}
-
-static void outline_cylinder(const struct mill_body *is, double tolerance, struct mill_mesh *mesh)
-{
-    struct mill_body cone = *is;
-    cone.end_radius = is->radius;
-    outline_cone(&cone, tolerance, mesh);
 }
 
 static void draw(const struct mill_shape *shape, const struct mill_chamber *chamber,
@@ -292,6 +285,11 @@ static void draw(const struct mill_shape *shape, const struct mill_chamber *cham
 }
 
 #define ROUND(NAME)                                                                                \
+    static void outline_##NAME(const struct mill_body *is, double tolerance,                       \
+                               struct mill_mesh *mesh)                                             \
+    {                                                                                              \
+        outline(&mill_round_##NAME##_type, is, tolerance, mesh);                                   \
+    }                                                                                              \
     const struct mill_shape_type mill_round_##NAME##_type = {.name = #NAME,                        \
                                                              .is_sound = is_##NAME,                \
                                                              .size = sizeof(struct round),         \

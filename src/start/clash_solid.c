@@ -30,21 +30,16 @@ static struct mill_clash_part box_of(const struct mill_body *is)
     return p;
 }
 
-/* The core as round.c has it */
 static struct mill_clash_part round_of(const struct mill_body *is,
                                        const struct mill_shape_type *type)
 {
-    const bool point = type == &mill_round_sphere_type, line = type == &mill_round_capsule_type;
+    const struct mill_round_core core = mill_round_core(type, is);
     struct mill_clash_part p = part_at(is, MILL_CLASH_ROUND);
-    p.grown = point || line ? is->radius : is->rounding;
-    p.half.z = point ? 0.0 : 0.5 * is->length - (line ? 0.0 : p.grown);
-    if (!point && !line) {
-        const double end = type == &mill_round_cone_type ? is->end_radius : is->radius;
-        const double slope = (end - is->radius) / is->length;
-        const double middle = 0.5 * (is->radius + end) - p.grown * sqrt(1.0 + slope * slope);
-        p.low = fmax(middle - slope * p.half.z, 0.0);
-        p.high = fmax(middle + slope * p.half.z, 0.0);
-    }
+    p.centre = vec3_axpy(is->centre, 0.5 * (core.from + core.to), is->z);
+    p.grown = core.grown;
+    p.half.z = 0.5 * (core.to - core.from);
+    p.low = core.low;
+    p.high = core.high;
     const double wide = fmax(p.low, p.high);
     p.around = sqrt(p.half.z * p.half.z + wide * wide) + p.grown;
     return p;

@@ -126,16 +126,16 @@ class Shift:
 
 
 class Table:
-    """Rows `t x y z rx ry rz` of one period; the time of the run is the table's time, periods apart."""
+    """Rows `t x y z rx ry rz` of one period; the first row is where it is at t = 0."""
 
     def __init__(self, rows):
-        self.first = rows[0, 0]
-        self.period = rows[-1, 0] - self.first
-        self.curve = CubicSpline(rows[:, 0] - self.first, rows[:, 1:], bc_type="periodic")
+        times = rows[:, 0] - rows[0, 0]
+        self.period = times[-1]
+        self.curve = CubicSpline(times, rows[:, 1:], bc_type="periodic")
         self.slope = self.curve.derivative()
 
     def pose(self, t):
-        at = np.mod(t - self.first, self.period)
+        at = np.mod(t, self.period)
         value, rate = self.curve(at), self.slope(at)
         turn = value[:, 3:]
         return Pose(value[:, :3], rotation_of(turn), rate[:, :3], spin_of(turn, rate[:, 3:]))

@@ -85,7 +85,11 @@ static inline vec3 place_of(uint64_t *seed, const struct lone *o)
         const double end = o->type == &mill_round_cone_type ? b->end_radius : b->radius;
         const double slope = (end - b->radius) / b->length;
         z = s * (o->type == &mill_round_capsule_type ? half : half - grown);
-        const double most = 0.5 * (b->radius + end) - grown * sqrt(1.0 + slope * slope) + slope * z;
+        const double middle = 0.5 * (b->radius + end) - grown * sqrt(1.0 + slope * slope);
+        const bool turned = o->type != &mill_round_capsule_type;
+        if (turned && middle + slope * z < 0.0) /* shrunk, it ends in a tip */
+            z = -middle / slope;
+        const double most = middle + slope * z;
         const double r = o->type == &mill_round_capsule_type ? 0.0 : fmax(most, 0.0) * u;
         x = r * cos(angle);
         y = r * sin(angle);

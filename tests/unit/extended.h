@@ -124,9 +124,9 @@ static inline real beyond(real q, real half)
 }
 
 /* Of a body of revolution: its half plane mirrored, so that it is a polygon around the axis */
-static inline real turned_distance(real low, real high, real half, real rho, real z)
+static inline real turned_distance(real low, real high, real from, real to, real rho, real z)
 {
-    const real corner[4][2] = {{-low, -half}, {low, -half}, {high, half}, {-high, half}};
+    const real corner[4][2] = {{-low, from}, {low, from}, {high, to}, {-high, to}};
     return polygon_distance(corner, 4, rho, z);
 }
 
@@ -149,10 +149,16 @@ static inline real wide_gap(const struct mill_shape_type *type, const struct mil
         d = hypotl(rho, beyond(z, half)) - is->radius;
     } else {
         const real end = type == &mill_round_cone_type ? is->end_radius : is->radius;
-        const real slope = (end - is->radius) / is->length, half = 0.5L * is->length - w;
-        const real less = w * sqrtl(1.0L + slope * slope),
-                   middle = 0.5L * (is->radius + end) - less;
-        d = turned_distance(middle - slope * half, middle + slope * half, half, rho, z) - w;
+        const real slope = (end - is->radius) / is->length, less = w * sqrtl(1.0L + slope * slope);
+        const real middle = 0.5L * ((real)is->radius + end) - less;
+        real from = w - 0.5L * is->length, to = 0.5L * is->length - w;
+        if (slope < 0.0L) /* the shrunk one may end in a tip */
+            to = fminl(to, -middle / slope);
+        if (slope > 0.0L)
+            from = fmaxl(from, -middle / slope);
+        d = turned_distance(fmaxl(middle + slope * from, 0.0L), fmaxl(middle + slope * to, 0.0L),
+                            from, to, rho, z) -
+            w;
     }
     return is->inside ? -d : d;
 }
