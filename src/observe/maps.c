@@ -16,6 +16,7 @@
 enum {
     RINGS = MILL_MAPS_RINGS,
     FEWEST_SLICES = 4,
+    FEWEST_RINGS = 6,
     ANGLES = 720, /* directions in which a profile is measured */
     SUBS = 32     /* sub-points of a cell or ring along each direction, a power of two */
 };
@@ -146,18 +147,29 @@ bool mill_maps_like(struct mill_maps *maps, const struct mill_maps *as)
     return true;
 }
 
+/* Cells of a jar with few large balls are no finer than the points that a ball is spread over, half
+ * its radius apart; else the maps would show these. */
+static int rings_of(const struct mill_world *world, double radius)
+{
+    double largest = 0;
+    for (int k = 0; k < world->species_count; k++)
+        largest = fmax(largest, world->species[k].radius);
+    return (int)fmin(fmax(round(radius / (0.5 * largest)), FEWEST_RINGS), RINGS);
+}
+
 bool mill_maps_init(struct mill_maps *maps, const struct mill_world *world)
 {
     const bool body = mill_container_is_body(world);
     const struct mill_shape *drum = body ? NULL : odd_drum(world);
     const double radius = farthest(world, drum), half = world->drum_length / 2;
-    const double wanted = round(world->drum_length / (radius / RINGS));
+    const int rings = body ? rings_of(world, radius) : RINGS;
+    const double wanted = round(world->drum_length / (radius / rings));
     const int slices = (int)fmin(fmax(wanted, FEWEST_SLICES), MILL_MAPS_LONGEST);
     struct mill_maps layout = {0};
-    set_axis(&layout.cross, 0, 2 * RINGS, -radius, radius);
-    set_axis(&layout.cross, 1, 2 * RINGS, -radius, radius);
+    set_axis(&layout.cross, 0, 2 * rings, -radius, radius);
+    set_axis(&layout.cross, 1, 2 * rings, -radius, radius);
     set_axis(&layout.axial, 0, slices, -half, half);
-    set_axis(&layout.axial, 1, RINGS, 0, radius);
+    set_axis(&layout.axial, 1, rings, 0, radius);
     if (!mill_maps_like(maps, &layout))
         return false;
     if (body) {
