@@ -97,7 +97,8 @@ struct mill_world {
     char (*motion_name)[MILL_MOTION_NAME];
     int rotor;          /* the motion of this name, or -1 */
     double rotor_speed; /* [rad/s] about +x; 0: no rotor or standing */
-    double period; /* [s] after which all motions repeat, or else the longest of theirs; INFINITY */
+    double period; /* [s] after which all motions repeat, if that is within 12 of the longest of
+                      theirs, or else that; INFINITY: all stand */
     int shapes;
     struct mill_shape **shape;
     struct mill_kinds kinds;

@@ -171,11 +171,17 @@ static void print_contacts(const struct mill_summary *s)
     fputc('\n', s->out);
 }
 
-/* The mean and its error on one scale: "8.213 +- 0.090 N m" */
+/* The mean and its error on the scale of the larger one: "8.213 +- 0.090 N m". An error that would
+ * read 0 is given the digits that it takes. */
 static void print_value(FILE *out, const struct mill_precision_mean *mean, const char *unit)
 {
     struct scale scale;
-    if (!isnan(mean->value) && !isnan(mean->error) && fits(mean->value, &scale))
+    const double most = fmax(fabs(mean->value), mean->error);
+    const bool known = !isnan(mean->value) && !isnan(mean->error) && fits(most, &scale);
+    while (known && mean->error > 0 && scale.decimals < 9 &&
+           mean->error / scale.one < pow(10, -scale.decimals))
+        scale.decimals++;
+    if (known)
         fprintf(out, "%.*f +- %.*f %s%s", scale.decimals, mean->value / scale.one, scale.decimals,
                 mean->error / scale.one, scale.prefix, unit);
     else
@@ -209,7 +215,7 @@ static void print_drive(const struct mill_summary *s)
         fprintf(s->out, "%-*s ", LABEL, world->motion_name[k]);
         print_value(s->out, &known->motion_power[k], "W");
         if (!isnan(known->motion_torque[k].value)) {
-            fprintf(s->out, ", ");
+            fprintf(s->out, ", torque ");
             print_value(s->out, &known->motion_torque[k], "N m");
         }
         fputc('\n', s->out);

@@ -283,6 +283,27 @@ static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *
     }
 }
 
+/* A motion that carries nothing is mostly a forgotten `on` or `motion`. */
+static void warn_of_idle(const struct mill_deck *deck, void (*warn)(const char *line))
+{
+    for (int k = deck->rotor; k < deck->motions; k++) {
+        char section[MILL_NAME_LENGTH + 16];
+        struct mill_error line;
+        bool carries = deck->drum_rides == 1 + k;
+        for (int i = 0; i < deck->motions; i++)
+            carries = carries || deck->motion[i].on == k;
+        for (int i = 0; i < deck->bodies; i++)
+            carries = carries || deck->body[i].motion == k;
+        if (carries)
+            continue;
+        snprintf(section, sizeof section, "motion.%s", deck->motion[k].name);
+        mill_deck_fault(deck, &line, section, "kind",
+                        "this motion carries nothing: name it as 'on' of another motion or as "
+                        "'motion' of a body, or leave it out");
+        warn(line.text);
+    }
+}
+
 enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
                                  struct mill_error *error)
 {
@@ -296,6 +317,7 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(cons
     if (status == MILL_OK && warn) {
         warn_of_mouths(deck, warn);
         warn_of_gaps(deck, warn);
+        warn_of_idle(deck, warn);
     }
     return status;
 }

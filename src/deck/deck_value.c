@@ -82,7 +82,9 @@ void mill_deck_value_wanted(const struct mill_key *key, bool with_unit, char *ou
     while (q->unit && (!unit || strcmp(q->unit, unit) != 0 || q->vector != vector))
         q++;
     with_unit = with_unit && key->type == MILL_KEY_NUMBER && *unit_of(key);
-    if (key->type == MILL_KEY_WHOLE)
+    if (key->unit_alone)
+        snprintf(out, size, "a unit of length such as 'mm'");
+    else if (key->type == MILL_KEY_WHOLE)
         snprintf(out, size, "a whole number such as '4000'");
     else if (key->type == MILL_KEY_CHOICE)
         print_words(key, out, size);

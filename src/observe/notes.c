@@ -100,7 +100,12 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
 {
     notes->count = 0;
     judge_law(notes, world, false);
-    judge_rate(notes, world, 2 * rate / world->balls); /* nearly all are of two balls */
+    double hits = 0, all = 0; /* of balls at the contacts so far */
+    for (int kind = 0; kind < world->kinds.count; kind++) {
+        all += (double)world->account.collisions[kind];
+        hits += (double)world->account.collisions[kind] * (kind == MILL_BALL_BALL ? 2 : 1);
+    }
+    judge_rate(notes, world, (all > 0 ? hits / all : 2) * rate / world->balls);
     if (trial)
         judge_shares(notes, trial);
 }

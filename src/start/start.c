@@ -13,6 +13,9 @@
 #include <string.h>
 
 enum { MOST_BALLS = 50000000, MOST_SHAPES = INT16_MAX - 3 };
+/* Periods of the slowest motion in the one that results are averaged over, at most: a round jar
+ * whose angle comes back after fifty turns of its disk is the same after one. */
+enum { MOST_SINGLES = 12 };
 /* [m] rounding of a decimal position may make touching balls overlap by this much */
 #define SLACK 1e-12
 /* [m/s] a speed beyond it is a slip of units, and its square may overflow */
@@ -341,7 +344,8 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     struct mill_world *w = calloc(1, sizeof *w);
     bool made = w && make_motions(setup, w) && make_balls(setup, w);
     if (made) {
-        w->period = mill_motion_cycle(w->motion, w->motions).period;
+        const struct mill_motion_cycle cycle = mill_motion_cycle(w->motion, w->motions);
+        w->period = cycle.singles <= MOST_SINGLES ? cycle.period : cycle.single;
         make_container(setup, w);
         find_places(w);
         made = make_shapes(setup, w);

@@ -113,9 +113,9 @@ class Result:
 
     @property
     def power(self) -> Measurement:
-        """Mean power of the rotor over the window [W] with its standard error: value +- 1.96 of it is the 95 % interval; NaN
-        where the window is too short to tell, with fewer than three revolutions at any rate."""
-        return self._measured("rotor/power")
+        """Mean power of the rotor, or of all motions together, over the window [W] with its standard error: value +- 1.96 of it
+        is the 95 % interval; NaN where the window is too short to tell, with fewer than three revolutions at any rate."""
+        return self.drive
 
     @property
     def torque(self) -> Measurement:
