@@ -113,10 +113,24 @@ size = 30 20 4 mm
 }
 
 
-@pytest.mark.parametrize("name", MILLS)
+TWO_KINDS = """\
+[balls.large]
+count = 8
+diameter = 6 mm
+density = 7800 kg/m^3
+[balls.small]
+count = 15
+diameter = 4 mm
+density = 3000 kg/m^3
+"""
+CASES = {name: BALLS + text for name, text in MILLS.items()}
+CASES["two kinds of balls"] = BALLS[: BALLS.index("[balls]")] + TWO_KINDS + MILLS["planetary"]
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_first_impacts_are_millsims_and_so_are_poses(name, mill, millsim, write_deck, tmp_path):
     """Up to a ball's first impact both fly freely: geometry, motions, frame and solving back are the same."""
-    write_deck(BALLS + MILLS[name])
+    write_deck(CASES[name])
     done = mill("dem", "deck.ini", "--quiet", "--modulus", "1e10", "-o", "soft.h5")
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     assert millsim("deck.ini", "-q", "-o", "hard.h5").returncode == 0

@@ -25,10 +25,10 @@ from milltools.h5write import (
     put_column,
     whole_file,
 )
+from milltools.moved import Moved
 from milltools.schema import (
     LOG,
     OPTIONAL,
-    POSE,
     STATES,
     STATUSES,
     THRESHOLDS,
@@ -52,7 +52,7 @@ def _balls(values, n, what):
     return values
 
 
-class Results:
+class Results(Moved):
     """Gathers a run of `deck` (milltools.deck.Deck) with the balls diameter [m], mass [kg], species_index (N,).
 
     folder: where frames and logged impacts wait in a nameless file until they are written; the system's own for
@@ -138,7 +138,8 @@ class Results:
 
     def frame(self, time, position, velocity, angular_velocity, poses=None):
         """The next frame of the trajectory: the balls (N, 3) at `time`, about the next multiple of output.frames; poses: what is
-        known of motions, {name: (rotation (3, 3), centre (3,))}, the same names in all frames. OSError if there is no room for it."""
+        known of motions, {name: (rotation (3, 3), centre (3,))}, the same names in all frames; None: of the rotor alone.
+        OSError if there is no room for it."""
         if not self.frames_wanted:
             raise ValueError("the deck wants no frames: output.frames is 0 s")
         states = zip(STATES, (position, velocity, angular_velocity))
@@ -147,25 +148,17 @@ class Results:
         append(self.states["time"], [time])
         for name, values in states.items():
             append(self.states[name], values[None].astype("<f4"))
-        for name, (rotation, centre) in (poses or {}).items():
+        for name, (rotation, centre) in (poses or self._rotor(time)).items():
             self._append_pose(name, {"rotation": rotation, "centre": centre})
         self.disk.check()
-
-    def _append_pose(self, name, values):
-        if name not in self.poses:
-            group = self.scratch.require_group(f"pose/{name}")
-            self.poses[name] = {
-                part: make_column(group, part, shape, "<f8", unit, text)
-                for part, (shape, unit, text) in POSE.items()
-            }
-        for part, column in self.poses[name].items():
-            append(column, [values[part]])
 
     def row(self, time, values):
         """The next row of the time series: its values by path below /observables, without those that are counted.
 
-        What is not given is NaN in the file (elastic_energy: not there). The impacts before `time` have been
-        delivered."""
+        What is not given is NaN in the file (elastic_energy, motion_work: not there; motion_work/rotor is rotor_work again).
+        The impacts before `time` have been delivered."""
+        if "motion_work/rotor" in self.labels and "rotor_work" in values:
+            values = {"motion_work/rotor": values["rotor_work"], **values}
         unknown = sorted(set(values) - set(self.labels))
         if unknown:
             raise ValueError(f"{unknown[0]}: no time series of that name, or one that is counted")
@@ -375,22 +368,6 @@ class Results:
             name, limits = f"fast_collisions/{kind}", np.array(THRESHOLDS)
             element(name, counts[:, k, 1:], "<u8", "1", fast, thresholds=limits)
 
-    def _tells_motions(self):
-        """Whether it is known what each motion does."""
-        names = [f"motion_work/{name}" for name in self.deck.motions]
-        return not any(np.isnan(self.series[name]).any() for name in names)
-
-    def _write_poses(self, file):
-        """Where motions are in the frames, as far as that was told."""
-        first = file["particles/trajectory/position"]
-        for name in self.poses:
-            group = file.create_group(f"observables/pose/{name}")
-            for part in POSE:
-                self.scratch.copy(f"pose/{name}/{part}", group.create_group(part), "value")
-                group[f"{part}/step"], group[f"{part}/time"] = first["step"], first["time"]
-            for shared in ("step", "time", "value"):
-                group[shared] = group[f"rotation/{shared}"]
-
     def _write_deck(self, group):
         for section, key, value, meaning in self.entries:
             put(group.require_group(section.replace("/", "_")), key, value, "", meaning)
@@ -446,26 +423,6 @@ class Results:
         sheet.put_precision(group.create_group("precision"), blocks, *rotor)
         if self._tells_motions():
             self._write_drive(group, mean, times[times <= time], series)
-
-    def _write_drive(self, group, mean, times, series):
-        """Of all motions; blocks are periods of the slowest."""
-        deck, motions = self.deck, {}
-        rates = {n: deck.number("rotor.speed" if n == "rotor" else f"motion.{n}.speed", 0.0) for n in deck.motions}  # fmt: skip
-        cycles = [2 * math.pi * deck.number(f"motion.{n}.frequency", 0.0) for n in deck.motions]
-        slowest = min(filter(None, [*map(abs, rates.values()), *cycles]), default=0.0)
-        work = {name: series[f"motion_work/{name}"] for name in deck.motions}
-
-        def blocks_of(sums):
-            blocks, sums = Blocks(slowest, self.begin, self.end), sums[: len(times)]
-            blocks.close(times, sums, sums)
-            return blocks
-
-        for name, sums in work.items():
-            power, error = mean(sums, math.nan), sheet.block_error(blocks_of(sums).power)
-            rate = rates[name] or math.nan
-            motions[name] = power, error, power / rate, error / abs(rate)
-        total = sum(work.values(), np.zeros(len(self.times)))
-        sheet.put_drive(group, blocks_of(total), mean(total, math.nan), motions)
 
     @staticmethod
     def _impulse(times, series):

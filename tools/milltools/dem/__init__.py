@@ -89,11 +89,6 @@ def add_arguments(parser):
 
 def refuse(deck):
     """UserError for decks that LIGGGHTS cannot run as they are meant."""
-    other = next((n for n in deck.sections if n.startswith(("body.", "motion."))), None)
-    if other:
-        raise UserError(
-            f"{deck.path}: [{other}]: LIGGGHTS is given drums with a rotor alone, not bodies and motions"
-        )
     if deck.value("drum.profile", "circle") != "circle":
         raise UserError(
             f"{deck.path}: [drum] profile: expected 'circle', got '{deck.value('drum.profile')}': on a curved wall of "
