@@ -6,13 +6,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from mills import Quantity, Window, claim, judge
 from runs import STIFFNESSES, contact_duration, say
+from steady import own_friction
 
-HARD_SEEDS = 16  # of millsim
+HARD_SEEDS = 48  # of millsim
 QUANTITIES = [
     Quantity("power", "power of the drive", "W", 5, True),
-    Quantity("kinetic", "kinetic energy", "J", 3, True),
+    Quantity("kinetic", "kinetic energy", "J", 3),
     Quantity("ball_0.5", "ball-ball impacts above 0.5 m/s", "/s", 8, True),
-    Quantity("vessel_strikes", "wall strikes above 0.5 m/s", "/s", 10, True),
+    Quantity("vessel_strikes", "wall strikes above 0.5 m/s", "/s", 10),
 ]
 RATES = 2  # from here on QUANTITIES are rates
 TOLD = [
@@ -20,6 +21,7 @@ TOLD = [
     Quantity("normal", "power lost in normal direction", "W", 0),
     Quantity("ball_1", "ball-ball impacts above 1 m/s", "/s", 0),
     Quantity("vessel_0.5", "wall impacts above 0.5 m/s, re-contacts told apart", "/s", 0),
+    Quantity("ball_slow_strikes", "ball-ball strikes above 0.5 m/s", "/s", 0),
 ]
 
 
@@ -32,14 +34,24 @@ class Mill:
     starts: int
     what: str
     rates: bool = True
+    known: dict = dataclasses.field(
+        default_factory=dict
+    )  # by quantity: why it is known not to agree
 
 
 MILLS = [
-    Mill("planetary45", 4, "planetary, 45 ml, 7 balls of 15 mm, 650 rpm"),
+    Mill(
+        "planetary45",
+        5,
+        "planetary, 45 ml, 7 balls of 15 mm, 650 rpm",
+        known={
+            "ball_0.5": "balls that press each other meet several times in what is one soft contact"
+        },
+    ),
     Mill("planetary250b", 3, "planetary, 250 ml, 25 balls of 15 mm, 400 rpm"),
     Mill("planetary250", 1, "planetary, 250 ml, 50 balls of 10 mm, 300 rpm", False),
-    Mill("vibratory", 3, "tube shaken along a circle, 60 balls of 10 mm"),
-    Mill("box", 2, "box on a circular path, 20 balls of 10 mm"),
+    Mill("vibratory", 8, "tube shaken along a circle, 60 balls of 10 mm"),
+    Mill("box", 3, "box on a circular path, 20 balls of 10 mm"),
 ]
 
 
@@ -62,12 +74,20 @@ def compare(case, mill):
     hard = [Window(path) for path in case.seeds(HARD_SEEDS, deck, **window)]
     verdicts = [judge(quantity, soft, hard) for quantity in QUANTITIES]
     claimed = verdicts if mill.rates else verdicts[:RATES]
+    against = f"LIGGGHTS, steel, {mill.what}, starts: {mill.starts}"
     for verdict in claimed:
-        claim(case, verdict, f"LIGGGHTS, steel, {mill.what}, starts: {mill.starts}")
+        claim(case, verdict, against, known=mill.known.get(verdict.quantity.key, ""))
     told = verdicts[len(claimed) :] + [judge(quantity, soft, hard) for quantity in TOLD]
-    words = (f"{v.quantity.name} {v.off:+.1f} +- {v.error:.1f} %" for v in told)
-    case.tell(f"Told, {mill.what}: {', '.join(words)}.")
+    case.tell(f"Told, {mill.what}: {words(told)}.")
+    own = own_friction(soft[0].path)
+    hard = [Window(path) for path in case.seeds(HARD_SEEDS, deck, **window, **own)]
+    told = [judge(quantity, soft, hard) for quantity in QUANTITIES + TOLD]
+    case.tell(f"With LIGGGHTS' effective friction, {mill.what}: {words(told)}.")
     return claimed
+
+
+def words(verdicts):
+    return ", ".join(f"{v.quantity.name} {v.off:+.1f} +- {v.error:.1f} %" for v in verdicts)
 
 
 def draw(case, verdicts):

@@ -80,16 +80,20 @@ class Window:
             self._strikes(run, kind, kind.removeprefix("ball_"), 1.0)
         if run.vessel:
             self._strikes(run, run.vessel_kinds[0], "vessel", 0.5)
+            self._strikes(run, "ball_ball", "ball", 0.5, "ball_slow_strikes")
         self.values["all"] = float(run.statistic("impacts/all/rate"))
         slow = run.histogram("all")
         self.values["slow"] = self.values["all"] - slow.above(0.05) / run.duration
 
-    def _strikes(self, run, kind, name, speed):
+    def _strikes(self, run, kind, name, speed, key=None):
         """Of the whole window, for that is all that is told of them: the blocks are those of all impacts, scaled."""
         strikes = run.histogram(kind, "strikes").above(speed) / run.duration
         impacts, blocks = (of[f"{name}_{speed:g}"] for of in (self.values, self.blocks))
-        self.values[f"{name}_strikes"] = strikes
-        self.blocks[f"{name}_strikes"] = blocks * (strikes / impacts if impacts else np.nan)
+        key = key or f"{name}_strikes"
+        self.values[key], self.blocks[key] = (
+            strikes,
+            blocks * (strikes / impacts if impacts else np.nan),
+        )
 
     def error(self, key):
         """Standard error of the mean from the blocks; NaN of fewer than two."""

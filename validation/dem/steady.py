@@ -64,7 +64,7 @@ def own_friction(path):
     """Settings that give millsim the friction that LIGGGHTS' run at `path` was measured to have."""
     settings = {}
     with Run(path) as run:
-        for kind in KINDS:
+        for kind in run.kinds:
             if run.has(f"run/measured/{kind}"):
                 for key in ("friction", "tangential_restitution"):
                     value = float(run.read(f"run/measured/{kind}/{key}"))
