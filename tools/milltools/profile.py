@@ -20,6 +20,8 @@ import numpy as np
 
 from milltools.errors import UserError
 
+RINGS, FEWEST_RINGS = 30, 6  # of the maps of what holds the balls
+
 
 @dataclasses.dataclass(frozen=True)
 class Arc:
@@ -257,14 +259,19 @@ class Rectangle:
 
 
 def section(deck):
-    """(cross-section, length [m]) of what holds the balls of a milltools.deck.Deck, across and along its axis; of a mesh the
-    circle and the length that nothing of it can be beyond are not known: a unit's."""
+    """(cross-section, length [m], rings of its maps) of what holds the balls of a milltools.deck.Deck, across and along its axis; of
+    a mesh the circle and the length that nothing of it can be beyond are not known: a unit's."""
     inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
     if not inside:
-        return Profile.of(deck.value), float(deck.number("drum.length"))
+        return Profile.of(deck.value), float(deck.number("drum.length")), RINGS
     place = f"body.{inside[0]}"
     if deck.value(f"{place}.shape") == "box":
         width, height, length = deck.numbers(f"{place}.size")
-        return Rectangle(width, height), length
-    radius = deck.number(f"{place}.radius", deck.number(f"{place}.unit", 1.0))
-    return Profile(radius), deck.number(f"{place}.length", 2 * radius)
+        found = Rectangle(width, height)
+    else:
+        found = Profile(deck.number(f"{place}.radius", deck.number(f"{place}.unit", 1.0)))
+        length = deck.number(f"{place}.length", 2 * found.radius)
+    # no finer than the points that a ball is spread over
+    spread = max(kind.diameter for kind in deck.species) / 4
+    rings = math.floor(found.outermost / spread + 0.5)
+    return found, length, min(max(rings, FEWEST_RINGS), RINGS)

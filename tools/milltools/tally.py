@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from milltools.kinds import KINDS
+from milltools.profile import RINGS
 
 DECADE, LOWEST, HIGHEST = 152, -760, 380  # edges are 20^(k/152) m/s, k = LOWEST..HIGHEST
 LOG_BIN = 0.019708764957592047  # ln(20) / DECADE
@@ -21,7 +22,6 @@ SLOTS = BINS + 2  # slot 0: below the lowest edge, the last one: from the highes
 FAST = 1 + (-DECADE - LOWEST)  # the slot that begins at 0.05 m/s
 LEVELS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999)
 
-RINGS = 30  # of the axial map; half the cells across the drum of the other
 SUBS, ANGLES = (
     32,
     720,
@@ -275,10 +275,10 @@ def circle_cells(radius, n):
 
 
 @functools.lru_cache(maxsize=4)
-def _sub_points(profile):
-    """(areas of the cells as `circle_cells` has them, areas of the RINGS rings of r) of any profile, by points within, as
+def _sub_points(profile, rings):
+    """(areas of the cells as `circle_cells` has them, areas of so many rings of r) of any profile, by points within, as
     millsim measures them."""
-    n, size = 2 * RINGS, profile.outermost / RINGS
+    n, size = 2 * rings, profile.outermost / rings
     corner = np.arange(n) * size - profile.outermost
     y, z = np.meshgrid(corner, corner, indexing="ij")
     gap = profile.gap(y + size / 2, z + size / 2)
@@ -287,35 +287,35 @@ def _sub_points(profile):
     cut = np.abs(gap) <= size  # the wall comes near
     inside = profile.gap(y[cut][:, None, None] + at[:, None], z[cut][:, None, None] + at) > 0
     share[cut] = inside.mean(axis=(1, 2))
-    inner = np.arange(RINGS) * size
+    inner = np.arange(rings) * size
     outer = inner + size
     part = (np.arange(SUBS) + 0.5) / SUBS  # of equal area
     r = np.sqrt(inner[:, None] ** 2 + (outer**2 - inner**2)[:, None] * part)
     angle = 2 * math.pi * np.arange(ANGLES) / ANGLES
     inside = profile.gap(r[..., None] * np.cos(angle), r[..., None] * np.sin(angle)) > 0
-    rings = math.pi * (outer**2 - inner**2) * inside.mean(axis=(1, 2))
-    return size * size * share.ravel(), rings
+    areas = math.pi * (outer**2 - inner**2) * inside.mean(axis=(1, 2))
+    return size * size * share.ravel(), areas
 
 
 class Maps:
-    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.profile.Profile, `length` [m] long."""
+    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.profile.Profile, `length` [m] long; `rings` of r."""
 
-    def __init__(self, profile, length):
+    def __init__(self, profile, length, rings=RINGS):
         radius = profile.outermost
-        slices = int(min(max(math.floor(length / (radius / RINGS) + 0.5), 4), 400))
+        slices = int(min(max(math.floor(length / (radius / rings) + 0.5), 4), 400))
         half = length / 2
         self.samples = 0
         self.cross = Map(
-            (2 * RINGS, 2 * RINGS),
+            (2 * rings, 2 * rings),
             (-radius, -radius),
             (radius, radius),
-            (circle_cells(radius, 2 * RINGS) if profile.circle else _sub_points(profile)[0])
+            (circle_cells(radius, 2 * rings) if profile.circle else _sub_points(profile, rings)[0])
             * length,
         )
-        self.axial = Map((slices, RINGS), (-half, 0.0), (half, radius), None)
-        edge = np.arange(RINGS + 1) * (radius / RINGS)
+        self.axial = Map((slices, rings), (-half, 0.0), (half, radius), None)
+        edge = np.arange(rings + 1) * (radius / rings)
         ring = math.pi * (edge[1:] ** 2 - edge[:-1] ** 2)
-        ring = ring if profile.circle else _sub_points(profile)[1]
+        ring = ring if profile.circle else _sub_points(profile, rings)[1]
         self.axial.room = np.tile(ring * self.axial.size[0], slices)
 
     def impacts(self, point, normal_speed, dissipation):
