@@ -101,6 +101,7 @@ class Result:
     @property
     def drive(self) -> Measurement:
         """Mean power of all that moves, rotor or other motions, over the window [W]; error as of power."""
+        self.file.need_statistics()  # asks whether it is open, before the file is asked for more
         return self._measured("rotor/power" if self.file.driven != "drive" else "drive/power")
 
     @property
