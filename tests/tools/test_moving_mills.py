@@ -216,10 +216,13 @@ def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):
 
 
 def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
-    (tmp_path / "deck.ini").write_text(PLANETARY)
+    capsule = PLANETARY.replace("shape = cylinder", "shape = capsule")
+    (tmp_path / "deck.ini").write_text(capsule)
     done = mill("dem", "deck.ini", "-o", "soft.h5")
     assert done.returncode == 2
-    assert done.stderr.startswith("mill dem: deck.ini: [motion.sun]: LIGGGHTS is given drums")
+    assert done.stderr.startswith(
+        "mill dem: deck.ini: [body.jar] shape: expected cylinder, box or mesh"
+    )
 
 
 def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):

@@ -74,10 +74,14 @@ def share(value: float) -> Number:
 
 
 def with_error(value: float, error: float, unit: str) -> Number:
-    """Both on one scale: "8.236 +- 0.145 N m"."""
-    scale = _scale(value)
-    if scale is None or not math.isfinite(error):
+    """Both on the scale of the larger one: "8.236 +- 0.145 N m". An error that would read 0 has the digits that it takes."""
+    scale = (
+        _scale(max(abs(value), error)) if math.isfinite(value) and math.isfinite(error) else None
+    )
+    if scale is None:
         return scaled(value, unit)
     one, decimals = 1000.0 ** scale[0], scale[1]
+    while error > 0 and error / one < 10.0**-decimals and decimals < 9:
+        decimals += 1
     text = f"{value / one:.{decimals}f} \N{PLUS-MINUS SIGN}{SPACE}{error / one:.{decimals}f}"
     return Number(text + _tail(scale[0], unit), float(value))
