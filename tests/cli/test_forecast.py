@@ -4,7 +4,7 @@ import json
 import re
 
 import h5py
-from conftest import ROOT
+from conftest import PROGRAM, ROOT
 
 MILL = ROOT / "input/simoloyer.ini"
 FORECAST = re.compile(
@@ -25,7 +25,8 @@ def test_a_run_shorter_than_the_trial_is_forecast_as_it_is(millsim, tmp_path):
     met = sum(summary["run"]["collisions"].values())
     assert (words, trial) == ("", 0.03)
     assert abs(contacts - met) <= 0.05 * met  # two digits
-    assert 0.5 < memory * 1e6 / summary["run"]["peak_memory"] < 2
+    if "asan" not in PROGRAM.parts:  # the sanitizer's own memory counts too
+        assert 0.5 < memory * 1e6 / summary["run"]["peak_memory"] < 2
     assert 0.5 < size * 1e6 / (tmp_path / "short.h5").stat().st_size < 2
 
 
