@@ -85,7 +85,10 @@ struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
 /* [m] Where a point of the motion's frame is in the laboratory, and how fast [m/s]: of that pose */
 vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, vec3 *velocity);
 
-/* Bounds of the same at any time, for a point of the motion's frame; home and axis are the
+/* [m] Where a place of the laboratory is in the motion's frame then */
+vec3 mill_motion_place(const struct mill_motion *motion, double t, vec3 place);
+
+/* Bounds of the pose at any time, for a point of the motion's frame; home and axis are the
  * laboratory's. */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point);
 
@@ -102,6 +105,10 @@ double mill_motion_reach(const struct mill_motion *motion, const struct mill_rea
 
 /* A plane across this direction of the motion's frame stays where it is: all turns are about it. */
 bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction);
+
+/* The innermost motion of the chain that moves the point: further in all turn about it, and it has
+ * the same coordinates there. NULL: it stands still. */
+const struct mill_motion *mill_motion_that_moves(const struct mill_motion *motion, vec3 point);
 
 /* The shortest time after which motions repeat, to 1e-9 of it */
 struct mill_motion_cycle {

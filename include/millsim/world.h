@@ -118,8 +118,9 @@ vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);
 /* Energies of all balls at local time t. */
 struct mill_energy mill_world_energy(const struct mill_world *world, double t);
 
-/* The container's frame at local time t */
+/* The container's frame at local time t, and where a place of the laboratory is in it [m] */
 struct mill_pose mill_world_frame(const struct mill_world *world, double t);
+vec3 mill_world_place(const struct mill_world *world, vec3 position, double t);
 
 /* [J] |work - change of energy - dissipation|, the energy turned over until local time t. */
 void mill_world_balance(const struct mill_world *world, double t, double *error, double *turnover);

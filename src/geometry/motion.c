@@ -55,6 +55,14 @@ vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, v
     return point;
 }
 
+vec3 mill_motion_place(const struct mill_motion *motion, double t, vec3 place)
+{
+    if (!motion)
+        return place;
+    const struct mill_pose pose = motion->type->pose(motion, t);
+    return mill_pose_in(&pose, mill_motion_place(motion->on, t, place));
+}
+
 /* Of a point that a carried frame moves: `o` are the bounds of the carrier and of the place that
  * the point never leaves far. Sums of what each does alone, and of what the outer one does to the
  * inner one's motion (centrifugal, Coriolis and Euler terms). */
@@ -129,6 +137,15 @@ bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction)
             return false;
     }
     return true;
+}
+
+const struct mill_motion *mill_motion_that_moves(const struct mill_motion *motion, vec3 point)
+{
+    vec3 through, axis;
+    while (motion && motion->type->axis && motion->type->axis(motion, &through, &axis) &&
+           vec3_norm(vec3_cross(axis, vec3_sub(point, through))) <= 1e-15 * vec3_norm(point))
+        motion = motion->on;
+    return motion;
 }
 
 /* Is the time a whole multiple of the periods of the motion and its carriers? */

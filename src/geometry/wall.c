@@ -15,10 +15,11 @@
 #include <assert.h>
 
 struct wall {
-    struct mill_bodied body; /* `of`: draws the whole body */
-    struct mill_wall is;     /* in the motion's frame, where flat */
-    double cosine;           /* of the angle between a cone's side and its axis */
-    struct mill_pose pose;   /* of the body's own frame, where that is fixed */
+    struct mill_bodied body;           /* `of`: draws the whole body */
+    struct mill_wall is;               /* in the motion's frame, where flat */
+    double cosine;                     /* of the angle between a cone's side and its axis */
+    struct mill_pose pose;             /* of the body's own frame, where that is fixed */
+    const struct mill_motion *carrier; /* the innermost motion that moves the centre */
 };
 
 /* ---- flat ---- */
@@ -70,7 +71,7 @@ static struct sight look(const struct wall *w, const struct mill_flight *f, doub
         s.axis = w->body.is.z;
     } else {
         vec3 velocity;
-        s.q = vec3_sub(r, mill_motion_point(c->base.motion, now + t, c->centre, &velocity));
+        s.q = vec3_sub(r, mill_motion_point(w->carrier, now + t, c->centre, &velocity));
         s.u = vec3_sub(v, velocity);
         s.seen = mill_convex_see_from(c, f, s.q, s.u, h);
         s.axis = w->pose.x;
@@ -215,6 +216,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     } else {
         shape->hollow = w->is.radius;
     }
+    w->carrier = mill_motion_that_moves(shape->motion, is->centre);
     const struct mill_pose at = mill_shape_pose(shape, 0.0);
     /* its x is the body's axis, as mill_shape_circle() wants it */
     w->pose = mill_pose_still;

@@ -54,13 +54,8 @@ static enum mill_status count_strike(struct mill_tally *tally, const struct mill
 /* Counts it where it happens in the container's frame. */
 static void map_impact(struct mill_tally *tally, const struct mill_impact *impact)
 {
-    const struct mill_world *world = tally->moves;
-    if (!world) {
-        mill_maps_impact(&tally->gathered.maps, impact, &impact->position);
-        return;
-    }
-    const struct mill_pose frame = mill_world_frame(world, impact->time - world->base);
-    const vec3 place = mill_pose_in(&frame, impact->position);
+    const struct mill_world *world = tally->world;
+    const vec3 place = mill_world_place(world, impact->position, impact->time - world->base);
     mill_maps_impact(&tally->gathered.maps, impact, &place);
 }
 
@@ -262,7 +257,7 @@ static enum mill_status create(struct mill_observer *observer, const struct mill
     tally->interval = duration > 0 ? fmin(1e-3, duration / 100) : (double)INFINITY;
     mill_spectrum_grid_init(&tally->grid);
     tally->kinds = world->kinds.count;
-    tally->moves = world->container.still ? NULL : world;
+    tally->world = world;
     for (int kind = 0; kind < tally->kinds; kind++) /* all surfaces are alike */
         tally->contact[kind] =
             kind < 2 ? mill_tally_contact(world, kind) : tally->contact[kind - 1];

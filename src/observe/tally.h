@@ -54,7 +54,7 @@ struct mill_tally {
     double contact[MILL_KINDS_MOST]; /* [s] how long soft spheres of steel would touch */
     double interval;                 /* [s] between the maps' snapshots; INFINITY: none */
     int kinds;                       /* of contact */
-    const struct mill_world *moves;  /* the world, where its container moves; else NULL */
+    const struct mill_world *world;
     struct mill_tally_progress at;
     struct mill_spectrum_grid grid;
     struct mill_gathered gathered; /* since the last portion */

@@ -1,8 +1,10 @@
 """The cases of `make bench`: what is run, what is taken from it, and the figures it is held against."""
 
 import json
+import math
 import pathlib
 import resource
+import struct
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -163,6 +165,56 @@ def wavy_cost(programs):
     return [{"time_ratio": contact() / contact("drum.buckle_height=0 mm")}]
 
 
+def planetary(programs):
+    return [programs.mill("input/planetary.ini")]
+
+
+def planetary_bed(programs):
+    """50 balls of 10 mm in a 250 ml jar."""
+    sets = ["motion.sun.speed=300 rpm", "motion.jar.speed=-600 rpm", "body.jar.radius=37 mm"]
+    sets += ["body.jar.length=58.1 mm", "balls.count=50", "balls.diameter=10 mm"]
+    return [programs.mill("input/planetary.ini", *sets, "run.time=5 s")]
+
+
+ATTRITOR = ROOT / "tests/bench/attritor.ini"
+SIDES, PINS, LEVELS = 26, 4, 10  # of a pin, at a level
+
+
+def attritor(programs):
+    return [programs.mill(ATTRITOR)]
+
+
+def pin(level, number):
+    """The facets of one pin of attritor.ini, a prism: corners in mm."""
+    turn = math.radians(45 * level) + math.pi / 2 * number
+    c, s, z = math.cos(turn), math.sin(turn), 14.0 * level - 63.0
+
+    def corner(x, k):
+        y, up = (4.0 * f(2 * math.pi * k / SIDES) for f in (math.cos, math.sin))
+        return (x * c - y * s, x * s + y * c, z + up)
+
+    near, far = ([corner(x, k) for k in range(SIDES)] for x in (7.0, 41.0))
+    for k in range(SIDES):
+        n = (k + 1) % SIDES
+        yield from ((near[k], near[n], far[k]), (near[n], far[n], far[k]))
+    for k in range(1, SIDES - 1):
+        yield from ((near[0], near[k + 1], near[k]), (far[0], far[k], far[k + 1]))
+
+
+def attritor_mesh(programs):
+    """The same with its pins as one mesh of 4000 facets."""
+    facets = [f for level in range(LEVELS) for n in range(PINS) for f in pin(level, n)]
+    rows = (struct.pack("<12fH", 0, 0, 0, *(x for p in f for x in p), 0) for f in facets)
+    stl = b"pins, in mm".ljust(80) + struct.pack("<I", len(facets)) + b"".join(rows)
+    (programs.folder / "pins.stl").write_bytes(stl)
+    sections = ATTRITOR.read_text().split("\n\n")
+    kept = [text for text in sections if "[body.pin" not in text]
+    mesh = "[body.pins]\nshape = mesh\nmotion = shaft\nfile = pins.stl\nunit = mm"
+    deck = programs.folder / "mesh.ini"
+    deck.write_text("\n\n".join([*kept, mesh]) + "\n")
+    return [programs.mill(deck)]
+
+
 def memory(programs):
     """Frames are stored three times within the run."""
     deck = programs.gas_deck(256_000, 0.30)
@@ -205,6 +257,42 @@ CASES = [
         1.3,
         1.0,
         quantity="time_ratio",
+    ),
+    Case(
+        "planetary",
+        "planetary mill, 7 balls, whole program",
+        planetary,
+        1 / 30,
+        0.01,
+        quantity="cpu_per_simulated_second",
+    ),
+    Case(
+        "planetary-bed",
+        "same, 50 balls of 10 mm, 300 rpm",
+        planetary_bed,
+        1 / 3,
+        0.1,
+        quantity="cpu_per_simulated_second",
+    ),
+    Case("attritor", "attritor, 4000 balls, 40 pins, whole program", attritor, 1.0e6, 2e6),
+    Case("attritor-mesh", "same, the pins a mesh of 4000 facets", attritor_mesh, 0.75e6, 2e6),
+    Case(
+        "pins",
+        "contacts per second, reference mill over attritor",
+        None,
+        1 / 0.8,
+        1.0,
+        quantity="time_ratio",
+        parts=("simoloyer", "attritor"),
+    ),
+    Case(
+        "pins-mesh",
+        "contacts per second, reference mill over attritor-mesh",
+        None,
+        1 / 0.6,
+        1.0,
+        quantity="time_ratio",
+        parts=("simoloyer", "attritor-mesh"),
     ),
     gas("gas4k-0.05", 4000, 0.05, 0.9e6, 1.2e6),
     gas("gas4k-0.30", 4000, 0.30, 1.1e6, 1.8e6),
