@@ -119,8 +119,16 @@ enum mill_fault_code {
 
 enum { MILL_FAULT_SPECIES = 64 }; /* told at most */
 
+/* The narrowest place that the check for clashes saw between two surfaces of different motions, to
+ * some 10 % of it */
+struct mill_narrow {
+    int32_t one, other; /* numbers of the surfaces; other -1: the drum */
+    double gap, when;   /* [m] INFINITY: there is none; [s] */
+};
+
 struct mill_fault {
     enum mill_fault_code code;
+    struct mill_narrow narrow; /* where nothing is wrong */
     int32_t ball, other;
     int kind;
     double amount, when;

@@ -205,8 +205,12 @@ static void print_drive(const struct mill_summary *s)
     const bool rotor = world->motions == 1 && world->rotor == 0;
     const double times = r->duration / world->period;
     char turns[TEXT];
-    snprintf(turns, sizeof turns, "%.3g %s%s", times, rotor ? "revolution" : "period",
-             fabs(times - 1) < 5e-3 ? "" : "s");
+    const char *what = rotor ? "revolution" : "period";
+    const int length =
+        snprintf(turns, sizeof turns, "%.3g %s%s", times, what, fabs(times - 1) < 5e-3 ? "" : "s");
+    if (isnan(known->drive.error) && times < MILL_PRECISION_PERIODS)
+        snprintf(turns + length, sizeof turns - (size_t)length, ", %d needed",
+                 MILL_PRECISION_PERIODS);
     print_mean(s->out, rotor ? "rotor power" : "drive power", &known->drive, "W", turns);
     if (rotor || (world->motions == 1 && !isnan(known->motion_torque[0].value)))
         print_mean(s->out, rotor ? "rotor torque" : "drive torque", &known->motion_torque[0], "N m",

@@ -216,6 +216,15 @@ static enum mill_status list_balls(struct mill_deck *deck, struct mill_error *er
     return MILL_OK;
 }
 
+/* What no surface of the mill has is no kind of it. */
+static bool has_kind(const struct mill_deck *deck, int kind)
+{
+    bool has = deck->drum || kind == MILL_BALL_BALL || kind >= MILL_KINDS;
+    for (int k = 0; k < deck->bodies && !has; k++)
+        has = deck->body[k].kind == kind;
+    return has;
+}
+
 static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *error)
 {
     const struct mill_deck_block named = {.title = "contact", .named = true};
@@ -223,11 +232,13 @@ static enum mill_status list_laws(struct mill_deck *deck, struct mill_error *err
     char known[MILL_KINDS_MOST * (MILL_KINDS_LENGTH + 2)] = "";
     for (int kind = 0; kind < kinds->count; kind++) {
         deck->law[kind] = deck->general;
-        strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
+        if (has_kind(deck, kind))
+            strcat(strcat(known, kind > 0 ? ", " : ""), kinds->name[kind]);
     }
     for (const struct mill_deck_section *s = NULL; (s = mill_deck_next(deck, &named, s));) {
         int kind = 0;
-        while (kind < kinds->count && strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0)
+        while (kind < kinds->count &&
+               (strcmp(strchr(s->title, '.') + 1, kinds->name[kind]) != 0 || !has_kind(deck, kind)))
             kind++;
         if (kind == kinds->count)
             return mill_deck_fault(deck, error, s->title, NULL,
@@ -269,13 +280,14 @@ enum mill_status mill_deck_read(const char *path, int count, const char *const *
     struct mill_deck *made = *deck = calloc(1, sizeof *made);
     if (!made)
         return mill_error_set(error, MILL_FAILED, "out of memory");
+    made->warn = warn;
     enum mill_status status = mill_deck_parse(made, path, count, overrides, error);
     if (status == MILL_OK)
         status = mill_units_create(&made->units, error);
     if (status == MILL_OK)
         status = fill(made, error);
     if (status == MILL_OK)
-        status = mill_deck_check(made, warn, error);
+        status = mill_deck_check(made, error);
     mill_units_free(made->units);
     made->units = NULL;
     if (status == MILL_OK)

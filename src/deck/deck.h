@@ -123,12 +123,13 @@ struct mill_deck {
     struct mill_kinds contacts;  /* kinds of contact */
     struct mill_law general;     /* [contact], for kinds that do not say otherwise */
     struct mill_law law[MILL_KINDS_MOST];
-    double rebound_floor; /* [m/s] */
-    double frames;        /* [s] 0 = none */
-    double series;        /* [s] */
-    int log_impacts;      /* 1: yes */
-    double strike_window; /* [s] */
-    double checkpoint;    /* [s] of wall time */
+    double rebound_floor;           /* [m/s] */
+    double frames;                  /* [s] 0 = none */
+    double series;                  /* [s] */
+    int log_impacts;                /* 1: yes */
+    double strike_window;           /* [s] */
+    double checkpoint;              /* [s] of wall time */
+    void (*warn)(const char *line); /* NULL: nobody listens */
     /* The text behind it */
     const char *file; /* as named by the user, who keeps the name */
     char *bytes;      /* of the file, cut into keys and values */

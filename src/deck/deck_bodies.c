@@ -115,7 +115,9 @@ static enum mill_status read_mesh(struct mill_deck *deck, const struct mill_deck
     enum mill_status status =
         mill_deck_files_find(deck, section->title, "file", given->file, &given->file, error);
     if (status == MILL_OK)
-        status = mill_stl_read(given->file, given->unit, &facet, &is->facets, error);
+        status = mill_deck_files_told(
+            deck, section->title, "file",
+            mill_stl_read(given->file, given->unit, &facet, &is->facets, error), error);
     mill_deck_files_keep(deck, facet);
     is->facet = (const vec3(*)[3])facet;
     return status;

@@ -89,10 +89,11 @@ static enum mill_status check_widths(const struct mill_deck *deck, struct mill_e
     const double width = width_of(deck->container);
     for (int k = 0; k < deck->kinds; k++)
         if (deck->balls[k].diameter >= width)
-            return mill_deck_fault(deck, error, deck->balls[k].section, "diameter",
-                                   "a ball of %g m does not fit into the container [%s], %g m wide",
-                                   deck->balls[k].diameter,
-                                   deck->body_section[deck->container - deck->body], width);
+            return mill_deck_fault(
+                deck, error, deck->balls[k].section, "diameter",
+                "a ball of %g m does not fit into the container [%s], whose least "
+                "inner width or height is %g m",
+                deck->balls[k].diameter, deck->body_section[deck->container - deck->body], width);
     return MILL_OK;
 }
 
@@ -210,8 +211,7 @@ static enum mill_status check_shapes(const struct mill_deck *deck, struct mill_e
     return MILL_OK;
 }
 
-static enum mill_status check_frames(const struct mill_deck *deck, void (*warn)(const char *line),
-                                     struct mill_error *error)
+static enum mill_status check_frames(const struct mill_deck *deck, struct mill_error *error)
 {
     const double frames = deck->frames > 0.0 ? deck->time / deck->frames : 0.0;
     const double size = 1e-9 * frames * (double)deck->all * FRAME_OF_BALL; /* [GB] */
@@ -221,17 +221,17 @@ static enum mill_status check_frames(const struct mill_deck *deck, void (*warn)(
             deck, error, "output", "frames",
             "too short: more than 1e7 frames until %g s (%.3g GB of ball states)", deck->time,
             size);
-    if (frames > MANY_FRAMES && warn) {
+    if (frames > MANY_FRAMES && deck->warn) {
         mill_deck_fault(deck, &line, "output", "frames",
                         "%.3g frames until %g s take %.3g GB; consider a longer interval", frames,
                         deck->time, size);
-        warn(line.text);
+        deck->warn(line.text);
     }
     return MILL_OK;
 }
 
 /* Random balls are put wherever there is room. */
-static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char *line))
+static void warn_of_mouths(const struct mill_deck *deck)
 {
     struct mill_error line;
     if (!deck->drum || !deck->wavy || deck->start)
@@ -249,13 +249,13 @@ static void warn_of_mouths(const struct mill_deck *deck, void (*warn)(const char
                         "buckles open only %.3g mm wide, less than a ball's diameter of %.3g mm: "
                         "balls that start in one stay there",
                         1e3 * mouth, 1e3 * d);
-        warn(line.text);
+        deck->warn(line.text);
         return;
     }
 }
 
 /* One line for the equal blades, whose tips and sides are alike; one for each single one. */
-static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *line))
+static void warn_of_gaps(const struct mill_deck *deck)
 {
     double d = 0.0;
     for (int k = 0; k < deck->kinds; k++)
@@ -278,13 +278,13 @@ static void warn_of_gaps(const struct mill_deck *deck, void (*warn)(const char *
                             "balls can be pinched in it",
                             1e3 * gap, shape->type->name, side ? "end wall" : "drum",
                             gap < less ? "is less than" : "equals", 1e3 * d);
-            warn(line.text);
+            deck->warn(line.text);
         }
     }
 }
 
 /* A motion that carries nothing is mostly a forgotten `on` or `motion`. */
-static void warn_of_idle(const struct mill_deck *deck, void (*warn)(const char *line))
+static void warn_of_idle(const struct mill_deck *deck)
 {
     for (int k = deck->rotor; k < deck->motions; k++) {
         char section[MILL_NAME_LENGTH + 16];
@@ -300,12 +300,11 @@ static void warn_of_idle(const struct mill_deck *deck, void (*warn)(const char *
         mill_deck_fault(deck, &line, section, "kind",
                         "this motion carries nothing: name it as 'on' of another motion or as "
                         "'motion' of a body, or leave it out");
-        warn(line.text);
+        deck->warn(line.text);
     }
 }
 
-enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
-                                 struct mill_error *error)
+enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error)
 {
     static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
         check_times, check_profile, check_shapes, check_sizes, check_amount};
@@ -313,11 +312,11 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(cons
     for (size_t i = 0; status == MILL_OK && i < sizeof check / sizeof *check; i++)
         status = check[i](deck, error);
     if (status == MILL_OK)
-        status = check_frames(deck, warn, error);
-    if (status == MILL_OK && warn) {
-        warn_of_mouths(deck, warn);
-        warn_of_gaps(deck, warn);
-        warn_of_idle(deck, warn);
+        status = check_frames(deck, error);
+    if (status == MILL_OK && deck->warn) {
+        warn_of_mouths(deck);
+        warn_of_gaps(deck);
+        warn_of_idle(deck);
     }
     return status;
 }

@@ -36,6 +36,15 @@ enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *sectio
     return MILL_OK;
 }
 
+enum mill_status mill_deck_files_told(const struct mill_deck *deck, const char *section,
+                                      const char *key, enum mill_status status,
+                                      struct mill_error *error)
+{
+    const struct mill_error what = *error;
+    return status == MILL_BAD_DECK ? mill_deck_fault(deck, error, section, key, "%s", what.text)
+                                   : status;
+}
+
 /* ---- rows of numbers ---- */
 
 /* The next row, without comment and newline, but no more of a file that has no rows than fits.

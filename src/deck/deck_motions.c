@@ -92,7 +92,8 @@ static enum mill_status read_table(struct mill_deck *deck, const struct mill_dec
                                wrong ? "'%s' %s" : "cannot read '%s': %s", in.path,
                                wrong ? wrong : strerror(errno));
     table->rows = 0;
-    status = read_rows(&in, &table->rows, &row, error);
+    status = mill_deck_files_told(deck, section->title, "file",
+                                  read_rows(&in, &table->rows, &row, error), error);
     fclose(in.in);
     mill_deck_files_keep(deck, row);
     table->row = (const double(*)[COLUMNS])row;

@@ -111,6 +111,11 @@ enum mill_status mill_deck_files_find(struct mill_deck *deck, const char *sectio
                                       const char *name, const char **path,
                                       struct mill_error *error);
 
+/* status; a fault in such a file is told with the deck's line and key before it. */
+enum mill_status mill_deck_files_told(const struct mill_deck *deck, const char *section,
+                                      const char *key, enum mill_status status,
+                                      struct mill_error *error);
+
 /* Until the deck is freed */
 void mill_deck_files_keep(struct mill_deck *deck, void *memory);
 
@@ -145,7 +150,6 @@ double mill_deck_bodies_volume(const struct mill_deck *deck);
 
 /* ---- what single keys cannot tell (deck_check.c) ---- */
 
-enum mill_status mill_deck_check(const struct mill_deck *deck, void (*warn)(const char *line),
-                                 struct mill_error *error);
+enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error);
 
 #endif

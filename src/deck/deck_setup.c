@@ -9,6 +9,8 @@
 #include <string.h>
 
 enum { TOLD = 8192 /* rows between two reports */ };
+/* of a ball's diameter: gaps are known to 10 % */
+#define NARROW 0.9
 
 /* The parts of a setup that are lists */
 struct lists {
@@ -170,17 +172,37 @@ static const char *find_section(const struct mill_deck *deck, int k, char copy[3
     return deck->body_section[k];
 }
 
+/* A mesh in the wrong unit is a thousand times too large: "; it is 84 x 84 x 64 m large" */
+static void say_size(const struct mill_deck *deck, const char *section, char text[80])
+{
+    const struct mill_body *is = NULL;
+    vec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
+    for (int k = 0; k < deck->bodies; k++)
+        if (section && strcmp(deck->body_section[k], section) == 0)
+            is = deck->body[k].form;
+    for (size_t k = 0; is && k < 3 * is->facets; k++) {
+        const vec3 at = is->facet[k / 3][k % 3];
+        lo = vec3_make(fmin(lo.x, at.x), fmin(lo.y, at.y), fmin(lo.z, at.z));
+        hi = vec3_make(fmax(hi.x, at.x), fmax(hi.y, at.y), fmax(hi.z, at.z));
+    }
+    text[0] = '\0';
+    if (is && is->facets > 0)
+        snprintf(text, 80, "; in its 'unit' it is %.3g x %.3g x %.3g m large", hi.x - lo.x,
+                 hi.y - lo.y, hi.z - lo.z);
+}
+
 /* What bodies do when they move, or are not what they should be */
 static enum mill_status tell_bodies(const struct mill_deck *deck, const struct mill_fault *fault,
                                     struct mill_error *error)
 {
-    char copy[32], other_copy[32];
+    char copy[32], other_copy[32], size[80];
     const char *section = find_section(deck, fault->other, copy);
+    say_size(deck, section, size);
     if (fault->code == MILL_FAULT_OUTSIDE)
         return mill_deck_fault(deck, error, section, NULL,
                                "%sleaves the container at t = %.6g s: make it smaller, or set it "
-                               "elsewhere",
-                               copy, fault->when);
+                               "elsewhere%s",
+                               copy, fault->when, size);
     if (fault->code == MILL_FAULT_MESH)
         return mill_deck_fault(deck, error, section, "file", "%s",
                                fault->text ? fault->text : mill_setup_fault_text(MILL_FAULT_MESH));
@@ -228,6 +250,26 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     return tell_no_room(deck, fault, error);
 }
 
+/* Balls are pinched where what moves comes nearer than they are wide. */
+static void warn_of_narrow(const struct mill_deck *deck, const struct mill_narrow *narrow)
+{
+    char copy[32], other_copy[32] = "";
+    struct mill_error line;
+    double d = 0.0;
+    for (int k = 0; k < deck->kinds; k++)
+        d = fmax(d, deck->balls[k].diameter);
+    if (!deck->warn || narrow->gap >= NARROW * d)
+        return;
+    const char *section = find_section(deck, narrow->one, copy);
+    const char *met = narrow->other < 0 ? "drum" : find_section(deck, narrow->other, other_copy);
+    mill_deck_fault(
+        deck, &line, section, NULL,
+        "%scomes as near as %.2g mm to [%s] %sat t = %.4g s, less than a ball's diameter "
+        "of %.3g mm: balls can be pinched there",
+        copy, 1e3 * narrow->gap, met, other_copy, narrow->when, 1e3 * d);
+    deck->warn(line.text);
+}
+
 enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
                                        const struct mill_start_watch *watch,
                                        struct mill_world **world, struct mill_error *error)
@@ -240,6 +282,8 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
     if (status == MILL_OK) {
         mill_start_world(&setup, watch, world, &fault);
         status = tell(deck, lists.line, &fault, error);
+        if (status == MILL_OK)
+            warn_of_narrow(deck, &fault.narrow);
     }
     free(lists.surface);
     free(lists.balls);

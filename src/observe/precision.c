@@ -391,8 +391,8 @@ struct mill_precision_known mill_precision_tell(const struct mill_precision *p, 
     const struct mill_account *now = &p->accounts[p->at.batches];
     struct mill_precision_known known = {.batches = p->at.batches - from};
     known.idle = now->work_gross <= rounding * now->incident;
-    known.enough =
-        known.batches >= MILL_PRECISION_FEWEST && (known.idle || known.batches >= 3 * p->at.period);
+    known.enough = known.batches >= MILL_PRECISION_FEWEST &&
+                   (known.idle || known.batches >= MILL_PRECISION_PERIODS * p->at.period);
     known.drive = rate_of(p, from, (struct entry){.at = offsetof(struct mill_account, work)});
     if (p->at.period == 0) /* nothing moves */
         known.drive.error = NAN;

@@ -13,7 +13,8 @@
 
 enum {
     MILL_PRECISION_BATCHES = 1152,            /* there is room for; then they are joined */
-    MILL_PRECISION_FEWEST = 36,               /* batches that tell anything: three periods */
+    MILL_PRECISION_PERIODS = 3,               /* that tell an error of what motions do */
+    MILL_PRECISION_FEWEST = 36,               /* batches that tell anything: of so many periods */
     MILL_PRECISION_ROWS = MILL_KINDS_MOST + 1 /* the mill's kinds, then all */
 };
 

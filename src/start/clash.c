@@ -67,6 +67,13 @@ static double gap_at(const struct check *c, const struct march *m, double t)
     return least;
 }
 
+static void see(const struct check *c, const struct march *m, double gap, double t)
+{
+    if (gap < c->fault->narrow.gap)
+        c->fault->narrow = (struct mill_narrow){
+            m->a->is->surface, m->b->is == &c->around ? -1 : m->b->is->surface, gap, t};
+}
+
 /* Tells the first touch before `end`, if it is the first of all. */
 static void march(struct check *c, const struct march *m, double end, enum mill_fault_code code)
 {
@@ -81,6 +88,7 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
         const double gap = gap_at(c, m, t);
         if (gap <= m->near)
             break;
+        see(c, m, gap, t);
         if (m->speed == 0.0)
             return;
         t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;

@@ -304,7 +304,8 @@ static void check_pairs(const struct mill_world *w, struct mill_fault *fault)
             const double distance = vec3_norm(vec3_sub(r, w->ball[near[k]].r));
             const double gap = distance - (radius_of(w, i) + radius_of(w, near[k]));
             if (!(gap >= -SLACK) && (fault->code == MILL_FAULT_NONE || near[k] < fault->other))
-                *fault = (struct mill_fault){MILL_FAULT_BALL_IN_BALL, i, near[k], .amount = -gap};
+                *fault = (struct mill_fault){
+                    .code = MILL_FAULT_BALL_IN_BALL, .ball = i, .other = near[k], .amount = -gap};
         }
         mill_fill_grids_place(&grids, i);
     }
@@ -335,7 +336,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
 {
     struct mill_fault unread = {.code = MILL_FAULT_NONE};
     fault = fault ? fault : &unread;
-    *fault = (struct mill_fault){.code = MILL_FAULT_NONE};
+    *fault = (struct mill_fault){.code = MILL_FAULT_NONE, .narrow.gap = INFINITY};
     *world = NULL;
     if (!is_sound(setup))
         return fault->code = MILL_FAULT_NUMBER;

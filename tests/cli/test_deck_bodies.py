@@ -138,6 +138,7 @@ WRONG_VALUES = [
     ("balls", "start_motion", "moving", "expected 'container' or 'still', got 'moving'"),
     ("contact.ball_jra", "friction", "0.1", "unknown kind of contact; there are ball_ball,"),
     ("contact.jar", "friction", "0.1", "they begin with 'ball_'"),
+    ("contact.ball_drum", "friction", "0.1", "unknown kind of contact; there are ball_ball,"),
 ]
 
 
@@ -329,6 +330,38 @@ def test_a_table_that_is_not_there_is_named(refused, write_deck, tmp_path):
     assert complaint.startswith(expected)
     write_deck(PLANET + "[motion.a]\nkind = table\nfile = /dev/zero\n")
     assert "'/dev/zero' is a device, not a file" in refused("deck.ini")
+
+
+def test_a_fault_in_a_file_is_told_with_the_line_that_names_it(refused, write_deck, tmp_path):
+    (tmp_path / "a.txt").write_text("0 0 0 0 0 0\n")
+    write_deck(PLANET + "[motion.a]\nkind = table\nfile = a.txt\n")
+    expected = f"deck.ini:59: [motion.a] file: {tmp_path}/a.txt:1: expected 7 numbers"
+    assert refused("deck.ini").startswith(expected)
+    (tmp_path / "a.stl").write_text("solid a\nfacet bad\n")
+    write_deck(PLANET + "[body.a]\nshape = mesh\nfile = a.stl\nunit = mm\n")
+    expected = f"deck.ini:59: [body.a] file: {tmp_path}/a.stl:2: expected 'normal', got 'bad'"
+    assert refused("deck.ini").startswith(expected)
+
+
+def test_a_mesh_in_the_wrong_unit_is_told_with_its_size(refused):
+    complaint = refused(ROOT / "input/stl.ini", "-s", "body.rotor.unit=m")
+    assert "leaves the container at t = 0 s" in complaint
+    assert "in its 'unit' it is 78.9 x 78.9 x 64 m large" in complaint
+
+
+def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):
+    def warned(length):
+        order = ("-s", f"body.arm.length={length} mm", ROOT / "input/attritor.ini")
+        done = millsim("--check", "-q", *order)
+        assert done.returncode == 0
+        return done.stderr
+
+    # the tank's radius is 45 mm, a ball's diameter 5 mm; of an arm's rims the ends are rounded by 1 mm
+    assert warned(79) == ""
+    text = warned(84)
+    assert "[body.arm]: its copy 0 comes as near as 3 mm to [body.tank] at t = 0 s" in text
+    assert text.endswith("less than a ball's diameter of 5 mm: balls can be pinched there\n")
+    assert len(text.splitlines()) == 1
 
 
 def test_a_table_is_found_again_and_never_overwritten(millsim, write_deck, tmp_path):

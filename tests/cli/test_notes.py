@@ -27,3 +27,21 @@ def test_few_balls_in_a_smooth_drum_without_friction_end_as_a_ring(millsim):
     sets = [word for option in options for word in ("-s", option)]
     done = millsim(ROOT / "input/simoloyer.ini", "-q", "--json", *sets)
     assert "turns as a ring" in notes(done)
+
+
+PLANETARY = (ROOT / "input/planetary.ini", "-s", "run.time=1.5 s", "-s", "output.frames=0 s")
+BED = ("balls.count=50", "balls.diameter=10 mm", "body.jar.radius=37 mm", "body.jar.length=58.1 mm")
+SLOW = ("motion.sun.speed=300 rpm", "motion.jar.speed=-600 rpm")
+
+
+def test_the_error_of_a_charge_pressed_to_a_moving_wall_is_said_to_be_that_of_one_start(millsim):
+    sets = [word for order in BED + SLOW for word in ("-s", order)]
+    said = notes(millsim("--json", *PLANETARY, *sets))
+    assert "the errors are those of its present arrangement" in said
+    assert "arrangement" not in notes(millsim("--json", "-f", *PLANETARY))  # seven balls fly
+
+
+def test_balls_that_a_bowl_presses_are_not_said_to_be_hit_several_times_at_once(millsim):
+    said = notes(millsim("--json", ROOT / "input/vibratory.ini", "-s", "run.time=1 s"))
+    assert "at the rebound floor" in said
+    assert "a ball is hit every" not in said

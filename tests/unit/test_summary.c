@@ -131,7 +131,7 @@ START_TEST(the_table_says_why_there_is_no_standard_error)
     f.asked.end = 0.65;
     facts.time = facts.local = 0.65;
     fixture_create(&f);
-    assert_holds(printed(false), "(1.5 revolutions: error not known)");
+    assert_holds(printed(false), "(1.5 revolutions, 3 needed: error not known)");
 }
 END_TEST
 
