@@ -128,7 +128,9 @@ struct mill_narrow {
 
 struct mill_fault {
     enum mill_fault_code code;
-    struct mill_narrow narrow; /* where nothing is wrong */
+    struct mill_narrow narrow;    /* where nothing is wrong */
+    struct mill_narrow unchecked; /* when: from then on nobody has looked at these; INFINITY: all
+                                     have been looked at */
     int32_t ball, other;
     int kind;
     double amount, when;

@@ -23,7 +23,7 @@ static const struct row {
                   "\n                       may be repeated"},
     [MILL_CHECK] = {"check", 'c', NULL,
                     "check the deck, print it with all defaults, and forecast what\n"
-                    "                       its run will cost, from a trial of 1.5 s; do not run"},
+                    "                       its run will cost, from a trial of 2 s; do not run"},
     [MILL_RESUME] = {"resume", 'r', NULL,
                      "continue an interrupted run of this output file, to the\n"
                      "                       same results as if it had never been interrupted"},
@@ -63,7 +63,9 @@ bool mill_command_answer(const struct mill_command *a, FILE *out)
         return a->given[MILL_VERSION_LINE];
     }
     fputs("Usage: millsim [options] DECK\n"
-          "Simulates the balls of a high-energy ball mill, contact by contact.\n\n",
+          "Simulates the balls of a ball mill, contact by contact. input/ has a deck for each kind "
+          "of\n"
+          "mill: simoloyer.ini, planetary.ini, mixer.ini, attritor.ini ... (docs/mills.md).\n\n",
           out);
     for (const struct row *row = rows; row < rows + MILL_OPTIONS; row++) {
         const char letter[] = {'-', row->letter, ',', '\0'};

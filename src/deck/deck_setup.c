@@ -250,23 +250,28 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
     return tell_no_room(deck, fault, error);
 }
 
-/* Balls are pinched where what moves comes nearer than they are wide. */
-static void warn_of_narrow(const struct mill_deck *deck, const struct mill_narrow *narrow)
+/* Where balls are pinched, for what moves comes nearer than they are wide; what nobody looked at */
+static void warn_of(const struct mill_deck *deck, const struct mill_narrow *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";
     struct mill_error line;
     double d = 0.0;
     for (int k = 0; k < deck->kinds; k++)
         d = fmax(d, deck->balls[k].diameter);
-    if (!deck->warn || narrow->gap >= NARROW * d)
+    if (!deck->warn || (unchecked ? isinf(place->when) : !(place->gap < NARROW * d)))
         return;
-    const char *section = find_section(deck, narrow->one, copy);
-    const char *met = narrow->other < 0 ? "drum" : find_section(deck, narrow->other, other_copy);
-    mill_deck_fault(
-        deck, &line, section, NULL,
-        "%scomes as near as %.2g mm to [%s] %sat t = %.4g s, less than a ball's diameter "
-        "of %.3g mm: balls can be pinched there",
-        copy, 1e3 * narrow->gap, met, other_copy, narrow->when, 1e3 * d);
+    const char *section = find_section(deck, place->one, copy);
+    const char *met = place->other < 0 ? "drum" : find_section(deck, place->other, other_copy);
+    if (unchecked)
+        mill_deck_fault(deck, &line, section, NULL,
+                        "nobody has checked whether %sruns into [%s] %safter t = %.4g s: that "
+                        "would take too long",
+                        copy, met, other_copy, place->when);
+    else
+        mill_deck_fault(deck, &line, section, NULL,
+                        "%scomes as near as %.2g mm to [%s] %sat t = %.4g s, less than a ball's "
+                        "diameter of %.3g mm: balls can be pinched there",
+                        copy, 1e3 * place->gap, met, other_copy, place->when, 1e3 * d);
     deck->warn(line.text);
 }
 
@@ -283,7 +288,9 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
         mill_start_world(&setup, watch, world, &fault);
         status = tell(deck, lists.line, &fault, error);
         if (status == MILL_OK)
-            warn_of_narrow(deck, &fault.narrow);
+            warn_of(deck, &fault.narrow, false);
+        if (status == MILL_OK)
+            warn_of(deck, &fault.unchecked, true);
     }
     free(lists.surface);
     free(lists.balls);

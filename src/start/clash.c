@@ -67,11 +67,11 @@ static double gap_at(const struct check *c, const struct march *m, double t)
     return least;
 }
 
-static void see(const struct check *c, const struct march *m, double gap, double t)
+static struct mill_narrow place_of(const struct check *c, const struct march *m, double gap,
+                                   double t)
 {
-    if (gap < c->fault->narrow.gap)
-        c->fault->narrow = (struct mill_narrow){
-            m->a->is->surface, m->b->is == &c->around ? -1 : m->b->is->surface, gap, t};
+    const int other = m->b->is == &c->around ? -1 : m->b->is->surface;
+    return (struct mill_narrow){m->a->is->surface, other, gap, t};
 }
 
 /* Tells the first touch before `end`, if it is the first of all. */
@@ -82,13 +82,18 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
     for (;;) {
         const double first = c->fault->code == MILL_FAULT_NONE ? (double)INFINITY : c->fault->when;
         const bool late = c->looks++ > PATIENCE;
-        if (t > end || t >= first || (late && horizon > 0.0 && t > horizon) ||
-            c->looks > MOST_LOOKS)
+        if (t > end || t >= first || (late && horizon > 0.0 && t > horizon))
             return;
+        if (c->looks > MOST_LOOKS) {
+            if (t < c->fault->unchecked.when)
+                c->fault->unchecked = place_of(c, m, 0.0, t);
+            return;
+        }
         const double gap = gap_at(c, m, t);
         if (gap <= m->near)
             break;
-        see(c, m, gap, t);
+        if (gap < c->fault->narrow.gap)
+            c->fault->narrow = place_of(c, m, gap, t);
         if (m->speed == 0.0)
             return;
         t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;

@@ -364,6 +364,37 @@ def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):
     assert len(text.splitlines()) == 1
 
 
+SHAKEN = """\
+[motion.{name}]
+kind = shift
+amplitude = 0.5 0 0 mm
+frequency = {frequency} Hz
+[body.{name}]
+shape = box
+motion = {name}
+centre = {x} 0 -180 mm
+size = 6 5 5 mm
+copies = 40
+shift_by = 0 0 9 mm
+"""
+TANK = "[body.tank]\nshape = cylinder\nside = inside\nradius = 90 mm\nlength = 400 mm\n"
+
+
+def test_bodies_whose_check_would_take_too_long_are_a_warning(millsim, write_deck):
+    one = SHAKEN.format(name="a", frequency=50, x=-4)
+    other = SHAKEN.format(name="b", frequency=51.2345678, x=4)
+    balls = "[balls]\ncount = 9\ndiameter = 1 mm\ndensity = 7800 kg/m^3\n"
+    law = "[contact]\nrestitution = 0.8\n[output]\nframes = 0 s\n"
+    write_deck("[run]\ntime = 1 h\n" + one + other + TANK + balls + law)
+    done = millsim("--check", "-q", "deck.ini")
+    assert done.returncode == 0
+    assert (
+        "[body.a]: nobody has checked whether its copy 34 runs into [body.b] its copy"
+        in done.stderr
+    )
+    assert "after t = 0 s: that would take too long" in done.stderr
+
+
 def test_a_table_is_found_again_and_never_overwritten(millsim, write_deck, tmp_path):
     (tmp_path / "sub").mkdir()
     rows = "0 0 0 0 0 0 0\n1 0 0 0 0 0 1\n2 0 0 0 0 0 -1\n3 0 0 0 0 0 0\n"
