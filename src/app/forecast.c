@@ -6,8 +6,10 @@
 #include "app/forecast.h"
 
 #include "app/record.h"
+#include "app/run.h"
 #include "millsim/sim.h"
 #include "observe/observers.h"
+#include "observe/vtkhdf.h"
 
 #include <math.h>
 
@@ -18,6 +20,7 @@
 #define LOSS 6.0
 #define RAPID 10.0       /* centripetal over gravitational acceleration from which it is swept up */
 #define FRAME 36.0       /* [byte] of a ball in a frame */
+#define POINT 4.0        /* [byte] of a point of what moves, in a frame: between 1.5 and 9.5 */
 #define ROW 300.0        /* [byte] of a row of the series */
 #define IMPACT 80.0      /* [byte] of a row of the log */
 #define STATISTICS 1.2e6 /* [byte] of a file's histograms and maps */
@@ -104,6 +107,20 @@ double mill_forecast_work(const struct mill_forecast_growth *growth, double time
     return swept / power * exp(power * (time / swept - 1));
 }
 
+/* Points that every frame shows anew */
+static double points_of(const struct mill_deck *deck, const struct mill_world *world)
+{
+    const struct mill_profile drum = mill_run_profile(deck, world);
+    double points = 0;
+    for (int k = 0; k < world->motions; k++) {
+        struct mill_outline outline;
+        mill_vtkhdf_outline(&drum, world, world->motion[k], &outline);
+        points += (double)outline.mesh.points;
+        mill_vtkhdf_outline_free(&outline);
+    }
+    return points;
+}
+
 /* Of a trial with these ends; returns the rate of contacts in the steady mill [1/s]. */
 static double work_out(const struct mill_deck *deck, const struct mill_world *world,
                        const struct point ends[2], struct mill_forecast *forecast)
@@ -120,7 +137,8 @@ static double work_out(const struct mill_deck *deck, const struct mill_world *wo
     f.contacts = fmin(f.contacts + rest, most);
     f.file = STATISTICS + end / deck->series * ROW + (deck->log_impacts ? f.contacts * IMPACT : 0);
     if (deck->frames > 0)
-        f.file += (floor(end / deck->frames) + 1) * world->balls * FRAME;
+        f.file += (floor(end / deck->frames) + 1) *
+                  (world->balls * FRAME + points_of(deck, world) * POINT);
     /* without contacts there is only the time to go by */
     const double cost = ends[1].cpu - ends[0].cpu;
     f.cpu = ends[1].cpu + (met > 0 ? rest / met * cost : (end / f.trial - 1) * cost);

@@ -98,12 +98,18 @@ static enum mill_status find_earlier(struct run *r)
     return status;
 }
 
+struct mill_profile mill_run_profile(const struct mill_deck *deck, const struct mill_world *world)
+{
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    return drum.radius > 0 ? mill_shapes_chamber(&drum).drum
+                           : mill_profile_make(2, world->drum_radius, 0, 0);
+}
+
 /* The mill and who watches it, at t = 0 */
 static enum mill_status build(struct run *r)
 {
     const struct mill_deck *deck = r->deck;
     const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
-    const struct mill_setup_drum drum = mill_deck_drum(deck);
     r->observe = (struct mill_observe){
         .end = deck->time,
         .sample_from = deck->sample_from,
@@ -117,9 +123,8 @@ static enum mill_status build(struct run *r)
         .rotor_angle = deck->rotor_angle,
     };
     enum mill_status status = mill_deck_setup_world(deck, &watch, &r->world, r->error);
-    if (status == MILL_OK) /* of a container that is a body the circle around it */
-        r->observe.drum = drum.radius > 0 ? mill_shapes_chamber(&drum).drum
-                                          : mill_profile_make(2, r->world->drum_radius, 0, 0);
+    if (status == MILL_OK)
+        r->observe.drum = mill_run_profile(deck, r->world);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)
