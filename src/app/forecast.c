@@ -6,7 +6,6 @@
 #include "app/forecast.h"
 
 #include "app/record.h"
-#include "app/run.h"
 #include "millsim/sim.h"
 #include "observe/observers.h"
 #include "observe/vtkhdf.h"
@@ -110,7 +109,7 @@ double mill_forecast_work(const struct mill_forecast_growth *growth, double time
 /* Points that every frame shows anew */
 static double points_of(const struct mill_deck *deck, const struct mill_world *world)
 {
-    const struct mill_profile drum = mill_run_profile(deck, world);
+    const struct mill_profile drum = mill_record_profile(deck, world);
     double points = 0;
     for (int k = 0; k < world->motions; k++) {
         struct mill_outline outline;

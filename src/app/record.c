@@ -5,6 +5,7 @@
 #include "app/record.h"
 
 #include "base/version.h"
+#include "geometry/shapes.h"
 #include "store/draft.h"
 
 #include <errno.h>
@@ -18,6 +19,14 @@
 
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
+
+struct mill_profile mill_record_profile(const struct mill_deck *deck,
+                                        const struct mill_world *world)
+{
+    const struct mill_setup_drum drum = mill_deck_drum(deck);
+    return drum.radius > 0 ? mill_shapes_chamber(&drum).drum
+                           : mill_profile_make(2, world->drum_radius, 0, 0);
+}
 
 struct mill_totals mill_record_add(const struct mill_world *world, double local)
 {

@@ -2,6 +2,7 @@
 #ifndef MILL_RECORD_H
 #define MILL_RECORD_H
 
+#include "base/profile.h"
 #include "deck/deck.h"
 #include "millsim/world.h"
 #include "observe/sink.h"
@@ -36,6 +37,10 @@ struct mill_totals {
     double dissipation, balance_error, turnover; /* [J]; the last: energy turned over */
 };
 struct mill_totals mill_record_add(const struct mill_world *world, double local);
+
+/* The drum's cross-section; of a container that is a body the circle around it */
+struct mill_profile mill_record_profile(const struct mill_deck *deck,
+                                        const struct mill_world *world);
 
 /* Writes what is known before the first event. /deck: every entry of the deck with all defaults as
  * a text /deck/SECTION/KEY, and the whole, a deck itself, as /deck/text. /run: version, compiler,

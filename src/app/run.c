@@ -7,7 +7,6 @@
 #include "app/summary.h"
 #include "base/version.h"
 #include "deck/deck.h"
-#include "geometry/shapes.h"
 #include "store/draft.h"
 
 #include <math.h>
@@ -98,13 +97,6 @@ static enum mill_status find_earlier(struct run *r)
     return status;
 }
 
-struct mill_profile mill_run_profile(const struct mill_deck *deck, const struct mill_world *world)
-{
-    const struct mill_setup_drum drum = mill_deck_drum(deck);
-    return drum.radius > 0 ? mill_shapes_chamber(&drum).drum
-                           : mill_profile_make(2, world->drum_radius, 0, 0);
-}
-
 /* The mill and who watches it, at t = 0 */
 static enum mill_status build(struct run *r)
 {
@@ -124,7 +116,7 @@ static enum mill_status build(struct run *r)
     };
     enum mill_status status = mill_deck_setup_world(deck, &watch, &r->world, r->error);
     if (status == MILL_OK)
-        r->observe.drum = mill_run_profile(deck, r->world);
+        r->observe.drum = mill_record_profile(deck, r->world);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)

@@ -22,9 +22,6 @@ struct mill_run_order {
     struct mill_sim_checks checks; /* how often --paranoid has checked */
 };
 
-/* The drum's cross-section; of a container that is a body the circle around it */
-struct mill_profile mill_run_profile(const struct mill_deck *deck, const struct mill_world *world);
-
 /* Runs the deck and writes the output file and the summary. Polls *stop and shows progress a few
  * times a second; MILL_STOPPED when *stop became non-zero: the file then holds everything up to
  * that moment, and the state to go on from. */
