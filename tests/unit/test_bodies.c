@@ -161,11 +161,9 @@ static double marched(const struct one *o, const struct flight *f, double until)
     return INFINITY;
 }
 
-/* APPROACHES=100000 in the environment: so many of each, some minutes each */
 static void contract(int kind, bool inside, int way)
 {
-    const char *asked = getenv("APPROACHES");
-    const int approaches = asked ? atoi(asked) : 300;
+    const int approaches = approaches_or(300);
     uint64_t seed = 1 + (uint64_t)(kind + 10 * inside + 100 * way);
     int found = 0, none = 0, give_ups = 0;
     for (int i = 0; i < approaches; i++) {
