@@ -10,12 +10,15 @@
 
 #include <errno.h>
 #include <gsl/gsl_version.h>
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <unistd.h>
+
+#define DIGEST "/deck/digest"
 
 static const char status_meaning[] =
     "complete, stopped (by a signal), failed, or running (if it is not, it was killed)";
@@ -211,7 +214,7 @@ static char *print_deck(const struct mill_deck *deck)
 
 void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command)
 {
-    char hdf5[32], started[32] = "unknown", *text = print_deck(deck);
+    char hdf5[32], started[32] = "unknown", digest[20], *text = print_deck(deck);
     const time_t now = time(NULL);
     struct tm utc;
     mill_h5_version(hdf5, sizeof hdf5);
@@ -224,6 +227,10 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     else
         mill_h5_spend(file, "out of memory for the deck's text");
     free(text);
+    if (mill_deck_files_digest(deck) != 0) {
+        snprintf(digest, sizeof digest, "%016" PRIx64, mill_deck_files_digest(deck));
+        mill_h5_write_text(file, DIGEST, digest, "changes with the tables and meshes of the deck");
+    }
     mill_h5_write_text(file, "/run/version", mill_version, "version of millsim");
     mill_h5_write_text(file, "/run/compiler", mill_version_compiler, "compiler that built it");
     mill_h5_write_text(file, "/run/flags", mill_version_flags, "flags it was built with");
@@ -255,6 +262,24 @@ static void next_line(const char **text, char *line, size_t size)
         if (line[0] == '#' || strncmp(line, "checkpoint = ", 13) == 0)
             line[0] = '\0';
     } while (!line[0] && **text);
+}
+
+/* The same names may stand for other tables and meshes by now. */
+static enum mill_status compare_files(struct mill_h5 *file, const char *name,
+                                      const struct mill_deck *deck, struct mill_error *error)
+{
+    char here[20], *there = NULL;
+    if (mill_deck_files_digest(deck) == 0 || !mill_h5_exists(file, DIGEST))
+        return MILL_OK;
+    snprintf(here, sizeof here, "%016" PRIx64, mill_deck_files_digest(deck));
+    enum mill_status status = mill_h5_read_text(file, DIGEST, &there, error);
+    if (status == MILL_OK && strcmp(here, there) != 0)
+        status = mill_error_set(error, MILL_BAD_DECK,
+                                "%s: a table or mesh of its deck has changed since: put the old "
+                                "one back to resume, or start again with --force",
+                                name);
+    free(there);
+    return status;
 }
 
 enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
@@ -290,7 +315,7 @@ enum mill_status mill_record_compare(struct mill_h5 *file, const char *name,
                                 name, what.text);
     free(old);
     free(new);
-    return status;
+    return status == MILL_OK ? compare_files(file, name, deck, error) : status;
 }
 
 /* ---- the start ---- */

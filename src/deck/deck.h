@@ -7,6 +7,7 @@
 #include "millsim/start.h"
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 
 #define MILL_NAME_LENGTH 64
@@ -184,6 +185,9 @@ enum mill_status mill_deck_tell(int count, const char *const *values, FILE *out,
 enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
                                        const struct mill_start_watch *watch,
                                        struct mill_world **world, struct mill_error *error);
+
+/* A number that changes with the tables and meshes that the deck names; 0: there are none */
+uint64_t mill_deck_files_digest(const struct mill_deck *deck);
 
 /* Prints the full deck, itself a deck. */
 void mill_deck_print(const struct mill_deck *deck, FILE *out);

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <stdint.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -43,6 +44,28 @@ enum mill_status mill_deck_files_told(const struct mill_deck *deck, const char *
     const struct mill_error what = *error;
     return status == MILL_BAD_DECK ? mill_deck_fault(deck, error, section, key, "%s", what.text)
                                    : status;
+}
+
+/* FNV-1a, of 64 bits (G. Fowler, L. C. Noll & K.-P. Vo, 1991) */
+static uint64_t digest(uint64_t of, size_t count, const double *value)
+{
+    const unsigned char *bytes = (const unsigned char *)value;
+    for (size_t k = 0; k < count * sizeof *value; k++)
+        of = (of ^ bytes[k]) * 0x100000001b3U;
+    return of;
+}
+
+uint64_t mill_deck_files_digest(const struct mill_deck *deck)
+{
+    const uint64_t none = 0xcbf29ce484222325U;
+    uint64_t all = none;
+    for (int k = 0; k < deck->motions; k++)
+        if (deck->motion[k].type == &mill_table_type)
+            all = digest(all, 7 * deck->form[k].as.table.rows, &deck->form[k].as.table.row[0][0]);
+    for (int k = 0; k < deck->bodies; k++)
+        if (deck->body[k].number == 0 && deck->body_form[k].facets > 0) /* copies have the same */
+            all = digest(all, 9 * deck->body_form[k].facets, &deck->body_form[k].facet[0][0].x);
+    return all == none ? 0 : all;
 }
 
 /* ---- rows of numbers ---- */

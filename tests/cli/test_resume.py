@@ -459,6 +459,49 @@ def test_the_folder_may_move(tmp_path):
     assert_same(mill.file, homes[1].file, apart_from=["/deck"])
 
 
+RIDDEN = """\
+[run]
+time = 1000 s
+[motion.path]
+kind = table
+file = path.txt
+[body.jar]
+shape = sphere
+side = inside
+motion = path
+radius = 20 mm
+[balls]
+count = 3
+diameter = 5 mm
+density = 7800 kg/m^3
+[contact]
+restitution = 0.8
+[output]
+checkpoint = 10 ms
+"""
+ROWS = "0 0 0 0 0 0 0\n0.01 1e-3 0 0 0 0 0\n0.02 0 {} 0 0 0 0\n0.03 0 0 0 0 0 0\n"
+
+
+def test_a_table_that_changed_since_is_refused_and_the_old_one_goes_on(folder):
+    mill = folder(RIDDEN)
+    table = mill.path / "path.txt"
+    table.write_text(ROWS.format("1e-3"))
+    mill.stop("-q")
+    bytes_ = mill.file.read_bytes()
+    table.write_text(ROWS.format("1.1e-3"))
+    code, said = mill.run("-q", "--resume")
+    assert code == 2
+    assert one_line(said, "mill.h5: a table or mesh of its deck has changed since", "--force")
+    assert mill.file.read_bytes() == bytes_
+    table.write_text("# the same\n" + ROWS.format("0.001"))
+    process = mill.start("-q", "--resume")
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(0.5)
+    process.send_signal(signal.SIGINT)
+    process.communicate()
+    assert process.returncode == 130
+
+
 # ---- files that cannot be resumed ----
 
 
