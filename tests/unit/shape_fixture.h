@@ -120,6 +120,30 @@ static inline double first_below(const struct mill_shape *s, const struct flight
     return INFINITY;
 }
 
+/* The same of several surfaces; where a ball glides along one the march is given up: nothing is
+ * known then, and *lost is one more. */
+static inline double first_below_any(struct mill_shape *const *shape, int shapes,
+                                     const struct flight *f, double until, double tolerance,
+                                     int *lost)
+{
+    double t = 0.0, speed = 0.0;
+    for (int k = 0; k < shapes; k++)
+        speed = fmax(speed, fastest(shape[k], f, until));
+    for (int step = 0; t < until; step++) {
+        double least = INFINITY;
+        for (int k = 0; k < shapes; k++)
+            least = fmin(least, gap_at(shape[k], f, t));
+        if (least < -tolerance)
+            return t;
+        if (step == 300000) {
+            ++*lost;
+            return INFINITY;
+        }
+        t += fmax(fabs(least), tolerance) / speed;
+    }
+    return INFINITY;
+}
+
 /* d(gap)/dt by central difference: good to 1e-6 m/s where the gap is smooth */
 static inline double gap_rate(const struct mill_shape *s, const struct flight *f, double t)
 {

@@ -142,30 +142,11 @@ static double lateness(const struct one *o, const struct flight *f, double t)
     return rate < -1e-3L ? (double)fabsl(gap / rate) : 0.0;
 }
 
-/* The first time at which any surface is closed, as first_below() finds it, given up where a ball
- * glides along it: then nothing is known. */
-static double marched(const struct one *o, const struct flight *f, double until)
-{
-    enum { MOST = 300000 };
-    double t = 0.0, speed = 0.0;
-    for (int k = 0; k < o->shapes; k++)
-        speed = fmax(speed, fastest(o->shape[k], f, until));
-    for (int step = 0; t < until && step < MOST; step++) {
-        double least = INFINITY;
-        for (int k = 0; k < o->shapes; k++)
-            least = fmin(least, gap_at(o->shape[k], f, t));
-        if (least < -CLOSED)
-            return t;
-        t += fmax(fabs(least), CLOSED) / speed;
-    }
-    return INFINITY;
-}
-
 static void contract(int kind, bool inside, int way)
 {
     const int approaches = approaches_or(300);
     uint64_t seed = 1 + (uint64_t)(kind + 10 * inside + 100 * way);
-    int found = 0, none = 0, give_ups = 0;
+    int found = 0, none = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < approaches; i++) {
         struct one o;
         struct flight f;
@@ -173,7 +154,8 @@ static void contract(int kind, bool inside, int way)
         if (random_flight(&seed, &o, &f)) {
             const double horizon = log_uniform(&seed, 1e-5, 0.03);
             const double t = first_of_all(&o, &f, horizon, &give_ups);
-            const double missed = marched(&o, &f, fmin(t, horizon));
+            const double missed =
+                first_below_any(o.shape, o.shapes, &f, fmin(t, horizon), CLOSED, &lost);
             ck_assert_msg(isinf(missed), "flight %d: below at %.17g, before the contact at %.17g",
                           i, missed, t);
             none += isinf(t) != 0;
@@ -192,6 +174,7 @@ static void contract(int kind, bool inside, int way)
     ck_assert_int_gt(found, approaches / 20);
     ck_assert_int_gt(none + inside * approaches, approaches / 20);
     ck_assert_int_lt(give_ups, 1 + approaches / 100);
+    ck_assert_int_lt(lost, 2 + approaches / 100);
 }
 
 START_TEST(bodies_are_met_from_outside_when_they_are)

@@ -129,7 +129,7 @@ static void contract(int way, bool inside, int meshes)
 {
     meshes = approaches_or(10 * meshes) / 10;
     uint64_t seed = 1 + (uint64_t)(10 * way + inside);
-    int found = 0, none = 0, give_ups = 0;
+    int found = 0, none = 0, give_ups = 0, lost = 0;
     for (int i = 0; i < meshes; i++) {
         struct one o;
         struct flight f;
@@ -140,7 +140,7 @@ static void contract(int way, bool inside, int meshes)
             const double horizon = log_uniform(&seed, 1e-5, 0.03);
             const int asked = give_ups;
             const double t = first_contact(o.shape, &f, horizon, false, &give_ups);
-            const double missed = first_below(o.shape, &f, fmin(t, horizon), CLOSED);
+            const double missed = first_below_any(&o.shape, 1, &f, fmin(t, horizon), CLOSED, &lost);
             ck_assert_msg(isinf(missed), "mesh %d: below at %.17g, before the contact at %.17g", i,
                           missed, t);
             none += isinf(t) != 0;
@@ -160,6 +160,7 @@ static void contract(int way, bool inside, int meshes)
     ck_assert_int_gt(found, meshes);
     ck_assert_int_gt(none + inside * meshes, meshes / 2);
     ck_assert_int_lt(give_ups, 1 + meshes / 10);
+    ck_assert_int_lt(lost, 2 + meshes / 10);
 }
 
 START_TEST(meshes_are_met_from_outside_when_they_are)
