@@ -23,6 +23,7 @@ INSTANT = 1e-6  # [s] a deck is run so far for its bodies alone
 SAMPLED = 120  # poses that tell what a motion sweeps
 SHARP = np.cos(np.radians(35))  # between faces, from which on their edge is one
 RIM = 0.04  # of the container's size: bars along its edges
+WANDERS = 2.0  # times its own size: the path of a container from which on a camera rides on it
 FLAT = 0.04  # of the container's surface in one plane: a flat wall
 SAME = 1e-6  # of a mill's size: corners closer than this are one
 
@@ -157,6 +158,12 @@ class Mill:
         return self.swept(self.poses)
 
     @functools.cached_property
+    def wanders(self) -> bool:
+        """Whether the container's path is so long that a picture of all of it shows the container small."""
+        path, own = (np.linalg.norm(np.ptp(p, axis=0)) for p in (self.hull, self.swept(self.poses[:1])))  # fmt: skip
+        return bool(path > WANDERS * own)
+
+    @functools.cached_property
     def reach(self) -> float:
         """How far from the laboratory's origin anything ever is [m]."""
         far = [0.0]
@@ -172,10 +179,11 @@ class Mill:
         return poses.get(motion, STILL)
 
     def swept(self, poses) -> np.ndarray:
-        """Points (K, 3) [m] between which the container is where motions are at one of `poses`."""
+        """Points (K, 3) [m] between which the container, with what it carries, is where motions are at one of `poses`."""
         where = [self.pose(self.carrier, one) for one in poses] or [STILL]
         where = np.unique(np.round(where, 12), axis=0)
-        points = outermost(self.shell.reshape(-1, 3))
+        aboard = [b.triangles for b in self.inner if self.carrier and b.motion == self.carrier]
+        points = outermost(np.concatenate([self.shell, *aboard]).reshape(-1, 3))
         return outermost(np.concatenate([moved(pose, points) for pose in where]))
 
     @functools.cached_property

@@ -4,6 +4,7 @@ One way through: when (times.py) -> states of the balls then (motion.py, from tr
 team.py in several processes) -> a file (a still here, a film by encode.py, beside a camera's by beside.py).
 """
 
+import argparse
 import os
 import pathlib
 
@@ -36,6 +37,12 @@ def add_arguments(parser):
     add("--quality", choices=("draft", "final"),
         help="final has smoother edges and shades (default of a picture), draft is twice as fast (default of a film)")  # fmt: skip
     add("--camera", choices=CAMERAS, help="default: front, as in Figure 4 of Reichardt and Wiechert")  # fmt: skip
+    add(
+        "--ride",
+        action=argparse.BooleanOptionalAction,
+        help="whether the camera rides on the container, which then does not move in the picture "
+        "(default: if the path of the container is more than twice as large as it, and without --eye)",
+    )
     add("--eye", metavar="X,Y,Z", help="a camera of your own: its place [m]")
     add("--target", metavar="X,Y,Z", help="what it looks at [m] (default: 0,0,0)")
     add("--up", metavar="X,Y,Z", help="what is upwards in the picture (default: 0,0,1)")

@@ -1,7 +1,7 @@
 """Where a picture is taken from: presets that show a whole mill in a frame of any shape, and free cameras.
 
 The world is the deck's, z up. A preset is a direction; how near the camera goes follows from the frame (`Camera.placed`) and
-from what the container sweeps.
+from what the container sweeps. A camera that rides on the container moves with it, and goes as near as the container alone allows.
 """
 
 import dataclasses
@@ -37,6 +37,14 @@ class Camera:
     angle: float
     height: float = 0.0
     hull: np.ndarray | None = None
+    riding: bool = False
+
+    def carried(self, turn) -> "Camera":
+        """The camera that rides on what a pose (3, 4) has moved from where the camera stood."""
+        eye, target = bodies.moved(turn, np.array([self.eye, self.target]))
+        hull = None if self.hull is None else bodies.moved(turn, self.hull)
+        up = turn[:, :3] @ self.up
+        return dataclasses.replace(self, eye=eye, target=target, up=up, hull=hull, riding=True)
 
     @property
     def axes(self) -> np.ndarray:
@@ -104,16 +112,26 @@ class Camera:
         )
 
 
-def of(text: str, run, fraction: float = 0.0) -> Camera:
+def of(text: str, run, fraction: float = 0.0, poses=None) -> Camera:
     """A camera by name, one of PRESETS, for a milltools.runfile.Run; at `fraction` 0..1 of a film (orbit has gone once around
-    by 1). Or a free one, as "eye=0.3,-0.2,0.1 target=0,0,0 up=0,0,1 angle=30" ([m], [degrees]; eye must be there)."""
-    if "=" in text:
-        return _free(text)
-    if text not in PRESETS:
-        raise UserError(f"camera: expected one of {', '.join(PRESETS)}, or eye=x,y,z; got {text!r}")
-    azimuth, elevation, angle = PRESETS[text]
+    by 1). Or a free one, as "eye=0.3,-0.2,0.1 target=0,0,0 up=0,0,1 angle=30" ([m], [degrees]; eye must be there). With `poses`
+    it rides on the container, which is where these say."""
     mill = bodies.Mill.of(run)
-    hull, target = mill.hull, np.zeros(3)
+    riding = poses is not None and bool(mill.carrier)
+    if "=" in text:
+        view = _free(text)
+    elif text in PRESETS:
+        view = _preset(text, mill, mill.swept(mill.poses[:1]) if riding else mill.hull, fraction)
+    else:
+        raise UserError(f"camera: expected one of {', '.join(PRESETS)}, or eye=x,y,z; got {text!r}")
+    if not riding:
+        return view
+    return view.carried(bodies.after(*(mill.pose(mill.carrier, p) for p in (poses, mill.poses[0]))))
+
+
+def _preset(text, mill, hull, fraction):
+    azimuth, elevation, angle = PRESETS[text]
+    target = np.zeros(3)
     if len(hull):
         target = (hull.min(axis=0) + hull.max(axis=0)) / 2
         hull = np.concatenate([hull + s * mill.rim * axis for s in (-1, 1) for axis in np.eye(3)])

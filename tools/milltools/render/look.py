@@ -9,7 +9,7 @@ from milltools.runfile import Run
 @dataclasses.dataclass(frozen=True)
 class Look:
     """`path` of the run, `size` (width, height) [pixels], `quality`, `camera` as camera.of() takes it, `colour` a
-    colour.Colour, `background`; `pov`: traced by POV-Ray, not drawn by VTK."""
+    colour.Colour, `background`; `pov`: traced by POV-Ray, not drawn by VTK; `rides`: the camera does, on the container."""
 
     path: str
     size: tuple[int, int]
@@ -18,6 +18,7 @@ class Look:
     colour: object
     background: str = "studio"
     pov: bool = False
+    rides: bool = False
 
     @contextlib.contextmanager
     def open(self):
@@ -28,17 +29,19 @@ class Look:
 
 
 class _Cameras:
-    """The camera at a share of the film; made anew only if it moves."""
+    """The camera at a share of the film, where motions are at `poses`; made anew only if it moves."""
 
-    def __init__(self, text, run):
+    def __init__(self, look, run):
         from milltools.render import camera
 
-        self._of = lambda fraction: camera.of(text, run, fraction)
-        self.moves = text == "orbit"
-        self._first = self._of(0.0)
+        self._of = lambda fraction, poses: camera.of(
+            look.camera, run, fraction, poses if look.rides else None
+        )
+        self.moves = look.camera == "orbit" or look.rides
+        self._first = self._of(0.0, {})
 
-    def at(self, fraction):
-        return self._of(fraction) if self.moves else self._first
+    def at(self, fraction=0.0, poses=None):
+        return self._of(fraction, poses or {}) if self.moves else self._first
 
 
 class Drawn:
@@ -47,9 +50,9 @@ class Drawn:
     def __init__(self, look, run):
         from milltools.render import scene
 
-        self._cameras = _Cameras(look.camera, run)
+        self._cameras = _Cameras(look, run)
         self._scene = scene.Scene(
-            run, look.size, look.quality, self._cameras.at(0.0), look.colour, look.background
+            run, look.size, look.quality, self._cameras.at(), look.colour, look.background
         )
 
     def __enter__(self):
@@ -61,7 +64,7 @@ class Drawn:
     def draw(self, state, fraction=0.0):
         """The picture of a State at a share of the film."""
         if self._cameras.moves:
-            self._scene.look(self._cameras.at(fraction))
+            self._scene.look(self._cameras.at(fraction, state.poses))
         return self._scene.draw(state)
 
 
@@ -70,7 +73,7 @@ class Traced:
 
     def __init__(self, look, run):
         self._look, self._run = look, run
-        self._cameras = _Cameras(look.camera, run)
+        self._cameras = _Cameras(look, run)
 
     def __enter__(self):
         return self
@@ -82,12 +85,12 @@ class Traced:
         """Writes the scene of a State, as POV-Ray reads it, to `path`."""
         from milltools.render import pov
 
-        look, camera = self._look, self._cameras.at(fraction)
+        look, camera = self._look, self._cameras.at(fraction, state.poses)
         pov.write(self._run, state, path, camera, look.colour, look.size)
 
     def draw(self, state, fraction=0.0):
         """The picture of a State at a share of the film."""
         from milltools.render import pov
 
-        look, camera = self._look, self._cameras.at(fraction)
+        look, camera = self._look, self._cameras.at(fraction, state.poses)
         return pov.draw(self._run, state, camera, look.colour, look.size, look.background)

@@ -49,8 +49,8 @@ class Overlay:
         _blend(picture, bar, at)
         text = f"t = {time * 1e3:.2f} ms" if self.milliseconds else f"t = {time:.4f} s"
         _blend(picture, self._line(text, 3.4), (2.6, 2.0), self.unit)
-        if self.caption:
-            _blend(picture, self._caption(), (2.6, 7.0), self.unit)
+        for number, image in enumerate(self._caption_images):
+            _blend(picture, image, (2.6, 7.0 + 3.2 * number), self.unit)
 
     def _line(self, text, height, alpha=255):
         letters = font(round(height * self.unit))
@@ -60,11 +60,10 @@ class Overlay:
         return image
 
     @functools.cached_property
-    def _caption_image(self):
-        return self._line(self.caption, 2.4, 200)
-
-    def _caption(self):
-        return self._caption_image
+    def _caption_images(self):
+        """A line for each part where it stands beside the mill, not above it."""
+        lines = self.caption.split(", ") if self.wide else [self.caption]
+        return [self._line(line, 2.4, 200) for line in lines if line]
 
     # ---- the bar
 

@@ -52,7 +52,7 @@ sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball 
 def write(run, state, path, camera, colour, size):
     """Writes the scene of a trajectory.State of a milltools.runfile.Run to `path`, for a picture of `size` pixels."""
     mill = Mill.of(run)
-    placed = camera.placed(size, _overlay(run, colour, size).frame)
+    placed = camera.placed(size, _overlay(run, camera, colour, size).frame)
     head = HEAD.format(
         time=state.time,
         width=size[0],
@@ -213,13 +213,13 @@ def _save(picture, png):
         raise UserError(f"{png}: {fault.strerror or fault}", status=1) from None
 
 
-def _overlay(run, colour, size):
-    return Overlay(size, colour, caption(run), run.quantity("run/time", 1.0))
+def _overlay(run, camera, colour, size):
+    return Overlay(size, colour, caption(run, camera), run.quantity("run/time", 1.0))
 
 
-def finish(picture, run, state, colour):
+def finish(picture, run, state, camera, colour):
     """Writes colour bar and time over a traced picture (h, w, 3 or 4) uint8, in place."""
-    _overlay(run, colour, (picture.shape[1], picture.shape[0])).paste(picture, state.time)
+    _overlay(run, camera, colour, (picture.shape[1], picture.shape[0])).paste(picture, state.time)
 
 
 def draw(run, state, camera, colour, size, background="studio") -> np.ndarray:
@@ -230,5 +230,5 @@ def draw(run, state, camera, colour, size, background="studio") -> np.ndarray:
         trace(scene, png, size, background)
         with Image.open(png) as image:
             picture = np.array(image)
-    finish(picture, run, state, colour)
+    finish(picture, run, state, camera, colour)
     return picture

@@ -1,5 +1,6 @@
 """What stills and films share: the look the command line asks for, and what is said about where states come from."""
 
+from milltools.bodies import Mill
 from milltools.errors import UserError
 from milltools.render.look import Look
 from milltools.render.progress import say
@@ -15,12 +16,16 @@ def look(arguments, run, size=None) -> Look:
         pov.program()  # before anything is drawn
     text = _camera(arguments)
     camera.of(text, run)  # wrong ones are said here, not by a worker
+    rides = arguments.ride
+    if rides is None and not arguments.eye and Mill.of(run).wanders:
+        rides = True
+        say("the camera rides on the container, whose path is long (--no-ride: it stands still)")
     limits = _numbers(arguments.limits, "limits", 2) if arguments.limits else None
     colours = colour.of(run, arguments.colour, limits)
     size = size or scene.size_of(arguments.size or DEFAULT)
     still = arguments.file.lower().endswith((".png", ".pov"))
     quality = arguments.quality or ("final" if still else "draft")
-    return Look(run.path, size, quality, text, colours, pov=arguments.pov)
+    return Look(run.path, size, quality, text, colours, pov=arguments.pov, rides=bool(rides))
 
 
 def _camera(arguments):

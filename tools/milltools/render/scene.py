@@ -75,7 +75,7 @@ class Scene:
         ink = BACKGROUNDS[background][2]
         if overlay:
             self._over = Overlay(
-                self.size, colour, caption(run), run.quantity("run/time", 1.0), ink
+                self.size, colour, caption(run, camera), run.quantity("run/time", 1.0), ink
             )
         self.mill = Mill.of(run)
         tile, count = tiles(self.size, self._how["over"])
@@ -154,8 +154,9 @@ class Scene:
             self._window = None
 
 
-def caption(run) -> str:
+def caption(run, camera) -> str:
     """What the picture is of, as in "4000 balls, 1000 rpm"."""
     count = len(run.balls("mass"))
     words = f"{count} ball{'s' if count != 1 else ''}"
-    return ", ".join([words, *motions.speeds(run)])
+    seen = ["camera on the container"] if camera.riding else []
+    return ", ".join([words, *motions.speeds(run), *seen])

@@ -54,6 +54,7 @@
       const frames = await Mill3D.unpack(text, this.frames, head.drawn, head.values.length);
       this.view = new Mill3D.View(canvas, context, head, frames);
       this.view.name = FIRST_VIEW;
+      this.view.riding = head.rides;
       this.part('controls').hidden = false;
       this.figure.classList.add('mp-live');
       this.bind();

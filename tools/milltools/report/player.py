@@ -63,7 +63,7 @@ CONTROLS = """\
 """
 RIDING = """\
 <label>Camera <select class="mp-camera"><option value="laboratory">laboratory</option>
-<option value="riding">riding on the container</option></select></label>
+<option value="riding"{chosen}>riding on the container</option></select></label>
 """
 
 
@@ -147,6 +147,7 @@ def _head(run, packed):
         "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         "motions": names,
         "carrier": names.index(mill.carrier) if mill.carrier in names else -1,
+        "rides": mill.wanders,
         "poses": _numbers([[pose[name] for name in names] for pose in poses], "<f4"),
         "bodies": _bodies(mill, names),
         "edges": {"lines": _numbers(mill.edges, "<f4"), "width": mill.rim},
@@ -253,7 +254,7 @@ def _controls(head):
         quantities="".join(
             f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]
         ),
-        riding=RIDING if head["carrier"] >= 0 else "",
+        riding=RIDING.format(chosen=" selected" * head["rides"]) if head["carrier"] >= 0 else "",
         title=quantity["label"],
         describe=quantity["describe"],
         gradient="linear-gradient(90deg,"

@@ -25,6 +25,7 @@ def _scene(run) -> bytes | None:
     try:
         from PIL import Image
 
+        from milltools.bodies import Mill
         from milltools.render import camera, colour, scene
         from milltools.trajectory import State
     except ImportError:
@@ -34,7 +35,8 @@ def _scene(run) -> bytes | None:
     values = [run.frame(last, name).astype(float) for name in names]
     state = State(float(run.frame_times()[last]), *values, poses=run.poses(last))
     try:
-        look = camera.of("front", run), colour.of(run, "speed")
+        riding = state.poses if Mill.of(run).wanders else None  # as the player begins
+        look = camera.of("front", run, poses=riding), colour.of(run, "speed")
         with scene.Scene(run, SIZE, "draft", *look, background="studio") as drawing:
             pixels = drawing.draw(state)
     except UserError:
