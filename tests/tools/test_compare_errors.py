@@ -69,11 +69,11 @@ def test_a_real_difference_is_found():
     "a, b, verdict",
     [
         (Estimate(100, 1, 10), Estimate(101, 1, 10), "agree"),
-        (Estimate(100, 1, 1), Estimate(101, 1, 1), "too little data"),
-        (Estimate(100, 20, 10), Estimate(101, 20, 10), "too little data"),
-        (Estimate(0.0, 1, 10), Estimate(0.1, 1, 10), "too little data"),
+        (Estimate(100, 1, 1), Estimate(101, 1, 1), "undecided: error too large"),
+        (Estimate(100, 20, 10), Estimate(101, 20, 10), "undecided: error too large"),
+        (Estimate(0.0, 1, 10), Estimate(0.1, 1, 10), "undecided: error too large"),
         (Estimate(100), Estimate(200), "unknown"),
-        (Estimate(math.nan), Estimate(200), "too little data"),
+        (Estimate(math.nan), Estimate(200), "no value"),
     ],
 )
 def test_what_cannot_be_told_is_not_said(a, b, verdict):

@@ -12,10 +12,12 @@ from test_scene import at, picture, stored
 
 import milltools
 from milltools import bodies, motions, vessel
+from milltools.compare import load
+from milltools.compare import rows as compared
 from milltools.figures import account, maps, spectra
 from milltools.histogram import ENERGIES
 from milltools.render import camera
-from milltools.report import facts, player, tables
+from milltools.report import beside, facts, player, tables
 from milltools.runfile import Run
 from milltools.trajectory import Trajectory
 
@@ -259,8 +261,29 @@ def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
         shutil.copyfile(path, tmp_path / f"{name}.h5")
     done = mill("compare", "attritor.h5", "planetary.h5")
     assert done.returncode == 0, done.stderr
-    assert re.search(r"^drive power ", done.stdout, re.M)
+    assert re.search(r"^drive power ", done.stdout, re.M) and "rotor power" not in done.stdout
+    assert re.search(r"^  motion\.jar\.speed +- \| -1200 rpm$", done.stdout, re.M)
     assert "ball-pin" in done.stdout and "ball-drum" not in done.stdout
+
+
+def test_drive_power_and_that_of_each_motion_are_compared(files):
+    path = str(files["planetary"])
+    (table,) = [compared.compare(*load.sides([[path], [path]]))]
+    found = {row.key: row for row in table.rows}
+    with Run(path) as run:
+        assert found["drive_power"].a.value == pytest.approx(run.statistic("drive/power"))
+        jar = float(run.statistic("motions/jar/power"))
+    assert found["motion_power_jar"].a.value == pytest.approx(jar, rel=1e-6)
+    assert not {"rotor_power", "rotor_torque"} & set(found)
+    assert "drive power +0.00 " in beside.sentence(table)
+
+
+def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path):
+    drum = "[drum]\nmotion = sun\nradius = 30 mm\nlength = 40 mm\n"
+    text = re.sub(r"\[motion.jar\].*?(?=\[balls\])", drum, PLANETARY, flags=re.S)
+    path = str(players.simulate(tmp_path, text.replace("speed = 600", "axis = 1 0 0\nspeed = 600")))
+    table = compared.compare(*load.sides([[path], [path]]))
+    assert "drive_power" in [row.key for row in table.rows]
 
 
 # ---- the player

@@ -136,7 +136,7 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     errors = np.array([a.error, b.error])
     error = math.hypot(*errors)
     if not math.isfinite(off):
-        return Difference(off / scale, math.nan, 0, "too little data", "open")
+        return Difference(off / scale, math.nan, 0, "no value", "open")
     if not math.isfinite(error) or error == 0:
         return Difference(off / scale, math.nan, 0, unknown, "open")
     dof = a.dof if a.pooled else float(_welch(errors, [a, b]))
@@ -144,7 +144,7 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     if abs(off) > reach:
         verdict, mood = f"differ by {abs(off) / told:.1f} standard errors", "differ"
     elif not reach < COARSE * scale:
-        verdict, mood = "too little data", "open"
+        verdict, mood = "undecided: error too large", "open"
     else:
         verdict, mood = "agree", "agree"
     return Difference(off / scale, told / scale, dof, verdict, mood)

@@ -15,6 +15,7 @@ LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
 SPEED_EDGES = np.geomspace(1e-4, 1e3, 7 * 40 + 1)  # [m/s]
 MOST_BLOCKS = 64
 MOST_STATES = 20_000_000  # ball states looked at: more frames than that are thinned out
+USUAL = {"rad/s": ("rpm", 30 / math.pi), "rad": ("deg", 180 / math.pi)}
 ENERGIES = ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy")
 # keys that may differ between replicates, and say nothing about what mill it is
 OWN = re.compile(r"run\.seed|balls\.start|output\..*")
@@ -39,7 +40,7 @@ class Measured:
             self.deck, self.time, self.cost = run.deck(), run.time, run.cost
             self.rotor_speed, self.period, self.kinds = run.rotor_speed, run.period, run.kinds
             self.vessel = vessel.of(run)
-            self.drive = run.driven or "rotor"
+            self.drive, self.motions = run.driven or "rotor", run.motions
             self.turn = "revolution" if self.drive == "rotor" else "period"
             self.duration, self.window = run.duration, run.window
             self._load_series(run)
@@ -56,6 +57,7 @@ class Measured:
             for what in ("dissipation", "dissipation_normal", "collisions", "fast_collisions")
             for kind in run.kinds
         ]
+        names += [f"motion_work/{name}" for name in run.motions]
         self.series = {name: run.series(name) for name in names if run.has_series(name)}
         self.series["drive_work"] = run.drive_work()
         for name in ("kinetic_energy", "rotor_work"):
@@ -242,6 +244,15 @@ def same(a: str | None, b: str | None) -> bool:
     return True
 
 
+def usual(text: str) -> str:
+    """A value of a deck as decks are written: angles in degrees, speeds in rpm."""
+    *numbers, unit = text.split() or [""]
+    if unit not in USUAL:
+        return text
+    name, scale = USUAL[unit]
+    return " ".join([*(f"{float(number) * scale:.10g}" for number in numbers), name])
+
+
 def different_keys(a: dict, b: dict) -> list[str]:
     """Keys of two decks with different values, in the order of the first, then what only the second has."""
     return [key for key in dict.fromkeys([*a, *b]) if not same(a.get(key), b.get(key))]
@@ -255,8 +266,8 @@ def _check_replicate(first: Measured, other: Measured):
     for key in different_keys(first.deck, other.deck):
         if not OWN.fullmatch(key):
             raise UserError(
-                f"{other.path}: no replicate of {first.path}: {key} is {other.deck.get(key, 'absent')}, "
-                f"not {first.deck.get(key, 'absent')}"
+                f"{other.path}: no replicate of {first.path}: {key} is {usual(other.deck.get(key, 'absent'))}, "
+                f"not {usual(first.deck.get(key, 'absent'))}"
             )
     if not math.isclose(first.duration, other.duration, rel_tol=1e-6):
         raise UserError(

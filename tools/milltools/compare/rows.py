@@ -11,6 +11,7 @@ from milltools.compare.load import (
     Measured,
     Side,
     different_keys,
+    usual,
 )  # fmt: skip
 from milltools.kinds import KINDS
 from milltools.kinds import label as label_of
@@ -70,6 +71,11 @@ def power(name, kind="rotor"):
         return found and errors.from_blocks(*found)
 
     return measure
+
+
+def drive_power(run: Measured):
+    """Of the rotor, or of all motions together."""
+    return told(f"{run.drive}_power", power("drive_work"))(run)
 
 
 def torque(run: Measured):
@@ -154,20 +160,17 @@ def ball_speed(column):
     return measure
 
 
-def quantities(steady: bool, kinds=KINDS):
-    """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price, of these kinds."""
-    group = "power"
-    yield group, "rotor_power", "rotor power", "W", told("rotor_power", power("rotor_work")), True
-    if any(kind not in KINDS for kind in kinds):
-        yield (
-            group,
-            "drive_power",
-            "drive power",
-            "W",
-            told("drive_power", power("drive_work")),
-            True,
-        )
-    yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
+def quantities(steady: bool, kinds, first: Measured, second: Measured):
+    """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price, of these
+    kinds; `first` and `second` say what drives."""
+    group, both = "power", (first, second)
+    who = "drive" if any(run.drive == "drive" for run in both) else "rotor"
+    yield group, f"{who}_power", f"{who} power", "W", drive_power, True
+    if who == "drive":
+        for name in (n for n in first.motions if n in second.motions):
+            yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}"), True  # fmt: skip
+    if all(run.rotor_speed for run in both):
+        yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
     yield (
         group,
         "dissipated_power",
@@ -213,7 +216,7 @@ def compare(a: Side, b: Side) -> Table:
     identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
     kinds = tuple(dict.fromkeys(kind for side in (a, b) for kind in side.first.kinds))
     rows = []
-    for group, key, label, unit, measure, robust in quantities(steady, kinds):
+    for group, key, label, unit, measure, robust in quantities(steady, kinds, a.first, b.first):
         sides = [[measure(run) for run in side.runs] for side in (a, b)]
         held = [all(e is not None for e in side) for side in sides]
         if not any(held) or all(e.value == 0 for s, h in zip(sides, held) if h for e in s):
@@ -264,11 +267,11 @@ def price_row(a: Side, b: Side) -> Row:
     if not math.isfinite(ratio) or ratio <= 0:
         verdict = "unknown"
     elif 0.99 < ratio < 1.01:
-        verdict = "as dear"
+        verdict = "the same cost"
     elif ratio >= 1:
-        verdict = f"{b.letter} is {ratio:.3g} times as dear as A"
+        verdict = f"{b.letter} costs {ratio:.3g} times as much as A"
     else:
-        verdict = f"A is {1 / ratio:.3g} times as dear as {b.letter}"
+        verdict = f"A costs {1 / ratio:.3g} times as much as {b.letter}"
     return Row("price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, math.nan, 0, verdict, "open", "")  # fmt: skip
 
 
@@ -276,11 +279,11 @@ def price_row(a: Side, b: Side) -> Row:
 
 
 def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
-    """(key, value on every side) of all keys that are not the same everywhere; "" where a deck does not have it."""
+    """(key, value on every side) of all keys that are not the same everywhere, in rpm and degrees; "" where a deck does not have it."""
     keys = {}
     for side in sides[1:]:
         keys.update(dict.fromkeys(different_keys(sides[0].first.deck, side.first.deck)))
-    return [(key, [side.first.deck.get(key, "") for side in sides]) for key in keys]
+    return [(key, [usual(side.first.deck.get(key, "")) for side in sides]) for key in keys]
 
 
 def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
@@ -342,7 +345,7 @@ def notes(sides: list[Side]) -> list[str]:
             "Without /observables/fast_collisions errors of impact rates are those of the normal dissipation."
         )
     said.append(
-        f"Agree: what chance allows {100 * errors.CONFIDENCE:g} times in 100 (Student's t). Too little data: even a difference of "
-        f"{100 * errors.COARSE:g} % could go unseen."
+        f"Agree: what chance allows {100 * errors.CONFIDENCE:g} times in 100 (Student's t). Undecided: the errors are so large that a "
+        f"difference of {100 * errors.COARSE:g} % could go unseen; longer runs or more replicates make them smaller."
     )
     return said

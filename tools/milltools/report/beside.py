@@ -10,7 +10,7 @@ from milltools.report import page, painter, player, policy
 from milltools.runfile import Run
 
 MOST_BYTES = 6_000_000  # of all players together
-TOLD = ("rotor_power", "median_above_50mm_s", "kinetic_energy")
+TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
     ("verdict", "Runs"), ("notes", "To know first"), ("balls", "Balls"), ("tables", "Differences"), *page.FIGURES,
     ("deck", "Decks"), ("cite", "Cite"),
