@@ -428,7 +428,11 @@ def test_a_cross_section_is_drawn_within_the_wall(mixture, name):
     mask = np.ma.getmaskarray(np.ma.masked_invalid(value))
     assert mask[outside[:-1, :-1] & outside[1:, 1:]].all()
     assert ax.get_aspect() == 1
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("y [m]", "z [m]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "y, across the drum's axis [m]",
+        "z, across the drum's axis [m]",
+    )
+    assert "grey: the shaft" in FIGURES[name].says([mixture])
 
 
 def test_the_blades_of_the_outline_reach_as_far_as_their_corners(mixture):
@@ -597,7 +601,7 @@ def test_the_csv_of_a_map_is_the_map(plot, tmp_path, plain):
     assert plot("plain.h5", tmp_path / "a.csv", "--figure", "axial-rate").returncode == 0
     table = pd.read_csv(tmp_path / "a.csv")
     total = (
-        table["impacts per time and volume [1/(m3 s)]"] * table["volume in the drum [m3]"]
+        table["impacts per time and volume [1/(m3 s)]"] * table["volume in the container [m3]"]
     ).sum()
     assert total == pytest.approx(plain.statistic("impacts/all/rate"), rel=1e-12)
     assert table["impacts per time and volume [1/(m3 s)]"].isna().equals(table["impacts [1]"] == 0)

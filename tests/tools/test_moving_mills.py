@@ -14,7 +14,7 @@ import milltools
 from milltools import bodies, motions, vessel
 from milltools.compare import load
 from milltools.compare import rows as compared
-from milltools.figures import account, maps, spectra
+from milltools.figures import FIGURES, account, maps, outlines, spectra
 from milltools.histogram import ENERGIES
 from milltools.render import camera
 from milltools.report import beside, facts, player, tables
@@ -158,6 +158,27 @@ def test_cells_of_the_maps_add_up_to_the_container(runs):
             balls = np.nansum(found.values["solid"] * found.volume)
             charge = len(run.balls("mass")) * np.pi / 6 * 0.005**3
             assert balls == pytest.approx(charge, rel=0.02)
+
+
+def test_an_arm_through_the_axis_is_outlined_from_the_axis_on(runs):
+    found = list(outlines.swept(runs["attritor"]))
+    assert len(found) == 3
+    for (near, far), (begin, end), moves in found:
+        assert moves and near == 0
+        assert far == pytest.approx(np.hypot(0.022, 0.003), rel=2e-2)
+        assert end - begin == pytest.approx(0.006, rel=1e-2)
+
+
+def test_what_a_map_shows_is_named_by_the_mill(runs):
+    for name, container, dashed in (("planetary", "jar", False), ("attritor", "tank", True)):
+        run = runs[name]
+        for view, label in (("axial", "x, along the {}'s axis [m]"), ("section", "y, across the {}'s axis [m]")):  # fmt: skip
+            figure = FIGURES[f"{view}-solid"]
+            assert figure.draw(run).axes[0].get_xlabel() == label.format(container)
+            assert ("ashed: what bodies sweep over" in figure.says([run])) == dashed
+            assert "shaft" not in figure.says([run])
+    both = FIGURES["axial-solid"].draw(list(runs.values()))
+    assert both.axes[1].get_xlabel() == "x, along the container's axis [m]"
 
 
 # ---- pictures and exports

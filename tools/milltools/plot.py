@@ -256,14 +256,14 @@ def draw(run):
     figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), layout="constrained")
     holds = vessel.of(run)
     radius = holds.outermost
-    rims = [holds.rim(color="k") for _ in range(2)]
+    rims, words = [holds.rim(color="k") for _ in range(2)], vessel.axes([run])
     for ax, rim in zip(axes, rims):
         ax.add_patch(rim)
         ax.set_aspect("equal")
         ax.set_xlim(-1.02 * radius, 1.02 * radius)
         ax.set_ylim(-1.02 * radius, 1.02 * radius)
-        ax.set_xlabel("y [m]")
-        ax.set_ylabel("z [m]")
+        ax.set_xlabel(words["y"])
+        ax.set_ylabel(words["z"])
     draw_balls(axes[0], run)
     draw_power(axes[1], run, rims[1])
     draw_spectra(axes[2], run)

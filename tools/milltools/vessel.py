@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull
 
 from milltools.bodies import Mill, inverse, moved
 from milltools.profile import Profile
+from milltools.style import literal
 from milltools.tally import Maps
 
 RAYS = 6  # along each side of a cell, or across a ring
@@ -18,6 +19,19 @@ AROUND = 180  # directions in which rings are looked at
 def of(run):
     """The Drum or Body of a milltools.runfile.Run."""
     return Body(run) if run.vessel else Drum(run)
+
+
+def axes(runs) -> dict[str, str]:
+    """What the axes x, r, y, z of a picture of runs are called: by the container, whose own they are."""
+    names = {run.vessel or "drum" for run in runs}
+    whose = f"the {literal(names.pop(), 24) if len(names) == 1 else 'container'}'s axis"
+    words = {
+        "x": f"along {whose}",
+        "r": "from the axis",
+        "y": f"across {whose}",
+        "z": f"across {whose}",
+    }
+    return {axis: f"{axis}, {said} [m]" for axis, said in words.items()}
 
 
 class _Vessel:

@@ -168,9 +168,9 @@ def draw_maps(figure, sides):
         ax.set_xlim(-1.02 * radius, 1.02 * radius)
         ax.set_ylim(-1.02 * radius, 1.02 * radius)
     for ax in axes[-1]:
-        ax.set_xlabel("y [m]")
+        ax.set_xlabel("y, across the container's axis [m]")
     for ax in axes[:, 0]:
-        ax.set_ylabel("z [m]")
+        ax.set_ylabel("z, across the container's axis [m]")
 
 
 def _field(side, name):

@@ -91,6 +91,10 @@ class Figure:
         """Draws into an empty figure and sets its size."""
         raise NotImplementedError
 
+    def says(self, runs) -> str:
+        """The caption, as it is of these runs."""
+        return self.caption
+
     def heading(self, runs, **options) -> str:
         return self.title
 

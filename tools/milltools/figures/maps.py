@@ -122,6 +122,11 @@ class Map(Figure):
         self.name, self.view, self.quantity = name, view, quantity
         self.title, self.caption = title, caption
 
+    def says(self, runs):
+        return " ".join(
+            dict.fromkeys([self.caption, *(outlines.signs(run, self.view) for run in runs)])
+        )
+
     def why_not(self, run):
         why = not_sampled(run)
         if why:
@@ -153,7 +158,11 @@ class Map(Figure):
         for ax in axes:  # mills of different size on one scale
             ax.set(xlim=(min(x)[0], max(x, key=lambda v: v[1])[1]))
             ax.set(ylim=(min(y)[0], max(y, key=lambda v: v[1])[1]))
-        axes[-1].set_xlabel(f"{VIEWS[self.view][0]} [m]")
+        first, second, _ = VIEWS[self.view]
+        words = vessel.axes(runs)
+        axes[-1].set_xlabel(words[first])
+        for ax in axes:
+            ax.set_ylabel(words[second])
         words = quantity.label
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
@@ -182,7 +191,6 @@ class Map(Figure):
             if arrows:
                 arrows.set_clip_path(rim)
         ax.set_aspect("equal")
-        ax.set_ylabel(f"{VIEWS[self.view][1]} [m]")
         ax.locator_params(nbins=5)
         ax.grid(False)
         return image
@@ -242,7 +250,7 @@ class Map(Figure):
         part = "" if found.part == "all" else f", {found.part} part"
         table = {
             **mesh,
-            "volume in the drum [m3]": found.volume.ravel(),
+            "volume in the container [m3]": found.volume.ravel(),
             "impacts [1]": found.count.ravel(),
         }
         for name, quantity in QUANTITIES.items():
@@ -274,23 +282,21 @@ _ROUND = {
     "axial": (
         "Axial cut",
         "axial",
-        "Averaged around the container's axis; x along it, r away from it.",
+        "Averaged around the container's axis x; r is the distance from it.",
     ),
     "cross_section": (
         "Cross-section",
         "section",
-        "Averaged along the container's axis, as seen along -x, in its own frame.",
+        "Averaged along the container's axis x and seen against it, in the container's own frame.",
     ),
 }
-_SIGNS = " Dashed: what bodies sweep over; grey: the shaft; blank: nothing was there in the window."
-
 FIGURES = tuple(
     Map(
         f"{short}-{quantity}",
         view,
         quantity,
         f"{place}: {words}",
-        f"{caption} {where}{_SIGNS}",
+        f"{caption} {where}",
     )
     for view, (place, short, where) in _ROUND.items()
     for quantity, (words, caption) in _WORDS.items()

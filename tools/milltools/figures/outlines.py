@@ -36,12 +36,23 @@ def bodies(run):
 
 
 def _seen(run, body, triangles, poses):
-    """Corners and middles of triangles (N, 3) in the container's own frame, where motions are at `poses`."""
-    points = np.concatenate([triangles.reshape(-1, 3), triangles.mean(axis=1)])
+    """Triangles (T, 3, 3) in the container's own frame, where motions are at `poses`."""
     if body.motion != run.carrier:
         ride, own = (Mill.pose(motion, poses) for motion in (run.carrier, body.motion))
-        points = moved(inverse(ride), moved(own, points))
-    return moved(inverse(run.vessel_frame()), points)
+        triangles = moved(inverse(ride), moved(own, triangles))
+    return moved(inverse(run.vessel_frame()), triangles)
+
+
+def _nearest(corners):
+    """Least distance of triangles (T, 3, 2) from the origin: of their sides, or 0 where it is within one. Of an arm through the
+    axis no corner is near it."""
+    side = np.roll(corners, -1, axis=1) - corners
+    length = np.maximum((side**2).sum(axis=2), 1e-300)
+    share = np.clip(-(corners * side).sum(axis=2) / length, 0, 1)
+    way = corners[..., 0] * side[..., 1] - corners[..., 1] * side[..., 0]
+    if (np.abs(np.sign(way).sum(axis=1)) == 3).any():
+        return 0.0
+    return np.linalg.norm(corners + share[..., None] * side, axis=2).min()
 
 
 def swept(run):
@@ -54,16 +65,16 @@ def swept(run):
             continue
         moves = body.motion != run.carrier
         seen = [_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])]
-        x, y, z = np.concatenate(seen).T
-        away = np.hypot(y, z)
-        yield (away.min(), away.max()), (x.min(), x.max()), moves
+        seen = np.concatenate(seen)
+        x, across = seen[..., 0], seen[..., 1:]
+        yield (_nearest(across), np.linalg.norm(across, axis=2).max()), (x.min(), x.max()), moves
 
 
 def stand(ax, run, poses, moving=True):
     """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the container carries."""
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
-            points = outermost(_seen(run, body, triangles, poses)[:, 1:])
+            points = outermost(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
             middle = points.mean(axis=0)
             order = np.argsort(np.arctan2(*(points - middle).T[::-1]))
             ax.add_patch(
@@ -76,6 +87,20 @@ def stand(ax, run, poses, moving=True):
                     label="_body",
                 )
             )
+
+
+def signs(run, view) -> str:
+    """What the outlines of a view mean, of those that are there: a sentence."""
+    inner = Mill.of(run).inner
+    found = []
+    if run.blades() or any(view == "axial" or body.motion != run.carrier for body in inner):
+        found.append("dashed: what bodies sweep over")
+    if run.has_rotor:
+        found.append("grey: the shaft")
+    elif view != "axial" and any(body.motion == run.carrier for body in inner):
+        found.append("grey: bodies that do not move against the container")
+    said = "; ".join([*found, "blank: nothing was there in the window."])
+    return said[0].upper() + said[1:]
 
 
 def section(ax, run):

@@ -53,8 +53,9 @@ def _flat(run) -> bytes:
     reach = 1.02 * holds.outermost
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
-    ax.set_xlabel("y [m]")
-    ax.set_ylabel("z [m]")
+    words = vessel.axes([run])
+    ax.set_xlabel(words["y"])
+    ax.set_ylabel(words["z"])
     plot.draw_balls(ax, run)
     store = io.BytesIO()
     figure.savefig(store, format="png", dpi=100)
