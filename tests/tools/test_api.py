@@ -366,7 +366,7 @@ def test_states_go_to_another_process(result):
 
 def test_a_run_shows_its_summary(result):
     text = repr(result)
-    for word in ("50 balls", "62.83 rad/s", str(result.power), "ball_blade", "dissipated power [W]"):  # fmt: skip
+    for word in ("50 balls", "600 rpm", str(result.power), "ball_blade", "dissipated power [W]"):  # fmt: skip
         assert word in text
     page = result._repr_html_()
     assert "<table>" in page and str(result.power) in page

@@ -628,7 +628,7 @@ def test_list_names_the_figures_and_why_a_run_has_not(plot):
     assert done.returncode == 0
     for name, figure in FIGURES.items():
         assert re.search(rf"^{name} +{re.escape(figure.title)}$", done.stdout, re.M)
-    assert "not of gas.h5: the mill has no rotor" in done.stdout
+    assert "not of gas.h5: nothing moves in this mill" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -636,7 +636,7 @@ def test_list_names_the_figures_and_why_a_run_has_not(plot):
     [
         (["plain.h5", "a.svg", "--figure", "speed"], "unknown figure 'speed': one of "),
         (["plain.h5", "a.gif", "--figure", "speeds"], "a.gif: expected a name that ends in"),
-        (["gas.h5", "a.svg", "--figure", "power"], "gas.h5: no figure 'power': the mill has no rotor"),
+        (["gas.h5", "a.svg", "--figure", "power"], "gas.h5: no figure 'power': nothing moves in this mill"),
         (["gas.h5", "a.svg", "--figure", "speeds", "--kind", "ball_blade"], "no impacts of that kind"),
         (["plain.h5", "a.svg", "--figure", "speeds", "--kind", "blade"], "unknown contact kind 'blade'"),
         (["plain.h5", "a.svg", "--figure", "flow", "--kind", "ball_ball"], "takes no option"),

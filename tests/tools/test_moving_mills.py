@@ -5,6 +5,7 @@ import shutil
 
 import h5py
 import numpy as np
+import pandas as pd
 import players
 import pytest
 from moving_mills import ATTRITOR, PLANETARY
@@ -90,6 +91,37 @@ def test_the_report_names_container_motions_and_the_drives_power(runs):
     assert facts.tiles(run)[0][0] == "drive power" and "±" in facts.tiles(run)[0][1]
     rows = {name: remark for name, _, remark in tables.balance(run)}
     assert rows["power of jar"].startswith("turns at −1200 rpm on sun; torque")
+
+
+def test_power_and_torque_over_time_are_those_of_each_motion(runs):
+    run = runs["planetary"]
+    power = pd.DataFrame(FIGURES["power"].tables(run)[0].columns)
+    assert list(power["motion"].unique()) == ["all", "sun", "jar"]
+    for name, place in (("all", "drive"), ("sun", "motions/sun"), ("jar", "motions/jar")):
+        own = power[(power["motion"] == name) & (power["mean over"] == "window")].iloc[0]
+        assert own["power [W]"] == pytest.approx(run.statistic(f"{place}/power"))
+        fine = power[(power["motion"] == name) & (power["mean over"] == "interval")]
+        work = fine["power [W]"] * (fine["to [s]"] - fine["from [s]"])
+        series = run.drive_work() if name == "all" else run.series(f"motion_work/{name}")
+        assert work.sum() == pytest.approx(series[1][-1], rel=1e-9)
+    torque = pd.DataFrame(FIGURES["torque"].tables(run)[0].columns)
+    jar = torque[(torque["motion"] == "jar") & (torque["mean over"] == "window")].iloc[0]
+    assert jar["torque [N m]"] == pytest.approx(run.statistic("motions/jar/torque"))
+    fine = [t[(t["motion"] == "jar") & (t["mean over"] == "interval")].iloc[:, 4] for t in (power, torque)]  # fmt: skip
+    assert fine[1].to_numpy() == pytest.approx(fine[0].to_numpy() / (-40 * np.pi))
+    assert FIGURES["torque"].why_not(runs["attritor"]) is None
+    FIGURES["torque"].draw(
+        list(runs.values())
+    )  # of several runs: a colour each, a line each motion
+
+
+def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
+    done = mill("plot", "--list", *files.values())
+    assert "not of" not in done.stdout and "rotor" not in done.stdout, done.stdout
+    for run in runs.values():
+        said = [*facts.verdict(run), *(" ".join(map(str, row)) for row in tables.balance(run))]
+        said += [figure.says([run]) for figure in FIGURES.values() if figure.group == "maps"]
+        assert "rotor" not in " ".join(said)
 
 
 @pytest.mark.parametrize(("kind", "energetic"), [("ball_pin", True), ("ball_tank", False)])

@@ -246,7 +246,7 @@ def test_a_mill_without_a_rotor_has_no_rotor_power(millsim, write_deck, tmp_path
     done = report(tmp_path, "deck.h5")
     assert done.returncode == 0 and "Warning" not in done.stderr, done.stderr
     reader = Reader((tmp_path / "deck.html").read_text("utf-8"))
-    assert "without a rotor" in reader.text and "rotor power" not in reader.rows
+    assert "in which nothing moves" in reader.text and "rotor power" not in reader.rows
 
 
 def test_anomalies_are_named_counted_and_explained(changed):

@@ -15,14 +15,19 @@ def _lengths(values) -> str:
     return " and ".join(f"{1e3 * v:.4g}" for v in some) + " mm"
 
 
+def rate(run, name: str) -> float:
+    """Angular velocity of what turns about its axis [rad/s]; 0 of other motions."""
+    if name == "rotor" and not run.has("deck/motion.rotor"):
+        return run.rotor_speed
+    return run.quantity(f"motion.{name}/speed", 0.0)
+
+
 def speed(run, name: str) -> str:
     """Of a motion, as in "300 rpm", "20 Hz"."""
-    if name == "rotor" and not run.has("deck/motion.rotor"):
-        return _turns(run.rotor_speed)
     place = f"motion.{name}"
-    kind = run.text(f"{place}/kind", "")
+    kind = run.text(f"{place}/kind", "turn")
     if kind == "turn":
-        return _turns(run.quantity(f"{place}/speed", 0.0))
+        return _turns(rate(run, name))
     if kind in ("swing", "shift"):
         return f"{run.quantity(f'{place}/frequency', 0.0):.4g} Hz"
     return "as measured"

@@ -56,8 +56,8 @@ def _driven(run) -> str:
     if run.driven == "drive":
         return ", ".join(f"{name} {motions.words(run, name)}" for name in run.motions)
     if not run.has_rotor:
-        return "no rotor"
-    return f"rotor at {run.rotor_speed:.4g} rad/s with {len(run.blades())} blades"
+        return "nothing moves"
+    return f"rotor at {motions.speed(run, 'rotor')} with {len(run.blades())} blades"
 
 
 def anomalies(run: Run) -> str:

@@ -330,7 +330,7 @@ def notes(sides: list[Side]) -> list[str]:
     if all(side.steady for side in sides):
         cuts = dict.fromkeys(f"{s.letter} {r.cut}" for s in sides for r in s.runs[:1])
         said.append(
-            "Errors of rotor and drive power, medians and rates are those that the files tell; all others, and those of files that tell "
+            "Errors of the power that drives, medians and rates are those that the files tell; all others, and those of files that tell "
             f"none, are from the scatter between blocks of time: {'; '.join(cuts)}. Where there are "
             f"{errors.FEWEST_FOR_CORRELATION} or more, neighbours that go together widen them; fewer count as independent."
         )

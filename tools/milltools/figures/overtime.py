@@ -8,12 +8,14 @@ import math
 
 import numpy as np
 
+from milltools import motions
 from milltools.figures.base import QUIET, WIDTH, Figure, labels, number
 from milltools.figures.spectra import run_look
 from milltools.kinds import label
-from milltools.style import INK, KIND_LOOK, kind_look, literal, log_ticks
+from milltools.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, literal, log_ticks
 
 FIRST, SECOND = (KIND_LOOK[kind][0] for kind in ("ball_ball", "ball_drum"))
+EACH = (FIRST, *COLOURS[3:], SECOND)  # of a run's motions
 MOST = 300  # intervals of the fine means: more is a blur, and a large file
 
 
@@ -61,7 +63,9 @@ class OverTime(Figure):
         ax.set_xlim(0, max(run.series(self.series)[0][-1] for run in runs))
         handles, texts = ax.get_legend_handles_labels()
         if handles:
-            figure.legend(handles, texts, loc="outside lower left", ncols=2, handlelength=2.4, columnspacing=1.2)  # fmt: skip
+            columns = 2 if max(map(len, texts)) <= 31 else 1  # as the width allows
+            figure.set_size_inches(WIDTH, 3.3 + 0.17 * max(0, -(-len(texts) // columns) - 4))
+            figure.legend(handles, texts, loc="outside lower left", ncols=columns, handlelength=2.4, columnspacing=1.2)  # fmt: skip
         if len(runs) == 1:
             ax.set_title(literal(labels(runs)[0]), loc="left", fontsize=8, **QUIET)
 
@@ -98,7 +102,7 @@ def _named(name, words):
 
 
 class Draw(OverTime):
-    """What rotor or drive give: mean over short intervals, over whole revolutions, and over the window with its error."""
+    """What drives, all of it and each motion: mean over short intervals, over whole periods, and over the window with its error."""
 
     def __init__(self, name, title, series, statistic, unit, caption):
         self.name, self.title, self.series, self.caption = name, title, series, caption
@@ -106,24 +110,39 @@ class Draw(OverTime):
         self.ylabel = f"{title[0].lower()}{title[1:]} [{unit}]"
 
     def why_not(self, run):
-        moves = run.has_rotor or (run.driven and self.statistic == "power")
-        return super().why_not(run) if moves else "the mill has no rotor"
+        if self.sources(run):
+            return super().why_not(run)
+        return "no motion turns at a constant speed" if run.driven else "nothing moves in this mill"
 
-    def cumulative(self, run):
+    def sources(self, run):
+        """(motion, its series, what that is divided by, where its statistics are); motion "": all that drives."""
+        if run.driven == "drive":
+            rates = {n: motions.rate(run, n) if self.statistic == "torque" else 1.0 for n in run.motions}  # fmt: skip
+            each = [(n, f"motion_work/{n}", r, f"motions/{n}") for n, r in rates.items() if r]
+            if self.statistic == "torque":
+                return each
+            known = len(each) > 1 and all(run.has_series(series) for _, series, *_ in each)
+            return [("", self.series, 1.0, "drive"), *(each if known else [])]
+        return [("", self.series, 1.0, "rotor")] if run.has_rotor else []
+
+    def needed(self, run):
+        return [series for _, series, *_ in self.sources(run)]
+
+    def cumulative(self, run, series, divisor):
         """(time, integral over it) of the quantity."""
-        if self.series == "rotor_work":
+        if series == "rotor_work":
             return run.drive_work()
-        time, value = run.series(self.series)
-        if self.series == "rotor_torque":  # the mean over the interval before each row
+        time, value = run.series(series)
+        if series == "rotor_torque":  # the mean over the interval before each row
             value = np.concatenate([[0.0], np.cumsum(value[1:] * np.diff(time))])
-        return time, value
+        return time, value / divisor
 
-    def of_window(self, run):
+    def of_window(self, run, place):
         """(mean, standard error) over the sampled window; NaN where it is not known."""
-        if not (run.has_statistics and run.duration > 0):
+        found = [f"{place}/{self.statistic}{end}" for end in ("", "_error")]
+        if not (run.has_statistics and run.duration > 0 and run.has(f"statistics/{found[0]}")):
             return math.nan, math.nan
-        drive = run.driven if self.statistic == "power" and run.driven else "rotor"
-        return tuple(float(run.statistic(f"{drive}/{self.statistic}{e}")) for e in ("", "_error"))
+        return tuple(float(run.statistic(one)) for one in found)
 
     def parts(self, run):
         """(what a mean is over, bounds) of the fine and of the coarse means."""
@@ -134,22 +153,31 @@ class Draw(OverTime):
         )
 
     def lines(self, ax, run, name, position):
-        time, whole = self.cumulative(run)
-        colour = run_look(position)["color"] if name else FIRST
+        sources = self.sources(run)
+        if name and self.statistic == "power":  # of several runs all that drives
+            sources = sources[:1]
         (_, fine), (period, turns) = self.parts(run)
-        value = means(time, whole, fine)
-        step = {"baseline": None, "color": colour}
-        words = f"mean of {number(1e3 * float(np.median(np.diff(fine))))} ms"
-        ax.stairs(value, fine, lw=0.7, alpha=0.6, **step, label=_named(name, words))
-        if len(turns):
-            ax.stairs(means(time, whole, turns), turns, lw=1.8, **step, label=_named(name, f"mean of a {period}"))  # fmt: skip
-        self._mean(ax, run, name, colour if name else SECOND)
         low, high = ax.get_ylim() if position else (0.0, 0.0)
-        low, high = min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max()))
+        for k, (motion, series, divisor, place) in enumerate(sources):
+            time, whole = self.cumulative(run, series, divisor)
+            colour = run_look(position)["color"] if name else EACH[k % len(EACH)]
+            who = ", ".join(filter(None, [name, motion]))
+            look = {"baseline": None, "color": colour, "ls": LINES[k % len(LINES)] if name else "-"}
+            value = np.zeros(1)
+            if not motion or len(sources) == 1 or not len(turns):
+                value = means(time, whole, fine)
+                words = f"mean of {number(1e3 * float(np.median(np.diff(fine))))} ms"
+                ax.stairs(value, fine, lw=0.7, alpha=0.6, **look, label=_named(who, words))
+            if len(turns):
+                thick = means(time, whole, turns)
+                ax.stairs(thick, turns, lw=1.8, **look, label=_named(who, f"mean of a {period}"))
+                value = np.append(value, thick)
+            self._mean(ax, run, who, place, colour if name or len(sources) > 1 else SECOND)
+            low, high = min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max()))
         ax.set_ylim(low, high if high > low else 1)
 
-    def _mean(self, ax, run, name, colour):
-        mean, error = self.of_window(run)
+    def _mean(self, ax, run, name, place, colour):
+        mean, error = self.of_window(run, place)
         if not math.isfinite(mean):
             return
         begin, end = run.window
@@ -167,18 +195,21 @@ class Draw(OverTime):
         )
 
     def columns(self, run):
-        time, whole = self.cumulative(run)
         rows = []
-        for what, bounds in self.parts(run):
-            rows += [
-                (what, a, b, v, math.nan)
-                for a, b, v in zip(bounds[:-1], bounds[1:], means(time, whole, bounds) if len(bounds) else ())
-            ]  # fmt: skip
-        mean, error = self.of_window(run)
-        if math.isfinite(mean):
-            rows.append(("window", *run.window, mean, error))
-        what, begin, end, value, error = (np.array(column) for column in zip(*rows))
+        for motion, series, divisor, place in self.sources(run):
+            time, whole = self.cumulative(run, series, divisor)
+            who = motion or ("all" if run.driven == "drive" else "rotor")
+            for what, bounds in self.parts(run):
+                rows += [
+                    (who, what, a, b, v, math.nan)
+                    for a, b, v in zip(bounds[:-1], bounds[1:], means(time, whole, bounds) if len(bounds) else ())
+                ]  # fmt: skip
+            mean, error = self.of_window(run, place)
+            if math.isfinite(mean):
+                rows.append((who, "window", *run.window, mean, error))
+        who, what, begin, end, value, error = (np.array(column) for column in zip(*rows))
         return {
+            "motion": who,
             "mean over": what,
             "from [s]": begin,
             "to [s]": end,
@@ -258,12 +289,12 @@ class Collisions(OverTime):
 
 
 _CAPTION = (
-    "{} on the balls: means over short intervals (thin), over whole revolutions or periods (thick), and over the sampled "
-    "window (shaded) with its standard error."
+    "{}: means over short intervals (thin), over whole revolutions or periods of the slowest motion (thick), and over the "
+    "sampled window (shaded) with its standard error."
 )
 FIGURES = (
-    Draw("power", "Power of the drive", "rotor_work", "power", "W", _CAPTION.format("Power of the rotor, or of all motions together,")),
-    Draw("torque", "Torque of the rotor", "rotor_torque", "torque", "N m", _CAPTION.format("Torque of the rotor")),
+    Draw("power", "Power of the drive", "rotor_work", "power", "W", _CAPTION.format("Power on the balls of all that drives, and of each motion where there are several")),
+    Draw("torque", "Torque of the drive", "rotor_torque", "torque", "N m", _CAPTION.format("Torque on the balls about the axis of each motion that turns")),
     Energy(),
     Collisions(),
 )  # fmt: skip

@@ -21,8 +21,8 @@ ANOMALIES = (  # of /run, as shown, what it means
     (
         "reliefs",
         "pinched balls let go",
-        "A ball was pressed between a blade and a wall, or between other balls, with nowhere to go, or was squeezed "
-        "through a gap narrower than itself, and the blade let it pass. Contacts of a pressed ball are not in the counts.",
+        "A ball was pressed between a moving body, such as a blade, and a wall or other balls, with nowhere to go, or was squeezed "
+        "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not in the counts.",
     ),
     (
         "smoothed",
@@ -133,7 +133,7 @@ def mill(run) -> str:
         own.append(f"a rotor of {what} at {motions.speed(run, 'rotor')}")
     own += _bodies(run)
     if not own and not run.driven:
-        return words + ("" if run.vessel else ", without a rotor")
+        return f"{words}, in which nothing moves"
     words += f", with {joined(own)}" if own else ""
     moving = [f"{plain(name)} {plain(motions.words(run, name))}" for name in run.named("motion")]
     return words + (f"; {joined(moving)}" if moving else "")
@@ -144,7 +144,7 @@ def sampled(run) -> bool:
 
 
 def drive_mean(run, name: str, unit: str) -> Number | None:
-    """Mean power or torque of the rotor, or the power of all motions, with its standard error; None where nothing moves."""
+    """Mean power or torque of the rotor, or power of all motions, with its standard error; None where nothing moves."""
     where = f"{run.driven}/{name}"
     if not (run.driven and sampled(run) and run.has(f"statistics/{where}")):
         return None
@@ -192,8 +192,7 @@ def _drive_sentence(run) -> str:
     power = drive_mean(run, "power", "W")
     if power is None:
         dissipated = scaled(run.statistic("impacts/all/dissipated_power"), "W")
-        who = "Nothing drives" if run.driven == "drive" else "No rotor drives"
-        return f"{who} them; the contacts dissipate {dissipated}."
+        return f"Nothing drives them; the contacts dissipate {dissipated}."
     mass = float(np.sum(run.balls("mass")))
     torque = drive_mean(run, "torque", "N m")
     words = f" at a torque of {torque}" if torque else ""

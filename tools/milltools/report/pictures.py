@@ -28,16 +28,15 @@ def draw(name: str, runs, prefix: str = "figure") -> Picture:
     """A figure of one open run, or of several together."""
     figure = figures.FIGURES[name]
     runs = runs if isinstance(runs, list) else [runs]
-    caption = figure.says(runs)
     for run in runs:
         why = figure.why_not(run)
         if why:
             who = f"{run.path}: " if len(runs) > 1 else ""
-            return Picture(name, figure.title, caption, "", f"{who}{why}")
+            return Picture(name, figure.title, figure.caption, "", f"{who}{why}")
     try:
-        drawing = figure.draw(runs, titled=False)
+        drawing, caption = figure.draw(runs, titled=False), figure.says(runs)
     except UserError as fault:
-        return Picture(name, figure.title, caption, "", str(fault))
+        return Picture(name, figure.title, figure.caption, "", str(fault))
     markup = figures.svg(drawing, f"{prefix}-{name}")
     label = escape(f"{figure.title}: {caption}")
     markup = markup.replace('role="img"', f'role="img" aria-label="{label}"', 1)

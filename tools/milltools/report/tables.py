@@ -83,7 +83,7 @@ def _energy_row(run, name, label):
 
 
 def balance(run) -> list[tuple[str, object, str]]:
-    """(what, value, remark): rotor, energies, account."""
+    """(what, value, remark): drive, energies, account."""
     found = []
     for name, unit in (("power", "W"), ("torque", "N m")):
         mean = facts.drive_mean(run, name, unit)
@@ -91,10 +91,10 @@ def balance(run) -> list[tuple[str, object, str]]:
             found.append((f"{run.driven} {name}", mean, facts.drive_remark(run)))
     if run.driven == "drive":
         found += motion_rows(run)
-    if facts.sampled(run) and run.has("statistics/rotor/pinch_power"):
-        pinches = run.statistic("rotor/pinch_power")
+    if facts.sampled(run) and run.has(f"statistics/{run.driven}/pinch_power"):
+        pinches = run.statistic(f"{run.driven}/pinch_power")
         if pinches > 0:
-            found.append(("pinches", scaled(pinches, "W"), "part of the rotor power, on balls that blades press"))  # fmt: skip
+            found.append(("pinches", scaled(pinches, "W"), f"part of the {run.driven} power, on balls that moving bodies press"))  # fmt: skip
     for name, label, what, unit in (
         ("median", "median normal speed", "all impacts", "m/s"),
         ("median_above_50mm_s", "median normal speed", "impacts above 50 mm/s", "m/s"),
@@ -129,7 +129,7 @@ def precision(run) -> list[tuple[str, object, str]]:
     found = [("asked for", share(value("asked")), "run.precision: standard error over value")]
     for name, label, unit in (
         ("median_above_50mm_s", "median normal speed above 50 mm/s", "m/s"),
-        ("rotor_power", "rotor power", "W"),
+        (f"{run.driven}_power", f"{run.driven} power", "W"),
     ):
         if not run.has(f"statistics/precision/{name}/value"):
             continue
