@@ -27,6 +27,11 @@ def test_the_tour_names_every_command_with_an_example(mill, words):
         assert f"$ {command.example}\n" in done.stdout
 
 
+def test_the_tour_says_that_there_are_other_mills(mill):
+    said = mill("--help").stdout
+    assert "input/simoloyer.ini" in said and "planetary" in said and "docs/mills.md" in said
+
+
 def test_the_tour_fits_a_terminal(mill):
     assert max(map(len, mill().stdout.splitlines())) <= 100
 

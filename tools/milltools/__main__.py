@@ -68,6 +68,8 @@ def tour() -> str:
     lines += [
         "",
         "A run comes first: './millsim input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
+        "input/ has decks of other mills, too: planetary, mixer, shaker, tumbling mills, attritors and more:",
+        "docs/mills.md says which, and how to describe your own.",
         "Next: docs/deck.md says what a deck can hold, docs/file-format.md what is in the file,",
         "docs/compare.md how runs are compared, docs/studies.md how many are made.",
     ]
