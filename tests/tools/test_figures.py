@@ -476,7 +476,7 @@ def test_the_torque_is_the_power_over_the_speed_of_the_rotor(plain):
 def test_collision_rates_over_time_add_up_to_the_counts(run):
     table = FIGURES["collisions"].tables(run)[0].columns
     length = table["to [s]"] - table["from [s]"]
-    for kind in KINDS:
+    for kind in run.kinds:
         count = run.series(f"collisions/{kind}")[1][-1]
         assert (table[f"{kind} [1/s]"] * length).sum() == pytest.approx(count, rel=1e-9, abs=1e-6)
 
@@ -637,7 +637,7 @@ def test_list_names_the_figures_and_why_a_run_has_not(plot):
         (["plain.h5", "a.svg", "--figure", "speed"], "unknown figure 'speed': one of "),
         (["plain.h5", "a.gif", "--figure", "speeds"], "a.gif: expected a name that ends in"),
         (["gas.h5", "a.svg", "--figure", "power"], "gas.h5: no figure 'power': nothing moves in this mill"),
-        (["gas.h5", "a.svg", "--figure", "speeds", "--kind", "ball_blade"], "no impacts of that kind"),
+        (["gas.h5", "a.svg", "--figure", "speeds", "--kind", "ball_blade"], "unknown contact kind 'ball_blade': one of ball_ball, ball_drum, ball_wall, all"),
         (["plain.h5", "a.svg", "--figure", "speeds", "--kind", "blade"], "unknown contact kind 'blade'"),
         (["plain.h5", "a.svg", "--figure", "flow", "--kind", "ball_ball"], "takes no option"),
         (["plain.h5", "gas.h5", "a.png"], "the overview is of one run"),

@@ -57,6 +57,9 @@ def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
     for run in runs.values():
         assert [name for name, _ in tables.contacts(run)][:2] == ["ball-ball", f"ball-{run.vessel}"]
         assert not any("drum" in name for name in run.series_names())
+        told = [name for name, *_ in tables.everything(run) if "ball_" in name]
+        assert any("ball_ball" in name for name in told)
+        assert not any(kind in name for name in told for kind in ("drum", "wall", "shaft", "blade"))
 
 
 def test_motions_share_the_power_of_the_drive(files):
@@ -68,6 +71,7 @@ def test_motions_share_the_power_of_the_drive(files):
         assert result.motions.loc["jar", "words"] == "turns at −1200 rpm on sun"
         work = result.series["motion_work"]
         assert work.dims == ("time", "motion")
+        assert not any("rotor" in name for name in result.estimates.index)
         assert "drive power" in repr(result) and "rotor" not in repr(result)
 
 

@@ -62,16 +62,19 @@ class Built:
 
     @functools.cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of contact, those that every file counts first. Of a mill of bodies only those of them that were met, and
-        ball_ball: it has no surfaces of the others."""
+        """Kinds of contact, those that every file counts first; of these what the mill has surfaces of, or what was met."""
         places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
         names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
         order = [self.kind_of(name) for name in self.named("body")]
         own = sorted(names - {*KINDS, "all"}, key=lambda kind: (kind not in order, order.index(kind) if kind in order else 0, kind))  # fmt: skip
-        if not order:
-            return KINDS
-        met = [kind for kind in KINDS[1:] if self.collisions(kind)]
-        return (KINDS[0], *met, *own)
+        drum, rotor = not self.vessel, self.has_rotor
+        there = {k for k, has in zip(KINDS, (True, drum, drum, rotor, rotor)) if has} | {*order}
+        return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)
+
+    @property
+    def absent(self) -> set[str]:
+        """Kinds of contact that the file counts, all 0, and that this mill does not have."""
+        return {*KINDS} - {*self.kinds}
 
     def collisions(self, kind: str) -> int:
         """Contacts of a kind in the whole run; 0 where none are counted."""

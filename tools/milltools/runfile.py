@@ -19,7 +19,6 @@ from milltools.blades import Blade
 from milltools.built import Built
 from milltools.errors import UserError
 from milltools.histogram import ENERGIES, Histogram, by_energy, by_speed
-from milltools.kinds import KINDS
 from milltools.schema import THRESHOLDS
 
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
@@ -277,8 +276,8 @@ class Run(Built):
                     for member in group
                     if member not in ("value", "pose")
                 ]
-        empty = {*KINDS} - {*self.kinds}  # of which the mill has no surface
-        if self.named("body") and not self.has_rotor:
+        empty = self.absent
+        if not self.has_rotor and (self.named("body") or self.named("motion")):
             empty |= {"rotor_work", "rotor_torque"}
         found = [name for name in found if name.split("/")[-1] not in empty]
         return sorted(found, key=lambda name: (name.count("/"), name))

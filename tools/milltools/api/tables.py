@@ -62,7 +62,7 @@ def estimates(run: Run) -> pd.DataFrame:
     found = {}
     for name, (group, _) in runfile.estimates(run.kinds).items():
         known = run.known(name)
-        if known:
+        if known and (run.has_rotor or not name.startswith("rotor_")):
             found[name] = *known, run.attribute(f"statistics/precision/{group}/value", "unit")
     columns = ["value", "error", "degrees_of_freedom", "unit"]
     table = pd.DataFrame.from_dict(found, orient="index", columns=columns)

@@ -16,7 +16,7 @@ STORED = "#8c8c8c"
 class Flow(Figure):
     name, group, title = "flow", "energy", "Energy account"
     caption = (
-        "Mean powers over the sampled window, widths true to scale. Left: what gives energy (the rotor, or each motion; the charge, where "
+        "Mean powers over the sampled window, widths true to scale. Left: what gives energy (each motion; the charge, where "
         "its kinetic or potential energy falls; the rebound floor at slow impacts); right: what takes it. All that is given "
         "is 100 %."
     )

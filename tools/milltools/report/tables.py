@@ -194,9 +194,11 @@ def how(run, size: int) -> list[tuple[str, object, str]]:
 
 
 def everything(run) -> list[tuple[str, str, str, str]]:
-    """(name, value, unit, meaning) of all that /run holds."""
+    """(name, value, unit, meaning) of all that /run holds, but for counts of contacts that the mill cannot have."""
     found = []
     for path, unit, meaning in run.datasets("run"):
+        if path.split("/")[-1] in run.absent:
+            continue
         value = run.read(path)
         shown = lines(value) if isinstance(value, str) else f"{value:.10g}"
         found.append((path.removeprefix("run/"), shown, unit, meaning))
