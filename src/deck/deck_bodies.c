@@ -10,7 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_BODIES = 20000 }; /* the engine numbers surfaces so far, with the blades */
+enum {
+    MOST_BODIES = 20000,  /* the engine numbers surfaces so far, with the blades */
+    MOST_FACETS = 5000000 /* of all copies of a mesh: 3 GB of memory */
+};
 #define PREFIX "ball_"
 #define ALONG 1e-6 /* so near to x an axis leaves of x nothing across it that could be trusted */
 
@@ -184,6 +187,11 @@ static enum mill_status add_body(struct mill_deck *deck, const struct mill_deck_
         status = read_mesh(deck, section, &is, error);
     if (status == MILL_OK)
         status = check_form(deck, section, &is, error);
+    if (status == MILL_OK && is.facets > 0 && given->copies > MOST_FACETS / (long)is.facets)
+        return mill_deck_fault(deck, error, section->title, "copies",
+                               "%ld copies of %zu facets are more than %d: simplify the mesh, or "
+                               "put all copies into one",
+                               given->copies, is.facets, MOST_FACETS);
     for (long k = 0; k < (given->inside ? 1 : given->copies) && status == MILL_OK; k++) {
         if (k > 0)
             move_on(given, &is);

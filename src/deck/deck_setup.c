@@ -266,7 +266,7 @@ static void warn_of(const struct mill_deck *deck, const struct mill_narrow *plac
         mill_deck_fault(deck, &line, section, NULL,
                         "nobody has checked whether %sruns into [%s] %safter t = %.4g s: that "
                         "would take too long",
-                        copy, met, other_copy, place->when);
+                        copy[0] ? copy : "it ", met, other_copy, place->when);
     else
         mill_deck_fault(deck, &line, section, NULL,
                         "%scomes as near as %.2g mm to [%s] %sat t = %.4g s, less than a ball's "

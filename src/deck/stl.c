@@ -129,7 +129,7 @@ static void next_word(struct reading *in)
 /* What is left of a line may be a name. */
 static void leave_line(struct reading *in)
 {
-    while (in->at < in->end && *in->at != '\n')
+    while (in->at < in->end && *in->at != '\n' && *in->at != '\r')
         in->at++;
 }
 
@@ -207,13 +207,19 @@ static enum mill_status read_facet(struct reading *in)
     return status;
 }
 
+/* [B] of UTF-8's mark at the begin of a text */
+static size_t mark_of(const struct reading *in)
+{
+    return in->size >= 3 && memcmp(in->bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
+}
+
 /* Solids one behind the other are one surface. */
 static enum mill_status read_ascii(struct reading *in)
 {
     enum mill_status status = MILL_OK;
     bool within = false;
-    in->at = (const char *)in->bytes;
-    in->end = in->at + in->size;
+    in->at = (const char *)in->bytes + mark_of(in);
+    in->end = (const char *)in->bytes + in->size;
     in->line = 1;
     for (next_word(in); in->length > 0 && status == MILL_OK; next_word(in)) {
         if (within && is_word(in, "facet")) {
@@ -235,7 +241,7 @@ static enum mill_status read_ascii(struct reading *in)
 /* No text holds a zero. */
 static bool is_text(const struct reading *in)
 {
-    size_t first = 0;
+    size_t first = mark_of(in);
     while (first < in->size && isspace(in->bytes[first]))
         first++;
     return in->size - first >= 5 && memchr("sS", in->bytes[first], 2) &&

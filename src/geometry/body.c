@@ -135,6 +135,17 @@ void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi)
                     fmin(fmax(hi->z, least.z), most.z));
 }
 
+/* Does the sphere around all places of the body reach balls of the box? */
+static bool comes_near(const struct mill_bodied *b, vec3 lo, vec3 hi, double radius)
+{
+    const struct mill_motion_bounds *m = &b->convex.bounds;
+    const vec3 h = m->home;
+    const vec3 off = {h.x - fmin(fmax(h.x, lo.x), hi.x), h.y - fmin(fmax(h.y, lo.y), hi.y),
+                      h.z - fmin(fmax(h.z, lo.z), hi.z)};
+    const double far = m->far + b->hull.half + b->hull.radius;
+    return vec3_norm(off) <= far + radius * (1.0 + 1e-3) + MARGIN * (far + vec3_norm(h));
+}
+
 /* The box is the laboratory's; what is fixed has a gap there, which changes no faster than the
  * place. */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius)
@@ -149,5 +160,6 @@ bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, doubl
         const double margin = 1e-3 * radius + MARGIN * (b->hull.radius + b->hull.half);
         return mill_shape_gap(shape, middle, radius, &pose) <= half + margin;
     }
-    return !b->rings || b->is.inside || mill_body_ring_meets(b, ring, lo, hi, radius);
+    return b->is.inside || (comes_near(b, lo, hi, radius) &&
+                            (!b->rings || mill_body_ring_meets(b, ring, lo, hi, radius)));
 }

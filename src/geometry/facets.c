@@ -81,7 +81,7 @@ static bool reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double r
 {
     const struct mill_facets *m = (const struct mill_facets *)shape;
     const struct mill_bodied *b = &m->body;
-    if (shape->fixed || !b->rings)
+    if (shape->fixed || !b->rings || b->is.inside)
         return mill_body_reachable(shape, lo, hi, radius);
     mill_body_clip(b, &lo, &hi);
     for (int32_t at = 0; at < m->tree.nodes;) {

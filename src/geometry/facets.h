@@ -117,8 +117,10 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
 
 /* ---- faults ---- */
 
-/* *turned: a facet of a shell that faces inwards and is no cavity of the others; -1: there is none.
- * false: out of memory. */
+enum { MILL_FACETS_HOLLOW = -2 };
+
+/* *turned: a facet of a shell that faces inwards and is no cavity of the others; -1: there is none;
+ * MILL_FACETS_HOLLOW: there are too many cavities to know. false: out of memory. */
 bool mill_facets_shells(const struct mill_body *body, const struct mill_facets_joints *joints,
                         int32_t *turned);
 

@@ -1,8 +1,8 @@
 /* Is a mesh the surface of a solid? Closed: each edge is one of exactly two facets, which go along
  * it in opposite directions. Facing outwards: the volume that it encloses is positive, and that of
- * each part that hangs together, unless it is a cavity. Not crossing
- * itself: no side of a facet goes through the inside of another one, by more than what the rounding
- * to single precision of an STL file may do. */
+ * each part that hangs together, unless it is a cavity. Not crossing itself: no side of a facet
+ * goes through the inside of another one, by more than what the rounding to single precision of an
+ * STL file may do. */
 #include "geometry/facets.h"
 
 #include <stdio.h>
@@ -11,6 +11,8 @@
 #define NO_AREA 1e-9
 /* Of the greatest coordinate: two surfaces rounded to single precision may be off by this */
 #define ROUNDED 2.5e-7
+/* of facets whose boxes overlap: some 15 s */
+enum { MOST_PAIRS = 1000000000 };
 
 /* ---- facets and edges ---- */
 
@@ -73,33 +75,35 @@ static const char *find_open(const struct mill_body *is, const struct mill_facet
 
 /* ---- crossings ---- */
 
-/* Does the line from p to q go through the inside of the facet, by more than `least` [m]? */
-static bool pierces(vec3 p, vec3 q, const vec3 facet[3], double least)
+/* Does a side of `one` go through the inside of the other facet, by more than `least` [m]? */
+static bool pierces(const vec3 one[3], const vec3 other[3], double least)
 {
-    const vec3 cross = vec3_cross(vec3_sub(facet[1], facet[0]), vec3_sub(facet[2], facet[0]));
+    const vec3 cross = vec3_cross(vec3_sub(other[1], other[0]), vec3_sub(other[2], other[0]));
     const vec3 n = vec3_scale(cross, 1.0 / vec3_norm(cross));
-    const double over = vec3_dot(n, vec3_sub(p, facet[0]));
-    const double under = -vec3_dot(n, vec3_sub(q, facet[0]));
-    if (!((over > least && under > least) || (over < -least && under < -least)))
-        return false;
-    const vec3 at = vec3_axpy(p, over / (over + under), vec3_sub(q, p));
-    bool inside = true;
-    for (int k = 0; k < 3 && inside; k++) {
-        const vec3 side = vec3_sub(facet[(k + 1) % 3], facet[k]);
-        const double off = vec3_dot(vec3_cross(n, side), vec3_sub(at, facet[k]));
-        inside = off > least * vec3_norm(side);
+    double over[3];
+    for (int k = 0; k < 3; k++)
+        over[k] = vec3_dot(n, vec3_sub(one[k], other[0]));
+    bool found = false;
+    for (int k = 0; k < 3 && !found; k++) {
+        const double from = over[k], to = over[(k + 1) % 3];
+        if (!((from > least && to < -least) || (from < -least && to > least)))
+            continue;
+        const vec3 way = vec3_sub(one[(k + 1) % 3], one[k]);
+        const vec3 at = vec3_axpy(one[k], from / (from - to), way);
+        found = true;
+        for (int i = 0; i < 3 && found; i++) {
+            const vec3 side = vec3_sub(other[(i + 1) % 3], other[i]);
+            const double off = vec3_dot(vec3_cross(n, side), vec3_sub(at, other[i]));
+            found = off > least * vec3_norm(side);
+        }
     }
-    return inside;
+    return found;
 }
 
 /* Facets that share a corner or an edge are not kept apart: what only touches does not pierce. */
 static bool cross(const vec3 one[3], const vec3 other[3], double least)
 {
-    bool found = false;
-    for (int k = 0; k < 3 && !found; k++)
-        found = pierces(one[k], one[(k + 1) % 3], other, least) ||
-                pierces(other[k], other[(k + 1) % 3], one, least);
-    return found;
+    return pierces(one, other, least) || pierces(other, one, least);
 }
 
 static bool meets(const struct mill_facets_node *n, const vec3 lo, const vec3 hi)
@@ -108,9 +112,10 @@ static bool meets(const struct mill_facets_node *n, const vec3 lo, const vec3 hi
            (double)n->hi[1] >= lo.y && (double)n->lo[2] <= hi.z && (double)n->hi[2] >= lo.z;
 }
 
-/* The first facet behind number `one` of the tree's order that crosses it, or -1 */
+/* The first facet behind number `one` of the tree's order that crosses it, or -1. *left: at so many
+ * pairs it may still look. */
 static int32_t crossed_by(const struct mill_body *is, const struct mill_facets_tree *tree,
-                          int32_t one)
+                          int32_t one, long *left)
 {
     const vec3 *p = is->facet[tree->order[one]];
     const vec3 lo = {fmin(p[0].x, fmin(p[1].x, p[2].x)), fmin(p[0].y, fmin(p[1].y, p[2].y)),
@@ -125,7 +130,7 @@ static int32_t crossed_by(const struct mill_body *is, const struct mill_facets_t
         if (!near || n->leaf == MILL_FACETS_INNER)
             continue;
         for (int32_t k = first > one ? first : one + 1; k < end; k++)
-            if (cross(p, is->facet[tree->order[k]], ROUNDED * tree->size))
+            if (--*left < 0 || cross(p, is->facet[tree->order[k]], ROUNDED * tree->size))
                 return k;
     }
     return -1;
@@ -134,10 +139,17 @@ static int32_t crossed_by(const struct mill_body *is, const struct mill_facets_t
 static const char *find_crossing(const struct mill_body *is, const struct mill_facets_tree *tree,
                                  char text[MILL_SHAPE_FAULT])
 {
+    long left = MOST_PAIRS;
     for (int32_t k = 0; k < (int32_t)is->facets; k++) {
-        const int32_t other = crossed_by(is, tree, k);
+        const int32_t other = crossed_by(is, tree, k, &left);
         if (other < 0)
             continue;
+        if (left < 0) {
+            snprintf(text, MILL_SHAPE_FAULT,
+                     "too many long facets lie side by side to check that none cross, as in a disc "
+                     "of thousands of sectors: simplify the mesh");
+            return text;
+        }
         const int32_t a = tree->order[k] + 1, b = tree->order[other] + 1;
         snprintf(text, MILL_SHAPE_FAULT,
                  "facets %d and %d cross: unite the parts into one solid in the program that made "
@@ -158,6 +170,10 @@ static const char *find_turned(const struct mill_body *is, const struct mill_fac
                  "program that made the mesh)");
     else if (!mill_facets_shells(is, j, &turned))
         snprintf(text, MILL_SHAPE_FAULT, "out of memory for %zu facets", is->facets);
+    else if (turned == MILL_FACETS_HOLLOW)
+        snprintf(text, MILL_SHAPE_FAULT,
+                 "it has more cavities than can be checked: leave out those that no ball can "
+                 "reach");
     else if (turned >= 0)
         snprintf(text, MILL_SHAPE_FAULT,
                  "facet %d and all that hang together with it face into their solid: turn them "
@@ -171,8 +187,9 @@ static const char *find_turned(const struct mill_body *is, const struct mill_fac
 const char *mill_facets_fault(const struct mill_body *is, char text[MILL_SHAPE_FAULT])
 {
     if (!mill_facets_type.is_sound(is)) {
-        snprintf(text, MILL_SHAPE_FAULT, "it takes 4 to %d facets, of finite coordinates",
-                 MILL_FACETS_MOST);
+        snprintf(text, MILL_SHAPE_FAULT,
+                 "it has %zu facets: a closed mesh takes at least 4, of finite coordinates",
+                 is->facets);
         return text;
     }
     const char *fault = find_flat(is, text);

@@ -6,6 +6,9 @@
 
 #include <stdlib.h>
 
+/* of facets seen from cavities: some 10 s */
+#define MOST_ANGLES 2e8
+
 struct shells {
     const struct mill_body *is;
     const struct mill_facets_joints *joints;
@@ -61,12 +64,16 @@ bool mill_facets_shells(const struct mill_body *is, const struct mill_facets_joi
     *turned = -1;
     if (good)
         sum_up(&s);
-    for (size_t k = 0; good && k < is->facets && *turned < 0; k++) {
+    double left = MOST_ANGLES;
+    for (size_t k = 0; good && k < is->facets && *turned == -1; k++) {
         const int32_t root = root_of(&s, joints->corner[k][0]);
         if (!(s.volume[root] < 0.0))
             continue;
         s.volume[root] = 0.0; /* looked at once */
-        if (!is_within(&s, is->facet[k][0], root))
+        left -= (double)is->facets;
+        if (left < 0.0)
+            *turned = MILL_FACETS_HOLLOW;
+        else if (!is_within(&s, is->facet[k][0], root))
             *turned = (int32_t)k;
     }
     free(s.root);

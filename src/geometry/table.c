@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 6 };
+enum { COLUMNS = 6, LOOKS = 1000 /* at a table, to bound where a point gets */ };
 
 /* Row k and the piece of the spline behind it: x + s (b + s (c + s d)), s the time since the row */
 struct piece {
@@ -23,7 +23,6 @@ struct table {
     size_t pieces;
     struct piece *piece; /* [pieces + 1], the last one is where the first one comes again */
     double speed, acceleration, turning, spin_up; /* at most: of the place, and of the rotation */
-    double longest;                               /* [s] piece */
 };
 
 static bool is_sound(const void *form)
@@ -104,7 +103,6 @@ static void bound(struct table *table, const struct piece *p, double h)
         begin[i] = 2.0 * p->c[i];
         end[i] = 2.0 * p->c[i] + 6.0 * h * p->d[i];
     }
-    table->longest = fmax(table->longest, h);
     table->speed = fmax(table->speed, length(rate));
     table->turning = fmax(table->turning, length(rate + 3));
     table->acceleration = fmax(table->acceleration, fmax(length(begin), length(end)));
@@ -231,14 +229,19 @@ static struct mill_motion_bounds bounds(const struct mill_motion *motion, vec3 p
     const struct mill_pose first = pose_at(table, 0.0);
     const vec3 home = mill_pose_out(&first, point);
     const double speed = table->speed + table->turning * reach;
-    double far = 0.0;
-    for (size_t k = 1; k < table->pieces; k++) {
+    /* every row, or of a long table some of them: no place is farther from one in time than half
+     * of what lies between two */
+    const size_t n = table->pieces, stride = 1 + n / LOOKS;
+    double far = 0.0, between = 0.0;
+    for (size_t k = 0, next; k < n; k = next) {
+        next = k + stride < n ? k + stride : n;
+        between = fmax(between, table->piece[next].t - table->piece[k].t);
         const struct mill_pose at = pose_at(table, table->piece[k].t);
         far = fmax(far, vec3_norm(vec3_sub(mill_pose_out(&at, point), home)));
     }
     return (struct mill_motion_bounds){
         .home = home,
-        .far = far + 0.5 * table->longest * speed,
+        .far = far + 0.5 * between * speed,
         .speed = speed,
         .acceleration =
             table->acceleration + (table->spin_up + table->turning * table->turning) * reach,

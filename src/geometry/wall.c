@@ -14,6 +14,9 @@
 
 #include <assert.h>
 
+/* Of a ball's radius: so near to a cone's tip it is in it. */
+#define TIP 1e-9
+
 struct wall {
     struct mill_bodied body;           /* `of`: draws the whole body */
     struct mill_wall is;               /* in the motion's frame, where flat */
@@ -108,7 +111,8 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
         const double gap = gap_of(w, &s), closing = 0.5 * f1 / s.m * w->cosine;
         if (gap <= MILL_SHAPE_CLOSED && closing <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
-        const double a = at.seen.acceleration, free = sqrt(s.m * a);
+        const double a = at.seen.acceleration,
+                     free = sqrt(fmax(s.m, 0.0) * a); /* beyond a tip m < 0 */
         const double speed = vec3_norm(at.u);
         /* so long that the speed grows by no more than half of what matters */
         const double cap = mill_least(at.seen.within, 0.5 * mill_greatest(speed, free) / a);
@@ -131,16 +135,20 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
     return (struct mill_hit){MILL_HIT_ASK_AGAIN, t}; /* a ball that hops along the wall */
 }
 
-static struct mill_contact meet(const struct wall *w, vec3 centre, double radius,
-                                const struct mill_pose *pose)
+static struct seat seat_at(const struct wall *w, vec3 centre, double radius,
+                           const struct mill_pose *pose)
 {
     const struct mill_body *is = &w->body.is;
-    const struct seat s =
-        seat_of(w, vec3_sub(mill_pose_in(pose, centre), is->centre), is->z, radius);
-    /* in the middle all directions are alike */
-    const vec3 out = s.away > 0.0 ? vec3_scale(s.q, 1.0 / s.away) : is->x;
+    return seat_of(w, vec3_sub(mill_pose_in(pose, centre), is->centre), is->z, radius);
+}
+
+/* With the wall in the direction `out` from the core, in the motion's frame */
+static struct mill_contact meet(const struct wall *w, const struct seat *seat, vec3 out,
+                                vec3 centre, double radius, const struct mill_pose *pose)
+{
+    const struct mill_body *is = &w->body.is;
     const vec3 inward = vec3_axpy(vec3_scale(out, -w->cosine), w->is.slope * w->cosine, is->z);
-    const double gap = gap_of(w, &s);
+    const double gap = gap_of(w, seat);
     const vec3 n = mill_pose_turn_out(pose, inward);
     const vec3 point = vec3_axpy(centre, -(gap + radius), n);
     return (struct mill_contact){
@@ -185,7 +193,29 @@ static struct mill_contact contact(const struct mill_shape *shape, vec3 centre, 
     const struct wall *w = (const struct wall *)shape;
     if (w->is.flat)
         return mill_convex_contact(&w->body.convex, view, centre, radius, pose);
-    return meet(w, centre, radius, pose);
+    const struct seat s = seat_at(w, centre, radius, pose);
+    /* in the middle all directions are alike */
+    const vec3 out = s.away > 0.0 ? vec3_scale(s.q, 1.0 / s.away) : w->body.is.x;
+    return meet(w, &s, out, centre, radius, pose);
+}
+
+/* A ball in the tip of a cone touches it all around, and closes on where it goes across the axis.
+ */
+static bool beside(const struct mill_shape *shape, vec3 centre, vec3 v, double radius,
+                   const struct mill_pose *pose, struct mill_contact *k)
+{
+    const struct wall *w = (const struct wall *)shape;
+    if (w->is.flat || w->is.slope == 0.0)
+        return false;
+    const struct seat s = seat_at(w, centre, radius, pose);
+    const vec3 z = w->body.is.z;
+    const vec3 u = mill_pose_turn_in(pose, vec3_sub(v, mill_pose_velocity(pose, centre)));
+    const vec3 across = vec3_axpy(u, -vec3_dot(u, z), z);
+    const double speed = vec3_norm(across);
+    if (s.away > TIP * radius || s.m > TIP * radius || !(speed > 0.0))
+        return false;
+    *k = meet(w, &s, vec3_scale(across, 1.0 / speed), centre, radius, pose);
+    return vec3_dot(vec3_sub(v, k->velocity), k->normal) < 0.0;
 }
 
 /* form: the body and which of its walls */
@@ -245,5 +275,6 @@ const struct mill_shape_type mill_wall_type = {.name = "wall",
                                                .create = create,
                                                .next_contact = next_contact,
                                                .contact = contact,
+                                               .beside = beside,
                                                .reachable = mill_body_reachable,
                                                .draw = draw};

@@ -42,7 +42,7 @@ static const struct mill_shape *odd_drum(const struct mill_world *world)
 {
     const double radius = world->drum_radius;
     for (int i = 0; i < world->shapes; i++)
-        for (int k = 0; world->shape[i]->kind == MILL_BALL_DRUM && k < ANGLES; k++)
+        for (int k = 0; world->shape[i]->type->kind == MILL_BALL_DRUM && k < ANGLES; k++)
             if (!(fabs(gap_towards(world->shape[i], radius, k)) < 1e-9 * radius))
                 return world->shape[i];
     return NULL;

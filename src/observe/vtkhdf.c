@@ -348,7 +348,9 @@ static const char *name_of_still(const struct mill_world *world)
 static void name_of_motion(const struct mill_world *world, int k, char name[BLOCK])
 {
     static const char *const taken[] = {"balls", "drum", "still", "Assembly"};
-    const char *own = world->motion_name[k], *before = "";
+    const char *own = world->motion_name[k];
+    /* so that no two become alike */
+    const char *before = strncmp(own, "motion_", 7) == 0 ? "motion_" : "";
     for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
         before = strcmp(own, taken[i]) == 0 ? "motion_" : before;
     snprintf(name, BLOCK, "%s%s", before, own);

@@ -50,20 +50,27 @@ struct march {
     double near, speed;
 };
 
-static double gap_at(const struct check *c, const struct march *m, double t)
+static double gap_at(struct check *c, const struct march *m, double t)
 {
     const struct mill_pose a = mill_motion_pose(m->a->motion, t),
                            b = mill_motion_pose(m->b->motion, t);
     struct mill_pose in = mill_clash_side_relative(&a, &b);
-    if (m->walls == 0)
-        return mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near).least;
+    if (m->walls == 0) {
+        const struct mill_clash_gap gap = mill_clash_gap_solids(m->a->is, m->b->is, &in, m->near);
+        c->looks += gap.looks;
+        return gap.least;
+    }
     const struct mill_body *is = c->container->body;
     const struct mill_pose own = {.place = is->centre, .x = is->x, .y = is->y, .z = is->z};
     double least = INFINITY;
     in = mill_clash_side_relative(&in, &own);
     for (int k = 0; k < c->walls; k++)
-        if (m->walls >> k & 1)
-            least = fmin(least, mill_clash_gap_wall(&c->wall[k], m->a->is, &in, m->near));
+        if (m->walls >> k & 1) {
+            const struct mill_clash_gap gap =
+                mill_clash_gap_wall(&c->wall[k], m->a->is, &in, m->near);
+            c->looks += gap.looks;
+            least = fmin(least, gap.least);
+        }
     return least;
 }
 
@@ -81,10 +88,10 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
     double t = 0.0;
     for (;;) {
         const double first = c->fault->code == MILL_FAULT_NONE ? (double)INFINITY : c->fault->when;
-        const bool late = c->looks++ > PATIENCE;
+        const bool late = c->looks > PATIENCE;
         if (t > end || t >= first || (late && horizon > 0.0 && t > horizon))
             return;
-        if (c->looks > MOST_LOOKS) {
+        if (c->looks > MOST_LOOKS && t > 0.0) { /* how they begin is always seen */
             if (t < c->fault->unchecked.when)
                 c->fault->unchecked = place_of(c, m, 0.0, t);
             return;

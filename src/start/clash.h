@@ -7,7 +7,8 @@
 /* Fills in the first clash of surfaces on different motions, or the first surface that leaves the
  * container, within a common period of both motions, or within the setup's horizon where they have
  * none. Nearer than 1e-6 of their size is a touch. What turns about its own axis of symmetry may
- * pierce what stands, or does so too. The motions are at local time 0. false: out of memory.
+ * pierce what stands still, or what also turns about its own axis of symmetry. The motions are at
+ * local time 0. false: out of memory.
  *
  * Surfaces on the rotor of a drum that stands are known to be within it (do_surfaces_fit). */
 bool mill_clash_find(const struct mill_setup *setup, struct mill_motion *const *motion,

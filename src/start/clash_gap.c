@@ -98,7 +98,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
                                            const struct mill_clash_part *b, double near)
 {
     const double grown = a->grown + b->grown, nothing = NOTHING * (a->around + b->around);
-    struct mill_clash_gap gap = {-INFINITY, INFINITY}; /* of the cores */
+    struct mill_clash_gap gap = {-INFINITY, INFINITY, 0}; /* of the cores */
     struct simplex s = {0};
     vec3 v = vec3_sub(a->centre, b->centre);
     for (int k = 0; k < LOOKS; k++) {
@@ -121,7 +121,7 @@ struct mill_clash_gap mill_clash_gap_parts(const struct mill_clash_part *a,
         s.p[s.n++] = w;
         v = nearest(&s);
     }
-    return (struct mill_clash_gap){fmax(gap.least, 0.0) - grown, gap.most - grown};
+    return (struct mill_clash_gap){fmax(gap.least, 0.0) - grown, gap.most - grown, 0};
 }
 
 /* ---- two solids ---- */
@@ -175,7 +175,7 @@ static void take_leaves(struct seek *s, const struct mill_clash_node *p,
                         const struct mill_clash_node *q)
 {
     const double size = p->radius + q->radius, apart = apart_of(s, p, q);
-    struct mill_clash_gap gap = {apart - size, apart + size};
+    struct mill_clash_gap gap = {apart - size, apart + size, 0};
     if (apart < 2.0 * size) {
         const struct mill_clash_part a = mill_clash_solid_move(&s->a->part[p->part], s->a_in_b);
         gap = mill_clash_gap_parts(&a, &s->b->part[q->part], s->near);
@@ -188,6 +188,7 @@ static void take_leaves(struct seek *s, const struct mill_clash_node *p,
 static void seek(struct seek *s, const struct mill_clash_node *p, const struct mill_clash_node *q,
                  double least)
 {
+    s->gap.looks++;
     if (least >= ENOUGH * s->gap.most || s->gap.least <= s->near) {
         s->gap.least = fmin(s->gap.least, least);
         return;
@@ -214,7 +215,7 @@ struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
                                             const struct mill_clash_solid *b,
                                             const struct mill_pose *a_in_b, double near)
 {
-    struct seek s = {a, b, a_in_b, near, {INFINITY, INFINITY}};
+    struct seek s = {a, b, a_in_b, near, {INFINITY, INFINITY, 0}};
     seek(&s, a->node, b->node, least_of(&s, a->node, b->node));
     return s.gap;
 }
@@ -296,6 +297,7 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
                       struct mill_clash_gap *gap)
 {
     const double middle = wall_gap(w, mill_pose_out(in, n->centre)), least = middle - n->radius;
+    gap->looks++;
     /* far from the wall a sphere is all that steps need */
     if (least >= ENOUGH * gap->most || (n->part >= 0 && least > n->radius)) {
         gap->least = fmin(gap->least, least);
@@ -314,10 +316,11 @@ static void seek_wall(const struct mill_wall *w, const struct mill_clash_solid *
     seek_wall(w, s, &s->node[n->right], in, near, gap);
 }
 
-double mill_clash_gap_wall(const struct mill_wall *wall, const struct mill_clash_solid *solid,
-                           const struct mill_pose *in, double near)
+struct mill_clash_gap mill_clash_gap_wall(const struct mill_wall *wall,
+                                          const struct mill_clash_solid *solid,
+                                          const struct mill_pose *in, double near)
 {
-    struct mill_clash_gap gap = {INFINITY, INFINITY};
+    struct mill_clash_gap gap = {INFINITY, INFINITY, 0};
     seek_wall(wall, solid, solid->node, in, near, &gap);
-    return gap.least;
+    return gap;
 }

@@ -11,6 +11,7 @@
  */
 struct mill_clash_gap {
     double least, most; /* [m] */
+    long looks;         /* at parts and spheres */
 };
 
 /* Of two parts in one frame */
@@ -24,7 +25,8 @@ struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
 
 /* [m] How far a solid is from a wall, < 0: beyond it by as much; at least, and to a tenth of `near`
  * or of itself. `in`: the pose of the solid's frame in that of the wall, whose axis is z. */
-double mill_clash_gap_wall(const struct mill_wall *wall, const struct mill_clash_solid *solid,
-                           const struct mill_pose *in, double near);
+struct mill_clash_gap mill_clash_gap_wall(const struct mill_wall *wall,
+                                          const struct mill_clash_solid *solid,
+                                          const struct mill_pose *in, double near);
 
 #endif

@@ -37,7 +37,7 @@ static double turning_size(const struct mill_clash_side *s)
     const struct mill_wall line = {.half = INFINITY};
     const struct mill_pose frame = frame_about(s->centre, axis);
     const struct mill_pose in = mill_clash_side_relative(&s->begin, &frame);
-    return fmin(-mill_clash_gap_wall(&line, s->is, &in, 1e-3 * s->size), s->size);
+    return fmin(-mill_clash_gap_wall(&line, s->is, &in, 1e-3 * s->size).least, s->size);
 }
 
 static bool axis_of(const struct mill_motion *m, vec3 *through, vec3 *direction)
@@ -77,7 +77,7 @@ static void find_ring(struct mill_clash_side *s, const struct mill_clash_line *l
     const struct mill_wall wall = {.half = INFINITY};
     s->ring = *line;
     s->inner = mill_clash_gap_solids(s->is, &around, &in, near).least;
-    s->outer = -mill_clash_gap_wall(&wall, s->is, &in, near);
+    s->outer = -mill_clash_gap_wall(&wall, s->is, &in, near).least;
 }
 
 struct mill_clash_side mill_clash_side_of(const struct mill_clash_solid *is,

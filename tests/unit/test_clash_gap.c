@@ -93,7 +93,7 @@ START_TEST(a_gap_to_a_wall_is_never_greater_than_the_truth_and_near_to_it)
         for (int k = 0; k < walls; k++) {
             const struct mill_wall *w = &wall[k];
             const double near = 1e-6;
-            const double gap = mill_clash_gap_wall(w, &a.solid, &mill_pose_still, near);
+            const double gap = mill_clash_gap_wall(w, &a.solid, &mill_pose_still, near).least;
             double truth = INFINITY;
             for (int m = 0; m < 3000; m++) {
                 const vec3 p = place_of(&seed, &a);
