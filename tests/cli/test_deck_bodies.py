@@ -349,6 +349,12 @@ def test_a_mesh_in_the_wrong_unit_is_told_with_its_size(refused):
     assert "in its 'unit' it is 78.9 x 78.9 x 64 m large" in complaint
 
 
+def test_more_facets_than_memory_holds_are_refused_by_the_number_of_copies(refused):
+    order = ("-s", "body.rotor.copies=1200", "-s", "body.rotor.turn_by=0.1 deg")
+    complaint = refused(ROOT / "input/stl.ini", *order)
+    assert "[body.rotor] copies: 1200 copies of 4200 facets are more than 5000000" in complaint
+
+
 def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):
     def warned(length):
         order = ("-s", f"body.arm.length={length} mm", ROOT / "input/attritor.ini")
@@ -380,19 +386,24 @@ shift_by = 0 0 9 mm
 TANK = "[body.tank]\nshape = cylinder\nside = inside\nradius = 90 mm\nlength = 400 mm\n"
 
 
-def test_bodies_whose_check_would_take_too_long_are_a_warning(millsim, write_deck):
+def test_bodies_whose_check_would_take_too_long_are_a_warning_but_their_begin_is_seen(
+    millsim, write_deck
+):
     one = SHAKEN.format(name="a", frequency=50, x=-4)
     other = SHAKEN.format(name="b", frequency=51.2345678, x=4)
     balls = "[balls]\ncount = 9\ndiameter = 1 mm\ndensity = 7800 kg/m^3\n"
     law = "[contact]\nrestitution = 0.8\n[output]\nframes = 0 s\n"
-    write_deck("[run]\ntime = 1 h\n" + one + other + TANK + balls + law)
+    text = "[run]\ntime = 1 h\n" + one + other + TANK + balls + law
+    write_deck(text)
     done = millsim("--check", "-q", "deck.ini")
     assert done.returncode == 0
-    assert (
-        "[body.a]: nobody has checked whether its copy 34 runs into [body.b] its copy"
-        in done.stderr
-    )
-    assert "after t = 0 s: that would take too long" in done.stderr
+    assert "[body.a]: nobody has checked whether its copy " in done.stderr
+    assert done.stderr.endswith(" s: that would take too long\n")
+    ball = "[body.{0}]\nshape = sphere\nradius = 3 mm\nmotion = {1}\ncentre = {2} 40 0 mm\n"
+    write_deck(text + ball.format("y", "a", 0) + ball.format("z", "b", 5))
+    done = millsim("--check", "-q", "deck.ini")
+    assert done.returncode == 2
+    assert "[body.z]: runs into [body.y] at t = 0 s" in done.stderr
 
 
 def test_a_table_is_found_again_and_never_overwritten(millsim, write_deck, tmp_path):

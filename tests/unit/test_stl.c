@@ -98,6 +98,8 @@ START_TEST(ascii_files_are_read_and_their_numbers_are_of_single_precision)
         "  \n SOLID x\nFACET NORMAL nan nan -NaN Outer\tLOOP vertex 0 0 1e-1 VERTEX -0 +1. .1\n"
         "vertex 0 2.0e+0 0.10000000001 endLoop endFacet ENDSOLID",
         "solid one\nendsolid one\nsolid two\n" FACET "endsolid",
+        "\xef\xbb\xbfsolid of UTF-8\n" FACET "endsolid\n",
+        "solid of old\r" FACET "endsolid\r",
     };
     for (size_t k = 0; k < sizeof text / sizeof *text; k++) {
         ck_assert_msg(read_bytes(text[k], strlen(text[k])) == MILL_OK, "%s", error.text);
