@@ -8,6 +8,7 @@ import numpy as np
 import players
 import pytest
 from conftest import SMALL
+from moving_mills import PLANETARY
 
 from milltools.report import finer, player
 from milltools.runfile import Run
@@ -67,6 +68,23 @@ def test_from_frame_to_frame_the_rotor_turns_by_few_degrees_and_a_ball_hardly_mo
     steps = np.linalg.norm(np.diff(places, axis=0), axis=2)
     assert np.sqrt((steps**2).mean()) < 5e-3  # a ball's diameter
     assert len(times) > 30
+
+
+def test_balls_of_a_jar_that_is_carried_are_within_it_in_all_finer_frames(tmp_path):
+    path = players.simulate(tmp_path, PLANETARY, "output.frames=20 ms")
+    _, _, html, said = shown(path, room=200_000)  # the last stretch alone
+    head = players.head(html)
+    times = np.array(head["times"])
+    assert said == [] and times[0] > 0.02
+    with Run(path) as run:
+        radius = 0.5 * float(run.balls("diameter").max())
+    places, _ = players.decode(html)
+    pose = players.poses(head)[:, head["motions"].index("jar")]
+    own = np.einsum("fij,fni->fnj", pose[:, :, :3], places - pose[:, None, :, 3])
+    assert np.hypot(own[..., 0] - 0.06, own[..., 1]).max() < 0.02 - radius + 1e-4
+    assert np.abs(own[..., 2]).max() < 0.015 - radius + 1e-4
+    shell = players.points(head, "shell")  # in the frame of the motion
+    assert np.hypot(shell[:, 0] - 0.06, shell[:, 1]).max() < 0.0201
 
 
 def test_the_last_stretch_of_the_run_is_shown(file):

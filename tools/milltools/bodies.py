@@ -104,7 +104,7 @@ class Mill:
         chosen = np.unique(np.linspace(0, frames - 1, min(frames, SAMPLED)).astype(int))
         poses = [run.poses(int(k)) for k in chosen]
         if run.has("VTKHDF"):
-            return cls(read(run), run.vessel_kinds, poses, run.frame_axis(run.poses(0)))
+            return cls(read(run), run.vessel_kinds, poses, run.frame_axis(run.first_poses()))
         with bare(run.deck_text()) as other:
             first = other.poses(0)
             return cls(read(other), run.vessel_kinds, poses or [first], run.frame_axis(first))
@@ -255,7 +255,7 @@ def outermost(points):
 
 def read(run) -> list[Body]:
     """The bodies in a run's /VTKHDF, in its order of blocks."""
-    poses, found = run.poses(0), []
+    poses, found = run.first_poses(), []
     names = sorted(run.names("VTKHDF"), key=lambda name: run.attribute(f"VTKHDF/{name}", "Index", 0))  # fmt: skip
     for name in names:
         place = f"VTKHDF/{name}"

@@ -122,6 +122,10 @@ class Built:
             else {}
         )
 
+    def first_poses(self) -> dict[str, np.ndarray]:
+        """Those of the file's first frame, whatever frames are shown: the points under /VTKHDF begin there."""
+        return self.poses(0)
+
     def poses(self, index: int) -> dict[str, np.ndarray]:
         """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is at
         pose[:, :3] @ p + pose[:, 3]."""
