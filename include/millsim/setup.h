@@ -112,9 +112,10 @@ enum mill_fault_code {
                            volume; what `fits` does */
     MILL_FAULT_SURFACE, /* surface `other` is not within the drum, or a shaft about another axis */
     MILL_FAULT_CONTAINER, /* there is none, or more than one */
-    MILL_FAULT_OUTSIDE,   /* surface `other` leaves the container at `when` [s] */
-    MILL_FAULT_CLASH,     /* surfaces `ball` and `other`, of different motions, meet at `when` */
-    MILL_FAULT_MESH       /* the mesh of surface `other` is not one: `text` says why */
+    MILL_FAULT_OUTSIDE, /* surface `other` leaves the container at `when` [s], by `amount` [m] if it
+                           is outside then */
+    MILL_FAULT_CLASH,   /* surfaces `ball` and `other`, of different motions, meet at `when` */
+    MILL_FAULT_MESH     /* the mesh of surface `other` is not one: `text` says why */
 };
 
 enum { MILL_FAULT_SPECIES = 64 }; /* told at most */

@@ -304,6 +304,28 @@ static void warn_of_idle(const struct mill_deck *deck)
     }
 }
 
+/* A planetary jar has one axis: it turns about its own, on a disk that carries it. */
+static void warn_of_axes(const struct mill_deck *deck)
+{
+    struct mill_error line;
+    if (!deck->container || deck->container->motion < 0)
+        return;
+    const struct mill_body *is = deck->container->form;
+    const struct mill_setup_motion *motion = &deck->motion[deck->container->motion];
+    if (motion->type != &mill_turn_type || motion->on < 0 || is->length <= 0.0)
+        return;
+    const struct mill_turn *turn = motion->form;
+    const vec3 off = vec3_sub(is->centre, turn->centre);
+    const double away = vec3_norm(vec3_axpy(off, -vec3_dot(off, turn->axis), turn->axis));
+    if (vec3_norm(vec3_cross(turn->axis, is->z)) > 1e-6 || away <= 1e-6 * is->length)
+        return;
+    mill_deck_fault(deck, &line, deck->body_section[deck->container - deck->body], "centre",
+                    "the container's axis is %.3g mm beside the one that [motion.%s] turns about: "
+                    "a planetary jar and its turn have the same 'centre'",
+                    1e3 * away, motion->name);
+    deck->warn(line.text);
+}
+
 enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error *error)
 {
     static enum mill_status (*const check[])(const struct mill_deck *, struct mill_error *) = {
@@ -317,6 +339,7 @@ enum mill_status mill_deck_check(const struct mill_deck *deck, struct mill_error
         warn_of_mouths(deck);
         warn_of_gaps(deck);
         warn_of_idle(deck);
+        warn_of_axes(deck);
     }
     return status;
 }

@@ -195,14 +195,16 @@ static void say_size(const struct mill_deck *deck, const char *section, char tex
 static enum mill_status tell_bodies(const struct mill_deck *deck, const struct mill_fault *fault,
                                     struct mill_error *error)
 {
-    char copy[32], other_copy[32], size[80];
+    char copy[32], other_copy[32], size[80], by[32] = "";
     const char *section = find_section(deck, fault->other, copy);
     say_size(deck, section, size);
+    if (fault->amount > 0.0)
+        snprintf(by, sizeof by, " by %.2g mm", 1e3 * fault->amount);
     if (fault->code == MILL_FAULT_OUTSIDE)
         return mill_deck_fault(deck, error, section, NULL,
-                               "%sleaves the container at t = %.6g s: make it smaller, or set it "
+                               "%sleaves the container%s at t = %.6g s: make it smaller, or set it "
                                "elsewhere%s",
-                               copy, fault->when, size);
+                               copy, by, fault->when, size);
     if (fault->code == MILL_FAULT_MESH)
         return mill_deck_fault(deck, error, section, "file", "%s",
                                fault->text ? fault->text : mill_setup_fault_text(MILL_FAULT_MESH));

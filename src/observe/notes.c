@@ -25,6 +25,7 @@
 #define PINCHED 0.2
 
 /* Of all contacts at the floor, balls that scatter between starts, and an error that is less. */
+#define RUNNING 0.8 /* of few balls */
 #define RESTING 0.4
 #define KNOWN 0.03
 enum { DOZEN = 12 };
@@ -188,16 +189,38 @@ static void judge_motion(struct mill_notes *notes, const struct mill_world *worl
 
 /* A charge that rests on the wall of a moving container keeps the arrangement that it settled in,
  * and the error that batches tell is that of this one. In planetary mills the power of a dozen
- * balls and more differs by 3 to 8 % between starts (docs/mills.md). */
+ * balls and more differs by 3 to 8 % between starts (docs/mills.md); one ball of a mixer mill flies
+ * from end to end, or runs around on the wall for good. */
 static void judge_start(struct mill_notes *notes, const struct mill_world *world,
                         const struct mill_tally_results *r)
 {
     const struct mill_precision_mean *drive = &r->at.known.drive;
-    const bool rests = world->container.motion && r->floor_share[r->all] > RESTING;
-    add(notes, NULL, r->floor_share[r->all], RESTING,
-        rests && world->balls >= DOZEN && drive->error < KNOWN * fabs(drive->value),
-        "the charge rests on the wall, and the errors are those of its present arrangement: other "
-        "starts may differ in power by 3 to 8 %%. Take several: -s run.seed=2, or a study.");
+    const double share = r->floor_share[r->all];
+    const bool few = world->balls < DOZEN;
+    const bool known = few || drive->error < KNOWN * fabs(drive->value);
+    add(notes, NULL, share, few ? RUNNING : RESTING,
+        world->container.motion && known && share > (few ? RUNNING : RESTING),
+        few ? "%.0f %% of the contacts are at the rebound floor, of balls that run along the wall: "
+              "other starts may end in another state. Take several: -s run.seed=2, or a study."
+            : "%.0f %% of the contacts are at the rebound floor, of balls that rest on the wall: "
+              "the "
+              "errors are those of their present arrangement, and other starts may differ in power "
+              "by 3 to 8 %%. Take several: -s run.seed=2, or a study.",
+        100 * share);
+}
+
+/* A body out of the balls' reach is mostly a mistake: of its place, or of a mesh's unit. */
+static void judge_reach(struct mill_notes *notes, const struct mill_world *world,
+                        const struct mill_tally_results *r)
+{
+    const char *never = NULL;
+    for (int kind = MILL_KINDS; kind < world->kinds.count && !never; kind++)
+        if (world->account.collisions[kind] == 0)
+            never = world->kinds.name[kind];
+    add(notes, NULL, 0, 0, r->duration > 0 && never,
+        "no ball has met a surface of the kind %s: is it where it should be, and of the right "
+        "size?",
+        never ? never : "");
 }
 
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
@@ -220,6 +243,7 @@ void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
     judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);
     judge_shares(notes, r);
     judge_start(notes, world, r);
+    judge_reach(notes, world, r);
 }
 
 void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink)

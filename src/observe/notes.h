@@ -14,7 +14,7 @@ struct mill_note {
 
 struct mill_notes {
     int count;
-    struct mill_note note[10];
+    struct mill_note note[12];
 };
 
 /* Is it a mill of which only shaft and blades move, in a still drum? It is spoken of as a rotor. */

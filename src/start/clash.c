@@ -85,7 +85,7 @@ static struct mill_narrow place_of(const struct check *c, const struct march *m,
 static void march(struct check *c, const struct march *m, double end, enum mill_fault_code code)
 {
     const double horizon = c->setup->horizon;
-    double t = 0.0;
+    double t = 0.0, gap;
     for (;;) {
         const double first = c->fault->code == MILL_FAULT_NONE ? (double)INFINITY : c->fault->when;
         const bool late = c->looks > PATIENCE;
@@ -96,7 +96,7 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
                 c->fault->unchecked = place_of(c, m, 0.0, t);
             return;
         }
-        const double gap = gap_at(c, m, t);
+        gap = gap_at(c, m, t);
         if (gap <= m->near)
             break;
         if (gap < c->fault->narrow.gap)
@@ -105,7 +105,10 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
             return;
         t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;
     }
-    *c->fault = (struct mill_fault){.code = code, .other = m->b->is->surface, .when = t};
+    *c->fault = (struct mill_fault){.code = code,
+                                    .other = m->b->is->surface,
+                                    .amount = m->walls && gap < 0.0 ? -gap : 0.0,
+                                    .when = t};
     if (code == MILL_FAULT_OUTSIDE)
         c->fault->other = m->a->is->surface;
     else

@@ -345,7 +345,7 @@ def test_a_fault_in_a_file_is_told_with_the_line_that_names_it(refused, write_de
 
 def test_a_mesh_in_the_wrong_unit_is_told_with_its_size(refused):
     complaint = refused(ROOT / "input/stl.ini", "-s", "body.rotor.unit=m")
-    assert "leaves the container at t = 0 s" in complaint
+    assert "leaves the container by 3.9e+04 mm at t = 0 s" in complaint
     assert "in its 'unit' it is 78.9 x 78.9 x 64 m large" in complaint
 
 
@@ -353,6 +353,14 @@ def test_more_facets_than_memory_holds_are_refused_by_the_number_of_copies(refus
     order = ("-s", "body.rotor.copies=1200", "-s", "body.rotor.turn_by=0.1 deg")
     complaint = refused(ROOT / "input/stl.ini", *order)
     assert "[body.rotor] copies: 1200 copies of 4200 facets are more than 5000000" in complaint
+
+
+def test_a_jar_beside_the_axis_of_its_turn_is_a_warning(millsim):
+    for key in ("body.jar.centre", "motion.jar.centre"):
+        done = millsim("--check", "-q", "-s", f"{key}=0 0 0 mm", ROOT / "input/planetary.ini")
+        assert done.returncode == 0
+        assert "[body.jar] centre: the container's axis is 70 mm beside the one" in done.stderr
+    assert millsim("--check", "-q", ROOT / "input/planetary.ini").stderr == ""
 
 
 def test_bodies_that_pass_each_other_closer_than_a_ball_are_a_warning(millsim):

@@ -37,7 +37,7 @@ SLOW = ("motion.sun.speed=300 rpm", "motion.jar.speed=-600 rpm")
 def test_the_error_of_a_charge_pressed_to_a_moving_wall_is_said_to_be_that_of_one_start(millsim):
     sets = [word for order in BED + SLOW for word in ("-s", order)]
     said = notes(millsim("--json", *PLANETARY, *sets))
-    assert "the errors are those of its present arrangement" in said
+    assert "the errors are those of their present arrangement" in said
     assert "arrangement" not in notes(millsim("--json", "-f", *PLANETARY))  # seven balls fly
 
 
@@ -45,3 +45,18 @@ def test_balls_that_a_bowl_presses_are_not_said_to_be_hit_several_times_at_once(
     said = notes(millsim("--json", ROOT / "input/vibratory.ini", "-s", "run.time=1 s"))
     assert "at the rebound floor" in said
     assert "a ball is hit every" not in said
+
+
+def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim):
+    sets = ("motion.arm.frequency=25 Hz", "balls.count=1", "balls.diameter=10 mm")
+    words = [word for order in sets for word in ("-s", order)]
+    said = notes(millsim("--json", ROOT / "input/mixer.ini", *words))
+    assert (
+        "100 % of the contacts are at the rebound floor, of balls that run along the wall" in said
+    )
+
+
+def test_a_body_that_no_ball_has_met_is_named(millsim):
+    sets = ("-s", "body.rotor.unit=um", "-s", "run.time=0.3 s")
+    said = notes(millsim("--json", ROOT / "input/stl.ini", *sets))
+    assert "no ball has met a surface of the kind ball_rotor" in said
