@@ -59,10 +59,17 @@ def test_an_error_is_shown_as_the_file_tells_it(freedom):
 
 def test_a_real_difference_is_found():
     found = errors.difference(Estimate(100, 1, 10), Estimate(105, 1, 10), "unknown")
-    assert (found.verdict, found.mood) == ("differ by 3.3 standard errors", "differ")
+    assert (found.verdict, found.mood) == ("differ by 3.2 standard errors", "differ")
     assert found.relative == pytest.approx(0.05)
-    assert found.error == pytest.approx(math.sqrt(2) / 100 * 2.08596 / 1.96, rel=1e-4)
-    assert found.dof == pytest.approx(20)
+    assert found.error == pytest.approx(math.hypot(1.05, 1) / 100 * 2.08596 / 1.96, rel=1e-3)
+    assert found.dof == pytest.approx(20, rel=0.01)
+
+
+def test_the_error_of_a_ratio_is_that_of_ratios():
+    random = np.random.default_rng(3)
+    a, b = random.normal(240, 2, 4000), random.normal(572, 3, 4000)
+    found = errors.difference(Estimate(240, 2, math.inf), Estimate(572, 3, math.inf), "unknown")
+    assert found.error == pytest.approx(np.std(b / a), rel=0.05)
 
 
 @pytest.mark.parametrize(

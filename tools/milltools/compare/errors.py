@@ -139,8 +139,12 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
         return Difference(off / scale, math.nan, 0, "no value", "open")
     if not math.isfinite(error) or error == 0:
         return Difference(off / scale, math.nan, 0, unknown, "open")
-    dof = a.dof if a.pooled else float(_welch(errors, [a, b]))
-    reach, told = float(stdtrit(dof, 0.5 + CONFIDENCE / 2)) * error, error * _widening(dof)
+    # of B/A: both errors count, A's as often as it goes into B
+    share = np.array([a.error * b.value / scale, b.error])
+    dof = a.dof if a.pooled else float(_welch(share, [a, b]))
+    told = math.hypot(*share) * _widening(dof)
+    freedom = a.dof if a.pooled else float(_welch(errors, [a, b]))
+    reach = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2)) * error  # if nothing differs
     if abs(off) > reach:
         verdict, mood = f"differ by {abs(off) / told:.1f} standard errors", "differ"
     elif not reach < COARSE * scale:

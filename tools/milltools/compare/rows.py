@@ -167,7 +167,8 @@ def quantities(steady: bool, kinds, first: Measured, second: Measured):
     who = "drive" if any(run.drive == "drive" for run in both) else "rotor"
     yield group, f"{who}_power", f"{who} power", "W", drive_power, True
     if who == "drive":
-        for name in (n for n in first.motions if n in second.motions):
+        shared = [name for name in first.motions if name in second.motions]
+        for name in shared if len(shared) > 1 else ():
             yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}"), True  # fmt: skip
     if all(run.rotor_speed for run in both):
         yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True

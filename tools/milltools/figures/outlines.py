@@ -99,7 +99,7 @@ def signs(run, view) -> str:
         found.append("grey: the shaft")
     elif view != "axial" and any(body.motion == run.carrier for body in inner):
         found.append("grey: bodies that do not move against the container")
-    said = "; ".join([*found, "blank: nothing was there in the window."])
+    said = "; ".join([*found, "blank: nothing of the kind was there in the window."])
     return said[0].upper() + said[1:]
 
 
