@@ -114,8 +114,7 @@ enum mill_fault_code {
     MILL_FAULT_CONTAINER, /* there is none, or more than one */
     MILL_FAULT_OUTSIDE, /* surface `other` leaves the container at `when` [s], by `amount` [m] if it
                            is outside then */
-    MILL_FAULT_CLASH,   /* surfaces `ball` and `other`, of different motions, meet at `when` */
-    MILL_FAULT_MESH     /* the mesh of surface `other` is not one: `text` says why */
+    MILL_FAULT_CLASH    /* surfaces `ball` and `other`, of different motions, meet at `when` */
 };
 
 enum { MILL_FAULT_SPECIES = 64 }; /* told at most */
@@ -135,7 +134,6 @@ struct mill_fault {
     int32_t ball, other;
     int kind;
     double amount, when;
-    const char *text;
     int32_t fits[MILL_FAULT_SPECIES]; /* balls of each species that fit; all 0: none is known */
 };
 

@@ -205,9 +205,6 @@ static enum mill_status tell_bodies(const struct mill_deck *deck, const struct m
                                "%sleaves the container%s at t = %.6g s: make it smaller, or set it "
                                "elsewhere%s",
                                copy, by, fault->when, size);
-    if (fault->code == MILL_FAULT_MESH)
-        return mill_deck_fault(deck, error, section, "file", "%s",
-                               fault->text ? fault->text : mill_setup_fault_text(MILL_FAULT_MESH));
     const char *met = find_section(deck, fault->ball, other_copy);
     return mill_deck_fault(
         deck, error, section, NULL,
@@ -230,7 +227,6 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
         return mill_error_set(error, MILL_FAILED, "a number of the deck is out of range");
     case MILL_FAULT_OUTSIDE:
     case MILL_FAULT_CLASH:
-    case MILL_FAULT_MESH:
         return tell_bodies(deck, fault, error);
     case MILL_FAULT_SPEED:
         return mill_error_set(error, MILL_BAD_DECK,

@@ -52,7 +52,7 @@ static void find_ring(struct mill_bodied *b)
 }
 
 void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
-                      struct mill_hull hull, vec3 symmetry)
+                      struct mill_hull hull, vec3 symmetry, bool ball)
 {
     b->places = chamber->places;
     struct mill_convex *c = &b->convex;
@@ -60,13 +60,15 @@ void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
     b->hull = hull;
     c->centre = b->is.centre;
     *bounds = mill_motion_bounds(c->base.motion, c->centre);
+    bool in_itself = ball; /* it turns so */
     if (vec3_norm(symmetry) > 0.0 && vec3_norm(bounds->axis) > 0.0) {
         const struct mill_pose pose = mill_shape_pose(&c->base, 0.0);
         const vec3 own = mill_pose_turn_out(&pose, mill_body_turn_out(&b->is, symmetry));
-        if (vec3_norm(vec3_cross(own, bounds->axis)) < 1e-12) {
-            bounds->turning = bounds->spin_up = 0.0;
-            bounds->axis = vec3_make(0.0, 0.0, 0.0);
-        }
+        in_itself = ball || vec3_norm(vec3_cross(own, bounds->axis)) < 1e-12;
+    }
+    if (in_itself) {
+        bounds->turning = bounds->spin_up = 0.0;
+        bounds->axis = vec3_make(0.0, 0.0, 0.0);
     }
     /* a place on the axis but for rounding moves by less than rounding */
     const double size = vec3_norm(b->is.centre) + hull.half + hull.radius;

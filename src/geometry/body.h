@@ -57,9 +57,9 @@ struct mill_round_core mill_round_core(const struct mill_shape_type *type,
 bool mill_body_is_placed(const struct mill_body *body);
 
 /* Fills in what the struct holds but for `is`, which is there. symmetry: a direction about which
- * the surface may turn without changing, in its own frame; zero: none. */
+ * the surface may turn without changing, in its own frame; zero: none. ball: any direction is. */
 void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
-                      struct mill_hull hull, vec3 symmetry);
+                      struct mill_hull hull, vec3 symmetry, bool ball);
 
 /* reachable of struct mill_shape_type */
 bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, double radius);

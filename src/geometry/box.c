@@ -80,7 +80,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     const vec3 size = b->body.is.size;
     const double less = b->body.is.rounding;
     b->half = vec3_make(0.5 * size.x - less, 0.5 * size.y - less, 0.5 * size.z - less);
-    mill_body_create(&b->body, chamber, hull(&b->body.is), none);
+    mill_body_create(&b->body, chamber, hull(&b->body.is), none, false);
     return true;
 }
 

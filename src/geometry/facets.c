@@ -247,7 +247,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     memcpy(m->corner, is->facet, is->facets * sizeof *m->corner);
     is->facet = (const vec3(*)[3])m->corner;
     m->count = (int32_t)is->facets;
-    mill_body_create(&m->body, chamber, hull(is), none);
+    mill_body_create(&m->body, chamber, hull(is), none, false);
     return arrange(m);
 }
 

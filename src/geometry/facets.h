@@ -3,6 +3,7 @@
 #ifndef MILL_FACETS_H
 #define MILL_FACETS_H
 
+#include "base/elementary.h"
 #include "geometry/shape.h"
 #include "millsim/setup.h"
 
@@ -116,6 +117,16 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
 }
 
 /* ---- faults ---- */
+
+/* [rad] Half of the solid angle that a facet fills, its corners seen from a place: > 0 from behind
+ * (A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125) */
+static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)
+{
+    const double x = vec3_norm(a), y = vec3_norm(b), z = vec3_norm(c);
+    return mill_elementary_atan2(vec3_dot(a, vec3_cross(b, c)), x * y * z + vec3_dot(a, b) * z +
+                                                                    vec3_dot(b, c) * x +
+                                                                    vec3_dot(c, a) * y);
+}
 
 enum { MILL_FACETS_HOLLOW = -2 };
 

@@ -1,7 +1,6 @@
 /* A mesh may be of several shells that share no corner: solids side by side, and cavities. Each is
  * closed; one that faces inwards by itself, its volume negative, has to be a cavity within the
  * others. */
-#include "base/elementary.h"
 #include "geometry/facets.h"
 
 #include <stdlib.h>
@@ -37,8 +36,8 @@ static void sum_up(struct shells *s)
     }
 }
 
-/* Is a place within the solid of all shells but one? Their facets fill the full solid angle then
- * (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30, 1983, 125). */
+/* Is a place within the solid of all shells but one? Their facets fill the full solid angle then.
+ */
 static bool is_within(struct shells *s, vec3 place, int32_t but)
 {
     double filled = 0.0; /* [rad] half of the solid angle */
@@ -46,11 +45,8 @@ static bool is_within(struct shells *s, vec3 place, int32_t but)
         if (root_of(s, s->joints->corner[k][0]) == but)
             continue;
         const vec3 *p = s->is->facet[k];
-        const vec3 a = vec3_sub(p[0], place), b = vec3_sub(p[1], place), c = vec3_sub(p[2], place);
-        const double x = vec3_norm(a), y = vec3_norm(b), z = vec3_norm(c);
-        filled += mill_elementary_atan2(vec3_dot(a, vec3_cross(b, c)),
-                                        x * y * z + vec3_dot(a, b) * z + vec3_dot(b, c) * x +
-                                            vec3_dot(c, a) * y);
+        filled +=
+            mill_facets_angle(vec3_sub(p[0], place), vec3_sub(p[1], place), vec3_sub(p[2], place));
     }
     return filled > MILL_PI;
 }

@@ -106,7 +106,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     struct round *c = (struct round *)shape;
     const struct mill_body *is = form;
     const struct mill_shape_type *type = shape->type;
-    const vec3 axis = {0.0, 0.0, 1.0}, none = {0.0, 0.0, 0.0};
+    const vec3 axis = {0.0, 0.0, 1.0};
     const bool point = type == &mill_round_sphere_type;
     const struct mill_round_core core = mill_round_core(type, is);
     c->body.is = *is;
@@ -119,12 +119,7 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     c->side = sqrt(out * out + along * along);
     c->out = c->side > 0.0 ? out / c->side : 0.0;
     c->along = c->side > 0.0 ? along / c->side : 1.0;
-    mill_body_create(&c->body, chamber, type->hull(is), point ? none : axis);
-    if (point) { /* its surface turns in itself about any axis */
-        c->body.convex.bounds.turning = c->body.convex.bounds.spin_up = 0.0;
-        c->body.convex.bounds.axis = none;
-        shape->fixed = shape->fixed || c->body.convex.bounds.speed == 0.0;
-    }
+    mill_body_create(&c->body, chamber, type->hull(is), axis, point);
     return true;
 }
 

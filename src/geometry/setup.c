@@ -17,7 +17,6 @@ const char *mill_setup_fault_text(enum mill_fault_code code)
         [MILL_FAULT_CONTAINER] = "there is no container, or more than one",
         [MILL_FAULT_OUTSIDE] = "a body leaves the container",
         [MILL_FAULT_CLASH] = "two bodies run into each other",
-        [MILL_FAULT_MESH] = "a mesh is not closed, or not sound",
     };
     assert((unsigned)code < sizeof text / sizeof *text);
     return text[code];

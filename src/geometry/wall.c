@@ -224,21 +224,13 @@ static bool create(struct mill_shape *shape, const void *form, const struct mill
     struct wall *w = (struct wall *)shape;
     const struct mill_wall_of *asked = form;
     const struct mill_body *is = asked->body;
-    const vec3 axis = {0.0, 0.0, 1.0}, none = {0.0, 0.0, 0.0};
+    const vec3 axis = {0.0, 0.0, 1.0};
     w->body.is = *is;
     w->body.of = asked->draws;
     w->is = asked->wall;
     w->cosine = 1.0 / sqrt(1.0 + w->is.slope * w->is.slope);
-    mill_body_create(&w->body, chamber, asked->hull,
-                     w->is.flat         ? w->is.normal
-                     : w->is.half > 0.0 ? axis
-                                        : none);
-    if (!w->is.flat && w->is.half <= 0.0) { /* a sphere turns in itself about any axis */
-        struct mill_motion_bounds *bounds = &w->body.convex.bounds;
-        bounds->turning = bounds->spin_up = 0.0;
-        bounds->axis = none;
-        shape->fixed = shape->fixed || bounds->speed == 0.0;
-    }
+    mill_body_create(&w->body, chamber, asked->hull, w->is.flat ? w->is.normal : axis,
+                     !w->is.flat && w->is.half <= 0.0);
     if (w->is.flat) {
         w->is.point = mill_body_out(is, w->is.point);
         w->is.normal = mill_body_turn_out(is, w->is.normal);

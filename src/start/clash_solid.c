@@ -2,8 +2,8 @@
  * point are too, grown by its rounding or radius. A mesh is as many as it has facets. */
 #include "start/clash_solid.h"
 
-#include "base/elementary.h"
 #include "geometry/body.h"
+#include "geometry/facets.h"
 
 #include <stdlib.h>
 
@@ -213,8 +213,7 @@ void mill_clash_solid_free(struct mill_clash_solid *s)
     free(s->node);
 }
 
-/* The solid angles of all facets, each by A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng.
- * 30 (1983) 125, are 4 pi from within and 0 from outside. */
+/* The solid angles of all facets are 4 pi from within and 0 from outside. */
 bool mill_clash_solid_holds(const struct mill_clash_solid *mesh, vec3 place)
 {
     double angle = 0.0;
@@ -223,11 +222,8 @@ bool mill_clash_solid_holds(const struct mill_clash_solid *mesh, vec3 place)
     for (int32_t k = 0; k < mesh->parts; k++) {
         const struct mill_clash_part *p = &mesh->part[k];
         const vec3 from = vec3_sub(p->centre, place);
-        const vec3 a = vec3_add(from, p->x), b = vec3_add(from, p->y), c = vec3_add(from, p->z);
-        const double la = vec3_norm(a), lb = vec3_norm(b), lc = vec3_norm(c);
-        angle += mill_elementary_atan2(vec3_dot(a, vec3_cross(b, c)),
-                                       la * lb * lc + vec3_dot(a, b) * lc + vec3_dot(b, c) * la +
-                                           vec3_dot(c, a) * lb);
+        angle +=
+            mill_facets_angle(vec3_add(from, p->x), vec3_add(from, p->y), vec3_add(from, p->z));
     }
     return fabs(angle) > MILL_PI;
 }
