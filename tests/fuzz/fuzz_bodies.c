@@ -224,13 +224,19 @@ static void march(const struct shot *s, double end, double t_contact)
     }
 }
 
-/* The first contact of all surfaces; asks again where a search asks for it. */
-static double first_contact(struct shot *s, int *which)
+/* The first contact of all surfaces; asks again where a search asks for it, but does not go on for
+ * ever where a body whirls a thousand times within the horizon: *known: what comes until then. */
+static double first_contact(struct shot *s, int *which, double *known)
 {
     double best = INFINITY;
+    *known = s->horizon;
     for (int k = 0; k < s->shapes; k++) {
         double t = 0.0;
-        for (int asked = 0; asked < 50; asked++) {
+        for (int asked = 0;; asked++) {
+            if (asked == 50) {
+                *known = fmin(*known, t);
+                break;
+            }
             struct mill_flight f = s->flight;
             f.r = place(s, t);
             f.v = vec3_axpy(s->flight.v, t, s->flight.g);
@@ -288,9 +294,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     bool flies = aim(&s, &b);
     for (int meeting = 0; flies && meeting < MOST_HOPS; meeting++) {
         int which = 0;
-        const double t = first_contact(&s, &which);
-        march(&s, fmin(t, s.horizon), t);
-        flies = t <= s.horizon;
+        double known;
+        const double t = first_contact(&s, &which, &known);
+        march(&s, fmin(t, known), t);
+        flies = t <= known;
         if (flies)
             meet(&s, t, which);
     }
