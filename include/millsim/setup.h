@@ -119,18 +119,17 @@ enum mill_fault_code {
 
 enum { MILL_FAULT_SPECIES = 64 }; /* told at most */
 
-/* The narrowest place that the check for clashes saw between two surfaces of different motions, to
- * some 10 % of it */
-struct mill_narrow {
-    int32_t one, other; /* numbers of the surfaces; other -1: the drum */
-    double gap, when;   /* [m] INFINITY: there is none; [s] */
+/* Two surfaces of different motions that pass each other, as the check for clashes saw them */
+struct mill_passing {
+    int32_t one, other; /* their numbers; other -1: the drum */
+    double gap, when;   /* [m] to some 10 % of it, [s] */
 };
 
 struct mill_fault {
     enum mill_fault_code code;
-    struct mill_narrow narrow;    /* where nothing is wrong */
-    struct mill_narrow unchecked; /* when: from then on nobody has looked at these; INFINITY: all
-                                     have been looked at */
+    /* Where nothing is wrong: */
+    struct mill_passing narrowest; /* gap INFINITY: there is none */
+    struct mill_passing unchecked; /* from `when` on nobody has looked; INFINITY: all are checked */
     int32_t ball, other;
     int kind;
     double amount, when;

@@ -212,6 +212,14 @@ static char *print_deck(const struct mill_deck *deck)
     return NULL;
 }
 
+/* false: the deck names no table or mesh */
+static bool print_digest(const struct mill_deck *deck, char text[20])
+{
+    const uint64_t digest = mill_deck_files_digest(deck);
+    snprintf(text, 20, "%016" PRIx64, digest);
+    return digest != 0;
+}
+
 void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command)
 {
     char hdf5[32], started[32] = "unknown", digest[20], *text = print_deck(deck);
@@ -227,10 +235,8 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     else
         mill_h5_spend(file, "out of memory for the deck's text");
     free(text);
-    if (mill_deck_files_digest(deck) != 0) {
-        snprintf(digest, sizeof digest, "%016" PRIx64, mill_deck_files_digest(deck));
+    if (print_digest(deck, digest))
         mill_h5_write_text(file, DIGEST, digest, "changes with the tables and meshes of the deck");
-    }
     mill_h5_write_text(file, "/run/version", mill_version, "version of millsim");
     mill_h5_write_text(file, "/run/compiler", mill_version_compiler, "compiler that built it");
     mill_h5_write_text(file, "/run/flags", mill_version_flags, "flags it was built with");
@@ -269,9 +275,8 @@ static enum mill_status compare_files(struct mill_h5 *file, const char *name,
                                       const struct mill_deck *deck, struct mill_error *error)
 {
     char here[20], *there = NULL;
-    if (mill_deck_files_digest(deck) == 0 || !mill_h5_exists(file, DIGEST))
+    if (!print_digest(deck, here) || !mill_h5_exists(file, DIGEST))
         return MILL_OK;
-    snprintf(here, sizeof here, "%016" PRIx64, mill_deck_files_digest(deck));
     enum mill_status status = mill_h5_read_text(file, DIGEST, &there, error);
     if (status == MILL_OK && strcmp(here, there) != 0)
         status = mill_error_set(error, MILL_BAD_DECK,

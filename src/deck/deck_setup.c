@@ -249,7 +249,7 @@ static enum mill_status tell(const struct mill_deck *deck, const long *line,
 }
 
 /* Where balls are pinched, for what moves comes nearer than they are wide; what nobody looked at */
-static void warn_of(const struct mill_deck *deck, const struct mill_narrow *place, bool unchecked)
+static void warn_of(const struct mill_deck *deck, const struct mill_passing *place, bool unchecked)
 {
     char copy[32], other_copy[32] = "";
     struct mill_error line;
@@ -286,7 +286,7 @@ enum mill_status mill_deck_setup_world(const struct mill_deck *deck,
         mill_start_world(&setup, watch, world, &fault);
         status = tell(deck, lists.line, &fault, error);
         if (status == MILL_OK)
-            warn_of(deck, &fault.narrow, false);
+            warn_of(deck, &fault.narrowest, false);
         if (status == MILL_OK)
             warn_of(deck, &fault.unchecked, true);
     }

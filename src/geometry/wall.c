@@ -112,7 +112,7 @@ static struct mill_hit search(const struct wall *w, const struct mill_flight *fl
         if (gap <= MILL_SHAPE_CLOSED && closing <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const double a = at.seen.acceleration,
-                     free = sqrt(fmax(s.m, 0.0) * a); /* beyond a tip m < 0 */
+                     free = sqrt(mill_greatest(s.m, 0.0) * a); /* beyond a tip m < 0 */
         const double speed = vec3_norm(at.u);
         /* so long that the speed grows by no more than half of what matters */
         const double cap = mill_least(at.seen.within, 0.5 * mill_greatest(speed, free) / a);

@@ -203,9 +203,8 @@ static void judge_start(struct mill_notes *notes, const struct mill_world *world
         few ? "%.0f %% of the contacts are at the rebound floor, of balls that run along the wall: "
               "other starts may end in another state. Take several: -s run.seed=2, or a study."
             : "%.0f %% of the contacts are at the rebound floor, of balls that rest on the wall: "
-              "the "
-              "errors are those of their present arrangement, and other starts may differ in power "
-              "by 3 to 8 %%. Take several: -s run.seed=2, or a study.",
+              "the errors are those of their present arrangement, and other starts may differ in "
+              "power by 3 to 8 %%. Take several: -s run.seed=2, or a study.",
         100 * share);
 }
 

@@ -74,11 +74,11 @@ static double gap_at(struct check *c, const struct march *m, double t)
     return least;
 }
 
-static struct mill_narrow place_of(const struct check *c, const struct march *m, double gap,
-                                   double t)
+static struct mill_passing passing_of(const struct check *c, const struct march *m, double gap,
+                                      double t)
 {
     const int other = m->b->is == &c->around ? -1 : m->b->is->surface;
-    return (struct mill_narrow){m->a->is->surface, other, gap, t};
+    return (struct mill_passing){m->a->is->surface, other, gap, t};
 }
 
 /* Tells the first touch before `end`, if it is the first of all. */
@@ -93,14 +93,14 @@ static void march(struct check *c, const struct march *m, double end, enum mill_
             return;
         if (c->looks > MOST_LOOKS && t > 0.0) { /* how they begin is always seen */
             if (t < c->fault->unchecked.when)
-                c->fault->unchecked = place_of(c, m, 0.0, t);
+                c->fault->unchecked = passing_of(c, m, 0.0, t);
             return;
         }
         gap = gap_at(c, m, t);
         if (gap <= m->near)
             break;
-        if (gap < c->fault->narrow.gap)
-            c->fault->narrow = place_of(c, m, gap, t);
+        if (gap < c->fault->narrowest.gap)
+            c->fault->narrowest = passing_of(c, m, gap, t);
         if (m->speed == 0.0)
             return;
         t += fmax(gap, late ? COARSE * (double)c->looks * m->near / TOUCH : 0.0) / m->speed;

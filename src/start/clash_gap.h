@@ -23,7 +23,7 @@ struct mill_clash_gap mill_clash_gap_solids(const struct mill_clash_solid *a,
                                             const struct mill_clash_solid *b,
                                             const struct mill_pose *a_in_b, double near);
 
-/* [m] How far a solid is from a wall, < 0: beyond it by as much; at least, and to a tenth of `near`
+/* How far a solid is from a wall, < 0: beyond it by as much; the least of it to a tenth of `near`
  * or of itself. `in`: the pose of the solid's frame in that of the wall, whose axis is z. */
 struct mill_clash_gap mill_clash_gap_wall(const struct mill_wall *wall,
                                           const struct mill_clash_solid *solid,

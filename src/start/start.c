@@ -337,7 +337,7 @@ enum mill_fault_code mill_start_world(const struct mill_setup *setup,
     struct mill_fault unread = {.code = MILL_FAULT_NONE};
     fault = fault ? fault : &unread;
     *fault = (struct mill_fault){
-        .code = MILL_FAULT_NONE, .narrow.gap = INFINITY, .unchecked.when = INFINITY};
+        .code = MILL_FAULT_NONE, .narrowest.gap = INFINITY, .unchecked.when = INFINITY};
     *world = NULL;
     if (!is_sound(setup))
         return fault->code = MILL_FAULT_NUMBER;
