@@ -61,18 +61,12 @@ def facets():
     for z, share in heights():
         turn = 2 * math.pi * TURNS * (z - LOW) / (HIGH - LOW)
         radii = [outline(a, share) for a in arm] * ARMS
-        rings.append(
-            [(r * math.cos(a + turn), r * math.sin(a + turn), z) for r, a in zip(radii, around)]
-        )
+        rings.append([(r * math.cos(a + turn), r * math.sin(a + turn), z) for r, a in zip(radii, around)])
     n = len(around)
     for low, high in zip(rings, rings[1:]):
         for k in range(n):
             a, b, c, d = low[k], low[(k + 1) % n], high[(k + 1) % n], high[k]
-            yield from (
-                ((a, b, c), (a, c, d))
-                if math.dist(a, c) < math.dist(b, d)
-                else ((a, b, d), (b, c, d))
-            )
+            yield from (((a, b, c), (a, c, d)) if math.dist(a, c) < math.dist(b, d) else ((a, b, d), (b, c, d)))
     for ring, z, turned in ((rings[0], LOW, True), (rings[-1], HIGH, False)):
         for k in range(n):
             a, b = ring[k], ring[(k + 1) % n]
@@ -85,9 +79,7 @@ def main():
         file.write(b"stirrer, in mm: tools/rotor_mesh.py".ljust(80) + struct.pack("<I", len(made)))
         for facet in made:
             # the normal may be left to the reader
-            file.write(
-                struct.pack("<12fH", 0.0, 0.0, 0.0, *(x for corner in facet for x in corner), 0)
-            )
+            file.write(struct.pack("<12fH", 0.0, 0.0, 0.0, *(x for corner in facet for x in corner), 0))
 
 
 if __name__ == "__main__":

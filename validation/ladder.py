@@ -83,9 +83,7 @@ class Case:
         path.write_text(text)
         return path
 
-    def run(
-        self, deck: str | pathlib.Path = "deck.ini", output: str | None = None, **settings
-    ) -> pathlib.Path:
+    def run(self, deck: str | pathlib.Path = "deck.ini", output: str | None = None, **settings) -> pathlib.Path:
         """Runs a deck of the case's folder, or a path, and returns the output file.
 
         settings: deck values with `__` for the dot: run(run__time="1 s", contact__ball_ball__friction=0).
@@ -135,9 +133,7 @@ class Case:
             )
         )
 
-    def bound(
-        self, what, measured, limit, *, against, error=None, unit="1", headline=False, known=""
-    ):
+    def bound(self, what, measured, limit, *, against, error=None, unit="1", headline=False, known=""):
         """|measured| is at most `limit`; it is `known` why, if it is not."""
         self.claims.append(
             Claim(
@@ -219,9 +215,7 @@ def claims_table(claims: list[Claim]) -> list[str]:
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     for claim in claims:
-        band = (
-            f"<= {show(claim.band, 3)}" if claim.expected is None else f"+- {show(claim.band, 2)}"
-        )
+        band = f"<= {show(claim.band, 3)}" if claim.expected is None else f"+- {show(claim.band, 2)}"
         row = [
             cell(claim.what),
             cell(claim.against),
@@ -293,9 +287,7 @@ def put_between(path: pathlib.Path, mark: str, writer: str, rows: list[str]) -> 
     text = path.read_text()
     if not marks.search(text):
         raise RuntimeError(f"{path.name}: has no marks <!-- {mark}: written by {writer} -->")
-    path.write_text(
-        marks.sub(lambda m: m.group(1) + "\n" + "\n".join(rows) + "\n\n" + m.group(2), text)
-    )
+    path.write_text(marks.sub(lambda m: m.group(1) + "\n" + "\n".join(rows) + "\n\n" + m.group(2), text))
 
 
 def write_short_form(cases: list[dict], path: pathlib.Path) -> None:
@@ -309,12 +301,8 @@ def write_short_form(cases: list[dict], path: pathlib.Path) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "case", nargs="*", help=f"of {', '.join(CASES)}; default: all, and only then RESULTS.md"
-    )
-    parser.add_argument(
-        "--jobs", type=int, default=os.cpu_count(), help="cases at a time (default: all cores)"
-    )
+    parser.add_argument("case", nargs="*", help=f"of {', '.join(CASES)}; default: all, and only then RESULTS.md")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="cases at a time (default: all cores)")
     arguments = parser.parse_args()
     names = arguments.case or CASES
     for name in names:
@@ -346,16 +334,11 @@ def main() -> int:
             if result["failure"]:
                 print(result["failure"], flush=True)
     ordered = [results[name] for name in CASES if name in results]
-    good = all(
-        not r["failure"] and r["claims"] and all(Claim(**c).as_known for c in r["claims"])
-        for r in ordered
-    )
+    good = all(not r["failure"] and r["claims"] and all(Claim(**c).as_known for c in r["claims"]) for r in ordered)
     if not arguments.case:
         write_results(ordered, HERE / "RESULTS.md")
         write_short_form(ordered, ROOT / "README.md")
-        print(
-            f"ladder: {time.monotonic() - started:.0f} s; validation/RESULTS.md written", flush=True
-        )
+        print(f"ladder: {time.monotonic() - started:.0f} s; validation/RESULTS.md written", flush=True)
     return 0 if good else 1
 
 

@@ -128,12 +128,8 @@ def main(
     counted(claims), short_form(results, mark): the first sentence of the results, and the README's table.
     """
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
-    parser.add_argument(
-        "part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md"
-    )
-    parser.add_argument(
-        "--kept", action="store_true", help=f"take kept {kept} whatever version made them"
-    )
+    parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md")
+    parser.add_argument("--kept", action="store_true", help=f"take kept {kept} whatever version made them")
     asked = parser.parse_args()
     mark, names = folder.name, asked.part
     for name in names:
@@ -146,9 +142,7 @@ def main(
     for k, name in enumerate(chosen, 1):
         say(f"{mark}: part {k} of {len(chosen)}: {name}")
         try:
-            results.append(
-                run_part(mark, name, parts[name], lambda at: make_case(folder, at, asked.kept))
-            )
+            results.append(run_part(mark, name, parts[name], lambda at: make_case(folder, at, asked.kept)))
         except KeyboardInterrupt:
             say(f"{mark}: stopped")
             return 130
@@ -158,7 +152,5 @@ def main(
         write_results(title, writer, introduction, results, path, counted)
         ladder.put_between(ladder.ROOT / "README.md", mark, writer, short_form(results, mark))
         say(f"{mark}: {time.monotonic() - begin:.0f} s; validation/{mark}/RESULTS.md written")
-    good = all(
-        not r["failure"] and r["claims"] and all(c.as_known for c in r["claims"]) for r in results
-    )
+    good = all(not r["failure"] and r["claims"] and all(c.as_known for c in r["claims"]) for r in results)
     return 0 if good else 1

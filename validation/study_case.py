@@ -13,9 +13,10 @@ import numpy as np
 import pandas
 from parts import Part, say
 
-from milltools.engine import program, version
-from milltools.study import opened, show_optimum
-from milltools.study.deck import Study
+from milltools.base.engine import program, version
+from milltools.study.command import opened
+from milltools.study.plan.study_deck import Study
+from milltools.study.show import optimum as show_optimum
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "study"
@@ -61,9 +62,7 @@ class StudyCase(Part):
             say(f"    {name}: mill {command} ...")
             begin = time.monotonic()
             self.mill(command, file, "-o", path, *options)
-            note.write_text(
-                json.dumps({"wall": time.monotonic() - begin, "millsim": version()}) + "\n"
-            )
+            note.write_text(json.dumps({"wall": time.monotonic() - begin, "millsim": version()}) + "\n")
         MADE.add(name)
         made = json.loads(note.read_text())
         if made["millsim"] != version():

@@ -132,10 +132,7 @@ def build_facts(programs):
 
 def machine_facts():
     caches = pathlib.Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")
-    sizes = {
-        f"L{line_of(c / 'level', '')} {line_of(c / 'type', '')}": line_of(c / "size", "")
-        for c in sorted(caches)
-    }
+    sizes = {f"L{line_of(c / 'level', '')} {line_of(c / 'type', '')}": line_of(c / "size", "") for c in sorted(caches)}
     return {
         "processor": line_of("/proc/cpuinfo", "model name") or platform.processor() or "unknown",
         "cores": os.cpu_count(),
@@ -189,9 +186,7 @@ def table(entries):
         )
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        yield "  ".join(
-            f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)
-        ).rstrip()
+        yield "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
 def remarks(report):
@@ -228,9 +223,7 @@ def read_arguments():
         metavar="FILE",
         help="default build/bench.json; build/bench-quick.json with --quick",
     )
-    parser.add_argument(
-        "--build", type=pathlib.Path, default=ROOT / "build/release", help="where the programs are"
-    )
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release", help="where the programs are")
     arguments = parser.parse_args()
     if arguments.repeats is not None and arguments.repeats < 1:
         raise UsageError("--repeats: at least 1")

@@ -84,9 +84,7 @@ class Programs:
         """The event loop alone on an elastic gas: samples of one run, several where it is large."""
         repeats = 1 if number < LARGE else self.repeats
         little = ["--contacts", 10_000, "--settle", 1] if self.quick else []
-        text, _ = self.run(
-            ENGINE, "--repeats", repeats, *little, self.balls(number), packing, *options
-        )
+        text, _ = self.run(ENGINE, "--repeats", repeats, *little, self.balls(number), packing, *options)
         return [json.loads(line) for line in text.splitlines()]
 
     def gas_deck(self, number, packing):
@@ -153,9 +151,7 @@ def wavy_cost(programs):
     """From 0.15 s on, when the charge is up in the air: the start is no matter of walls."""
 
     def run(time, sets):
-        return programs.mill(
-            "input/wavy.ini", "run.precision=0", "run.sample_from=0 s", f"run.time={time}", *sets
-        )
+        return programs.mill("input/wavy.ini", "run.precision=0", "run.sample_from=0 s", f"run.time={time}", *sets)
 
     def contact(*sets):
         late = run("1 s", sets)

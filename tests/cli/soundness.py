@@ -20,7 +20,7 @@ SLOW = "asan" in PROGRAM.parts
 OVERLAP = 1e-9  # m, as promised
 BALANCE = 1e-9  # of the energy turned over, as promised
 
-from milltools.profile import Profile
+from milltools.geometry.profile import Profile
 
 KINDS = ("ball_ball", "ball_drum", "ball_wall", "ball_shaft", "ball_blade")
 
@@ -81,9 +81,7 @@ def mill_of(deck):
 def depth_in_drum(mill, r, radius):
     """How deep each ball is in the drum, an end wall or the shaft, the most of them [m]."""
     distance = np.hypot(r[:, 1], r[:, 2])
-    depth = np.maximum(
-        -mill.drum.gap(r[:, 1], r[:, 2], radius), np.abs(r[:, 0]) + radius - mill.length / 2
-    )
+    depth = np.maximum(-mill.drum.gap(r[:, 1], r[:, 2], radius), np.abs(r[:, 0]) + radius - mill.length / 2)
     return np.maximum(depth, mill.shaft + radius - distance) if mill.shaft > 0 else depth
 
 

@@ -11,7 +11,7 @@ import time
 import pytest
 from conftest import PROGRAM, SMALL, SMALL_START
 
-from milltools.profile import Profile
+from milltools.geometry.profile import Profile
 
 ROWS = SMALL_START.splitlines()
 FORM = "expected 3, 6 or 9 numbers 'x y z [vx vy vz [wx wy wz]]' in SI units"
@@ -145,9 +145,7 @@ WRONG_FILES = [
 ]
 
 
-@pytest.mark.parametrize(
-    "content, words", [w[1:] for w in WRONG_FILES], ids=[w[0] for w in WRONG_FILES]
-)
+@pytest.mark.parametrize("content, words", [w[1:] for w in WRONG_FILES], ids=[w[0] for w in WRONG_FILES])
 def test_a_file_that_holds_no_start_is_named(refused, with_start, tmp_path, content, words):
     with_start(content)
     complaint = refused("deck.ini")
@@ -181,9 +179,7 @@ def test_a_start_that_is_no_file_is_named_with_its_key(refused, write_deck, tmp_
     assert complaint.startswith("deck.ini:7: [balls] start: " + words.format(tmp_path))
 
 
-def test_a_start_that_is_a_forgotten_pipe_or_a_socket_is_not_waited_for(
-    refused, write_deck, tmp_path
-):
+def test_a_start_that_is_a_forgotten_pipe_or_a_socket_is_not_waited_for(refused, write_deck, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(str(tmp_path / "socket"))
@@ -206,9 +202,7 @@ def test_deck_and_start_may_come_through_pipes_and_redirection(millsim, write_de
         f"cat deck.ini | {PROGRAM} -qc /dev/stdin -s balls.start=$PWD/start.txt",
         f"{PROGRAM} -qc /dev/stdin -s balls.start=$PWD/start.txt < deck.ini",
     ):
-        done = subprocess.run(
-            ["bash", "-c", words], cwd=tmp_path, capture_output=True, text=True, timeout=30
-        )
+        done = subprocess.run(["bash", "-c", words], cwd=tmp_path, capture_output=True, text=True, timeout=30)
         assert (done.returncode, done.stderr) == (0, ""), words
         assert "count = 20" in done.stdout
 
@@ -245,17 +239,13 @@ def test_a_start_file_without_permission_is_named_with_its_key(refused, with_sta
         "at rest",
     ],
 )
-def test_the_same_positions_written_otherwise_give_the_same_run(
-    millsim, with_start, tmp_path, change
-):
+def test_the_same_positions_written_otherwise_give_the_same_run(millsim, with_start, tmp_path, change):
     sums = []
     for rows in (SMALL_START, change(SMALL_START)):
         with_start(rows)
         done = millsim("deck.ini", "-q", "-f", "-j")
         assert done.returncode == 0, done.stderr
-        sums.append(
-            [line for line in done.stdout.splitlines() if '_energy"' in line or "work" in line]
-        )
+        sums.append([line for line in done.stdout.splitlines() if '_energy"' in line or "work" in line])
     assert len(sums[0]) > 3
     assert sums[0] == sums[1]
 

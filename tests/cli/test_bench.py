@@ -101,9 +101,7 @@ def test_void_figures_do_not_take_the_place_of_measured_ones():
     measured = ROOT / "build/bench.json"
     before = measured.read_bytes() if measured.exists() else None
     driver = [sys.executable, ROOT / "tests/bench/bench.py", f"--build={BUILD}"]
-    done = subprocess.run(
-        [*driver, "--quick", "--repeats=1", "quartic"], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([*driver, "--quick", "--repeats=1", "quartic"], capture_output=True, text=True, check=True)
     assert done.stdout.endswith(f"Written: {ROOT / 'build/bench-quick.json'}\n")
     assert before == (measured.read_bytes() if measured.exists() else None)
 

@@ -55,9 +55,7 @@ def test_a_body_counted_as_the_drum_is_not_taken_for_it_by_the_maps(millsim, wri
     maps = []
     for kind in ("ball_lifter", "ball_drum"):
         name = f"{kind}.h5"
-        assert (
-            millsim("-q", "-s", f"body.lifter.kind={kind}", "-o", name, "deck.ini").returncode == 0
-        )
+        assert millsim("-q", "-s", f"body.lifter.kind={kind}", "-o", name, "deck.ini").returncode == 0
         with h5py.File(tmp_path / name) as file:
             maps.append(file["statistics/maps/axial/solid_fraction"][()])
     assert np.array_equal(*maps)
@@ -65,8 +63,7 @@ def test_a_body_counted_as_the_drum_is_not_taken_for_it_by_the_maps(millsim, wri
 
 def test_no_motion_loses_its_block_to_one_of_a_name_alike(millsim, write_deck, tmp_path):
     bodies = "".join(
-        TURN.format(name) + f"[body.{body}]\nshape = box\nsize = 5 5 5 mm\nmotion = {name}\n"
-        f"centre = {x} 0 0 mm\n"
+        TURN.format(name) + f"[body.{body}]\nshape = box\nsize = 5 5 5 mm\nmotion = {name}\ncentre = {x} 0 0 mm\n"
         for name, body, x in (("balls", "a", -20), ("motion_balls", "b", 20))
     )
     drum = "[drum]\nradius = 50 mm\nlength = 100 mm\n"
@@ -80,9 +77,7 @@ def test_no_motion_loses_its_block_to_one_of_a_name_alike(millsim, write_deck, t
 
 
 @pytest.mark.parametrize("side", [0, 1e-6])
-def test_a_ball_dropped_on_the_axis_into_the_tip_of_a_cone_comes_to_rest_there(
-    millsim, write_deck, tmp_path, side
-):
+def test_a_ball_dropped_on_the_axis_into_the_tip_of_a_cone_comes_to_rest_there(millsim, write_deck, tmp_path, side):
     (tmp_path / "start.txt").write_text(f"{side} 0 0.03\n")
     jar = "[body.jar]\nshape = cone\nside = inside\nradius = 0 mm\nend_radius = 50 mm\nlength = 100 mm\n"
     write_deck("[run]\ntime = 2 s\n" + jar + charge(1, 10, "start = start.txt"))

@@ -97,9 +97,7 @@ def test_a_full_disk_is_a_failure(millsim, small_deck, arguments):
 @pytest.mark.parametrize("arguments", ["--help", "--check deck.ini"])
 def test_a_closed_standard_output_is_a_failure(tmp_path, small_deck, arguments):
     command = f"exec {PROGRAM} {arguments} >&-"
-    result = subprocess.run(
-        ["sh", "-c", command], cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False
-    )
+    result = subprocess.run(["sh", "-c", command], cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False)
     assert result.returncode == 1
     assert result.stderr.startswith("millsim: cannot write to standard output: ")
 
@@ -213,9 +211,7 @@ def test_force_overwrites(millsim, small_deck, tmp_path):
         ("/dev/null", "is not a regular file; use -o for another name"),
     ],
 )
-def test_an_impossible_output_is_refused_before_the_run(
-    millsim, small_deck, tmp_path, output, complaint
-):
+def test_an_impossible_output_is_refused_before_the_run(millsim, small_deck, tmp_path, output, complaint):
     (tmp_path / "start.txt").write_text("0 0.02 0\n")
     (tmp_path / "link.ini").symlink_to("deck.ini")
     deck = small_deck.read_bytes()
@@ -239,9 +235,7 @@ def test_an_impossible_output_is_refused_before_the_run(
         ("run.{}", "linked"),
     ],
 )
-def test_a_deck_in_the_place_of_the_draft_is_refused_and_kept(
-    millsim, write_deck, tmp_path, end, option, deck, output
-):
+def test_a_deck_in_the_place_of_the_draft_is_refused_and_kept(millsim, write_deck, tmp_path, end, option, deck, output):
     content = write_deck(name=f"run.{end}").read_bytes()
     (tmp_path / "folder").mkdir()
     (tmp_path / "link.ini").symlink_to(f"run.{end}")
@@ -250,18 +244,14 @@ def test_a_deck_in_the_place_of_the_draft_is_refused_and_kept(
     before = sorted(tmp_path.iterdir())
     result = millsim("-q", option, output, deck.format(end))
     mend = "give it" if option == "--export-start" else "use -o for"
-    assert result.stderr == (
-        f"millsim: {output}: its draft or lock file is the deck itself; {mend} another name\n"
-    )
+    assert result.stderr == (f"millsim: {output}: its draft or lock file is the deck itself; {mend} another name\n")
     assert result.returncode == 2
     assert sorted(tmp_path.iterdir()) == before
     assert (tmp_path / f"run.{end}").read_bytes() == content
 
 
 @pytest.mark.parametrize("end", ["part", "lock"])
-def test_a_start_file_in_the_place_of_the_draft_is_refused_and_kept(
-    millsim, write_deck, tmp_path, end
-):
+def test_a_start_file_in_the_place_of_the_draft_is_refused_and_kept(millsim, write_deck, tmp_path, end):
     write_deck(SMALL.replace("count = 20", f"count = 20\nstart = deck.h5.{end}"))
     (tmp_path / f"deck.h5.{end}").write_text(SMALL_START)
     result = millsim("-q", "--force", "deck.ini")
@@ -367,8 +357,7 @@ def test_a_soft_limit_of_processor_time_ends_the_run_in_order(millsim, write_dec
     )
     assert done.returncode == 128 + signal.SIGXCPU
     assert done.stderr == (
-        f"millsim: stopped by signal {signal.SIGXCPU:d}; long.h5 holds everything up to then, and "
-        "--resume goes on\n"
+        f"millsim: stopped by signal {signal.SIGXCPU:d}; long.h5 holds everything up to then, and --resume goes on\n"
     )
     assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.ini", "long.h5", "long.ini"]
     with h5py.File(tmp_path / "long.h5", "r") as file:

@@ -206,9 +206,7 @@ WRONG_VALUES = [
 
 
 @pytest.mark.parametrize("section, key, value, words", WRONG_VALUES)
-def test_a_wrong_value_is_named_with_file_line_section_and_key(
-    refused, write_deck, section, key, value, words
-):
+def test_a_wrong_value_is_named_with_file_line_section_and_key(refused, write_deck, section, key, value, words):
     text, line = set_key(SMALL, section, key, value)
     write_deck(text)
     complaint = refused("deck.ini")
@@ -258,9 +256,7 @@ def test_an_unknown_key_is_refused_with_the_nearest_name(refused, write_deck):
 def test_a_key_of_another_section_is_refused_with_its_place(refused, write_deck):
     text, line = set_key(SMALL, "run", "restitution", "0.8")
     write_deck(text)
-    expected = (
-        f"deck.ini:{line}: [run] restitution: unknown key; 'restitution' belongs to [contact]"
-    )
+    expected = f"deck.ini:{line}: [run] restitution: unknown key; 'restitution' belongs to [contact]"
     assert refused("deck.ini") == expected
 
 
@@ -273,16 +269,12 @@ def test_an_unknown_kind_of_contact_is_refused(refused, write_deck):
 
 def test_a_key_given_twice_is_refused_with_the_first_line(refused, write_deck):
     write_deck(SMALL.replace("count = 20\n", "count = 20\ncount = 20\n"))
-    assert (
-        refused("deck.ini") == "deck.ini:5: [balls] count: the key is given twice (first in line 4)"
-    )
+    assert refused("deck.ini") == "deck.ini:5: [balls] count: the key is given twice (first in line 4)"
 
 
 def test_a_section_given_twice_is_refused_with_the_first_line(refused, write_deck):
     write_deck(SMALL + "[drum]\n")
-    assert (
-        refused("deck.ini") == "deck.ini:23: [drum]: the section is given twice (first in line 7)"
-    )
+    assert refused("deck.ini") == "deck.ini:23: [drum]: the section is given twice (first in line 7)"
 
 
 def test_a_key_before_the_first_section_is_refused(refused, write_deck):
@@ -333,9 +325,7 @@ REQUIRED = [
 
 
 @pytest.mark.parametrize("section, key, meaning, line", REQUIRED)
-def test_a_missing_key_is_named_with_its_section_and_meaning(
-    refused, write_deck, section, key, meaning, line
-):
+def test_a_missing_key_is_named_with_its_section_and_meaning(refused, write_deck, section, key, meaning, line):
     write_deck(drop_key(SMALL, section, key))
     complaint = refused("deck.ini")
     assert complaint.startswith(f"deck.ini:{line}: [{section}] {key}: missing (")
@@ -345,15 +335,11 @@ def test_a_missing_key_is_named_with_its_section_and_meaning(
 
 def test_a_missing_section_is_named_by_its_first_required_key(refused, write_deck):
     write_deck(SMALL.replace("[drum]\nradius = 30 mm\nlength = 40 mm\n", ""))
-    assert refused("deck.ini").startswith(
-        "deck.ini: [drum] radius: missing (inner radius of the drum)"
-    )
+    assert refused("deck.ini").startswith("deck.ini: [drum] radius: missing (inner radius of the drum)")
 
 
 @pytest.mark.parametrize("frames, gigabytes", [("0.4 us", "0.09"), ("5.1 ns", "7.06")])
-def test_many_frames_are_warned_of_and_too_many_refused(
-    millsim, refused, write_deck, frames, gigabytes
-):
+def test_many_frames_are_warned_of_and_too_many_refused(millsim, refused, write_deck, frames, gigabytes):
     write_deck()
     order = f"output.frames={frames}"
     done = millsim("--check", "-q", "deck.ini", "-s", order)
@@ -395,10 +381,7 @@ def test_a_single_blade_needs_all_but_its_pitch(refused, write_deck, key):
 
 def test_blades_without_a_rotor_are_refused(refused, write_deck):
     write_deck(SMALL.replace("[rotor]\nspeed = 600 rpm\nshaft_radius = 5 mm\n", ""))
-    assert (
-        refused("deck.ini")
-        == "deck.ini:10: [blades]: blades need a section [rotor] that carries them"
-    )
+    assert refused("deck.ini") == "deck.ini:10: [blades]: blades need a section [rotor] that carries them"
 
 
 def test_a_single_blade_without_a_rotor_is_refused(refused, write_deck):
@@ -444,9 +427,7 @@ def test_a_gap_below_a_ball_is_a_warning(millsim, write_deck):
     write_deck(text)
     result = millsim("--check", "-q", "deck.ini")
     assert result.returncode == 0
-    assert result.stderr.startswith(
-        f"millsim: warning: deck.ini:{line}: [blades] tip_radius: the gap of"
-    )
+    assert result.stderr.startswith(f"millsim: warning: deck.ini:{line}: [blades] tip_radius: the gap of")
     assert len(result.stderr.splitlines()) == 1
 
 
@@ -466,9 +447,7 @@ def test_a_start_file_excludes_a_speed(refused, write_deck):
     text, _ = set_key(SMALL, "balls", "start", "start.txt")
     text, line = set_key(text, "balls", "speed", "1 m/s")
     write_deck(text)
-    assert refused("deck.ini").startswith(
-        f"deck.ini:{line}: [balls] speed: is for a random start only"
-    )
+    assert refused("deck.ini").startswith(f"deck.ini:{line}: [balls] speed: is for a random start only")
 
 
 def test_a_fault_in_a_default_is_named_as_such(refused, write_deck):
@@ -494,9 +473,7 @@ def test_a_mixture_shares_start_and_speed(printed, write_deck):
     assert printed("deck.ini")["balls.speed"] == "2 m/s"
 
 
-@pytest.mark.parametrize(
-    "key, value", [("count", 5), ("diameter", "1 mm"), ("density", "1 kg/m^3")]
-)
+@pytest.mark.parametrize("key, value", [("count", 5), ("diameter", "1 mm"), ("density", "1 kg/m^3")])
 def test_a_mixture_leaves_no_balls_in_the_plain_section(refused, write_deck, key, value):
     write_deck(MIXTURE + f"[balls]\n{key} = {value}\n")
     expected = f"deck.ini:17: [balls] {key}: belongs in the sections [balls.NAME] of this mixture"
@@ -516,14 +493,10 @@ def test_a_mixtures_total_is_bounded(refused, write_deck):
     assert "[balls.small] count: more than 50000000 balls in all" in refused("deck.ini")
 
 
-@pytest.mark.parametrize(
-    "title", ["balls.", "balls.a b", "balls..", "blade.a/b", "blade.-", "balls." + 60 * "x"]
-)
+@pytest.mark.parametrize("title", ["balls.", "balls.a b", "balls..", "blade.a/b", "blade.-", "balls." + 60 * "x"])
 def test_a_bad_name_is_refused(refused, write_deck, title):
     write_deck(MIXTURE + f"[{title}]\n")
-    assert refused("deck.ini").startswith(
-        "deck.ini:16: [bal" if "balls" in title else "deck.ini:16: [bla"
-    )
+    assert refused("deck.ini").startswith("deck.ini:16: [bal" if "balls" in title else "deck.ini:16: [bla")
 
 
 def test_equal_blades_and_single_ones_go_together(printed, write_deck):
@@ -559,22 +532,16 @@ def test_a_length_may_be_spelt_in_many_ways(printed, write_deck, value):
 )
 def test_an_angular_speed_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "rotor", "speed", value)[0])
-    assert float(printed("deck.ini")["rotor.speed"].split()[0]) == pytest.approx(
-        3.141592653589793, rel=1e-15
-    )
+    assert float(printed("deck.ini")["rotor.speed"].split()[0]) == pytest.approx(3.141592653589793, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    "value", ["7800 kg/m^3", "7800 kg/m3", "7800 kg m-3", "7.8 g/cm^3", "7.8 t/m3"]
-)
+@pytest.mark.parametrize("value", ["7800 kg/m^3", "7800 kg/m3", "7800 kg m-3", "7.8 g/cm^3", "7.8 t/m3"])
 def test_a_density_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "balls", "density", value)[0])
     assert printed("deck.ini")["balls.density"] == "7800 kg/m^3"
 
 
-@pytest.mark.parametrize(
-    "value", ["0 0 -9.81 m/s^2", "0  0\t-9.81 m/s2", "0 0 -981 cm/s^2", "0 0 -9.81 m.s-2"]
-)
+@pytest.mark.parametrize("value", ["0 0 -9.81 m/s^2", "0  0\t-9.81 m/s2", "0 0 -981 cm/s^2", "0 0 -9.81 m.s-2"])
 def test_gravity_may_be_spelt_in_many_ways(printed, write_deck, value):
     write_deck(set_key(SMALL, "gravity", "acceleration", value)[0])
     assert printed("deck.ini")["gravity.acceleration"] == "0 0 -9.81 m/s^2"
@@ -623,9 +590,7 @@ def test_white_space_and_comments_make_no_difference(millsim, write_deck, change
 
 
 def test_the_locale_makes_no_difference(millsim, small_deck):
-    german = millsim(
-        "--check", "-q", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"}
-    )
+    german = millsim("--check", "-q", "deck.ini", env={"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"})
     assert german.stdout == millsim("--check", "-q", "deck.ini").stdout
 
 
@@ -747,9 +712,7 @@ def test_checked_numbers_keep_their_bits(millsim, tmp_path, small_deck):
     fixed_point(millsim, tmp_path, "deck.ini", *(f"--set={order}" for order in orders))
 
 
-@pytest.mark.parametrize(
-    "folder", ["plain", "run #3; b", "with 'quotes' \"too\"", 40 * "long/" + "end"]
-)
+@pytest.mark.parametrize("folder", ["plain", "run #3; b", "with 'quotes' \"too\"", 40 * "long/" + "end"])
 def test_a_start_file_is_found_again_wherever_the_deck_lies(millsim, tmp_path, write_deck, folder):
     (tmp_path / folder).mkdir(parents=True)
     text, _ = set_key(SMALL, "balls", "start", "start file.txt")

@@ -143,9 +143,7 @@ WRONG_VALUES = [
 
 
 @pytest.mark.parametrize("section, key, value, words", WRONG_VALUES)
-def test_a_wrong_value_is_named_with_file_line_section_and_key(
-    refused, write_deck, section, key, value, words
-):
+def test_a_wrong_value_is_named_with_file_line_section_and_key(refused, write_deck, section, key, value, words):
     text, line = set_key(PLANET, section, key, value)
     write_deck(text)
     complaint = refused("deck.ini")
@@ -211,9 +209,7 @@ TURN = "[motion.a]\nkind = turn\nspeed = 60 rpm\n"
 
 def test_a_mill_needs_a_container(refused, write_deck):
     write_deck(PLANET.replace("side = inside\n", ""))
-    expected = (
-        "deck.ini: nothing holds the balls: add [drum], or a [body.NAME] with 'side = inside'"
-    )
+    expected = "deck.ini: nothing holds the balls: add [drum], or a [body.NAME] with 'side = inside'"
     assert refused("deck.ini") == expected
 
 
@@ -230,16 +226,12 @@ def test_circles_of_motions_are_named(refused, write_deck):
     write_deck(SMALL + motions)
     complaint = refused("deck.ini")
     assert "] on: motions carry each other in a circle: '" in complaint
-    assert complaint.startswith(
-        ("deck.ini:30: [motion.b]", "deck.ini:34: [motion.c]", "deck.ini:38: [motion.d]")
-    )
+    assert complaint.startswith(("deck.ini:30: [motion.b]", "deck.ini:34: [motion.c]", "deck.ini:38: [motion.d]"))
 
 
 def test_a_rotor_has_no_second_motion(refused, write_deck):
     write_deck(SMALL + TURN.replace(".a]", ".rotor]"))
-    expected = (
-        "deck.ini:23: [motion.rotor]: 'rotor' is the motion of [rotor]; give this one another name"
-    )
+    expected = "deck.ini:23: [motion.rotor]: 'rotor' is the motion of [rotor]; give this one another name"
     assert refused("deck.ini") == expected
 
 
@@ -250,15 +242,10 @@ def test_motions_and_kinds_have_a_number(millsim, refused, write_deck):
     write_deck(SMALL + "".join(motions))
     expected = "deck.ini:68: [motion.m15]: there are more than 16 motions, the rotor's included"
     assert refused("deck.ini") == expected
-    bodies = [
-        f"[body.b{k}]\nshape = sphere\nradius = 1 mm\ncentre = 0 0 0.1 mm\n" for k in range(20)
-    ]
+    bodies = [f"[body.b{k}]\nshape = sphere\nradius = 1 mm\ncentre = 0 0 0.1 mm\n" for k in range(20)]
     text = SMALL[: SMALL.index("[rotor]")] + SMALL[SMALL.index("[contact]") :]
     write_deck(text + "".join(bodies))
-    assert (
-        "more than 24 kinds of contact: give bodies that belong together a common 'kind'"
-        in refused("deck.ini")
-    )
+    assert "more than 24 kinds of contact: give bodies that belong together a common 'kind'" in refused("deck.ini")
     write_deck(text + "".join(b + "kind = ball_b\n" for b in bodies))
     assert millsim("--check", "-q", "deck.ini").returncode == 0
 
@@ -302,9 +289,7 @@ def test_a_start_file_says_how_its_balls_move(refused, write_deck, tmp_path):
     text, line = set_key(text, "balls", "start_motion", "still")
     write_deck(text)
     complaint = refused("deck.ini")
-    assert complaint.startswith(
-        f"deck.ini:{line}: [balls] start_motion: is for a random start only"
-    )
+    assert complaint.startswith(f"deck.ini:{line}: [balls] start_motion: is for a random start only")
 
 
 def test_a_ball_in_a_body_is_told(refused, write_deck, tmp_path):
@@ -394,9 +379,7 @@ shift_by = 0 0 9 mm
 TANK = "[body.tank]\nshape = cylinder\nside = inside\nradius = 90 mm\nlength = 400 mm\n"
 
 
-def test_bodies_whose_check_would_take_too_long_are_a_warning_but_their_begin_is_seen(
-    millsim, write_deck
-):
+def test_bodies_whose_check_would_take_too_long_are_a_warning_but_their_begin_is_seen(millsim, write_deck):
     one = SHAKEN.format(name="a", frequency=50, x=-4)
     other = SHAKEN.format(name="b", frequency=51.2345678, x=4)
     balls = "[balls]\ncount = 9\ndiameter = 1 mm\ndensity = 7800 kg/m^3\n"

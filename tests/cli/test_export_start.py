@@ -62,9 +62,7 @@ def test_a_run_from_the_exported_start_stores_the_same_bits(millsim, write_deck,
 
 
 def test_the_start_of_a_start_file_is_exported_with_its_spins(millsim, write_deck, tmp_path):
-    spinning = [
-        f"{row} 0.1 -0.2 0.3 {k} 1e-300 -0" for k, row in enumerate(SMALL_START.split("\n"))
-    ]
+    spinning = [f"{row} 0.1 -0.2 0.3 {k} 1e-300 -0" for k, row in enumerate(SMALL_START.split("\n"))]
     (tmp_path / "spinning.txt").write_text("\n".join(spinning[:20]))
     write_deck()
     export(millsim, "-s", "balls.start=spinning.txt")
@@ -109,9 +107,7 @@ def test_nothing_else_is_written(millsim, write_deck, tmp_path):
 # ---- refused ----
 
 
-@pytest.mark.parametrize(
-    "other", [["--resume"], ["--check"], ["--output", "a.h5"], ["--json"], ["--paranoid"]]
-)
+@pytest.mark.parametrize("other", [["--resume"], ["--check"], ["--output", "a.h5"], ["--json"], ["--paranoid"]])
 def test_options_of_a_run_are_refused(millsim, write_deck, tmp_path, other):
     write_deck()
     result = millsim("--export-start", "start.txt", *other, "deck.ini")
@@ -181,7 +177,5 @@ def test_balls_that_do_not_fit_are_told_and_nothing_is_written(millsim, write_de
     write_deck(SMALL.replace("count = 20", "count = 1150"))
     result = millsim("-q", "--export-start", "start.txt", "deck.ini")
     assert result.returncode == 2
-    assert re.fullmatch(
-        r"millsim: deck\.ini:4: \[balls\] count: 1150 balls do not fit \(.*\n", result.stderr
-    )
+    assert re.fullmatch(r"millsim: deck\.ini:4: \[balls\] count: 1150 balls do not fit \(.*\n", result.stderr)
     assert [p.name for p in tmp_path.iterdir()] == ["deck.ini"]

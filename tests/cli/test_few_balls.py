@@ -58,9 +58,7 @@ def test_the_mills_use_the_whole_deck():
         lambda c: c.mill.rotor_speed < 0,
         lambda c: "rotor" not in c.sections,
         lambda c: "rotor" in c.sections and not c.mill.blades,
-        lambda c: (
-            "blades" in c.sections and len(c.mill.blades) > int(c.sections["blades"]["count"])
-        ),
+        lambda c: "blades" in c.sections and len(c.mill.blades) > int(c.sections["blades"]["count"]),
         lambda c: "angle_step" in c.sections.get("blades", {}),
         lambda c: any(blade.pitch > 0.5 for blade in c.mill.blades),
         lambda c: any(blade.pitch < -0.5 for blade in c.mill.blades),
@@ -84,9 +82,7 @@ def test_the_wavy_mills_meet_both_kinds_of_arcs_often():
 def test_the_wavy_mills_are_shallow_deep_and_overhanging_with_wide_and_narrow_bulges():
     mills = [random_case(seed, wavy=True).mill for seed in WAVY_SEEDS]
     arcs = [wavy_arcs(mill) for mill in mills]
-    overhang = [
-        mill.buckle_height / mill.drum_radius / np.sin(np.pi / (2 * mill.buckles)) for mill in mills
-    ]
+    overhang = [mill.buckle_height / mill.drum_radius / np.sin(np.pi / (2 * mill.buckles)) for mill in mills]
     assert sum(x < 0.3 for x in overhang) >= 3
     assert sum(0.3 < x < 1 for x in overhang) >= 3
     assert sum(x > 1 for x in overhang) >= 3

@@ -60,9 +60,7 @@ def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
 
 
 def test_blades_that_jam_balls_say_so_before_the_run(millsim):
-    jammed = sets(
-        "blades.tip_radius=70.5 mm", "blades.width=17 mm", "run.time=60 ms", "run.sample_from=0 s"
-    )
+    jammed = sets("blades.tip_radius=70.5 mm", "blades.width=17 mm", "run.time=60 ms", "run.sample_from=0 s")
     said = millsim("--check", *jammed, MILL).stderr
     assert "% of the rotor's power goes to balls that it presses" in said
     assert "% of the contacts follow the last one of the same two bodies" in said

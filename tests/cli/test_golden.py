@@ -24,9 +24,7 @@ def test_a_golden_deck_stores_the_frozen_values(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", golden.DECKS)
-@pytest.mark.skipif(
-    not RELEASE.exists() or PROGRAM.samefile(RELEASE), reason="this is the release build"
-)
+@pytest.mark.skipif(not RELEASE.exists() or PROGRAM.samefile(RELEASE), reason="this is the release build")
 def test_a_golden_deck_stores_what_the_release_build_stores(tmp_path, name):
     release = golden.run(RELEASE, name, tmp_path)
     assert golden.differing(golden.run(PROGRAM, name, tmp_path), release) == []

@@ -33,9 +33,7 @@ def flags(prefix):
     """What pkg-config says of the installed library."""
     environment = {**os.environ, "PKG_CONFIG_PATH": str(prefix / "lib" / "pkgconfig")}
     command = ["pkg-config", "--cflags", "--libs", "millsim"]
-    return subprocess.run(
-        command, check=True, capture_output=True, text=True, env=environment
-    ).stdout.split()
+    return subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout.split()
 
 
 def test_the_example_builds_from_what_is_installed_and_counts_impacts(installed, tmp_path):
@@ -77,9 +75,7 @@ def test_every_public_header_compiles_alone(installed, tmp_path):
 
 def test_the_library_needs_no_library_of_files_units_or_statistics(installed):
     archive = installed / "lib" / "libmillsim.a"
-    symbols = subprocess.run(
-        ["nm", "--undefined-only", archive], check=True, capture_output=True, text=True
-    ).stdout
+    symbols = subprocess.run(["nm", "--undefined-only", archive], check=True, capture_output=True, text=True).stdout
     assert "fmod" in symbols  # it needs the C library alone
     assert not FOREIGN.findall(symbols)
 

@@ -51,9 +51,7 @@ def test_balls_that_run_along_a_wall_are_said_to_be_one_state_of_several(millsim
     sets = ("motion.arm.frequency=25 Hz", "balls.count=1", "balls.diameter=10 mm")
     words = [word for order in sets for word in ("-s", order)]
     said = notes(millsim("--json", ROOT / "input/mixer.ini", *words))
-    assert (
-        "100 % of the contacts are at the rebound floor, of balls that run along the wall" in said
-    )
+    assert "100 % of the contacts are at the rebound floor, of balls that run along the wall" in said
 
 
 def test_a_body_that_no_ball_has_met_is_named(millsim):

@@ -198,11 +198,7 @@ def test_step_and_time_are_stored_once(mill):
     for parents, but in (((TRAJECTORY, poses), "none"), (("/observables",), poses)):
         shared = {}
         for name, dataset in datasets(mill).items():
-            if (
-                name.startswith(parents)
-                and not name.startswith(but)
-                and name.endswith(("/step", "/time"))
-            ):
+            if name.startswith(parents) and not name.startswith(but) and name.endswith(("/step", "/time")):
                 address = h5py.h5o.get_info(dataset.id).addr
                 shared.setdefault(name.rsplit("/", 1)[1], set()).add(address)
         assert {part: len(addresses) for part, addresses in shared.items()} == {
@@ -271,9 +267,7 @@ def test_an_end_that_is_no_multiple_has_no_frame(tmp_path):
 
 def test_energy_balance_closes_in_every_row(mill):
     group = mill["/observables"]
-    energy = sum(
-        group[f"{name}_energy/value"][:] for name in ("kinetic", "rotational", "potential")
-    )
+    energy = sum(group[f"{name}_energy/value"][:] for name in ("kinetic", "rotational", "potential"))
     lost = sum(group[f"dissipation/{kind}/value"][:] for kind in KINDS)
     work = group["rotor_work/value"][:]
     error = abs(work - work[0] - (energy - energy[0]) - lost)
@@ -306,9 +300,7 @@ def test_series_and_log_tell_the_same_counts_and_losses(mill):
         before = np.searchsorted(when[kind == k], times, side="left")
         assert list(mill[f"/observables/collisions/{name}/value"]) == list(before), name
         lost = np.concatenate([[0], np.cumsum(loss[kind == k])])[before]
-        np.testing.assert_allclose(
-            mill[f"/observables/dissipation/{name}/value"], lost, rtol=1e-12, atol=1e-18
-        )
+        np.testing.assert_allclose(mill[f"/observables/dissipation/{name}/value"], lost, rtol=1e-12, atol=1e-18)
 
 
 def test_fast_impacts_are_counted_as_the_log_has_them(mill):

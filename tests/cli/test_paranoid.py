@@ -84,8 +84,7 @@ def deck(changes):
         else:
             sections[name] = {**sections.get(name, {}), **keys}
     return "\n".join(
-        f"[{name}]\n" + "".join(f"{key} = {value}\n" for key, value in keys.items())
-        for name, keys in sections.items()
+        f"[{name}]\n" + "".join(f"{key} = {value}\n" for key, value in keys.items()) for name, keys in sections.items()
     )
 
 
@@ -127,11 +126,7 @@ def test_a_watched_run_writes_the_same_data(millsim, small_deck, tmp_path):
     with h5py.File(tmp_path / "plain.h5") as a, h5py.File(tmp_path / "watched.h5") as b:
         names = []
         a.visititems(lambda name, item: names.append(name) if hasattr(item, "shape") else None)
-        data = [
-            name
-            for name in names
-            if name.split("/")[0] in ("particles", "observables", "statistics")
-        ]
+        data = [name for name in names if name.split("/")[0] in ("particles", "observables", "statistics")]
         assert len(data) > 100
         for name in data:
             assert a[name][()].tobytes() == b[name][()].tobytes(), name

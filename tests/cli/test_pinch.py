@@ -76,9 +76,7 @@ def test_a_blade_that_jams_balls_gives_them_no_speeds_beyond_its_own(millsim, tm
 
 # gap [mm]; LIGGGHTS has 1.05 and 1.3 times the power, rigid balls that jam 1.8 and 2.6 times
 @pytest.mark.parametrize("gap, most", [(4.9, 1.3), (4.65, 1.5)])
-def test_balls_squeezed_through_a_gap_take_little_more_power_than_those_that_fit(
-    millsim, gap, most
-):
+def test_balls_squeezed_through_a_gap_take_little_more_power_than_those_that_fit(millsim, gap, most):
     powers = []
     for mm in (5.3, gap):
         tip = np.sqrt((75 - mm) ** 2 - 3.5**2)  # of corners 3.5 mm off the middle
@@ -135,9 +133,7 @@ thickness = 5 mm
     "blades, diameter, start",
     [(SIDE_BY_SIDE, 5, "0 0 -0.0475"), (APART, 12, "0 0 -0.044")],
 )
-def test_a_ball_pinched_by_two_blades_at_once_is_let_go_by_both(
-    millsim, tmp_path, blades, diameter, start
-):
+def test_a_ball_pinched_by_two_blades_at_once_is_let_go_by_both(millsim, tmp_path, blades, diameter, start):
     (tmp_path / "deck.ini").write_text(PADDLE.format(diameter=diameter) + blades)
     (tmp_path / "start.txt").write_text(start)
     done = millsim("deck.ini", "--json", "--quiet")

@@ -14,7 +14,7 @@ import pytest
 from conftest import PROGRAM
 from results import OWN, assert_same, status
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 # Two revolutions of start-up, then steady; half a second of processor time for 5 %
 MILL = """\
@@ -91,9 +91,7 @@ def known(tmp_path_factory):
     """The output of MILL, and its summary as text."""
     folder = tmp_path_factory.mktemp("known")
     (folder / "mill.ini").write_text(MILL)
-    done = subprocess.run(
-        [PROGRAM, "-q", "mill.ini"], cwd=folder, text=True, capture_output=True, check=True
-    )
+    done = subprocess.run([PROGRAM, "-q", "mill.ini"], cwd=folder, text=True, capture_output=True, check=True)
     return folder / "mill.h5", done.stdout
 
 
@@ -174,9 +172,7 @@ def test_seeds_scatter_no_more_than_told(run):
 def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known, run):
     begin, end = map(float, read(known[0], "statistics/precision/warm_up", "run/time"))
     assert begin > 0
-    plain, _ = run(
-        "run.precision=0", f"run.sample_from={begin!r} s", f"run.time={end!r} s", name="plain.h5"
-    )
+    plain, _ = run("run.precision=0", f"run.sample_from={begin!r} s", f"run.time={end!r} s", name="plain.h5")
     with h5py.File(known[0], "r") as one, h5py.File(plain, "r") as other:
         a, b = one["statistics"], other["statistics"]
         names = []
@@ -194,9 +190,7 @@ def test_the_statistics_are_those_of_a_run_sampled_from_the_cut_to_the_end(known
         solid = "maps/cross_section/solid_fraction"
         assert np.nanmax(abs(a[solid][()] - b[solid][()])) < 0.06
         kind = "impacts/ball_ball/normal_speed/histogram/count"
-        assert {key: a[kind].attrs[key] for key in a[kind].attrs} == {
-            key: b[kind].attrs[key] for key in b[kind].attrs
-        }
+        assert {key: a[kind].attrs[key] for key in a[kind].attrs} == {key: b[kind].attrs[key] for key in b[kind].attrs}
 
 
 def test_the_python_tools_find_the_window(known):
@@ -218,11 +212,7 @@ def test_the_start_up_is_cut_off(run):
 def test_a_given_sample_from_wins(run, begin):
     path, summary = run(f"run.sample_from={begin}")
     told = precision(path)
-    assert (
-        told["warm_up"]
-        == summary["sample_from"]
-        == float(begin.split()[0]) / (1000 if "ms" in begin else 1)
-    )
+    assert told["warm_up"] == summary["sample_from"] == float(begin.split()[0]) / (1000 if "ms" in begin else 1)
     assert read(path, "run/ended_by") == "precision"
     assert told["median_above_50mm_s/standard_error"] <= 0.05 * read(path, f"statistics/{MEDIAN}")
 
@@ -304,9 +294,7 @@ def test_collisions_may_end_a_run_before_its_window_opens(run):
 
 def test_the_dead_corner_is_never_taken_for_known(run):
     """Without friction the charge comes off the rotor: a power near 0 is not known to 20 %."""
-    path, summary = run(
-        "contact.friction=0", "run.precision=20 %", "run.max_collisions=2e6", "run.time=4 s"
-    )
+    path, summary = run("contact.friction=0", "run.precision=20 %", "run.max_collisions=2e6", "run.time=4 s")
     assert summary["run"]["ended_by"] in ("max_collisions", "time")
     assert precision(path)["reached"] == 0
     assert any("as a ring" in note for note in summary["notes"])

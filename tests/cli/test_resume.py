@@ -441,9 +441,7 @@ def test_the_folder_may_move(tmp_path):
         for x in (-0.016, -0.008, 0.0, 0.008, 0.016)
         for y, z in ((0.027, 0), (-0.027, 0), (0, 0.027), (0, -0.027))
     )
-    deck = SMALL.replace("time = 50 ms", "time = 4 s").replace(
-        "count = 20", "count = 20\nstart = begin.txt"
-    )
+    deck = SMALL.replace("time = 50 ms", "time = 4 s").replace("count = 20", "count = 20\nstart = begin.txt")
     deck += "impacts = all\ncheckpoint = 1 ms\n"
     homes = []
     for name in ("here", "there"):
@@ -761,9 +759,7 @@ def test_a_forced_run_on_a_full_disk_leaves_the_old_file(folder, disk):
 
 
 @pytest.mark.parametrize("size", ["1m", "2500k", "5m"])
-def test_a_disk_that_fills_up_takes_nothing_and_with_space_the_run_goes_on(
-    folder, disk, short, size
-):
+def test_a_disk_that_fills_up_takes_nothing_and_with_space_the_run_goes_on(folder, disk, short, size):
     mill = folder()
     mill.file = disk(size) / "mill.h5"
     code, said = mill.run("-q", "-o", "disk/mill.h5")

@@ -169,9 +169,7 @@ class TestRows:
             assert theirs[name][:].sum() + outside == pytest.approx(total, rel=1e-10)
 
     @pytest.mark.parametrize("speed", SPEEDS)
-    def test_means_medians_and_quantiles_are_those_of_the_log(
-        self, file, families, family, row, speed
-    ):
+    def test_means_medians_and_quantiles_are_those_of_the_log(self, file, families, family, row, speed):
         mine, theirs = members(families[family], row), file[f"statistics/{family}/{row}/{speed}"]
         fast = mine[speed][mine["normal_speed"] >= 0.05]
         levels = theirs["quantiles"].attrs["levels"]
@@ -340,9 +338,7 @@ def rooms(name, edges):
 
 def test_the_cells_of_the_maps_fill_the_drum(file):
     for name in ("cross_section", "axial"):
-        assert np.nansum(rooms(name, axes(file, name))) == pytest.approx(
-            np.pi * RADIUS**2 * LENGTH, rel=1e-4
-        )
+        assert np.nansum(rooms(name, axes(file, name))) == pytest.approx(np.pi * RADIUS**2 * LENGTH, rel=1e-4)
 
 
 # ---- rotor ----
@@ -362,9 +358,7 @@ def test_power_is_the_work_of_the_series_and_told_by_revolutions(file):
 def test_power_is_torque_times_speed(file):
     rotor, speed = file["statistics/rotor"], 1200 * 2 * np.pi / 60
     for name in ("", "_error"):
-        assert rotor[f"power{name}"][()] == pytest.approx(
-            rotor[f"torque{name}"][()] * speed, rel=1e-9, nan_ok=True
-        )
+        assert rotor[f"power{name}"][()] == pytest.approx(rotor[f"torque{name}"][()] * speed, rel=1e-9, nan_ok=True)
     assert np.allclose(rotor["block_power"][:], rotor["block_torque"][:] * speed, rtol=1e-9)
 
 
@@ -413,9 +407,7 @@ def test_the_json_summary_holds_the_numbers_of_the_file(file, summary):
         assert run["floored"][kind] == file[f"run/floored/{kind}"][()]
     assert summary["time"] == END and summary["stopped"] is False
     assert run["rotor_work"] == file["observables/rotor_work/value"][-1]
-    assert run["kinetic_energy"] == pytest.approx(
-        file["observables/kinetic_energy/value"][-1], rel=1e-12
-    )
+    assert run["kinetic_energy"] == pytest.approx(file["observables/kinetic_energy/value"][-1], rel=1e-12)
 
 
 def test_the_table_holds_the_numbers_of_the_file(folder, file):
@@ -458,9 +450,7 @@ def test_no_output_option_changes_the_statistics(folder, file):
 
 
 def test_without_a_strike_window_strikes_are_impacts(folder, file):
-    simulate(
-        folder, "apart.h5", "-s", "output.strike_window=0 s", "-s", "output.impacts=statistics"
-    )
+    simulate(folder, "apart.h5", "-s", "output.strike_window=0 s", "-s", "output.impacts=statistics")
     with h5py.File(folder / "apart.h5") as other:
         for path in ("count", "normal_speed/histogram/count", "tangential_speed/quantiles"):
             strikes = other[f"statistics/strikes/all/{path}"][()]

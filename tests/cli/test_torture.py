@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from soundness import depth_in_blades, mill_of, ms, sound
 
-from milltools.profile import Profile
+from milltools.geometry.profile import Profile
 
 HEAD = """\
 [run]
@@ -182,9 +182,7 @@ def test_a_rotor_of_any_speed_runs(run, speed):
 @pytest.mark.parametrize("restitution", [0, 0.25, 0.5, 0.75, 1])
 def test_balls_of_any_restitution_run(run, restitution, friction):
     orders = [f"contact.restitution={restitution}", f"contact.friction={friction}"]
-    done = run(
-        MILL, *orders, "rotor.speed=1500 rpm", f"run.time={ms(50)}", f"output.frames={ms(2)}"
-    )
+    done = run(MILL, *orders, "rotor.speed=1500 rpm", f"run.time={ms(50)}", f"output.frames={ms(2)}")
     if restitution == 0:  # every contact would end at rest
         assert done.run["floored"] == done.run["collisions"]
         assert "100 % of the ball-ball contacts are at the rebound floor" in done.notes
@@ -192,9 +190,7 @@ def test_balls_of_any_restitution_run(run, restitution, friction):
 
 def test_elastic_smooth_balls_without_a_floor_lose_nothing(run):
     orders = ["contact.restitution=1", "contact.friction=0", "contact.rebound_floor=0 m/s"]
-    done = run(
-        MILL, *orders, "rotor.speed=1500 rpm", f"run.time={ms(50)}", f"output.frames={ms(2)}"
-    )
+    done = run(MILL, *orders, "rotor.speed=1500 rpm", f"run.time={ms(50)}", f"output.frames={ms(2)}")
     assert sum(done.run["floored"].values()) == 0
     assert abs(done.run["dissipation"]) < 1e-12 * done.run["energy_turnover"]
 
@@ -294,9 +290,7 @@ def test_gravity_may_point_anywhere(run, pull):
 
 def test_balls_in_a_drum_without_a_rotor_come_to_rest(run):
     done = run(DRUM, "run.time=300 ms", "output.frames=100 ms")
-    floor = (
-        2 * 600 * 0.5 * 7800 * np.pi / 6 * 0.005**3 * 0.005**2
-    )  # J, all balls at twice the floor's energy
+    floor = 2 * 600 * 0.5 * 7800 * np.pi / 6 * 0.005**3 * 0.005**2  # J, all balls at twice the floor's energy
     assert done.run["kinetic_energy"] < 100 * floor
     assert done.run["rotor_work"] == 0
 
@@ -316,10 +310,7 @@ SMOOTH = ["contact.friction=0", "run.time=600 ms", "run.sample_from=100 ms", "ou
 def turning(done):
     """Angular speed of the charge over the rotor's, and the share of its energy that is in the turning."""
     with h5py.File(done.path) as file:
-        r, v = (
-            file[f"particles/trajectory/{name}/value"][-1].astype(float)
-            for name in ("position", "velocity")
-        )
+        r, v = (file[f"particles/trajectory/{name}/value"][-1].astype(float) for name in ("position", "velocity"))
         rotor = mill_of(file["deck"]).speed
     momentum = (r[:, 1] * v[:, 2] - r[:, 2] * v[:, 1]).sum()
     speed = momentum / (r[:, 1:] ** 2).sum()
@@ -358,9 +349,7 @@ def wavy(buckles, height, text=MILL):
 
 
 # Shallow and deep, with hardly a neck and with arcs that no ball fits into; more buckles than balls around
-@pytest.mark.parametrize(
-    "buckles, height", [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)]
-)
+@pytest.mark.parametrize("buckles, height", [(2, 6), (3, 0.01), (6, 6), (12, 5.3), (20, 6.5), (60, 2.5), (500, 0.3)])
 def test_any_buckles_run(run, buckles, height):
     done = run(wavy(buckles, height), "blades.tip_radius=26 mm", "rotor.speed=3000 rpm")
     assert done.run["collisions"]["ball_drum"] > 0

@@ -16,9 +16,7 @@ def told(millsim):
     def ask(*orders):
         result = millsim(*(f"--value={order}" for order in orders))
         assert (result.returncode, result.stderr) == (0, "")
-        return [
-            dict(zip(COLUMNS, line.split("\t"), strict=True)) for line in result.stdout.splitlines()
-        ]
+        return [dict(zip(COLUMNS, line.split("\t"), strict=True)) for line in result.stdout.splitlines()]
 
     return ask
 

@@ -12,7 +12,7 @@ import pytest
 from conftest import PROGRAM
 from results import assert_same, status
 
-from milltools.profile import Profile
+from milltools.geometry.profile import Profile
 
 TRAJECTORY = "/particles/trajectory"
 STATES = {"Points": "position", "PointData/velocity": "velocity",
@@ -260,9 +260,7 @@ def test_a_run_that_goes_on_has_none_until_it_ends(interrupted):
 
 def test_a_resumed_run_ends_with_the_same(tmp_path):
     whole = run(tmp_path, "run.time=0.4 s", name="whole.h5")
-    process = subprocess.Popen(
-        [PROGRAM, "-q", "-s", "run.time=0.4 s", "-o", "parts.h5", "mill.ini"], cwd=tmp_path
-    )
+    process = subprocess.Popen([PROGRAM, "-q", "-s", "run.time=0.4 s", "-o", "parts.h5", "mill.ini"], cwd=tmp_path)
     while not (tmp_path / "parts.h5").exists():
         time.sleep(0.001)
     process.send_signal(signal.SIGINT)
@@ -347,9 +345,7 @@ def test_vtk_sees_the_times_of_the_frames(path, mill):
     reader.SetFileName(str(path))
     reader.UpdateInformation()
     about = reader.GetOutputInformation(0)
-    steps = [
-        about.Get(Pipeline.TIME_STEPS(), k) for k in range(about.Length(Pipeline.TIME_STEPS()))
-    ]
+    steps = [about.Get(Pipeline.TIME_STEPS(), k) for k in range(about.Length(Pipeline.TIME_STEPS()))]
     assert steps == list(mill[f"{TRAJECTORY}/position/time"])
 
 
@@ -427,24 +423,17 @@ def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_re
     whole = run(tmp_path, *few, name="whole.h5")
     file = tmp_path / "mill.h5"
     command = [PROGRAM, *(word for order in few for word in ("-s", order)), "mill.ini"]
-    process = subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not (file.exists() and status(file)[0] == "complete"):
         time.sleep(0.01)
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 143
-    assert (
-        "stopped by a signal; mill.h5 holds all results, but for /VTKHDF, which --resume adds"
-        in said
-    )
+    assert "stopped by a signal; mill.h5 holds all results, but for /VTKHDF, which --resume adds" in said
     with h5py.File(file) as mill:
         assert "VTKHDF" not in mill and mill["run/status"].asstr()[()] == "complete"
         assert len(mill[f"{TRAJECTORY}/position/value"]) == 100001
-    done = subprocess.run(
-        [*command, "--resume", "-q"], cwd=tmp_path, capture_output=True, text=True
-    )
+    done = subprocess.run([*command, "--resume", "-q"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert_same(file, whole)
     with h5py.File(file) as mill:

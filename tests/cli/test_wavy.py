@@ -56,9 +56,7 @@ def test_every_step_holds_against_brute_force(millsim, write_deck, buckles, heig
 def test_balls_that_fit_the_buckles_and_such_that_do_not_hold_too(millsim, write_deck, diameter):
     # 14 buckles of 4 mm have arcs of 4.0 mm: those of 8 mm nearly fill them
     text = SMALL_TIP.replace("diameter = 5 mm", f"diameter = {diameter}")
-    text = text.replace("count = 20", "count = 8").replace(
-        "tip_radius = 18 mm", "tip_radius = 10 mm"
-    )
+    text = text.replace("count = 20", "count = 8").replace("tip_radius = 18 mm", "tip_radius = 10 mm")
     write_deck(wavy(14, "4 mm", text))
     run, said = run_of(millsim, "--paranoid", "-s", "run.time=150 ms", "-s", "balls.speed=1 m/s")
     assert "all held" in said
@@ -109,9 +107,7 @@ def test_buckles_of_a_nanometre_change_nothing_until_chaos_does(millsim, write_d
 
 
 @pytest.mark.parametrize("angle, lowest", [(-90, -0.033), (0, -0.027)])
-def test_a_ball_falls_into_the_buckle_at_the_bottom_or_onto_the_bulge(
-    millsim, write_deck, tmp_path, angle, lowest
-):
+def test_a_ball_falls_into_the_buckle_at_the_bottom_or_onto_the_bulge(millsim, write_deck, tmp_path, angle, lowest):
     # 6 buckles and angle 0: at -90 degrees, halfway between two of them, is a bulge
     text = f"[run]\ntime = 0.1 s\n[balls]\ncount = 1\n{STEEL}start = one.txt\n[drum]\n"
     text += "radius = 30 mm\nlength = 40 mm\n[contact]\nrestitution = 0.5\n"
@@ -149,9 +145,7 @@ def test_a_circle_has_no_buckles_to_print(millsim, small_deck):
 
 @pytest.mark.parametrize("key", ["buckles", "buckle_height"])
 def test_a_wavy_drum_needs_its_number_and_height(refused, write_deck, key):
-    text = "".join(
-        line for line in wavy(5, "2 mm").splitlines(True) if not line.startswith(f"{key} =")
-    )
+    text = "".join(line for line in wavy(5, "2 mm").splitlines(True) if not line.startswith(f"{key} ="))
     write_deck(text)
     assert refused("deck.ini").startswith(f"deck.ini:7: [drum] {key}: missing (")
 
@@ -188,15 +182,11 @@ def test_a_wrong_buckle_is_named(refused, write_deck, buckles, height, key, word
 def test_blades_shaft_and_balls_must_clear_the_buckles(refused, write_deck):
     tip = complaint_of(refused, write_deck, wavy(4, "12 mm"))
     assert "[blades] tip_radius: must be less than the drum's radius less the height of its" in tip
-    corner = complaint_of(
-        refused, write_deck, wavy(4, "12 mm", SMALL), "-s", "blades.tip_radius=17.9mm"
-    )
+    corner = complaint_of(refused, write_deck, wavy(4, "12 mm", SMALL), "-s", "blades.tip_radius=17.9mm")
     assert "the blade's corners reach 0.0180" in corner
     bare = SMALL[: SMALL.index("[blades]")] + SMALL[SMALL.index("[contact]") :]
     shaft = complaint_of(refused, write_deck, wavy(3, "25 mm", bare))
-    assert (
-        "[rotor] shaft_radius: must be less than the drum's radius less the height of its" in shaft
-    )
+    assert "[rotor] shaft_radius: must be less than the drum's radius less the height of its" in shaft
     ball = complaint_of(refused, write_deck, wavy(3, "21 mm", bare))
     assert "does not fit between the shaft and the drum, 0.004 m apart where its buckles" in ball
 

@@ -105,9 +105,7 @@ def run(program, name, folder):
 
 def differing(one, other):
     """The groups in which two fingerprints differ."""
-    return sorted(
-        group for group in one.keys() | other.keys() if one.get(group) != other.get(group)
-    )
+    return sorted(group for group in one.keys() | other.keys() if one.get(group) != other.get(group))
 
 
 def main():
@@ -127,11 +125,7 @@ def main():
                 marks = run(program.resolve(), name, folder)
                 differ = differing(marks, found.setdefault(name, marks))
                 wrong += bool(differ)
-                said = (
-                    f"differs from {order.path[0]} in {', '.join(differ)}"
-                    if differ
-                    else "same bits"
-                )
+                said = f"differs from {order.path[0]} in {', '.join(differ)}" if differ else "same bits"
                 print(f"golden: {name:<10} {program}: {said}")
     if order.freeze and not wrong:
         FROZEN.write_text(json.dumps(found, indent=2) + "\n")
@@ -140,9 +134,7 @@ def main():
         for name, marks in found.items():
             if differ := differing(marks, frozen.get(name, {})):
                 wrong += 1
-                print(
-                    f"golden: {name:<10} is not as frozen: {', '.join(differ)}; see {HERE.name}/README.md"
-                )
+                print(f"golden: {name:<10} is not as frozen: {', '.join(differ)}; see {HERE.name}/README.md")
     else:
         print("golden: hashes.json is not compared: it was frozen on Debian 12, x86-64")
     return wrong > 0

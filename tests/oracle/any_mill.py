@@ -89,9 +89,7 @@ class AnySimulation(Simulation):
         axes = pose.rotation @ surface.rotation  # of the shape, in the laboratory
         # all vectors in the shape's own frame, where the normals are
         moved = np.swapaxes(axes, -1, -2)[:, None]
-        origin = pose.velocity + np.cross(
-            pose.spin, times(pose.rotation, surface.place + 0 * r[:, 0])
-        )
+        origin = pose.velocity + np.cross(pose.spin, times(pose.rotation, surface.place + 0 * r[:, 0]))
         own_v = times(moved, v - origin[:, None])
         own_spin = times(moved[:, 0], pose.spin)[:, None]
         rate = ((own_v - np.cross(own_spin, point)) * normal).sum(axis=-1)

@@ -126,9 +126,7 @@ def twin(case, rng):
             rotor_speed=case.mill.rotor_speed * float(near(1.0)),
         )
     spin = case.spin * near(np.ones_like(case.spin))
-    return replace(
-        case, mill=mill, position=near(case.position), velocity=near(case.velocity), spin=spin
-    )
+    return replace(case, mill=mill, position=near(case.position), velocity=near(case.velocity), spin=spin)
 
 
 def predict(case):
@@ -181,9 +179,7 @@ def compare(case, impacts, folder):
     if not wrong:
         return None
     feature, kind = impacts[same].feature, impacts[same].kind
-    part = (
-        "" if isinstance(case.mill, AnyMill) else " of a blade" if kind == "ball_blade" else " arc"
-    )
+    part = "" if isinstance(case.mill, AnyMill) else " of a blade" if kind == "ball_blade" else " arc"
     where = f" on the {feature}{part}" if feature else ""
     lines = [
         f"mill {case.seed}: impact {same} of {len(expected)}{where} differs in {', '.join(wrong)}",

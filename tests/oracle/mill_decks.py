@@ -77,9 +77,7 @@ def tank_sections(rng, index):
     count = 1 + index // 2 % 3
     for k in range(count):
         part = f"part{k}"
-        body, more = slender(
-            rng, BODIES[(3 * index + k) % 10], size * rng.uniform(0.12, 0.4) / np.sqrt(count), part
-        )
+        body, more = slender(rng, BODIES[(3 * index + k) % 10], size * rng.uniform(0.12, 0.4) / np.sqrt(count), part)
         if k == 0 or rng.random() < 0.4:
             way = MOTIONS[(index + k) % 7]
             reach, stroke = 0.3 * size, rng.uniform(0.05, 0.25) * size

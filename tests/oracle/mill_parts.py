@@ -5,9 +5,7 @@ import struct
 import numpy as np
 from decks import number
 
-GRID = (
-    64  # corners of meshes are whole multiples of 1/GRID mm: float32 and decimals hold them exactly
-)
+GRID = 64  # corners of meshes are whole multiples of 1/GRID mm: float32 and decimals hold them exactly
 
 
 def lengths(values):

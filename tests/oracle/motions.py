@@ -50,9 +50,7 @@ def spin_of(vector, rate):
     half = np.sinc(angle / (2 * np.pi))
     small = angle < 1e-2  # there (angle - sin) / angle^3 loses digits, its series does not
     safe = np.where(small, 1.0, angle)
-    third = np.where(
-        small, 1 / 6 - angle**2 / 120 + angle**4 / 5040, (safe - np.sin(safe)) / safe**3
-    )
+    third = np.where(small, 1 / 6 - angle**2 / 120 + angle**4 / 5040, (safe - np.sin(safe)) / safe**3)
     across = np.cross(vector, rate)
     return rate + 0.5 * half**2 * across + third * np.cross(vector, across)
 
@@ -90,9 +88,7 @@ class Turn:
     angle: float = 0.0
 
     def pose(self, t):
-        return about(
-            self.centre, self.axis, self.angle + self.speed * t, np.full_like(t, self.speed)
-        )
+        return about(self.centre, self.axis, self.angle + self.speed * t, np.full_like(t, self.speed))
 
 
 @dataclass
@@ -120,9 +116,7 @@ class Shift:
         omega = 2 * np.pi * self.frequency
         turn = omega * t[:, None] + self.phase
         still = standing(t)
-        return still._replace(
-            place=self.amplitude * np.sin(turn), velocity=self.amplitude * omega * np.cos(turn)
-        )
+        return still._replace(place=self.amplitude * np.sin(turn), velocity=self.amplitude * omega * np.cos(turn))
 
 
 class Table:

@@ -254,9 +254,7 @@ class Simulation:
         axes = box_axes(self.rotor(np.array([t])) + blade.angle, blade.pitch)
         along = [float((r[0, 0] - [blade.position, 0, 0]) @ axis[0]) for axis in axes]
         outside = (
-            (along[0] > blade.tip_radius)
-            + (abs(along[1]) > blade.width / 2)
-            + (abs(along[2]) > blade.thickness / 2)
+            (along[0] > blade.tip_radius) + (abs(along[1]) > blade.width / 2) + (abs(along[2]) > blade.thickness / 2)
         )
         return ("inside", "face", "edge", "corner")[outside]
 

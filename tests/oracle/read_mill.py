@@ -147,9 +147,7 @@ def copies_of(name, keys, files):
 def blade_surface(blade, number):
     half = np.array([blade.tip_radius, blade.width, blade.thickness]) / 2
     radial, wide, thick = box_axes(np.array(blade.angle), blade.pitch)
-    axes = np.stack(
-        [radial, wide, -thick], axis=-1
-    )  # right-handed: a cross product is taken in them
+    axes = np.stack([radial, wide, -thick], axis=-1)  # right-handed: a cross product is taken in them
     place = blade.position * X + half[0] * axes[:, 0]
     return Surface(Box(half), (("ball_blade", number),), "rotor", place, axes)
 

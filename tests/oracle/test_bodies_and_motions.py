@@ -66,9 +66,7 @@ def test_a_swing_reaches_its_amplitude_to_both_sides():
 
 def test_a_table_goes_through_its_rows_whatever_its_first_time():
     rows = "0 0 0 0 0 0 0\n.02 1e-3 0 0 0 .3 0\n.05 0 2e-3 0 .1 0 4\n.1 0 0 0 0 0 0 # again\n"
-    later = "\n".join(
-        " ".join([str(float(row.split()[0]) + 0.7), *row.split()[1:]]) for row in rows.splitlines()
-    )
+    later = "\n".join(" ".join([str(float(row.split()[0]) + 0.7), *row.split()[1:]]) for row in rows.splitlines())
     keys = {"motion.m": {"kind": "table", "file": "a"}}
     for text in (rows, later):
         motion = motions_of(keys, {"a": text.encode()})["m"]
@@ -149,9 +147,7 @@ def member_of(name):
     if member:
         return member
     # convex: within the planes of all triangles
-    planes = np.cross(
-        shape.corners[:, 1] - shape.corners[:, 0], shape.corners[:, 2] - shape.corners[:, 0]
-    )
+    planes = np.cross(shape.corners[:, 1] - shape.corners[:, 0], shape.corners[:, 2] - shape.corners[:, 0])
     levels = (planes * shape.corners[:, 0]).sum(axis=-1)
     return lambda p: (p @ planes.T <= levels).all(axis=-1)
 
@@ -224,9 +220,7 @@ def test_a_mesh_of_a_box_is_the_box_within_and_without():
     assert (mesh.covers(p) == ~out).all()
     assert (Mesh(triangles, inside=True).covers(p) == out).all()
     assert mesh.nearest(p[out])[0].min(axis=0) == pytest.approx(box.nearest(p[out])[0][0])
-    assert mesh.nearest(p[~out])[0].min(axis=0) == pytest.approx(
-        walls.nearest(p[~out])[0].min(axis=0)
-    )
+    assert mesh.nearest(p[~out])[0].min(axis=0) == pytest.approx(walls.nearest(p[~out])[0].min(axis=0))
 
 
 # Reading

@@ -33,9 +33,7 @@ def jar(**keys):
     return {"body.jar": {"side": "inside", **keys}}
 
 
-@pytest.mark.parametrize(
-    "e, ratio, value", [(0.8, 10, 4.179391), (0.5, 4, 2.379893), (0.5, 6, 3.086419)]
-)
+@pytest.mark.parametrize("e, ratio, value", [(0.8, 10, 4.179391), (0.5, 4, 2.379893), (0.5, 6, 3.086419)])
 def test_a_ball_in_a_shaken_box_hits_both_ends_once_a_period(e, ratio, value):
     """The one-dimensional mixer mill: free path S = ratio A, walls A sin(w t)."""
     amplitude, frequency, radius = 3e-3, 25.0, 5e-3
@@ -69,9 +67,7 @@ def test_a_ball_bounces_once_a_period_on_a_shaken_plate():
     start = 5e-3 + amplitude * np.sin(phase)
     impacts = simulation(m, [[0, 0, start]], [[0, 0, np.pi * g / omega]]).run(1.0, 10)
     assert {(i.kind, i.partner) for i in impacts} == {("ball_plate", 0)}
-    assert [i.normal_speed for i in impacts] == pytest.approx(
-        [2 * np.pi * g / (omega * (1 + e))] * 10, rel=1e-9
-    )
+    assert [i.normal_speed for i in impacts] == pytest.approx([2 * np.pi * g / (omega * (1 + e))] * 10, rel=1e-9)
     assert [i.time for i in impacts] == pytest.approx(2 * np.pi / omega * np.arange(1, 11))
 
 

@@ -33,9 +33,7 @@ def test_a_ball_thrown_up_from_the_bottom_returns_after_twice_u_over_g():
     m = mill(law=Law(1.0))
     s = simulation(m, [[0, 0, -0.0475]], [[0, 0, 0.5]])
     impacts = s.run(1.0, 3)
-    assert [i.time for i in impacts] == pytest.approx(
-        [2 * 0.5 / 9.81 * k for k in (1, 2, 3)], abs=1e-14
-    )
+    assert [i.time for i in impacts] == pytest.approx([2 * 0.5 / 9.81 * k for k in (1, 2, 3)], abs=1e-14)
     assert [i.normal_speed for i in impacts] == pytest.approx([0.5] * 3, abs=1e-13)
 
 
@@ -90,9 +88,7 @@ def test_a_ball_runs_against_the_face_of_a_standing_blade():
 def test_positive_pitch_turns_the_plus_x_edge_towards_increasing_angle():
     blade = Blade(0.0, 0.0, 0.04, 0.02, 0.004, np.radians(30))
     m = mill(gravity=(0, 0, 0), blades=(blade,), shaft_radius=0.005)
-    right, left = (
-        simulation(m, [[x, 0.02, 0.02]], [[0, 0, -1.0]]).run(0.05, 1)[0] for x in (0.004, -0.004)
-    )
+    right, left = (simulation(m, [[x, 0.02, 0.02]], [[0, 0, -1.0]]).run(0.05, 1)[0] for x in (0.004, -0.004))
     assert right.position[2] > 0.002 > left.position[2]
     assert right.normal == pytest.approx([-0.5, 0, np.sqrt(0.75)], abs=1e-12)
 
@@ -100,9 +96,7 @@ def test_positive_pitch_turns_the_plus_x_edge_towards_increasing_angle():
 @pytest.mark.parametrize("speed", [100.0, -100.0])
 def test_a_turning_blade_throws_a_resting_ball(speed):
     blade = Blade(0.0, np.radians(90 if speed < 0 else -90), 0.04, 0.02, 0.004, 0.0)
-    m = mill(
-        law=Law(0.7), gravity=(0, 0, 0), blades=(blade,), shaft_radius=0.005, rotor_speed=speed
-    )
+    m = mill(law=Law(0.7), gravity=(0, 0, 0), blades=(blade,), shaft_radius=0.005, rotor_speed=speed)
     s = simulation(m, [[0, 0.02, 0]], [[0, 0, 0]])
     impact = s.run(1.0, 1)[0]
     # face parallel to y and 2 mm + 2.5 mm from its mid-plane: sin(angle left) = 4.5/20
@@ -141,9 +135,7 @@ def test_a_perfectly_rough_elastic_blow_reverses_the_slip_and_loses_nothing():
     n = impact.normal
     slip = s.v[0] - s.v[1] + np.cross(2e-3 * s.w[0] + 3e-3 * s.w[1], -n)
     assert slip @ n == pytest.approx(impact.normal_speed, rel=1e-12)
-    assert np.linalg.norm(slip - (slip @ n) * n) == pytest.approx(
-        impact.tangential_speed, rel=1e-12
-    )
+    assert np.linalg.norm(slip - (slip @ n) * n) == pytest.approx(impact.tangential_speed, rel=1e-12)
     assert s.energy() == pytest.approx(before, rel=1e-13)
 
 
@@ -259,9 +251,7 @@ def test_the_comparison_notices_a_program_that_is_wrong(fault):
     assert same < len(expected) and wrong
 
 
-@pytest.mark.parametrize(
-    "ball, apart, accepted", [(1, 1e-10, True), (0, 1e-10, False), (1, 1e-8, False)]
-)
+@pytest.mark.parametrize("ball, apart, accepted", [(1, 1e-10, True), (0, 1e-10, False), (1, 1e-8, False)])
 def test_only_simultaneous_impacts_of_different_balls_may_change_order(ball, apart, accepted):
     case = random_case(6)
     impact = row_of(case.simulation().run(1.0, 1)[0])

@@ -80,9 +80,7 @@ class Page:
         """What is seen, of the window or of one element: (h, w, 3) uint8, top row first."""
         seen = self.page.locator(selector).first if selector else self.page
         if self.scripts:  # what was asked for is drawn at the browser's next picture
-            self.page.evaluate(
-                "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-            )
+            self.page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         picture = matplotlib.image.imread(io.BytesIO(seen.screenshot(timeout=PATIENCE)))
         return np.rint(picture[..., :3] * 255).astype(np.uint8)
 
@@ -103,9 +101,7 @@ def chromium():
 def _opener(chromium):
     contexts = []
 
-    def open_it(
-        file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False
-    ):
+    def open_it(file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False):
         context = chromium.new_context(
             viewport={"width": width, "height": height},
             color_scheme="dark" if dark else "light",

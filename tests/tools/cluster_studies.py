@@ -10,7 +10,7 @@ import time
 import pandas
 from conftest import PROGRAM, ROOT, SMALL
 
-from milltools.study.table import Table
+from milltools.study.plan.table import Table
 
 QUIET = ("-q", "--no-picture")
 TOOLS = str(ROOT / "tools")

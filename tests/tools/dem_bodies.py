@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from milltools.deck import Deck
-from milltools.dem.mill import Mill
+from milltools.dem.soft_mill import Mill
+from milltools.read.deck import Deck
 
 HEAD = """\
 [run]

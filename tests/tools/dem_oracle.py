@@ -6,7 +6,7 @@ import numpy as np
 from conftest import SMALL
 from scipy.integrate import solve_ivp
 
-from milltools.kinds import KINDS
+from milltools.read.kinds import KINDS
 
 BLADES = """
 [blade.broad]

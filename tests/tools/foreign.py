@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MILLSIM = Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 sys.path.insert(0, str(ROOT / "tools"))
 
-from milltools.deck import Deck as deck_of  # of a text as `millsim --check` prints it
+from milltools.read.deck import Deck as deck_of  # of a text as `millsim --check` prints it
 from milltools.results import Results
 
 # The last of four revolutions is cut off; frames at twice the rate of the maps' snapshots, so that they include
@@ -82,9 +82,7 @@ DECKS = {
     .replace("= 0.02 s", "= 0.15 s")
     .replace("frames = 0.5 ms", "frames = 0.25 ms"),
     "no rotor, no gravity": GAS,
-    "wavy drum": MIXTURE.replace(
-        "[drum]", "[drum]\nprofile = wavy\nbuckles = 7\nbuckle_height = 3 mm"
-    ),
+    "wavy drum": MIXTURE.replace("[drum]", "[drum]\nprofile = wavy\nbuckles = 7\nbuckle_height = 3 mm"),
     "falling balls": GAS.replace("0 0 0", "0 0 -9.81").replace("= 0.95", "= 0.7"),
 }
 RUN = {
@@ -169,9 +167,7 @@ def feed(results, theirs, batches, until=np.inf):
 def random_batches(n, seed):
     """Ends of batches of all sizes, from none to half of them."""
     generator = np.random.default_rng(seed)
-    return sorted(
-        generator.integers(0, n, 3).tolist() + generator.integers(0, min(n, 500), 40).tolist()
-    )
+    return sorted(generator.integers(0, n, 3).tolist() + generator.integers(0, min(n, 500), 40).tolist())
 
 
 def batch(times, **other):

@@ -27,9 +27,7 @@ def execute(path, **environment):
     """The notebook after all its cells have run, in its own folder; raises what a cell raises."""
     notebook = copy.deepcopy(read(path))
     place = {"metadata": {"path": str(pathlib.Path(path).parent)}}
-    client = NotebookClient(
-        notebook, timeout=TIMEOUT, kernel_name="python3", resources=place, record_timing=False
-    )
+    client = NotebookClient(notebook, timeout=TIMEOUT, kernel_name="python3", resources=place, record_timing=False)
     # python3 is the kernel of the interpreter that runs this
     client.execute(env={**os.environ, **environment})
     return strip(notebook)

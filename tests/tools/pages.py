@@ -41,9 +41,7 @@ def workplace(folder, root, program):
     """Makes a folder look like a built checkout: ./mill, ./millsim, input/, docs/; returns the environment to run in."""
     tools = root / "tools"
     mill = folder / "mill"
-    mill.write_text(
-        f'#!/bin/sh\nPYTHONPATH="{tools}" MILLSIM="{program}" exec "{sys.executable}" -m milltools "$@"\n'
-    )
+    mill.write_text(f'#!/bin/sh\nPYTHONPATH="{tools}" MILLSIM="{program}" exec "{sys.executable}" -m milltools "$@"\n')
     mill.chmod(0o755)
     (folder / "millsim").symlink_to(program)
     for name in ("input", "docs"):

@@ -12,12 +12,11 @@ import matplotlib.image
 import numpy as np
 from conftest import PROGRAM, SMALL
 
-from milltools.report import player
+from milltools.player import player
 
 MIXED = SMALL.replace(
     "[balls]\ncount = 20\ndiameter = 5 mm\n",
-    "[balls.coarse]\ncount = 120\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"
-    "[balls.fine]\ncount = 80\ndiameter = 3 mm\n",
+    "[balls.coarse]\ncount = 120\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n[balls.fine]\ncount = 80\ndiameter = 3 mm\n",
 )
 LONE = (  # one blade, and a ball of half a millimetre that hides nothing
     SMALL.replace("count = 20\ndiameter = 5 mm", "count = 1\ndiameter = 0.5 mm")

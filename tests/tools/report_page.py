@@ -2,6 +2,7 @@
 
 import html.parser
 import os
+import resource
 import subprocess
 import sys
 
@@ -43,10 +44,12 @@ class Reader(html.parser.HTMLParser):
         return [a["id"] for t, a in self.tags if t == tag and "id" in a]
 
 
-def report(folder, *words, timeout=300):
-    """The mill command in a folder."""
+def report(folder, *words, timeout=300, room=None):
+    """The mill command in a folder; room [bytes]: no file may be larger, as on a disk that is full."""
+    limit = room and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
     return subprocess.run(
         [sys.executable, "-m", "milltools", "report", *map(str, words)],
         cwd=folder, capture_output=True, text=True, timeout=timeout, env=environment, stdin=subprocess.DEVNULL,
+        preexec_fn=limit,
     )  # fmt: skip

@@ -40,9 +40,7 @@ def page(folder):
     """The report of the small mill: path, text, Reader."""
     done = report(folder, "small.h5")
     assert done.returncode == 0, done.stderr
-    assert all(
-        re.match(r"mill report: (the balls|.* s left)$", line) for line in done.stderr.splitlines()
-    )
+    assert all(re.match(r"mill report: (the balls|.* s left)$", line) for line in done.stderr.splitlines())
     path = folder / "small.html"
     assert done.stdout == f"small.html: {path.stat().st_size / 1e6:.1f} MB\n"
     text = path.read_text("utf-8")

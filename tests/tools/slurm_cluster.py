@@ -164,9 +164,7 @@ class SlurmCluster:
         key.write_bytes(secrets.token_bytes(128))
         key.chmod(0o400)
         (self.folder / "slurm.conf").write_text(
-            CONFIG.format(
-                folder=self.folder, control=control, daemon=daemon, cpus=self.cpus, array=self.array
-            )
+            CONFIG.format(folder=self.folder, control=control, daemon=daemon, cpus=self.cpus, array=self.array)
         )
         # slurmd wants a way to control groups though it has none to make; this one does not mind where there are none
         (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\nCgroupAutomount=no\n")
@@ -209,7 +207,5 @@ class SlurmCluster:
             with contextlib.suppress(OSError):
                 words = (folder / "cmdline").read_bytes()
                 mine = mark in (folder / "environ").read_bytes().split(b"\0")
-                if mine and (
-                    b"slurmstepd" in words or b"milltools" in words or b"slurm_script" in words
-                ):
+                if mine and (b"slurmstepd" in words or b"milltools" in words or b"slurm_script" in words):
                     os.kill(int(folder.name), signal.SIGKILL)

@@ -4,7 +4,7 @@ import os
 import signal
 import time
 
-from milltools.study.job import Lost
+from milltools.study.plan.job import Lost
 
 
 def run(job):

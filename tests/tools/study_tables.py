@@ -7,7 +7,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet
 
-from milltools.study import table
+from milltools.study.plan import table
 
 SPEED = "impacts/all/normal_speed/median_above_50mm_s"
 POWER = "rotor/power"
@@ -49,9 +49,7 @@ def vary(key, values=None, low=None, high=None, log=False, choices=None):
     }
 
 
-def made(
-    designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta
-):
+def made(designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta):
     """(rows, metadata): designs is a frame of the varied keys; objectives {path: (goal, truth)}, truth one value a design;
     errors {path: standard error of each run, NaN if not told}, scatter of the runs where noise."""
     random = np.random.default_rng(seed)
@@ -71,17 +69,13 @@ def made(
             rows[f"{path}:error"] = np.where(bad, np.nan, spread)
         rows["status"] = status
         rows["message"] = ""
-        rows.loc[status == "failed", "message"] = (
-            "x.ini: [drum] buckle_height: expected less than the blades leave"
-        )
+        rows.loc[status == "failed", "message"] = "x.ini: [drum] buckle_height: expected less than the blades leave"
         rows.loc[status == "capped", "message"] = "30000000 collisions reached"
         rows["time"], rows["sample_from"] = 0.4, 0.3
         rows["collisions"] = 1_000_000
         rows["cpu"], rows["wall"] = 1.5, 1.6
         rows["version"], rows["worker"] = "0.1.0", "here:1"
-        rows["finished"] = [
-            f"2025-03-04T05:{k // 60 % 60:02}:{k % 60:02}+00:00" for k in range(len(rows))
-        ]
+        rows["finished"] = [f"2025-03-04T05:{k // 60 % 60:02}:{k % 60:02}+00:00" for k in range(len(rows))]
         frames.append(rows)
     rows = pd.concat(frames, ignore_index=True)
     keys = [e["key"] for e in entries]
@@ -91,8 +85,7 @@ def made(
         "file": "made.study",
         "deck": "[run]\ntime = 1 s\n",
         "objectives": [
-            {"path": p, "goal": goal, "unit": UNITS[p], "description": p}
-            for p, (goal, _) in objectives.items()
+            {"path": p, "goal": goal, "unit": UNITS[p], "description": p} for p, (goal, _) in objectives.items()
         ],
         "vary": entries,
         "record": [],
@@ -132,7 +125,5 @@ def figure7(heights=21, noise=0.02, seed=1, gain=1.0, **options):
 
 def write(path, rows, meta):
     """The table as Parquet."""
-    pyarrow.parquet.write_table(
-        pa.Table.from_pandas(rows, table.schema(meta), preserve_index=False), path
-    )
+    pyarrow.parquet.write_table(pa.Table.from_pandas(rows, table.schema(meta), preserve_index=False), path)
     return path

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from milltools.study.acquisition import (
+from milltools.study.search.acquisition import (
     Plan,
     Run,
     choose,
@@ -16,7 +16,7 @@ from milltools.study.acquisition import (
     soundness,
     spread,
 )
-from milltools.study.space import Space
+from milltools.study.search.space import Space
 
 # The paper's Figure 7: number of buckles and their height; 19 x 21 designs
 N = {"key": "n", "unit": "1", "whole": True, "low": 2, "high": 20, "values": list(range(2, 21))}

@@ -15,7 +15,7 @@ import pytest
 from conftest import PROGRAM, ROOT, SMALL, SMALL_START
 
 import milltools
-from milltools.kinds import KINDS
+from milltools.read.kinds import KINDS
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
 # everything that can be asked for: a mixture, all impacts, a window, states that do not begin at 0
@@ -233,9 +233,7 @@ def test_numbers_come_with_their_errors_and_units(result, file):
     assert result.median_impact_speed.error == pytest.approx(told, nan_ok=True)
 
 
-@pytest.mark.parametrize(
-    "kind, species", [("ball_ball", ("steel", "glass")), ("ball_drum", "glass")]
-)
+@pytest.mark.parametrize("kind, species", [("ball_ball", ("steel", "glass")), ("ball_drum", "glass")])
 def test_rates_above_an_energy_are_those_of_the_logged_impacts(result, file, kind, species):
     log, least = file["impacts"], 2.0**-19  # [J] an edge
     mass = np.where(np.arange(50) < 30, 7800 * 0.005**3, 2500 * 0.003**3) * np.pi / 6
@@ -257,9 +255,7 @@ def test_rates_above_an_energy_are_those_of_the_logged_impacts(result, file, kin
         assert result.rate(least, kind, speed=speed, species=species) == pytest.approx(expected)
     table = result.spectrum(kind, speed="normal_energy", species=species)
     hard = table["low"] >= least
-    assert table["dissipation"][hard].sum() == pytest.approx(
-        log["dissipation"][:][chosen & (normal >= least)].sum()
-    )
+    assert table["dissipation"][hard].sum() == pytest.approx(log["dissipation"][:][chosen & (normal >= least)].sum())
     assert result.rate(0, kind, speed="normal_energy") == pytest.approx(
         result.rate(0, kind)  # by speed: all of them
     )
@@ -314,9 +310,7 @@ def test_a_state_is_read_when_it_is_used_and_no_more(result, monkeypatch):
     last = result.frames.position.isel(time=-1)
     assert not [path for path, _ in read if path.endswith("/value")]
     last.mean("ball").values
-    assert [one for one in read if one[0].endswith("/value")] == [
-        ("particles/trajectory/position/value", 50 * 3)
-    ]
+    assert [one for one in read if one[0].endswith("/value")] == [("particles/trajectory/position/value", 50 * 3)]
 
 
 def test_a_run_of_gigabytes_opens_and_streams_in_little_memory(tmp_path, millsim, small_deck):
@@ -443,9 +437,7 @@ def test_a_deck_may_be_a_path_a_text_or_a_dictionary(small_deck, tmp_path):
 
 
 def test_overrides_are_keys_of_the_deck(small_deck):
-    result = milltools.run(
-        small_deck, rotor__speed="900 rpm", balls__count=7, **{"contact.ball_blade.friction": 0.5}
-    )
+    result = milltools.run(small_deck, rotor__speed="900 rpm", balls__count=7, **{"contact.ball_blade.friction": 0.5})
     deck = result.deck
     assert float(deck["rotor"]["speed"].split()[0]) == pytest.approx(30 * np.pi, rel=1e-15)
     assert (deck["balls"]["count"], deck["contact.ball_blade"]["friction"]) == ("7", "0.5")

@@ -87,9 +87,7 @@ def test_all_code_of_the_page_runs(tmp_path):
     (tmp_path / "input").symlink_to(ROOT / "input")
     code = pages.blocks(ROOT / "docs/python.md", "python")
     assert len(code) == 9
-    script = "\n".join(
-        f"# {block.place}\n{block.text}" for block in code
-    )  # each goes on from the last
+    script = "\n".join(f"# {block.place}\n{block.text}" for block in code)  # each goes on from the last
     done = subprocess.run(
         [sys.executable, "-W", "ignore:not steady:UserWarning", "-W", "error", "-c", script],
         cwd=tmp_path,

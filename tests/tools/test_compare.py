@@ -18,7 +18,7 @@ from conftest import PROGRAM, ROOT
 from scipy.special import stdtrit
 
 from milltools.compare import load, rows
-from milltools.kinds import KINDS
+from milltools.read.kinds import KINDS
 
 # Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
 MILL = """\
@@ -244,9 +244,9 @@ def test_soft_spheres_are_not_judged_by_what_depends_on_softness(runs, copy):
     assert found["ball_speed_mean"].verdict == "agree"
     ratio = 500 / found["cost"].a.value
     assert found["cost"].verdict == f"B costs {ratio:.3g} times as much as A"
-    assert table(soft, copy("one", to="softer.h5", run__program="LIGGGHTS"))[
-        "rate_all"
-    ].verdict == ("depends on the stiffness")
+    assert table(soft, copy("one", to="softer.h5", run__program="LIGGGHTS"))["rate_all"].verdict == (
+        "depends on the stiffness"
+    )
 
 
 def test_without_fast_counts_errors_come_from_the_normal_dissipation(runs, copy):
@@ -340,12 +340,8 @@ def test_an_output_that_cannot_be_written_is_one_line(mill, runs, option):
     )
 
 
-@pytest.mark.parametrize(
-    "option, picture", [("output.frames=0 s", "--html"), ("output.series=0.5 s", "--png")]
-)
-def test_runs_that_store_little_are_compared_all_the_same(
-    millsim, mill, write_deck, option, picture
-):
+@pytest.mark.parametrize("option, picture", [("output.frames=0 s", "--html"), ("output.series=0.5 s", "--png")])
+def test_runs_that_store_little_are_compared_all_the_same(millsim, mill, write_deck, option, picture):
     write_deck(MILL)
     assert millsim("deck.ini", "-q", "-s", option).returncode == 0
     done = mill("compare", "deck.h5", "deck.h5", picture, "out.png")
@@ -376,9 +372,7 @@ def on_terminal(columns, *words):
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
     environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES", "NO_COLOR")}
     environment |= {"PYTHONPATH": str(ROOT / "tools"), "TERM": "xterm-256color"}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "milltools", "compare", *words], stdout=slave, env=environment
-    )
+    process = subprocess.Popen([sys.executable, "-m", "milltools", "compare", *words], stdout=slave, env=environment)
     os.close(slave)
     shown = b""
     while True:

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from milltools.compare import errors
-from milltools.compare.errors import Estimate
+from milltools.compare import agreement as errors
+from milltools.compare.agreement import Estimate
 
 
 def said_to_differ(make, trials, seed):
@@ -98,6 +98,4 @@ def test_four_replicates_are_trusted_more_than_blocks():
     first = [Estimate(v, 50, 10) for v in (99.0, 100.0, 101.0, 100.0)]
     for steady in (True, False):
         assert errors.combine(first, [Estimate(100, 50, 10)], steady)[0].error < 1
-    assert errors.combine(first[:2], [Estimate(100, 50, 10)], True)[0].error == pytest.approx(
-        50 / math.sqrt(2)
-    )
+    assert errors.combine(first[:2], [Estimate(100, 50, 10)], True)[0].error == pytest.approx(50 / math.sqrt(2))

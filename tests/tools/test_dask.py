@@ -100,9 +100,7 @@ def test_dask_gives_the_rows_that_this_machine_gives(case, pool):
     assert sorted(int(w.split(":")[1]) for w in workers) == sorted(w.pid for w in pool.workers)
 
 
-def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(
-    case, scheduler
-):
+def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, scheduler):
     case.pause(0.3)
     scheduler.start()
     sweep = case.start("--dask", str(scheduler.file))

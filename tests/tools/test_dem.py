@@ -13,12 +13,12 @@ import pytest
 from conftest import PROGRAM, ROOT, SMALL, SMALL_START
 from dem_oracle import BLADES, MIXTURE
 
-import milltools.dem
+import milltools.dem.command
 from milltools.__main__ import main
-from milltools.dem.mill import Mill
-from milltools.errors import UserError
-from milltools.kinds import KINDS
-from milltools.runfile import Run
+from milltools.base.errors import UserError
+from milltools.dem.soft_mill import Mill
+from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
 QUICK = "--modulus", "1e8", "--quiet"
 TURNING = SMALL[SMALL.index("[rotor]") : SMALL.index("[contact]")]
@@ -50,7 +50,7 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
         monkeypatch.setattr(sys, "argv", ["mill", "dem", "deck.ini", *map(str, words)])
         with monkeypatch.context() as patch:
             if not whole:
-                patch.setattr(milltools.dem.Job, "check_singles", lambda job: None)
+                patch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
                 patch.setattr(Mill, "price", lambda *_: math.nan)
             status = main()
         return Done(status, *capsys.readouterr())
@@ -194,9 +194,7 @@ DECKS = {
 def test_every_deck_runs_from_millsims_own_start(ran, millsim, name, tmp_path):
     text, overrides = DECKS[name]
     text = text.replace("friction = 0.3", FRICTION)
-    overrides = sets(
-        *(o for o in overrides if "tangential" not in o or "contact.restitution=1" in overrides)
-    )
+    overrides = sets(*(o for o in overrides if "tangential" not in o or "contact.restitution=1" in overrides))
     with ran(text, "--time", "6 ms", *overrides) as run:
         done = millsim("deck.ini", "-q", "-f", "-s", "run.time=6 ms", *overrides)
         assert done.returncode == 0, done.stderr
@@ -245,9 +243,7 @@ def first_impacts(run, end):
 
 
 @pytest.mark.parametrize("speed", [900, -900])
-def test_the_first_impacts_are_millsims_in_partner_time_speed_and_normal(
-    ran, millsim, tmp_path, speed
-):
+def test_the_first_impacts_are_millsims_in_partner_time_speed_and_normal(ran, millsim, tmp_path, speed):
     """Up to a ball's first impact both fly freely, so both must meet the same surfaces: geometry, rotor and solving back."""
     text = SMALL.replace("friction = 0.3", FRICTION) + BLADES
     words = sets("output.impacts=all", f"rotor.speed={speed} rpm", "blades.pitch=35 deg", "balls.count=60", "balls.speed=1 m/s", "rotor.angle=25 deg")  # fmt: skip
@@ -272,9 +268,7 @@ def test_the_first_impacts_are_millsims_in_partner_time_speed_and_normal(
 def files(tmp_path_factory):
     """(file of mill dem, millsim's file) of one deck: two kinds of balls, every impact logged."""
     folder = tmp_path_factory.mktemp("files")
-    (folder / "deck.ini").write_text(
-        MIXTURE.replace("friction = 0.3", FRICTION) + "impacts = all\n"
-    )
+    (folder / "deck.ini").write_text(MIXTURE.replace("friction = 0.3", FRICTION) + "impacts = all\n")
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
     times = sets("run.time=12 ms", "run.sample_from=2 ms", "rotor.speed=3000 rpm")
     words = [sys.executable, "-m", "milltools", "dem", "deck.ini", "--modulus", "1e8", *times]
@@ -317,9 +311,7 @@ def test_the_file_has_millsims_names_types_and_units(files):
     for name in ours.keys() & theirs.keys():
         assert ours[name] == theirs[name], name
     with h5py.File(files[0]) as file:
-        for _, item in (
-            pair for group in file.values() for pair in getattr(group, "items", list)()
-        ):
+        for _, item in (pair for group in file.values() for pair in getattr(group, "items", list)()):
             for dataset in [item] if isinstance(item, h5py.Dataset) else []:
                 assert dataset.attrs["description"]
 
@@ -361,9 +353,7 @@ def test_work_energies_and_losses_balance_by_construction_and_losses_grow(files)
             assert (np.diff(run.series(f"dissipation_normal/{kind}")[1]) >= 0).all()
         assert work - (energies - energies[0]) - loss == pytest.approx(np.zeros(13), abs=1e-12)
         torque = run.series("rotor_torque")[1]
-        assert np.cumsum(torque) * 1e-3 * run.rotor_speed == pytest.approx(
-            work, rel=1e-9, abs=1e-15
-        )
+        assert np.cumsum(torque) * 1e-3 * run.rotor_speed == pytest.approx(work, rel=1e-9, abs=1e-15)
         assert work[-1] > 0
 
 
@@ -406,11 +396,7 @@ def test_a_rubbing_shaft_turns_the_balls_and_its_torque_is_in_the_series(ran, tm
 def values(path):
     with h5py.File(path) as file:
         found = {}
-        file.visititems(
-            lambda name, item: (
-                found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
-        )
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
     return {name: np.asarray(v).tobytes() for name, v in found.items() if not name.startswith("run/") and np.asarray(v).dtype.kind != "O"}  # fmt: skip
 
 
@@ -455,9 +441,7 @@ def test_a_warm_up_hands_all_balls_over_without_overlaps_and_the_rows_go_on(ran)
 def test_blades_go_on_from_their_angle_after_a_warm_up(ran, millsim, tmp_path):
     """A ball that floats in the way of a blade, which comes after the hand-over."""
     (tmp_path / "start.txt").write_text("-0.01 0.0 0.016\n")
-    text = SMALL.replace("count = 20", "count = 1\nstart = start.txt").replace(
-        "friction = 0.3", FRICTION
-    )
+    text = SMALL.replace("count = 20", "count = 1\nstart = start.txt").replace("friction = 0.3", FRICTION)
     words = sets("gravity.acceleration=0 0 0 m/s^2", "rotor.angle=-30 deg", "rotor.speed=1200 rpm", "output.impacts=all", "run.sample_from=24 ms", "output.frames=1 ms")  # fmt: skip
     with ran(text, "--time", "26 ms", "--warm-up", "1e7", "--modulus", "1e9", *words) as run:
         assert millsim("deck.ini", "-q", "-s", "run.time=26 ms", *words).returncode == 0
@@ -494,7 +478,7 @@ def test_the_script_runs_in_plain_liggghts_and_keeps_every_ball(dem, tmp_path):
 
 
 def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
-    state = milltools.dem.mill.Process.state
+    state = milltools.dem.soft_mill.Process.state
 
     def lose(process, into):
         step = state(process, into)
@@ -502,7 +486,7 @@ def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
             raise UserError("LIGGGHTS lost 1 of 20 balls", 1)
         return step
 
-    monkeypatch.setattr(milltools.dem.mill.Process, "state", lose)
+    monkeypatch.setattr(milltools.dem.soft_mill.Process, "state", lose)
     done = dem(SMALL, *QUICK, "--set", "contact.friction=0")
     assert (done.status, done.out) == (1, "")
     told = "mill dem: LIGGGHTS lost 1 of 20 balls; results up to 2.4 ms are in deck-dem.h5\n"
@@ -517,7 +501,7 @@ def test_a_price_that_cannot_be_measured_does_not_fail_the_run(dem, monkeypatch)
         raise UserError("LIGGGHTS failed with status 1", 1)
 
     monkeypatch.setattr(Mill, "price", fail)
-    monkeypatch.setattr(milltools.dem.Job, "check_singles", lambda job: None)
+    monkeypatch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
     done = dem(SMALL, *QUICK, *sets("contact.friction=0", "run.time=2 ms"), whole=True)
     assert done.status == 0 and "without it - s per simulated second" in done.out
     assert done.err == "mill dem: note: the price was not measured: LIGGGHTS failed with status 1\n"

@@ -7,11 +7,11 @@ import pytest
 from dem_bodies import BOX, HEAD, JAR, deck_of, follow
 from scipy.optimize import brentq
 
-from milltools.dem.bodies import axes
+from milltools.base.errors import UserError
+from milltools.dem.facets import axes
 from milltools.dem.paths import Chain
-from milltools.dem.scene import Scene, scene_of
+from milltools.dem.setup import Scene, scene_of
 from milltools.dem.walls import Flats
-from milltools.errors import UserError
 
 needs_liggghts = pytest.mark.skipif(not shutil.which("liggghts"), reason="no LIGGGHTS")
 G = 9.81  # [m/s^2]
@@ -75,9 +75,7 @@ def test_the_frame_goes_with_the_jar_without_turning_and_back_again():
     inside = scene.frame.from_laboratory(0.03, *state)
     for was, now in zip(state, scene.frame.to_laboratory(0.03, *inside), strict=True):
         assert now == pytest.approx(was, abs=1e-12)
-    assert scene.spin.speed == pytest.approx(68 - 136) and scene.spin.axis == pytest.approx(
-        [1, 0, 0]
-    )
+    assert scene.spin.speed == pytest.approx(68 - 136) and scene.spin.axis == pytest.approx([1, 0, 0])
     # on the axis the jar's own frame sees nothing move; R (W^2) towards the sun's centre is missing there
     assert scene.own(0.03, np.zeros((1, 3)), np.zeros((1, 3)))[1] == pytest.approx(np.zeros((1, 3)))
     assert np.linalg.norm(scene.frame.gravity(0.03)) == pytest.approx(68**2 * np.hypot(0.06, 0.02))

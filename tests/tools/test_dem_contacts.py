@@ -5,12 +5,12 @@ import pytest
 from conftest import PROGRAM, SMALL
 from dem_oracle import BLADES, MIXTURE, brute, flown
 
-from milltools.deck import Deck
+from milltools.base.errors import UserError
 from milltools.dem.contacts import Contacts
 from milltools.dem.handover import CLOSED, part
 from milltools.dem.model import Model
-from milltools.errors import UserError
-from milltools.kinds import KINDS
+from milltools.read.deck import Deck
+from milltools.read.kinds import KINDS
 
 
 @pytest.fixture
@@ -132,9 +132,7 @@ def test_what_the_dashpot_takes_is_the_impacts_loss_on_average_over_phases(one_b
     for phase in (np.arange(24) + 0.5) / 24:
         contacts, seen, wanted = bounce(one_ball, kind, phase)
         taken.append(contacts.normal_loss)
-        assert contacts.isolated_loss[wanted["kind"]] == pytest.approx(
-            wanted["dissipation"], rel=1e-8
-        )
+        assert contacts.isolated_loss[wanted["kind"]] == pytest.approx(wanted["dissipation"], rel=1e-8)
     mean = np.mean(taken, axis=0)
     assert mean[wanted["kind"]] == pytest.approx(wanted["dissipation"], rel=0.005)
     assert np.delete(mean, wanted["kind"]).sum() == 0
@@ -192,9 +190,7 @@ def test_slip_on_a_blade_counts_from_its_moving_surface(deck):
     assert found.ball.tolist() == [0]
     with_it = np.cross([omega, 0, 0], place)
     spin = np.array([[omega, 0, 0]])
-    assert contacts.slip(4, found, place, with_it, spin) == pytest.approx(
-        np.zeros((1, 3)), abs=1e-12
-    )
+    assert contacts.slip(4, found, place, with_it, spin) == pytest.approx(np.zeros((1, 3)), abs=1e-12)
     at_rest = contacts.slip(4, found, place, np.zeros((1, 3)), np.zeros((1, 3)))
     assert at_rest == pytest.approx(np.array([[0, 0, -omega * (0.0242 - 0.0025)]]), rel=1e-12)
 
@@ -209,9 +205,7 @@ def test_impacts_come_in_order_of_time_and_never_before_the_last_sample(deck):
         time = 0.5 + sample * contacts.interval
         place = place + rng.normal(size=place.shape) * 1e-4
         place[:, 1:] *= np.minimum(1, 0.029 / np.hypot(*place.T[1:]))[:, None]
-        found = contacts.sample(
-            time, place, rng.normal(size=place.shape), rng.normal(size=place.shape)
-        )
+        found = contacts.sample(time, place, rng.normal(size=place.shape), rng.normal(size=place.shape))
         if found:
             assert (np.diff(found["time"]) >= 0).all()
             assert last <= found["time"][0] and found["time"][-1] <= time

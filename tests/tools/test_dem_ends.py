@@ -13,11 +13,11 @@ import time
 import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
-import milltools.dem
+import milltools.dem.command
 import milltools.dem.progress
 from milltools.__main__ import main
-from milltools.dem.mill import Mill
-from milltools.runfile import Run
+from milltools.dem.soft_mill import Mill
+from milltools.read.runfile import Run
 
 MARK = "MILL_DEM_TEST"  # in the environment of all that a test starts
 
@@ -83,10 +83,7 @@ def start(tmp_path, write_deck):
         deadline = time.monotonic() + 60
         while time.monotonic() < deadline and process.poll() is None:
             screens = (tmp_path / "scratch").glob(f"mill-dem-*/{begun}")
-            if any(
-                path.read_text().count("\n") > (40 if begun == "torque.txt" else 0)
-                for path in screens
-            ):
+            if any(path.read_text().count("\n") > (40 if begun == "torque.txt" else 0) for path in screens):
                 break
             time.sleep(0.02)
         process.mark = mark
@@ -163,7 +160,7 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
     monkeypatch.setenv("MILLSIM", str(PROGRAM))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(milltools.dem.Job, "check_singles", lambda job: None)
+    monkeypatch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
     monkeypatch.setattr(Mill, "price", lambda *_: float("nan"))
     write_deck(SMALL.replace("friction = 0.3", "friction = 0"))
 
@@ -176,7 +173,7 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
 
 
 def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch):
-    seen, publish = [], milltools.dem.Job.publish
+    seen, publish = [], milltools.dem.command.Job.publish
 
     def look(job, mill, status):
         publish(job, mill, status)
@@ -184,7 +181,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch):
             seen.append((run.status, run.time, len(run.series("kinetic_energy")[0]), run.duration))
 
     monkeypatch.setattr(milltools.dem, "PUBLISH", 0.01)
-    monkeypatch.setattr(milltools.dem.Job, "publish", look)
+    monkeypatch.setattr(milltools.dem.command.Job, "publish", look)
     assert dem("--quiet", "--modulus", "1e9")[0] == 0
     assert len(seen) > 2 and seen[-1] == ("complete", 0.006, 7, 0.006)
     assert {status for status, *_ in seen[:-1]} == {"running"}
@@ -273,16 +270,12 @@ def test_a_full_disk_is_one_line_and_leaves_no_half_file(dem, small_disk, tmp_pa
     assert list((tmp_path / "scratch").iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "free, frames", [(2_000, "5 ms"), (100_000, "40 us")], ids=["at once", "later"]
-)
+@pytest.mark.parametrize("free, frames", [(2_000, "5 ms"), (100_000, "40 us")], ids=["at once", "later"])
 def test_a_full_disk_for_temporary_files_is_one_line(dem, small_disk, monkeypatch, free, frames):
     """At once: there is no room for what LIGGGHTS reads; later: none for the frames that wait."""
     monkeypatch.setattr(tempfile, "tempdir", str(small_disk))
     (small_disk / "filled").write_bytes(bytes(131_072 - 4096 * -(-free // 4096)))
-    status, out, err = dem(
-        "--quiet", "--set", "balls.count=200", "--set", f"output.frames={frames}"
-    )
+    status, out, err = dem("--quiet", "--set", "balls.count=200", "--set", f"output.frames={frames}")
     assert (status, out, err.count("\n")) == (1, "", 1)
     assert err.startswith("mill dem: ") and "No space left on device" in err
     assert [path.name for path in small_disk.iterdir()] == ["filled"]

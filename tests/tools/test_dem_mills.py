@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_dem import first_impacts
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 pytestmark = pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")
 
@@ -141,9 +141,7 @@ def test_first_impacts_are_millsims_and_so_are_poses(name, mill, millsim, write_
         assert kinds[0] == kinds[1]
         ours, theirs = first_impacts(soft, 0.0195), first_impacts(hard, 0.0195)
         for motion, pose in hard.poses(7).items():
-            assert soft.poses(7)[motion] == pytest.approx(
-                pose, abs=1e-3
-            )  # a frame is off by half a sample
+            assert soft.poses(7)[motion] == pytest.approx(pose, abs=1e-3)  # a frame is off by half a sample
     # a ball that another one just misses, after its first impact, may be hit in the other program
     shared = ours.keys() & theirs.keys()
     assert len(shared) > 8 and len(shared) >= 0.9 * max(len(ours), len(theirs))

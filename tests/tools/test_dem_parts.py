@@ -8,13 +8,13 @@ from conftest import PROGRAM, ROOT, SMALL
 from dem_oracle import BLADES, MIXTURE, box_distance, flown
 from scipy.integrate import solve_ivp
 
-from milltools.deck import Deck
+from milltools.base.errors import UserError
 from milltools.dem import script
 from milltools.dem.contacts import Boxes, solve_back
 from milltools.dem.model import Model, spring, sticking_restitution, tangential_damping
-from milltools.errors import UserError
-from milltools.kinds import KINDS
-from milltools.solids import blade_triangles
+from milltools.geometry.solids import blade_triangles
+from milltools.read.deck import Deck
+from milltools.read.kinds import KINDS
 
 
 @pytest.fixture
@@ -60,9 +60,7 @@ def test_a_sticking_contact_turns_its_slip_round_as_two_oscillators_do(restituti
     assert sticking_restitution(restitution) == pytest.approx(-done.y[1][-1], abs=1e-7)
 
 
-@pytest.mark.parametrize(
-    "modulus, duration", [(1e8, 232e-6), (1e9, 92e-6), (1e10, 37e-6), (2.1e11, 10.9e-6)]
-)
+@pytest.mark.parametrize("modulus, duration", [(1e8, 232e-6), (1e9, 92e-6), (1e10, 37e-6), (2.1e11, 10.9e-6)])
 def test_contacts_of_the_reference_mill_last_as_long_as_measured(modulus, duration, monkeypatch):
     monkeypatch.setenv("MILLSIM", str(PROGRAM))
     model = Model(Deck.check(ROOT / "input/simoloyer.ini"), modulus)
@@ -87,9 +85,7 @@ def test_rows_of_the_series_are_whole_samples_and_samples_are_dense_enough(deck,
         (0, 0.8, 0.0, True, set()),
     ],
 )
-def test_the_nearer_tangential_damping_is_taken_and_what_it_misses_named(
-    deck, friction, e, beta0, damped, missed
-):
+def test_the_nearer_tangential_damping_is_taken_and_what_it_misses_named(deck, friction, e, beta0, damped, missed):
     sets = {"restitution": e, "friction": friction, "tangential_restitution": beta0}
     got = tangential_damping(deck(SMALL, *(f"contact.{k}={v}" for k, v in sets.items())))
     assert (got[0], set(got[1])) == (damped, missed)
@@ -141,9 +137,7 @@ def test_blades_are_boxes_at_their_place_angle_and_pitch(deck):
 def test_no_corner_of_a_blade_is_farther_out_than_the_reach(deck):
     deck = deck(SMALL + BLADES.replace("18 mm", "25 mm"))
     corners = blade_triangles(deck, 0.0).reshape(-1, 3)
-    assert Boxes(deck).reach == pytest.approx(
-        np.hypot(corners[:, 1], corners[:, 2]).max(), rel=1e-12
-    )
+    assert Boxes(deck).reach == pytest.approx(np.hypot(corners[:, 1], corners[:, 2]).max(), rel=1e-12)
 
 
 def test_triangles_are_the_boxes_wherever_a_ball_can_touch_them(deck):
@@ -202,16 +196,12 @@ def test_the_data_file_is_the_state_to_the_last_bit(deck):
     deck = deck(MIXTURE)
     rng = np.random.default_rng(3)
     place, velocity, spin = deck.start()[0], *rng.normal(size=(2, 120, 3))
-    text = script.data_file(
-        deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck)
-    )
+    text = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck))
     lines = text.splitlines()
     assert lines[2:4] == ["120 atoms", "6 atom types"]
     atoms = np.array([line.split() for line in lines[lines.index("Atoms") + 2 :][:120]], float)
     moves = np.array([line.split() for line in lines[lines.index("Velocities") + 2 :][:120]], float)
-    assert np.array_equal(atoms[:, 0], np.arange(1, 121)) and np.array_equal(
-        moves[:, 0], atoms[:, 0]
-    )
+    assert np.array_equal(atoms[:, 0], np.arange(1, 121)) and np.array_equal(moves[:, 0], atoms[:, 0])
     assert np.array_equal(atoms[:, 1], np.repeat([1, 2], 60))
     assert np.array_equal(atoms[:, 2:4], np.repeat([[0.005, 7800], [0.003, 3000]], 60, axis=0))
     assert np.array_equal(atoms[:, 4:], place)
@@ -224,9 +214,7 @@ def test_the_data_file_is_the_state_to_the_last_bit(deck):
 def test_a_start_file_with_an_odd_name_is_found_and_read(write_deck, tmp_path, monkeypatch):
     monkeypatch.setenv("MILLSIM", str(PROGRAM))
     name = 'start "at" 5 #1 %; = état.txt'
-    (tmp_path / name).write_text(
-        "0 0.027 0 1 2 3 4 5 6\n# a comment\n0.008 -0.027 0 -1 0 0.125 0 0 0\n"
-    )
+    (tmp_path / name).write_text("0 0.027 0 1 2 3 4 5 6\n# a comment\n0.008 -0.027 0 -1 0 0.125 0 0 0\n")
     quoted = name.replace('"', '""')
     deck = write_deck(SMALL.replace("count = 20", f'count = 2\nstart = "{quoted}"'))
     place, velocity, spin = Deck.check(deck).start()
@@ -236,9 +224,7 @@ def test_a_start_file_with_an_odd_name_is_found_and_read(write_deck, tmp_path, m
 
 
 def test_overrides_and_units_are_millsims(deck):
-    deck = deck(
-        SMALL, "rotor.speed=-10 rps", "contact.ball_blade.restitution=0.5", "drum.radius=3 cm"
-    )
+    deck = deck(SMALL, "rotor.speed=-10 rps", "contact.ball_blade.restitution=0.5", "drum.radius=3 cm")
     assert deck.rotor_speed in (pytest.approx(-20 * np.pi), pytest.approx(-10))
     assert deck.number("drum.radius") == pytest.approx(0.03, rel=1e-15)
     laws = [deck.contact(kind).restitution for kind in KINDS]
@@ -273,8 +259,6 @@ def test_a_mill_without_rotor_has_none(deck):
 
 
 def test_the_line_of_a_wrong_deck_is_millsims(deck):
-    with pytest.raises(
-        UserError, match=r"^.*deck.ini:8: \[drum\] radius: expected a length"
-    ) as fault:
+    with pytest.raises(UserError, match=r"^.*deck.ini:8: \[drum\] radius: expected a length") as fault:
         deck(SMALL.replace("radius = 30 mm", "radius = 30 s"))
     assert fault.value.status == 2

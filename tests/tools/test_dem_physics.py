@@ -8,11 +8,11 @@ import shutil
 import numpy as np
 import pytest
 
-from milltools.deck import Deck
 from milltools.dem import singles
 from milltools.dem.model import Model, sticking_restitution, tangential_damping
-from milltools.kinds import KINDS
-from milltools.runfile import Run
+from milltools.read.deck import Deck
+from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
 pytestmark = pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")
 
@@ -90,10 +90,7 @@ def test_a_frictionless_start_draws_the_power_and_gains_the_energy_that_millsim_
     for seed in range(1, SEEDS + 1):
         assert millsim("-q", "-f", "-o", "hard.h5", "-s", f"run.seed={seed}", deck).returncode == 0
         hard.append(power_and_energy(tmp_path / "hard.h5"))
-    soft = [
-        power_and_energy(soft_run(mill, tmp_path, deck, "-s", f"run.seed={seed}"))
-        for seed in SOFT_SEEDS
-    ]
+    soft = [power_and_energy(soft_run(mill, tmp_path, deck, "-s", f"run.seed={seed}")) for seed in SOFT_SEEDS]
     scatter = np.std(hard, axis=0, ddof=1) * np.sqrt(1 / len(hard) + 1 / len(soft))
     expected = np.mean(hard, axis=0)
     off = np.abs(np.mean(soft, axis=0) - expected)
@@ -146,8 +143,7 @@ def test_what_friction_takes_at_a_wall_closes_the_balance(mill, write_deck, tmp_
     path = soft_run(mill, tmp_path, deck, *(w for o in options for w in ("-s", o)))
     with Run(path) as run:
         lost, normal = (
-            {k: run.series(f"{name}/{k}")[1][-1] for k in KINDS}
-            for name in ("dissipation", "dissipation_normal")
+            {k: run.series(f"{name}/{k}")[1][-1] for k in KINDS} for name in ("dissipation", "dissipation_normal")
         )
     rubbed = {k: lost[k] - normal[k] for k in KINDS}
     assert rubbed[kind] > 0.02 * sum(lost.values())

@@ -14,9 +14,9 @@ import time
 import numpy as np
 import pytest
 
+from milltools.base.errors import UserError
 from milltools.dem.liggghts import Process, command
 from milltools.dem.signals import Stopped, waiting, watched
-from milltools.errors import UserError
 
 BALLS, SAMPLES, TRIANGLES = 7, 5, 24
 FAKE = f"""#!{sys.executable}
@@ -192,19 +192,13 @@ def test_what_was_to_be_ignored_stays_ignored():
         signal.signal(signal.SIGHUP, before)
 
 
-@pytest.mark.parametrize(
-    "ranks, there, package", [(1, [], "liggghts"), (2, ["liggghts"], "openmpi-bin")]
-)
-def test_a_program_that_is_missing_is_named_with_its_package(
-    tmp_path, monkeypatch, ranks, there, package
-):
+@pytest.mark.parametrize("ranks, there, package", [(1, [], "liggghts"), (2, ["liggghts"], "openmpi-bin")])
+def test_a_program_that_is_missing_is_named_with_its_package(tmp_path, monkeypatch, ranks, there, package):
     for name in there:
         (tmp_path / name).write_text("#!/bin/sh\n")
         (tmp_path / name).chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(
-        UserError, match=f"is not installed; on Debian: sudo apt-get install {package}$"
-    ) as fault:
+    with pytest.raises(UserError, match=f"is not installed; on Debian: sudo apt-get install {package}$") as fault:
         command(ranks)
     assert fault.value.status == 1
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from conftest import STUDY
 
-from milltools.errors import UserError
-from milltools.study import designs
-from milltools.study.deck import Study
+from milltools.base.errors import UserError
+from milltools.study.plan import designs
+from milltools.study.plan.study_deck import Study
 
 RPM = math.tau / 60
 RANDOM = STUDY.partition("[set]")[0] + "method = {}\nsamples = {}\nseed = {}\n[vary]\n{}"
@@ -78,9 +78,7 @@ def test_random_designs_are_those_of_the_seed(study, method):
 
 @pytest.mark.parametrize("method", ["lhs", "sobol"])
 def test_random_designs_keep_to_steps_whole_numbers_and_words(study, method):
-    vary = (
-        "rotor.speed = 300..900 rpm step 300 rpm\nballs.count = 3..9\ndrum.profile = circle, wavy\n"
-    )
+    vary = "rotor.speed = 300..900 rpm step 300 rpm\nballs.count = 3..9\ndrum.profile = circle, wavy\n"
     plan = designs.plan(study(method, 200, vary=vary))
     found = [{design[key] for design in plan} for key in plan[0]]
     assert sorted(found[0]) == pytest.approx([300 * RPM, 600 * RPM, 900 * RPM])

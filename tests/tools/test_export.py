@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import SMALL
 
-from milltools.profile import Profile
+from milltools.geometry.profile import Profile
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
 WAVY = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\n", 1)
@@ -82,10 +82,7 @@ def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shap
     assert sizes["walls"] == pytest.approx([rim * 0.0015] * 2, rel=1e-3)
     assert sizes["shaft"] == pytest.approx([math.pi * 0.005**2 * 0.04], rel=2e-3)
     blade = 0.006 * 0.004 * 0.022  # but for the foot, which is hidden in the shaft
-    assert (
-        len(sizes["blades"]) == 2
-        and blade * 0.77 < min(sizes["blades"]) <= max(sizes["blades"]) < blade
-    )
+    assert len(sizes["blades"]) == 2 and blade * 0.77 < min(sizes["blades"]) <= max(sizes["blades"]) < blade
 
 
 def test_the_inner_surface_of_a_wavy_drum_is_its_profile(mill, write_deck, tmp_path):
@@ -142,9 +139,7 @@ def test_a_frame_of_a_run_is_a_time(millsim, mill, small_deck, tmp_path):
     assert (tmp_path / "frame.stl").read_bytes() == (tmp_path / "time.stl").read_bytes()
 
 
-def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(
-    mill, small_deck, tmp_path
-):
+def test_a_finer_tolerance_makes_more_triangles_and_an_old_file_is_replaced(mill, small_deck, tmp_path):
     counts = []
     for tolerance in ("0.5 mm", "5e-5"):
         done = mill("export", "deck.ini", "mill.stl", "--part", "drum", "--tolerance", tolerance)

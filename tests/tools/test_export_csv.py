@@ -218,9 +218,7 @@ def test_texts_and_numbers_out_of_the_ordinary_come_back():
     for _ in range(2):
         out.add({"name, of": np.array(texts, object), "x [m]": numbers, "y [m]": singles})
     file.seek(0)
-    table = pd.read_csv(
-        file, dtype={"y [m]": "float32"}, keep_default_na=False, na_values={"x [m]": [""]}
-    )
+    table = pd.read_csv(file, dtype={"y [m]": "float32"}, keep_default_na=False, na_values={"x [m]": [""]})
     assert list(table["name, of"]) == texts * 2
     assert table["x [m]"].to_numpy().tobytes() == np.tile(numbers, 2).tobytes()
     assert table["y [m]"].to_numpy().tobytes() == np.tile(singles, 2).tobytes()

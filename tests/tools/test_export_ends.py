@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from export_run import FRAMES, INTERVAL, export, names, run_file  # noqa: F401
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 gsd = pytest.importorskip("gsd.hoomd")
 

@@ -37,10 +37,7 @@ def read_vtp(path):
     data = reader.GetOutput()
 
     def arrays(of):
-        return {
-            of.GetArrayName(k): vtk_to_numpy(of.GetArray(k)).copy()
-            for k in range(of.GetNumberOfArrays())
-        }
+        return {of.GetArrayName(k): vtk_to_numpy(of.GetArray(k)).copy() for k in range(of.GetNumberOfArrays())}
 
     assert data.GetNumberOfVerts() in (0, data.GetNumberOfPoints())
     polygons = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3).copy()
@@ -205,9 +202,7 @@ def test_a_name_is_escaped_in_a_collection(export, run_file, tmp_path):
 def test_a_collection_replaces_an_old_one_and_nothing_else(export, run_file, tmp_path):
     assert export(run_file, "balls.pvd")[0] == 0
     assert export(run_file, "balls.pvd", "--every", 5)[0] == 0
-    assert [name for _, name in members(tmp_path / "balls.pvd")] == [
-        f"balls/balls_{k:04}.vtp" for k in (0, 5, 10)
-    ]
+    assert [name for _, name in members(tmp_path / "balls.pvd")] == [f"balls/balls_{k:04}.vtp" for k in (0, 5, 10)]
     assert len(names(tmp_path / "balls")) == 3
     (tmp_path / "balls" / "notes.txt").write_text("mine")
     before = names(tmp_path)

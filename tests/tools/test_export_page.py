@@ -11,9 +11,7 @@ from conftest import PROGRAM, ROOT
 from export_run import make
 
 MDANALYSIS = {
-    block.place
-    for block in pages.blocks(ROOT / "docs" / "file-format.md", "python")
-    if "MDAnalysis" in block.text
+    block.place for block in pages.blocks(ROOT / "docs" / "file-format.md", "python") if "MDAnalysis" in block.text
 }
 
 

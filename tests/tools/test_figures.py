@@ -16,7 +16,7 @@ from conftest import PROGRAM, ROOT, SMALL
 
 from milltools import figures
 from milltools.__main__ import main
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 from milltools.figures import (
     FIGURES,
     account,
@@ -28,14 +28,12 @@ from milltools.figures import (
     sankey,
     spectra,
 )
-from milltools.histogram import Histogram
-from milltools.kinds import KINDS
-from milltools.profile import Profile
-from milltools.runfile import Run
+from milltools.geometry.profile import Profile
+from milltools.read.histogram import Histogram
+from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
-PLAIN = SMALL.replace("count = 20", "count = 300").replace(
-    "time = 50 ms", "time = 0.25 s\nsample_from = 0.05 s"
-)
+PLAIN = SMALL.replace("count = 20", "count = 300").replace("time = 50 ms", "time = 0.25 s\nsample_from = 0.05 s")
 MIXTURE = """
 [run]
 time = 0.1 s
@@ -179,9 +177,7 @@ def test_ten_to_twenty_bins_are_drawn_a_decade(plain):
 
 
 def test_impacts_outside_of_the_bins_count():
-    histogram = Histogram(
-        np.geomspace(1, 1e3, 31), np.full(30, 2), np.full(30, 0.5), 7, 3, "all", 0.25, 1.5
-    )
+    histogram = Histogram(np.geomspace(1, 1e3, 31), np.full(30, 2), np.full(30, 0.5), 7, 3, "all", 0.25, 1.5)
     found = bins.merged(histogram, 10.0)
     assert len(found.count) == 4 and found.edges[-1] == pytest.approx(1e3)
     assert found.rate == near((60 + 7 + 3) / 10)
@@ -200,10 +196,7 @@ def test_energies_of_equal_balls_are_half_their_effective_mass_times_speed_squar
 def energies_of_the_log(run):
     """[J] of the ball-ball impacts in the window."""
     mass, (begin, end) = run.balls("mass"), run.window
-    log = {
-        name: run.read(f"impacts/{name}")
-        for name in ("time", "kind", "ball", "partner", "normal_speed")
-    }
+    log = {name: run.read(f"impacts/{name}") for name in ("time", "kind", "ball", "partner", "normal_speed")}
     kinds = list(run.attribute("impacts", "kinds"))
     return [
         0.5 * mass[i] * mass[j] / (mass[i] + mass[j]) * v * v
@@ -290,9 +283,7 @@ def test_per_ball_divides_by_the_number_of_balls(plain):
     assert np.allclose(each, whole / 300, equal_nan=True)
 
 
-@pytest.mark.parametrize(
-    "what", [{"kinds": "ball_wal"}, {"weight": "mass"}, {"speed": "v"}, {"group": "hits"}]
-)
+@pytest.mark.parametrize("what", [{"kinds": "ball_wal"}, {"weight": "mass"}, {"speed": "v"}, {"group": "hits"}])
 def test_plot_names_what_it_knows_where_a_word_is_wrong(plain, what):
     with pytest.raises(UserError, match="unknown .*: one of"):
         spectra.plot(axes(), plain, **what)
@@ -367,9 +358,7 @@ def foreign(folder, tmp_path):
     with h5py.File(path, "r+") as file:
         file["run/program"] = "LIGGGHTS"
         file.visititems(
-            lambda name, item: (
-                item.attrs.__setitem__("part", "normal") if name.endswith("dissipation") else None
-            )
+            lambda name, item: item.attrs.__setitem__("part", "normal") if name.endswith("dissipation") else None
         )
         for kind in KINDS:
             value = file[f"observables/dissipation_normal/{kind}/value"]
@@ -465,12 +454,8 @@ def test_means_of_revolutions_are_the_files_blocks(plain):
 
 
 def test_the_torque_is_the_power_over_the_speed_of_the_rotor(plain):
-    power, torque = (
-        pd.DataFrame(FIGURES[name].tables(plain)[0].columns) for name in ("power", "torque")
-    )
-    assert np.allclose(
-        torque["torque [N m]"] * plain.rotor_speed, power["power [W]"], rtol=1e-6, atol=1e-9
-    )
+    power, torque = (pd.DataFrame(FIGURES[name].tables(plain)[0].columns) for name in ("power", "torque"))
+    assert np.allclose(torque["torque [N m]"] * plain.rotor_speed, power["power [W]"], rtol=1e-6, atol=1e-9)
 
 
 def test_collision_rates_over_time_add_up_to_the_counts(run):
@@ -512,9 +497,7 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
     with Run(tmp_path / "deck.h5") as run:
         assert FIGURES["speeds"].why_not(run) is None
         assert "slower or faster than the bins" in FIGURES["slip"].why_not(run)
-        assert spectra.bins(run, "all", speed="tangential_speed").rate == near(
-            run.statistic("impacts/all/rate")
-        )
+        assert spectra.bins(run, "all", speed="tangential_speed").rate == near(run.statistic("impacts/all/rate"))
         spectra.plot(axes(), run, speed="tangential_speed")  # empty, but no fault
 
 
@@ -566,9 +549,7 @@ def test_a_prefix_must_be_an_id(plain):
 # ---- the command
 
 
-@pytest.mark.parametrize(
-    "suffix, begin", [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
-)
+@pytest.mark.parametrize("suffix, begin", [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
 def test_a_figure_becomes_a_file_of_the_names_format(plot, tmp_path, suffix, begin):
     target = tmp_path / f"a.{suffix}"
     done = plot("plain.h5", target, "--figure", "speeds")
@@ -592,17 +573,13 @@ def test_the_csv_holds_the_numbers_drawn(plot, tmp_path, plain):
     power = plain.statistic("impacts/ball_drum/dissipated_power")
     assert rows["dissipated power [W]"].sum() == pytest.approx(power, rel=1e-9)
     edges = rows["speed from [m/s]"].to_numpy(), rows["speed to [m/s]"].to_numpy()
-    assert (
-        np.array_equal(edges[0][1:], edges[1][:-1]) and edges[0][0] == 0 and edges[1][-1] == np.inf
-    )
+    assert np.array_equal(edges[0][1:], edges[1][:-1]) and edges[0][0] == 0 and edges[1][-1] == np.inf
 
 
 def test_the_csv_of_a_map_is_the_map(plot, tmp_path, plain):
     assert plot("plain.h5", tmp_path / "a.csv", "--figure", "axial-rate").returncode == 0
     table = pd.read_csv(tmp_path / "a.csv")
-    total = (
-        table["impacts per time and volume [1/(m3 s)]"] * table["volume in the container [m3]"]
-    ).sum()
+    total = (table["impacts per time and volume [1/(m3 s)]"] * table["volume in the container [m3]"]).sum()
     assert total == pytest.approx(plain.statistic("impacts/all/rate"), rel=1e-12)
     assert table["impacts per time and volume [1/(m3 s)]"].isna().equals(table["impacts [1]"] == 0)
 
@@ -700,17 +677,13 @@ def drawn_or_not(path):
 def test_each_figure_of_an_odd_run_is_drawn_or_says_why_not(tmp_path, options, missing):
     (tmp_path / "deck.ini").write_text(SMALL)
     sets = [word for option in options for word in ("-s", option)]
-    subprocess.run(
-        [PROGRAM, "deck.ini", "-q", *sets], cwd=tmp_path, check=True, capture_output=True
-    )
+    subprocess.run([PROGRAM, "deck.ini", "-q", *sets], cwd=tmp_path, check=True, capture_output=True)
     found = drawn_or_not(tmp_path / "deck.h5")
     assert missing is None or set(SORTS) - set(found) == missing
 
 
 def test_a_run_stopped_before_its_window_has_what_goes_over_time(tmp_path):
-    (tmp_path / "deck.ini").write_text(
-        SMALL.replace("time = 50 ms", "time = 9 h\nsample_from = 8 h")
-    )
+    (tmp_path / "deck.ini").write_text(SMALL.replace("time = 50 ms", "time = 9 h\nsample_from = 8 h"))
     running = subprocess.Popen(
         [PROGRAM, "deck.ini", "-q", "-s", "output.checkpoint=0.1 s"], cwd=tmp_path,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

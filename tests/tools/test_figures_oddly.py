@@ -8,7 +8,7 @@ import pytest
 from conftest import PROGRAM, SMALL
 
 from milltools.figures import FIGURES
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from milltools.study import gp
-from milltools.study.space import Space, variable
+from milltools.study.search import gp
+from milltools.study.search.space import Space, variable
 
 LINE = [{"key": "x", "unit": "m", "low": 0.0, "high": 2.0, "values": None}]
 GRID = [

@@ -36,9 +36,7 @@ def test_a_claim_of_which_nothing_is_known_must_hold(case):
 
 
 @pytest.mark.parametrize("known, status", [("the theory is too simple", 0), ("", 1)])
-def test_a_comparison_fails_for_a_deviation_of_which_nothing_is_known(
-    tmp_path, monkeypatch, known, status
-):
+def test_a_comparison_fails_for_a_deviation_of_which_nothing_is_known(tmp_path, monkeypatch, known, status):
     (tmp_path / "off_by_two.py").write_text(
         f'"""Off."""\ndef check(case):\n    case.bound("off", 2, 1, against="theory", known={known!r})\n'
     )

@@ -96,9 +96,7 @@ def test_without_millsim_the_version_says_what_to_do(mill):
 def test_a_closed_pipe_is_no_traceback():
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run(
-        [sys.executable, "-m", "milltools"], env=ENVIRONMENT, stdout=writer, stderr=subprocess.PIPE
-    )
+    done = subprocess.run([sys.executable, "-m", "milltools"], env=ENVIRONMENT, stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
     assert (done.returncode, done.stderr) == (141, b"")
 
@@ -142,9 +140,7 @@ def test_the_script_works_through_links_from_anywhere(checkout, tmp_path):
     (tmp_path / "bin/relative").symlink_to(f"../{checkout.parent.name}/mill")
     (tmp_path / "absolute").symlink_to(tmp_path / "bin/relative")
     for link in (checkout, tmp_path / "bin/relative", tmp_path / "absolute"):
-        done = subprocess.run(
-            [link, "plot", "a file", "b"], cwd="/", env=ENVIRONMENT, capture_output=True, text=True
-        )
+        done = subprocess.run([link, "plot", "a file", "b"], cwd="/", env=ENVIRONMENT, capture_output=True, text=True)
         assert done.stderr == "mill plot: a file: no such file\n", link
 
 
@@ -155,6 +151,4 @@ def test_the_script_without_its_packages_says_what_to_do(checkout, stamp):
         (checkout.parent / ".venv/python.lock").write_text(stamp)
     done = subprocess.run([checkout], env=ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == 1
-    assert done.stderr == (
-        f"mill: its Python packages are not installed: run 'make' in {checkout.parent}\n"
-    )
+    assert done.stderr == (f"mill: its Python packages are not installed: run 'make' in {checkout.parent}\n")

@@ -12,15 +12,19 @@ from moving_mills import ATTRITOR, PLANETARY
 from test_scene import at, picture, stored
 
 import milltools
-from milltools import bodies, motions, vessel
 from milltools.compare import load
 from milltools.compare import rows as compared
 from milltools.figures import FIGURES, account, maps, outlines, spectra
-from milltools.histogram import ENERGIES
+from milltools.geometry import bodies, vessel
+from milltools.geometry.trajectory import Trajectory
+from milltools.player import player
+from milltools.read import motions
+from milltools.read.histogram import ENERGIES
+from milltools.read.runfile import Run
 from milltools.render import camera
-from milltools.report import beside, facts, player, tables
-from milltools.runfile import Run
-from milltools.trajectory import Trajectory
+from milltools.report import facts
+from milltools.report import sections as tables
+from milltools.report import sides as beside
 
 pytest_plugins = ["browser"]
 
@@ -29,9 +33,7 @@ pytest_plugins = ["browser"]
 def files(tmp_path_factory):
     """The output files, by name."""
     decks = {"planetary": PLANETARY, "attritor": ATTRITOR}
-    return {
-        name: players.simulate(tmp_path_factory.mktemp(name), deck) for name, deck in decks.items()
-    }
+    return {name: players.simulate(tmp_path_factory.mktemp(name), deck) for name, deck in decks.items()}
 
 
 @pytest.fixture
@@ -87,10 +89,7 @@ def test_the_account_has_a_source_for_each_motion_and_adds_up(runs):
 def test_the_report_names_container_motions_and_the_drives_power(runs):
     run = runs["planetary"]
     text = " ".join(facts.verdict(run)).replace("\N{NO-BREAK SPACE}", " ")
-    assert (
-        "the container “jar”, a cylinder of radius 20 mm and length 30 mm; sun turns at 600 rpm"
-        in text
-    )
+    assert "the container “jar”, a cylinder of radius 20 mm and length 30 mm; sun turns at 600 rpm" in text
     assert "The drive puts" in text and "of the slowest motion" in text
     assert facts.tiles(run)[0][0] == "drive power" and "±" in facts.tiles(run)[0][1]
     rows = {name: remark for name, _, remark in tables.balance(run)}
@@ -114,9 +113,7 @@ def test_power_and_torque_over_time_are_those_of_each_motion(runs):
     fine = [t[(t["motion"] == "jar") & (t["mean over"] == "interval")].iloc[:, 4] for t in (power, torque)]  # fmt: skip
     assert fine[1].to_numpy() == pytest.approx(fine[0].to_numpy() / (-40 * np.pi))
     assert FIGURES["torque"].why_not(runs["attritor"]) is None
-    FIGURES["torque"].draw(
-        list(runs.values())
-    )  # of several runs: a colour each, a line each motion
+    FIGURES["torque"].draw(list(runs.values()))  # of several runs: a colour each, a line each motion
 
 
 def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
@@ -166,9 +163,7 @@ def test_no_ball_is_in_a_pin(runs):
     (pins,) = [body for body in bodies.Mill.of(run).inner]
     assert len(np.unique(pins.number)) == 3
     for k in (10, 60, 120):
-        place = bodies.moved(
-            bodies.inverse(run.poses(k)["stirrer"]), run.frame(k, "position").astype(float)
-        )
+        place = bodies.moved(bodies.inverse(run.poses(k)["stirrer"]), run.frame(k, "position").astype(float))
         for number in range(3):
             corners = pins.triangles[pins.number == number].reshape(-1, 3)
             middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
@@ -276,9 +271,7 @@ def test_pins_are_where_the_stirrer_is(runs):
 
 
 def stl(path):
-    rows = np.frombuffer(
-        path.read_bytes()[84:], [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("e", "<u2")]
-    )
+    rows = np.frombuffer(path.read_bytes()[84:], [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("e", "<u2")])
     return rows["c"]
 
 
@@ -308,9 +301,7 @@ def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
     (tmp_path / "deck.ini").write_text(capsule)
     done = mill("dem", "deck.ini", "-o", "soft.h5")
     assert done.returncode == 2
-    assert done.stderr.startswith(
-        "mill dem: deck.ini: [body.jar] shape: expected cylinder, box or mesh"
-    )
+    assert done.stderr.startswith("mill dem: deck.ini: [body.jar] shape: expected cylinder, box or mesh")
 
 
 def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
@@ -388,9 +379,7 @@ def test_words_of_motions():
             return False
 
         def quantity(self, path, default=None):
-            return {"motion.m/amplitude": np.radians(15), "motion.m/frequency": 20.0}.get(
-                path, default
-            )
+            return {"motion.m/amplitude": np.radians(15), "motion.m/frequency": 20.0}.get(path, default)
 
     assert motions.words(Told(), "m") == "swings by ±15° at 20 Hz"
 

@@ -16,13 +16,16 @@ import pytest
 from conftest import ROOT
 from studies import MEDIAN, alive, runs
 
-from milltools.errors import UserError
-from milltools.study import drive, job, optimum, show_stats
-from milltools.study.acquisition import Plan
-from milltools.study.deck import Study
-from milltools.study.search import Search, plain
-from milltools.study.storage import open_storage
-from milltools.study.table import Table, Writer
+from milltools.base.errors import UserError
+from milltools.study.plan import job
+from milltools.study.plan import sending as drive
+from milltools.study.plan.study_deck import Study
+from milltools.study.plan.table import Table, Writer
+from milltools.study.search.acquisition import Plan
+from milltools.study.search.search import Search, plain
+from milltools.study.search.storage import open_storage
+from milltools.study.show import optimum_text as optimum
+from milltools.study.show import stats as show_stats
 
 STUDY = """\
 [study]
@@ -98,9 +101,7 @@ def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     path = tmp_path / "t.parquet"
     rows = searched(study, path, Pretended(hill), Plan(24, seed=1))
     text = "\n".join(optimum.lines(Table.open(path)))
-    value, low, high = map(
-        float, re.search(r"above_50mm_s: (\S+?)[, ].*95 %: (\S+) \.\. (\S+)", text).groups()
-    )
+    value, low, high = map(float, re.search(r"above_50mm_s: (\S+?)[, ].*95 %: (\S+) \.\. (\S+)", text).groups())
     assert low < 1 < high and (low + high) / 2 == pytest.approx(value, rel=1e-3)
     count = int(re.search(r"balls.count +(\d+)", text).group(1))
     assert abs(count - 10) <= 2

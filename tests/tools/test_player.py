@@ -12,10 +12,10 @@ import players
 import pytest
 from conftest import SMALL
 
-from milltools.report import frames, player
-from milltools.runfile import Run
+from milltools.player import frames, player
+from milltools.read.runfile import Run
 
-VENDOR = importlib.resources.files("milltools.report") / "vendor"
+VENDOR = importlib.resources.files("milltools.player") / "vendor"
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +77,7 @@ def test_the_colours_are_of_speed_spin_and_kinetic_energy(mixed):
     for choice, values in zip(players.head(fragment)["values"], (speed, spin, energy), strict=True):
         limit = choice["limit"]
         level = levels[choice["name"]]
-        assert (
-            abs((level + 0.5) * limit / 256 - np.minimum(values, limit)).max() < 0.51 * limit / 256
-        )
+        assert abs((level + 0.5) * limit / 256 - np.minimum(values, limit)).max() < 0.51 * limit / 256
         assert 0.005 < (values > limit).mean() + 0.01 and (values > limit).mean() < 0.02
         assert level.max() > 120  # the colours are made use of
 

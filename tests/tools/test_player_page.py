@@ -7,8 +7,8 @@ import numpy as np
 import players
 import pytest
 
-from milltools.report import player
-from milltools.runfile import Run
+from milltools.player import player
+from milltools.read.runfile import Run
 
 pytest_plugins = ["browser"]
 
@@ -47,9 +47,7 @@ def page(shared):
     shared.page.set_viewport_size({"width": 640, "height": 480})
     shared.page.emulate_media(media="screen", color_scheme="light", reduced_motion="reduce")
     shared.until("document.querySelector('.mp-canvas').width === 640")
-    shared.evaluate(
-        "millPlayers[0].reset(); millPlayers[0].colourBy('speed'); millPlayers[0].show(9)"
-    )
+    shared.evaluate("millPlayers[0].reset(); millPlayers[0].colourBy('speed'); millPlayers[0].show(9)")
     yield shared
     shared.check()
 
@@ -79,9 +77,7 @@ def painted(keep_page, file, tmp_path_factory):
     place[0, :, 0] = -0.015
     place[0, 0], place[0, -1] = (0.015, 0.02, 0), (0.015, -0.02, 0)
     trajectory = "particles__trajectory__"
-    players.change(
-        path, **{f"{trajectory}position__value": place, f"{trajectory}velocity__value": speed}
-    )
+    players.change(path, **{f"{trajectory}position__value": place, f"{trajectory}velocity__value": speed})
     with Run(path) as run:
         page = keep_page(players.write_page(folder / "page.html", player.fragment(run)))
     assert page.evaluate(THERE) is True
@@ -187,10 +183,7 @@ def test_the_choice_of_colours_changes_balls_and_bar(page, fragment):
     ends = []
     for name, label in (("spin", "spin"), ("energy", "kinetic energy"), ("speed", "speed")):
         page.page.locator(".mp-colour").select_option(label=label)
-        assert (
-            page.evaluate("[...millPlayers[0].levels()]")
-            == players.decode(fragment)[1][name][9].tolist()
-        )
+        assert page.evaluate("[...millPlayers[0].levels()]") == players.decode(fragment)[1][name][9].tolist()
         ends.append(page.page.locator(".mp-ticks span").last.inner_text())
         assert label in page.page.locator(".mp-bar").get_attribute("aria-label")
         same = (page.picture(CANVAS) == speed).all()
@@ -199,9 +192,7 @@ def test_the_choice_of_colours_changes_balls_and_bar(page, fragment):
 
 
 def test_play_runs_through_the_frames_at_the_pace_that_is_chosen(page):
-    assert page.page.get_by_label("Slow motion").locator("option:checked").inner_text() == (
-        "1/20 of real time"
-    )
+    assert page.page.get_by_label("Slow motion").locator("option:checked").inner_text() == ("1/20 of real time")
     page.page.get_by_label("Slow motion").select_option(label="1/10 of real time")
     page.page.get_by_role("button", name="Play").click()
     page.until("millPlayers[0].frame >= 4")
@@ -272,9 +263,7 @@ def test_the_mouse_turns_it_and_the_wheel_scrolls_the_page_until_the_mill_was_cl
     assert page.evaluate("scrollY") == 0
 
 
-def test_a_finger_turns_the_mill_sideways_and_scrolls_the_page_upwards(
-    open_page, tmp_path, fragment
-):
+def test_a_finger_turns_the_mill_sideways_and_scrolls_the_page_upwards(open_page, tmp_path, fragment):
     file = players.write_page(tmp_path / "tall.html", fragment, '<div class="tall"></div>')
     page = open_page(file, width=360, height=640, touch=True)
     page.evaluate(THERE)
@@ -426,9 +415,7 @@ def test_on_paper_without_a_still_there_is_what_was_seen(painted):
 
 
 def test_a_run_without_frames_has_the_still_and_no_player(open_page, tmp_path, page_of):
-    page = open_page(
-        page_of(players.simulate(tmp_path, players.LONE, "output.frames=0 s"), still=players.red())
-    )
+    page = open_page(page_of(players.simulate(tmp_path, players.LONE, "output.frames=0 s"), still=players.red()))
     assert page.evaluate(THERE) is False
     assert "No ball states are stored" in page.page.get_by_role("status").inner_text()
     assert page.page.locator(".mp-still").is_visible()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from conftest import SMALL
 
-from milltools import plot
-from milltools.profile import Profile
-from milltools.runfile import Run
+from milltools.figures import command as plot
+from milltools.geometry.profile import Profile
+from milltools.read.runfile import Run
 
 
 @pytest.mark.parametrize(
@@ -28,9 +28,7 @@ def test_a_run_becomes_a_picture(millsim, mill, write_deck, tmp_path, options):
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
-WAVY = SMALL.replace(
-    "radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\nbuckles = 12\nbuckle_height = 6 mm\n", 1
-)
+WAVY = SMALL.replace("radius = 30 mm\n", "radius = 30 mm\nprofile = wavy\nbuckles = 12\nbuckle_height = 6 mm\n", 1)
 
 
 def test_a_wavy_drum_is_drawn_along_its_wall(millsim, write_deck, tmp_path):

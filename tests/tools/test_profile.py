@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from milltools.errors import UserError
-from milltools.profile import Profile
+from milltools.base.errors import UserError
+from milltools.geometry.profile import Profile
 
 R = 0.075
 SHAPES = [(n, h) for n in (2, 3, 5, 8, 13, 20) for h in (1e-9, 1e-4, 4e-3, 10e-3)]
@@ -31,9 +31,7 @@ def test_arcs_alternate_and_each_begins_where_the_last_ends_in_the_same_directio
 def test_the_wall_reaches_from_r_less_h_to_r_plus_h(wavy):
     radii = [np.hypot(*arc.point([0.0, 0.5, 1.0]).T) for arc in wavy.arcs()]
     for arc, (start, middle, end) in zip(wavy.arcs(), radii):
-        assert middle == pytest.approx(
-            wavy.outermost if arc.outer else wavy.innermost, abs=2e-16 * 10
-        )
+        assert middle == pytest.approx(wavy.outermost if arc.outer else wavy.innermost, abs=2e-16 * 10)
         assert wavy.innermost - 1e-16 <= min(start, end) <= max(start, end) <= wavy.outermost
     assert (wavy.innermost, wavy.outermost) == (R - wavy.height, R + wavy.height)
     angles = [np.arctan2(*wavy.arcs()[k].point(0.5)[::-1]) for k in (0, 1)]
@@ -94,9 +92,7 @@ def test_overhangs_begin_at_r_sin_of_a_quarter_of_a_buckle():
 
 
 def test_the_arcs_of_the_papers_range_hold_a_ball_of_5_mm():
-    rho = [
-        Profile(R, n, h).arc_radius for n in range(2, 21) for h in np.linspace(0.5e-3, 10e-3, 20)
-    ]
+    rho = [Profile(R, n, h).arc_radius for n in range(2, 21) for h in np.linspace(0.5e-3, 10e-3, 20)]
     assert 5.8e-3 < min(rho)
 
 
@@ -112,9 +108,7 @@ def test_no_height_is_the_circle_and_a_small_one_comes_near_it(n):
     assert circle.gap(*points, 0.001) == pytest.approx(R - np.hypot(*points) - 0.001, abs=0)
 
 
-@pytest.mark.parametrize(
-    "n, h", [(1, 1e-3), (-3, 1e-3), (5, -1e-3), (5, R), (5, math.nan), (20, 0.03)]
-)
+@pytest.mark.parametrize("n, h", [(1, 1e-3), (-3, 1e-3), (5, -1e-3), (5, R), (5, math.nan), (20, 0.03)])
 def test_what_is_no_profile_is_refused(n, h):
     with pytest.raises(ValueError, match="no profile"):
         Profile(R, n, h)

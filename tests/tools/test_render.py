@@ -10,9 +10,10 @@ import pytest
 from films import ENVIRONMENT, MILL, SMALLEST, STEP, frames, off, picture, probe
 from PIL import Image
 
-from milltools.render import motion, times
-from milltools.runfile import Run
-from milltools.trajectory import stored
+from milltools.geometry.trajectory import stored
+from milltools.read.runfile import Run
+from milltools.render import states as motion
+from milltools.render import times
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +34,7 @@ def test_a_still_is_of_the_last_frame_and_has_the_balls_colours(mill, runs, tmp_
     assert (tmp_path / "last.png").read_bytes() == (tmp_path / "then.png").read_bytes()
     shown = picture(tmp_path / "last.png")
     assert shown.shape == (120, 160, 3)
-    assert (
-        np.ptp(shown, axis=2) > 100
-    ).mean() > 0.01  # balls: nothing else is that bright in colour
+    assert (np.ptp(shown, axis=2) > 100).mean() > 0.01  # balls: nothing else is that bright in colour
     assert sorted(p.name for p in tmp_path.iterdir()) == ["last.png", "then.png"]
 
 
@@ -65,9 +64,7 @@ def test_a_ray_traced_still_is_there_and_its_scene_too(mill, runs, tmp_path):
 def slow(runs):
     """A slow film with its words: 20 ms to 26 ms, 100 times slower."""
     words = ["render", "run.h5", "slow.mp4", "--slow", "100", "--from", "20 ms", "--to", "26 ms"]
-    done = subprocess.run(
-        [*MILL, *words, *SMALLEST], cwd=runs, capture_output=True, text=True, env=ENVIRONMENT
-    )
+    done = subprocess.run([*MILL, *words, *SMALLEST], cwd=runs, capture_output=True, text=True, env=ENVIRONMENT)
     assert done.returncode == 0, done.stderr
     return runs / "slow.mp4", done.stderr
 
@@ -112,9 +109,7 @@ def test_webm_is_vp9_and_an_orbit_goes_around(mill, runs, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["webp", "gif"])
-def test_a_moving_picture_for_pages_has_every_frame_and_repeats_for_ever(
-    mill, runs, tmp_path, suffix
-):
+def test_a_moving_picture_for_pages_has_every_frame_and_repeats_for_ever(mill, runs, tmp_path, suffix):
     words = ("--fps", "10", "--to", "20 ms", *SMALLEST)
     assert mill("render", runs / "run.h5", f"clip.{suffix}", *words).returncode == 0
     with Image.open(tmp_path / f"clip.{suffix}") as clip:
@@ -193,9 +188,7 @@ def test_what_is_another_run_is_not_taken_for_this_one(runs, the_program, tmp_pa
 def test_the_last_impact_of_every_ball_is_that_of_the_log(runs, the_program):
     plan = plan_of(runs / "log.h5", 3.1e-3)
     with Run(runs / "log.h5") as run:
-        log = [
-            run.read(f"impacts/{n}") for n in ("time", "ball", "partner", "kind", "normal_speed")
-        ]
+        log = [run.read(f"impacts/{n}") for n in ("time", "ball", "partner", "kind", "normal_speed")]
     right, row = np.full(20, np.nan), 0
     again, _, said = states(runs / "run.h5", plan, impacts=True)  # which has no log
     assert "for exact states and impacts" in said

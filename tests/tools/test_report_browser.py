@@ -74,10 +74,7 @@ def test_paper_is_white_and_shows_all_spectra_without_controls(page, open_page):
     hidden = "getComputedStyle(document.querySelector('{}')).display"
     for what in (".theme", "nav", ".choice", ".mp-controls"):
         assert opened.evaluate(hidden.format(what)) == "none"
-    assert (
-        opened.evaluate("document.getElementById('figure-slip').getBoundingClientRect().height")
-        > 50
-    )
+    assert opened.evaluate("document.getElementById('figure-slip').getBoundingClientRect().height") > 50
 
 
 def test_without_scripts_the_still_picture_stands_there(page, open_page):
@@ -90,7 +87,5 @@ def test_a_comparison_opens_without_errors_or_requests(compared, open_page):
     opened = open_page(compared[0], width=1000, height=800)
     for k in (0, 1):  # they begin when they are seen
         opened.evaluate(f"document.querySelectorAll('.mill-player')[{k}].scrollIntoView()")
-        opened.until(
-            f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')"
-        )
+        opened.until(f"document.querySelectorAll('.mill-player')[{k}].classList.contains('mp-live')")
     opened.check()

@@ -10,8 +10,8 @@ import pytest
 from conftest import SMALL
 from moving_mills import PLANETARY
 
-from milltools.report import finer, player
-from milltools.runfile import Run
+from milltools.player import finer, player
+from milltools.read.runfile import Run
 
 ROOM = 6_000_000
 
@@ -19,9 +19,7 @@ ROOM = 6_000_000
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     """20 balls for 0.2 s, with a frame every 20 ms, in which the rotor turns by 72 degrees."""
-    return players.simulate(
-        tmp_path_factory.mktemp("coarse"), SMALL, "output.frames=20 ms", "run.time=0.2 s"
-    )
+    return players.simulate(tmp_path_factory.mktemp("coarse"), SMALL, "output.frames=20 ms", "run.time=0.2 s")
 
 
 @pytest.fixture

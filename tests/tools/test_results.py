@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from foreign import DECKS, RUN
 
-from milltools.kinds import KINDS
+from milltools.read.kinds import KINDS
 
 
 @pytest.fixture(scope="module", params=DECKS, ids=lambda name: name.replace(",", ""))
@@ -45,9 +45,7 @@ def tree(file):
         name: item
         for name, item in found.items()
         if name.split("/")[0] not in ("run", "VTKHDF", "h5md")
-        and not name.startswith(
-            ("statistics/energies", "statistics/rotor/pinch_power", "statistics/drive/pinch_power")
-        )
+        and not name.startswith(("statistics/energies", "statistics/rotor/pinch_power", "statistics/drive/pinch_power"))
     }
 
 
@@ -113,9 +111,7 @@ def test_everything_that_can_be_is_the_same_to_the_bit(pair):
 
 def test_there_are_enough_impacts_and_strikes_to_tell(pair):
     _, theirs = pair
-    counts = [
-        int(theirs[f"statistics/{family}/all/count"][()]) for family in ("impacts", "strikes")
-    ]
+    counts = [int(theirs[f"statistics/{family}/all/count"][()]) for family in ("impacts", "strikes")]
     assert counts[0] > 1500
     if "rotor" in theirs["deck"]:
         assert counts[1] < 0.95 * counts[0]
@@ -132,9 +128,7 @@ def test_the_dissipated_power_is_that_of_the_series(pair):
 def test_the_rotors_power_torque_and_blocks_come_from_the_series(pair):
     ours, theirs = (file["statistics/rotor"] for file in pair)
     for name in theirs:
-        if (
-            name.endswith("_error") or name == "pinch_power"
-        ):  # of revolutions; millsim's is of batches
+        if name.endswith("_error") or name == "pinch_power":  # of revolutions; millsim's is of batches
             continue
         scale = np.abs(theirs[f"block_{name.split('_')[0]}"][:]).max(initial=0) if name.startswith(("power", "torque")) else 0  # fmt: skip
         assert np.allclose(ours[name][()], theirs[name][()], rtol=1e-9, atol=1e-9 * scale, equal_nan=True), name  # fmt: skip
@@ -308,8 +302,6 @@ def test_vtk_reads_every_state_to_the_bit(pair):
         reader.UpdateTimeStep(time)
         seen = reader.GetOutputDataObject(0).GetPartitionedDataSet(0).GetPartition(0)
         arrays = {"position": seen.GetPoints().GetData()}
-        arrays.update(
-            (name, seen.GetPointData().GetArray(name)) for name in ("velocity", "angular_velocity")
-        )
+        arrays.update((name, seen.GetPointData().GetArray(name)) for name in ("velocity", "angular_velocity"))
         for name, array in arrays.items():
             assert vtk_to_numpy(array).tobytes() == balls[f"{name}/value"][k].tobytes(), (k, name)

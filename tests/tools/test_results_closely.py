@@ -110,9 +110,7 @@ def test_what_a_row_does_not_give_is_unknown_not_zero(mill, tmp_path):
         assert np.isnan(ours["statistics/rotor/power"][()])
         assert np.isnan(ours["statistics/impacts/all/dissipated_power"][()])
         elastic = ours["observables/elastic_energy"]
-        assert (
-            elastic["value"][:].tolist() == [0, 0.2, 0.4] and elastic["value"].attrs["unit"] == "J"
-        )
+        assert elastic["value"][:].tolist() == [0, 0.2, 0.4] and elastic["value"].attrs["unit"] == "J"
         assert elastic["time"] == ours["observables/kinetic_energy/time"]
 
 
@@ -201,9 +199,7 @@ def test_an_impact_at_the_windows_begin_is_in_and_one_at_its_end_is_out(idle, tm
     with h5py.File(tmp_path / "ours.h5") as ours:
         assert ours["statistics/impacts/all/count"][()] == 3
         assert ours["statistics/maps/axial/impact_count"][:].sum() == 3
-        assert (
-            ours["statistics/strikes/all/count"][()] == 2
-        )  # 0.02 s: of a strike that began before
+        assert ours["statistics/strikes/all/count"][()] == 2  # 0.02 s: of a strike that began before
         assert ours["run/events/collisions/ball_ball"][()] == 6
 
 
@@ -261,7 +257,7 @@ def test_frames_are_refused_where_the_deck_wants_none(mill):
 
 
 def test_a_file_name_in_quotes_is_one_value():
-    from milltools.schema import deck_entries
+    from milltools.read.schema import deck_entries
 
     text = '[balls]\nstart = "a # b.txt"   # random, or a file\nspeed = 0 m/s  # of every ball # at t = 0\n'
     assert list(deck_entries(text)) == [

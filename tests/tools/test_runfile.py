@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from conftest import SMALL
 
-from milltools.errors import UserError
-from milltools.kinds import KINDS
-from milltools.runfile import Run
+from milltools.base.errors import UserError
+from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
 PADDLE = """
 [blade.paddle]

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
-from milltools.bodies import Mill
-from milltools.errors import UserError
-from milltools.profile import Profile
+from milltools.base.errors import UserError
+from milltools.geometry.bodies import Mill
+from milltools.geometry.profile import Profile
+from milltools.geometry.trajectory import State
+from milltools.read.runfile import Run
 from milltools.render import camera, colour, overlay, pov, scene
 from milltools.render.shade import Shade, View
-from milltools.runfile import Run
-from milltools.trajectory import State
 
 SIZE = (320, 180)
 DRUM = "[drum]\nradius = 30 mm\nlength = 40 mm\n"
@@ -150,9 +150,7 @@ def test_a_ball_is_as_large_as_its_diameter(runs):
         image, view = picture(run, state(places, speeds), size=(400, 400))
         x, y = view.project([places[chosen]], (400, 400))[0, :2]
         row = image[int(y)].astype(int)
-        across = (row[:, 0] > row[:, 2] + 60)[
-            max(0, int(x) - 60) : int(x) + 60
-        ]  # orange, not white
+        across = (row[:, 0] > row[:, 2] + 60)[max(0, int(x) - 60) : int(x) + 60]  # orange, not white
         seen[diameter] = across.sum() * view.height / 400
     for diameter, width in seen.items():
         assert width == pytest.approx(diameter, abs=0.0006)
@@ -259,7 +257,7 @@ def without(tmp_path, *libraries):
         (tmp_path / library).touch()
     code = "from milltools.render import window; print(window.open_window((32, 18)).GetClassName())"
     code = (
-        "import sys\nfrom milltools.errors import UserError\ntry:\n    "
+        "import sys\nfrom milltools.base.errors import UserError\ntry:\n    "
         + code.replace("; ", "\n    ")
         + "\nexcept UserError as fault:\n    print(fault)\n    sys.exit(fault.status)\n"
     )
@@ -269,17 +267,13 @@ def without(tmp_path, *libraries):
         "PYTHONPATH": str(ROOT / "tools"),
     }
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=60
-    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=60)
 
 
 def test_without_osmesa_one_line_says_what_to_install(tmp_path):
     done = without(tmp_path, "libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1")
     assert done.returncode == 1 and done.stderr == ""
-    assert (
-        done.stdout == "nothing to draw with: install libosmesa6: sudo apt-get install libosmesa6\n"
-    )
+    assert done.stdout == "nothing to draw with: install libosmesa6: sudo apt-get install libosmesa6\n"
 
 
 def test_without_osmesa_but_with_egl_pictures_are_made_by_egl(tmp_path):
@@ -300,18 +294,14 @@ def test_a_mill_fills_the_frame_of_any_shape(runs, name, size):
         frame = (0.1, 0.05, 0.8, 0.9)
         seen = view.placed(size, frame).project(view.hull, size)[:, :2] / size
         low, high = seen.min(axis=0), seen.max(axis=0)
-        assert (low > np.array(frame[:2]) - 1e-9).all() and (
-            high < np.array(frame[2:]) + 1e-9
-        ).all()
+        assert (low > np.array(frame[:2]) - 1e-9).all() and (high < np.array(frame[2:]) + 1e-9).all()
         filled = (high - low) / (np.array(frame[2:]) - frame[:2])
         assert filled.max() > 0.999
 
 
 def test_an_orbit_goes_around_once_without_coming_nearer(runs):
     run = runs("mill")
-    eyes = np.array(
-        [camera.of("orbit", run, f).placed((640, 360)).eye for f in (0, 0.25, 0.5, 0.75, 1)]
-    )
+    eyes = np.array([camera.of("orbit", run, f).placed((640, 360)).eye for f in (0, 0.25, 0.5, 0.75, 1)])
     around = np.unwrap(np.arctan2(eyes[:, 1], eyes[:, 0]))
     assert np.diff(around) == pytest.approx([np.pi / 2] * 4, abs=0.02)
     away = np.linalg.norm(eyes, axis=1)
@@ -405,9 +395,7 @@ def flat_view(size=(64, 64)):
 def light_on(depth, lamp=None):
     view = flat_view()
     shade = Shade(view, flat_view(), radius=0.005)
-    buffers = [
-        (np.asarray(d, np.float32) - 0.9) / 0.2 for d in (depth, depth if lamp is None else lamp)
-    ]
+    buffers = [(np.asarray(d, np.float32) - 0.9) / 0.2 for d in (depth, depth if lamp is None else lamp)]
     return shade.light(*(b.astype(np.float32) for b in buffers))
 
 
@@ -441,9 +429,7 @@ def test_a_scene_has_every_ball_and_nothing_of_the_decks_text(runs, name, tmp_pa
     run = runs(name)
     text = written(run, stored(run), tmp_path).read_text()
     assert text.count("{") == text.count("}") and text.count("<") == text.count(">")
-    rows = np.array(
-        [list(map(float, m.split(","))) for m in re.findall(r"^B\((.*)\)$", text, re.M)]
-    )
+    rows = np.array([list(map(float, m.split(","))) for m in re.findall(r"^B\((.*)\)$", text, re.M)])
     assert rows[:, :3] == pytest.approx(stored(run).position, abs=1e-7)
     assert rows[:, 3] == pytest.approx(run.balls("diameter") / 2)
     assert not re.search("script|debug|union|nan|inf,", text)

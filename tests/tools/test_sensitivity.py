@@ -7,7 +7,7 @@ import pandas
 import pytest
 from scipy.stats import qmc
 
-from milltools.study import sensitivity
+from milltools.study.search import sensitivity
 
 # Ishigami & Homma 1990 with a = 7, b = 0.1: first and total indices
 EXACT = {"a.x": (0.3139, 0.5576), "a.y": (0.4424, 0.4424), "a.z": (0.0, 0.2437)}
@@ -75,9 +75,7 @@ def test_base_points_are_made_a_power_of_two():
 def test_a_key_that_does_nothing_has_no_share():
     shares = np.random.default_rng(0).random((40, 2))
     table = Known(shares, lambda x, y: x, "lhs", 0, error=0.01, keys=("a.x", "a.y"))
-    (_, first, first_ci, total, *_), (_, other, other_ci, none, none_ci, _) = sensitivity.indices(
-        table
-    )
+    (_, first, first_ci, total, *_), (_, other, other_ci, none, none_ci, _) = sensitivity.indices(table)
     assert first == pytest.approx(1, abs=0.05) and total == pytest.approx(1, abs=0.05)
     assert abs(other) < 0.05 and none < 0.05
 

@@ -15,11 +15,7 @@ def test_a_linked_environment_is_not_emptied(tmp_path):
     other.mkdir()
     (other / "kept").write_text("of another checkout")
     (checkout / ".venv").symlink_to(other)
-    run = subprocess.run(
-        [checkout / "tools" / "setup", "--local", "python"], capture_output=True, text=True
-    )
+    run = subprocess.run([checkout / "tools" / "setup", "--local", "python"], capture_output=True, text=True)
     assert run.returncode == 1
-    assert run.stderr == (
-        "millsim: .venv is a link, and what it leads to would be emptied: remove the link\n"
-    )
+    assert run.stderr == ("millsim: .venv is a link, and what it leads to would be emptied: remove the link\n")
     assert (other / "kept").exists()

@@ -15,11 +15,11 @@ import pytest
 import small_job
 from cluster_studies import TOOLS, wait
 
-from milltools import sweep
-from milltools.errors import UserError
-from milltools.study import bundles, executors, slurm, slurm_queue, slurm_task
-from milltools.study.job import Lost
-from milltools.study.spool import Array, Listener, Sayer, Spool
+from milltools.base.errors import UserError
+from milltools.study import sweep
+from milltools.study.plan.job import Lost
+from milltools.study.remote import bundles, executors, slurm, slurm_queue, slurm_task
+from milltools.study.remote.spool import Array, Listener, Sayer, Spool
 
 CALL = "small_job:run"
 
@@ -29,9 +29,7 @@ class Queue:
 
     def __init__(self):
         self.tasks, self.submitted, self.cancelled = {}, [], []
-        self.away = self.full = (
-            None  # how often the next sbatch or squeue is not answered; tasks an account may have
-        )
+        self.away = self.full = None  # how often the next sbatch or squeue is not answered; tasks an account may have
         self.runs = True  # tasks begin
 
     def check(self):
@@ -115,11 +113,15 @@ def task(tmp_path, job):
         array.write([entries(*jobs)])
 
         def start(**environment):
-            words = [sys.executable, "-m", "milltools.study.slurm_task", str(array.folder), "0"]
+            words = [
+                sys.executable,
+                "-m",
+                "milltools.study.remote.slurm_task",
+                str(array.folder),
+                "0",
+            ]
             path = f"{TOOLS}:{os.path.dirname(__file__)}"
-            started.append(
-                subprocess.Popen(words, env={**os.environ, "PYTHONPATH": path, **environment})
-            )
+            started.append(subprocess.Popen(words, env={**os.environ, "PYTHONPATH": path, **environment}))
             return started[-1]
 
         return array, start
@@ -263,9 +265,7 @@ def test_results_come_back_and_the_folder_goes(queue, job, tmp_path):
     assert not (tmp_path / "t.slurm").exists()
 
 
-def test_of_a_task_that_dies_what_it_had_begun_is_lost_and_the_rest_goes_into_another(
-    queue, job, tmp_path
-):
+def test_of_a_task_that_dies_what_it_had_begun_is_lost_and_the_rest_goes_into_another(queue, job, tmp_path):
     with slurm.SlurmExecutor(tmp_path / "t.slurm", bundle=4) as executor:
         futures = submit(executor, job("a"), job("b", do="die"), job("c"), job("d"))
         assert futures[0].result(30)["id"] == "a"
@@ -284,9 +284,7 @@ def test_what_a_task_says_of_a_job_is_raised(queue, job, tmp_path):
             failed.result(30)
 
 
-def test_tasks_that_end_before_their_first_run_are_given_up_with_their_last_words(
-    queue, job, tmp_path, monkeypatch
-):
+def test_tasks_that_end_before_their_first_run_are_given_up_with_their_last_words(queue, job, tmp_path, monkeypatch):
     words = "echo; echo no such host; echo; exit 1"
     monkeypatch.setattr(slurm_task, "script", lambda array: words)
     executor = slurm.SlurmExecutor(tmp_path / "t.slurm")

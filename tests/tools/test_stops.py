@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from milltools.stops import Stopped, stops_in_order
+from milltools.base.processes import Stopped, stops_in_order
 
 
 class Finalizer:
@@ -18,9 +18,7 @@ class Finalizer:
         signal.raise_signal(self.number)
 
 
-@pytest.mark.parametrize(
-    "number, end", [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Stopped)]
-)
+@pytest.mark.parametrize("number, end", [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Stopped)])
 def test_a_signal_that_comes_in_a_finalizer_is_not_lost(number, end):
     with pytest.raises(end), stops_in_order():
         Finalizer(number)

@@ -9,9 +9,9 @@ import pytest
 from conftest import SMALL, SMALL_START, STUDY
 from studies import MEDIAN
 
-from milltools.errors import UserError
-from milltools.study.deck import Study
-from milltools.study.ranges import Range, parse
+from milltools.base.errors import UserError
+from milltools.study.plan.ranges import Range, parse
+from milltools.study.plan.study_deck import Study
 
 RPM = math.tau / 60
 pytestmark = pytest.mark.usefixtures("the_program")
@@ -147,9 +147,7 @@ def test_precision_and_most_collisions_are_those_of_each_run(write_study):
 
 
 def test_an_override_may_name_study_set_and_vary(write_study):
-    study = Study.read(
-        write_study(), ["study.replicates=3", "rotor.speed=500rpm", "vary.drum.length=30, 40 mm"]
-    )
+    study = Study.read(write_study(), ["study.replicates=3", "rotor.speed=500rpm", "vary.drum.length=30, 40 mm"])
     assert study.replicates == 3
     assert [r.key for r in study.vary] == ["balls.count", "drum.length"]
     assert f"rotor.speed={500 * RPM!r} rad/s" in [value.order for value in study.fixed]
@@ -197,16 +195,12 @@ def test_a_mistake_is_named_with_its_line(write_study, tmp_path, monkeypatch, ol
     assert fault.value.status == 2
 
 
-def test_a_mistake_ends_a_sweep_with_one_line_before_anything_is_written(
-    mill, write_study, tmp_path
-):
+def test_a_mistake_ends_a_sweep_with_one_line_before_anything_is_written(mill, write_study, tmp_path):
     write_study(STUDY.replace("rotor.speed", "rotor.sped"))
     before = sorted(tmp_path.iterdir())
     done = mill("sweep", "a.study")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == (
-        "mill sweep: a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?\n"
-    )
+    assert done.stderr == ("mill sweep: a.study:8: [vary] rotor.sped: unknown key; did you mean 'speed'?\n")
     assert sorted(tmp_path.iterdir()) == before
 
 
@@ -278,10 +272,7 @@ def test_a_job_can_be_sent_anywhere(write_study):
 def test_an_empty_value_takes_a_key_out_of_the_base_deck(write_study):
     whole = Study.read(write_study())
     study = Study.read(write_study(STUDY.replace("[set]", "[set]\ncontact.friction =")))
-    rows = [
-        pair
-        for pair in zip(whole.deck_text.splitlines(), study.deck_text.splitlines(), strict=True)
-    ]
+    rows = [pair for pair in zip(whole.deck_text.splitlines(), study.deck_text.splitlines(), strict=True)]
     assert [before for before, after in rows if before != after] == ["friction = 0.3"]
     assert "contact.friction" not in study.base
     assert whole.job(0, DESIGN)["id"] != study.job(0, DESIGN)["id"]

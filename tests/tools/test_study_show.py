@@ -18,19 +18,17 @@ import study_tables as made
 from conftest import ROOT
 
 from milltools.__main__ import dispatch
-from milltools.errors import UserError
-from milltools.study import (
-    show,
-    show_beside,
-    show_contour,
-    show_draw,
-    show_optimum,
-    show_page,
-    show_slices,
-    show_stats,
-    show_text,
-)
-from milltools.study.show_data import View, spoken
+from milltools.base.errors import UserError
+from milltools.study.show import contour as show_contour
+from milltools.study.show import draw as show_draw
+from milltools.study.show import optimum as show_optimum
+from milltools.study.show import outputs as show
+from milltools.study.show import pair as show_beside
+from milltools.study.show import slices as show_slices
+from milltools.study.show import stats as show_stats
+from milltools.study.show import study_page as show_page
+from milltools.study.show import terminal as show_text
+from milltools.study.show.data import View, spoken
 
 SPEED, POWER = made.SPEED, made.POWER
 VIRIDIS = plt.get_cmap("viridis")(np.linspace(0, 1, 256))[:, :3]
@@ -88,9 +86,7 @@ def test_errors_are_enlarged_where_replicates_scatter_more():
     found = with_replicates([1.0, 1.2], [0.02, 0.02]).estimate(SPEED)
     assert found.factor == pytest.approx(math.sqrt(2 * (0.1 / 0.02) ** 2))
     error = 0.02 / math.sqrt(2) * found.factor
-    assert found.half[0] == pytest.approx(
-        12.7062 * error, rel=1e-4
-    )  # Student's t, 1 degree of freedom
+    assert found.half[0] == pytest.approx(12.7062 * error, rel=1e-4)  # Student's t, 1 degree of freedom
 
 
 def test_a_single_run_without_error_has_no_interval():
@@ -125,9 +121,7 @@ def test_scatter_without_errors_is_pooled_over_designs():
     found = view(rows, meta).estimate(SPEED)
     share = math.sqrt(2 * (0.01 / 1.01) ** 2 / 2)
     assert found.error == pytest.approx(share * np.array([1.01, 2.0, 4.0]) / np.sqrt([2, 2, 1]))
-    assert found.half[1] == pytest.approx(
-        4.302653 * found.error[1], rel=1e-5
-    )  # 2 degrees of freedom
+    assert found.half[1] == pytest.approx(4.302653 * found.error[1], rel=1e-5)  # 2 degrees of freedom
 
 
 @pytest.mark.parametrize(
@@ -195,9 +189,7 @@ def test_words_of_the_region_cover_it(figure7):
 
 
 def test_capped_and_failed_designs_are_never_the_best():
-    rows, meta = line_of(
-        [1.0, 2.0, 3.0], [0.01] * 3, status=np.array(["done", "done", "capped"], object)
-    )
+    rows, meta = line_of([1.0, 2.0, 3.0], [0.01] * 3, status=np.array(["done", "done", "capped"], object))
     shown = view(rows, meta)
     optimum = show_optimum.find(shown, shown.objectives[0])
     assert optimum.design == 1 and not optimum.open[2] and not optimum.alike[2]
@@ -262,9 +254,7 @@ def test_the_contour_names_keys_units_marks_and_best(figure7):
     ax, labels = figure.axes[0], [t.get_text() for t in figure.legends[0].get_texts()]
     said = [a.get_ylabel() for a in figure.axes]
     plt.close(figure)
-    assert (
-        ax.get_xlabel() == "number of buckles n [1]" and ax.get_ylabel() == "buckle height h [mm]"
-    )
+    assert ax.get_xlabel() == "number of buckles n [1]" and ax.get_ylabel() == "buckle height h [mm]"
     assert any("impact speed" in s and "[m/s]" in s for s in said)
     assert any("relative standard error [%], median 1" in s for s in said)
     capped = int((figure7.designs["state"] == "capped").sum())
@@ -294,9 +284,7 @@ def test_a_fine_grid_is_averaged_and_says_so():
     shown._optima = {SPEED: None}  # no surface needed
     plane = show_contour.plane(shown, shown.objectives[0], *shown.axes)
     assert plane.value.shape == (81, 19) and plane.others == "means of 3 neighbours along h"
-    assert np.nanmedian(show_contour.relative_errors(plane)) == pytest.approx(
-        2 / math.sqrt(3), rel=0.02
-    )
+    assert np.nanmedian(show_contour.relative_errors(plane)) == pytest.approx(2 / math.sqrt(3), rel=0.02)
 
 
 def test_angular_speeds_are_si_with_rpm_beside():
@@ -342,9 +330,7 @@ def test_scattered_studies_of_words_and_two_objectives_are_drawn():
     assert set(kinds) == {"contour", "slices", "pareto", "sensitivity"}
     assert all(colours > 8 for colours in kinds.values())
     text = "\n".join(show_text.lines(shown, sensitivities))
-    assert (
-        "drum profile = wavy" in text and "Pareto front: " in text and "which key matters" in text
-    )
+    assert "drum profile = wavy" in text and "Pareto front: " in text and "which key matters" in text
 
 
 # ---- beside
@@ -358,9 +344,7 @@ def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     share, error = show_beside.left(*gains)
     assert share == pytest.approx(0.35, abs=3 * error) and error < 0.03
     line = show_beside.sentences(both, figure7.objectives[0])[0]
-    assert re.search(
-        r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain is left", line
-    )
+    assert re.search(r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain is left", line)
     assert show_beside.differences(both) == [("contact.friction", "not given", "0.3")]
 
 
@@ -387,9 +371,7 @@ class Reader(html.parser.HTMLParser):
 
 
 def test_the_page_escapes_everything_and_needs_no_network():
-    rows, meta = line_of(
-        [1.0, 2.0, 1.5], [0.1] * 3, status=np.array(["done", "done", "failed"], object)
-    )
+    rows, meta = line_of([1.0, 2.0, 1.5], [0.1] * 3, status=np.array(["done", "done", "failed"], object))
     bad = "<script>alert(1)</script><img src=http://x.example/>"
     rows["message"] = bad
     meta |= {"study": bad, "deck": bad, "command": bad, "version": bad}
@@ -504,9 +486,7 @@ def mill_started(tmp_path):
     def start(*arguments):
         environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
         command = [sys.executable, "-m", "milltools", *arguments]
-        process = subprocess.Popen(
-            command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, env=environment
-        )
+        process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, env=environment)
         started.append(process)
         return process
 
@@ -531,7 +511,7 @@ def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
 
 
 def test_sweep_gets_text_and_picture(tmp_path):
-    from milltools.study.table import Table
+    from milltools.study.plan.table import Table
 
     table = Table.open(small(tmp_path / "made.parquet"))
     show.draw(table, tmp_path / "made.png")

@@ -15,12 +15,14 @@ from conftest import PROGRAM, ROOT, STUDY
 from scipy import stats
 from studies import MEDIAN, alive, runs
 
-from milltools import stops
 from milltools.__main__ import dispatch
-from milltools.errors import UserError
-from milltools.study import drive, executors, job
-from milltools.study.deck import Study
-from milltools.study.table import Table
+from milltools.base import processes
+from milltools.base.errors import UserError
+from milltools.study.plan import job
+from milltools.study.plan import sending as drive
+from milltools.study.plan.study_deck import Study
+from milltools.study.plan.table import Table
+from milltools.study.remote import executors
 
 WAIT = "while [ ! -e {}/go ]; do sleep 0.02; done"
 SLOW = f"case $speed in 31.4*) ;; *) {WAIT} ;; esac"  # all but 300 rpm
@@ -147,7 +149,7 @@ def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study
 
 
 def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
-    from milltools.study.progress import Watch
+    from milltools.study.plan.progress import Watch
 
     study = Study.read(write_study())
     kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
@@ -165,9 +167,7 @@ def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
 # ---- going on
 
 
-def test_what_is_done_is_not_done_again_and_more_may_be_asked_for(
-    sweep, write_study, stand_in, tmp_path
-):
+def test_what_is_done_is_not_done_again_and_more_may_be_asked_for(sweep, write_study, stand_in, tmp_path):
     write_study()
     program = stand_in("")
     assert sweep("a.study", program=program).returncode == 0
@@ -184,9 +184,7 @@ def test_what_is_done_is_not_done_again_and_more_may_be_asked_for(
     pandas.testing.assert_frame_equal(second.loc[same.index, same.columns], same)
 
 
-def test_another_base_deck_is_refused_and_force_begins_anew(
-    sweep, write_study, write_deck, tmp_path
-):
+def test_another_base_deck_is_refused_and_force_begins_anew(sweep, write_study, write_deck, tmp_path):
     write_study()
     assert sweep("a.study", "-s", "rotor.speed=600 rpm").returncode == 0
     before = (tmp_path / "a.parquet").read_bytes()
@@ -221,9 +219,7 @@ def test_kill_9_loses_nothing_leaves_nothing_running_and_costs_only_what_flew(
     assert len(runs(tmp_path)) == 6 + 2
 
 
-@pytest.mark.parametrize(
-    "number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
-)
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     start, write_study, stand_in, tmp_path, number, status
 ):
@@ -256,9 +252,7 @@ def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, sta
 # ---- designs that go wrong
 
 
-def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(
-    sweep, write_study, tmp_path
-):
+def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(sweep, write_study, tmp_path):
     write_study(STUDY.replace("balls.count = 40..60 step 20", "drum.radius = 20, 30 mm"))
     done = sweep("a.study")
     assert done.returncode == 0
@@ -266,9 +260,7 @@ def test_a_design_that_is_refused_is_recorded_and_does_not_stop_the_rest(
     assert set(frame.loc[0.03, "status"]) == {"done"}
     assert set(frame.loc[0.02, "status"]) == {"failed"}
     message = frame.loc[0.02, "message"].iloc[0]
-    assert message.startswith(
-        "deck.ini:15: [blades] tip_radius: must be less than the drum's radius"
-    )
+    assert message.startswith("deck.ini:15: [blades] tip_radius: must be less than the drum's radius")
     assert "(3 done, 3 failed)" in done.stdout
     assert done.stderr == f"mill sweep: 3 runs failed, most of them so: {message}\n"
 
@@ -291,9 +283,7 @@ def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, st
         ("record", "rotor/powr", "; did you mean 'rotor/power'?"),
     ],
 )  # fmt: skip
-def test_an_objective_that_does_not_exist_ends_it_at_once(
-    sweep, write_study, tmp_path, key, path, hint
-):
+def test_an_objective_that_does_not_exist_ends_it_at_once(sweep, write_study, tmp_path, key, path, hint):
     text = STUDY.replace("record = rotor/power", "")
     text = text.replace(f"maximise = {MEDIAN}", f"maximise = {MEDIAN}" if key != "maximise" else "")
     write_study(text.replace("[study]", f"[study]\n{key} = {path}"))
@@ -468,9 +458,7 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
     made = one_job()
     template = finished(made, {})
     program = tmp_path / "quick"
-    program.write_text(
-        f'#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done\nexec cp {template} "$2"\n'
-    )
+    program.write_text(f'#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done\nexec cp {template} "$2"\n')
     program.chmod(0o755)
     jobs = [made | {"program": str(program), "design": number} for number in range(100)]
     rows = []
@@ -495,12 +483,12 @@ def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
 
     for plan, taken in (([1, 2], [1]), ([5, 6], [5])):
         rows.clear()
-        with pytest.raises(stops.Stopped) as stop, stops.stops_in_order():
+        with pytest.raises(processes.Stopped) as stop, processes.stops_in_order():
             drive.drive(plan, executor, take)
         assert (rows, stop.value.number) == (taken, signal.SIGTERM)
 
 
 def test_who_drives_after_a_stop_was_not_asked_to_end():
-    with contextlib.suppress(stops.Stopped), stops.stops_in_order():
+    with contextlib.suppress(processes.Stopped), processes.stops_in_order():
         signal.raise_signal(signal.SIGTERM)
-    stops.raise_if_asked()
+    processes.raise_if_asked()

@@ -11,8 +11,8 @@ import time
 import pandas
 import pytest
 
-from milltools.errors import UserError
-from milltools.study.table import Table, Writer, journal_of, schema
+from milltools.base.errors import UserError
+from milltools.study.plan.table import Table, Writer, journal_of, schema
 
 PATH = "impacts/all/normal_speed/median_above_50mm_s"
 META = {

@@ -5,7 +5,7 @@ import pytest
 from foreign import cost
 
 from milltools import tally
-from milltools.profile import Profile
+from milltools.geometry.profile import Profile
 
 
 def test_blocks_between_two_rows_are_interpolated():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from conftest import SMALL
 
-from milltools.errors import UserError
-from milltools.runfile import Run
-from milltools.trajectory import Flights, Mill, State, Trajectory, between, stored
+from milltools.base.errors import UserError
+from milltools.geometry.trajectory import Flights, Mill, State, Trajectory, between, stored
+from milltools.read.runfile import Run
 
 FINE, COARSE = (
     0.5e-3,
@@ -77,9 +77,7 @@ def compare(coarse, fine):
             np.abs(getattr(found, name) - getattr(right, name)).max(axis=1)
             for name in ("position", "velocity", "angular_velocity")
         ]
-        close = (
-            np.abs(flights.contact - (time - times[gap])) < 1e-6
-        )  # before it or after: as may be
+        close = np.abs(flights.contact - (time - times[gap])) < 1e-6  # before it or after: as may be
         yield impacts_in(fine, times[gap], times[gap + 1]), flights.unknown, *off, close
 
 

@@ -79,9 +79,7 @@ def test_a_rotor_that_turns_a_tenth_slower_is_out_of_band(windows):
     first = windows()[0]
     slow = windows(rotor__speed="1350 rpm")
     missed = [
-        quantity.key
-        for quantity in mills.STEADY
-        if abs(mills.judge(quantity, [first], slow).off) > quantity.band
+        quantity.key for quantity in mills.STEADY if abs(mills.judge(quantity, [first], slow).off) > quantity.band
     ]
     assert {"power", "kinetic", "rotational", "normal", "ball_1", "ball_2"} <= set(missed)
 
@@ -102,9 +100,7 @@ def test_a_kept_run_is_used_again(case, write_deck):
     assert len(case.made) == 1
 
 
-@pytest.mark.parametrize(
-    "change", ("deck", "start", "modulus", "warm-up", "version"), ids=lambda change: change
-)
+@pytest.mark.parametrize("change", ("deck", "start", "modulus", "warm-up", "version"), ids=lambda change: change)
 def test_a_kept_run_of_anything_else_is_made_anew(case, write_deck, tmp_path, monkeypatch, change):
     start = tmp_path / "start.txt"
     start.write_text("0 0.02 0\n")
@@ -157,8 +153,6 @@ def test_the_integrated_law_has_the_restitution_of_the_damped_spring(fine):
 
 def test_a_sticking_contact_of_the_integrated_law_turns_back_as_the_closed_form_says(fine):
     contact, step = fine
-    ratio = np.array(
-        [0.1, 0.3]
-    )  # friction beyond all: the cap does not act where the normal force goes through 0
+    ratio = np.array([0.1, 0.3])  # friction beyond all: the cap does not act where the normal force goes through 0
     _, after = impact(contact, 1e5, ratio, [1e-6] * 2, 0.02, step)
     assert -after / ratio == pytest.approx(sticking_restitution(0.8), abs=2e-3)

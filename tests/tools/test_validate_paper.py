@@ -15,7 +15,7 @@ import speeds
 import study_case
 import verdicts
 
-from milltools.runfile import Blade
+from milltools.read.runfile import Blade
 
 
 @pytest.fixture
@@ -77,9 +77,7 @@ def test_the_first_sentence_counts_statements_and_answers(case):
     case.ask("border", "wide", 60, above=50, error=1)
     case.ask("rare", "share", 5, below=10, error=1)
     said = verdicts.counted(case.claims)
-    assert said.startswith(
-        "2 statements: 1 confirmed, 0 refuted, 0 open, 1 with answers that differ"
-    )
+    assert said.startswith("2 statements: 1 confirmed, 0 refuted, 0 open, 1 with answers that differ")
     assert "of 3 answers 2 confirmed, 1 refuted, 0 open" in said
 
 
@@ -121,11 +119,7 @@ def test_the_exponents_of_a_power_law_are_found_within_their_errors():
     keys = {"rotor.speed": (40, 150), "balls.fill": (0.05, 0.2), "balls.diameter": (4e-3, 7e-3)}
     table = pandas.DataFrame({k: random.uniform(*r, 200) for k, r in keys.items()})
     table["contact.restitution"] = random.uniform(0.7, 0.95, 200)
-    law = (
-        table["rotor.speed"] ** 2.5
-        * table["balls.fill"]
-        * (1 - table["contact.restitution"] ** 2) ** 0.3
-    )
+    law = table["rotor.speed"] ** 2.5 * table["balls.fill"] * (1 - table["contact.restitution"] ** 2) ** 0.3
     table["rotor/power"] = law * np.exp(random.normal(0, 0.05, 200))
     found, explained = process.exponents(table, "rotor/power")
     for key, expected in zip(process.KEYS, (2.5, 1.0, 0.0, 0.3)):

@@ -12,7 +12,7 @@ What a user has to mend is a `UserError`. Sub-commands of `mill` are modules (`_
 
 import importlib
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 # where each name lives: imported when it is first asked for, so that `mill --help` needs no package
 _HOMES = {

@@ -11,8 +11,8 @@ import importlib
 import os
 import sys
 
-from milltools import engine
-from milltools.errors import UserError
+from milltools.base import engine
+from milltools.base.errors import UserError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,8 +23,11 @@ class Command:
 
     @property
     def module(self) -> str:
-        return f"milltools.{self.name}"
+        return f"milltools.{HOMES.get(self.name, f'{self.name}.command')}"
 
+
+# where a command lives, if not in the command.py of the package of its name
+HOMES = {"plot": "figures.command", "sweep": "study.sweep", "optimize": "study.optimize"}
 
 # in the order in which they are met
 COMMANDS = (

@@ -6,7 +6,7 @@ import numpy as np
 
 import milltools.tally_write as sheet
 from milltools.h5write import append, make_column
-from milltools.schema import POSE
+from milltools.read.schema import POSE
 from milltools.tally import Blocks
 
 
@@ -24,8 +24,7 @@ class Moved:
         if name not in self.poses:
             group = self.scratch.require_group(f"pose/{name}")
             self.poses[name] = {
-                part: make_column(group, part, shape, "<f8", unit, text)
-                for part, (shape, unit, text) in POSE.items()
+                part: make_column(group, part, shape, "<f8", unit, text) for part, (shape, unit, text) in POSE.items()
             }
         for part, column in self.poses[name].items():
             append(column, [values[part]])

@@ -14,7 +14,8 @@ import h5py
 import numpy as np
 
 import milltools.tally_write as sheet
-from milltools import profile, vtkhdf
+from milltools import vtkhdf
+from milltools.geometry import profile
 from milltools.h5write import (
     VERSIONS,
     Disk,
@@ -26,7 +27,7 @@ from milltools.h5write import (
     whole_file,
 )
 from milltools.moved import Moved
-from milltools.schema import (
+from milltools.read.schema import (
     LOG,
     OPTIONAL,
     STATES,
@@ -53,7 +54,7 @@ def _balls(values, n, what):
 
 
 class Results(Moved):
-    """Gathers a run of `deck` (milltools.deck.Deck) with the balls diameter [m], mass [kg], species_index (N,).
+    """Gathers a run of `deck` (milltools.read.deck.Deck) with the balls diameter [m], mass [kg], species_index (N,).
 
     folder: where frames and logged impacts wait in a nameless file until they are written; the system's own for
     temporary files if None. ValueError for what cannot be part of such a run."""
@@ -109,9 +110,7 @@ class Results(Moved):
                 "time": make_column(first, "time", (), "<f8", "s", "simulated time"),
             }
             for name, (unit, text) in STATES.items():
-                self.states[name] = make_column(
-                    group, f"{name}/value", (n, 3), "<f4", unit, text, plain=True
-                )
+                self.states[name] = make_column(group, f"{name}/value", (n, 3), "<f4", unit, text, plain=True)
                 if name != "position":
                     group[f"{name}/step"], group[f"{name}/time"] = first["step"], first["time"]
         if self.log_wanted:
@@ -359,8 +358,7 @@ class Results(Moved):
                 element(name, values, "<f8", *label)
         counts = np.array(self.counts, np.uint64).reshape(rows, *self.total.shape)
         fast = (
-            "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
-            "cumulative from t = 0"
+            "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), cumulative from t = 0"
         )
         for k, kind in enumerate(self.kinds):
             text = "impacts of this kind, cumulative from t = 0"
@@ -403,17 +401,13 @@ class Results(Moved):
             reach = min(time, self.end, times[-1] if len(times) else -math.inf)
             if not reach > self.begin:
                 return math.nan
-            return float(np.diff(np.interp([self.begin, reach], times, sums))[0]) / (
-                reach - self.begin
-            )
+            return float(np.diff(np.interp([self.begin, reach], times, sums))[0]) / (reach - self.begin)
 
         power = [mean(series[f"dissipation/{kind}"], 0.0) for kind in self.kinds]
         edges = sheet.put_speeds(
             group.create_group("impacts"), self.speeds["impacts"], duration, power, None, self.kinds
         )
-        sheet.put_speeds(
-            group.create_group("strikes"), self.speeds["strikes"], duration, None, edges, self.kinds
-        )
+        sheet.put_speeds(group.create_group("strikes"), self.speeds["strikes"], duration, None, edges, self.kinds)
         sheet.put_floor_share(group.create_group("floor_share"), self.kinds)
         sheet.put_maps(group.create_group("maps"), self.maps)
         blocks = Blocks(self.rotor_speed, self.begin, self.end)

@@ -12,8 +12,8 @@ import math
 import numpy as np
 from scipy.special import stdtrit
 
-from milltools.kinds import KINDS
-from milltools.profile import RINGS
+from milltools.geometry.profile import RINGS
+from milltools.read.kinds import KINDS
 
 DECADE, LOWEST, HIGHEST = 152, -760, 380  # edges are 20^(k/152) m/s, k = LOWEST..HIGHEST
 LOG_BIN = 0.019708764957592047  # ln(20) / DECADE
@@ -147,9 +147,7 @@ class Strikes:
         self.window = window  # [s]
         self.pair = np.empty(0, np.int64)  # of the pairs in contact of late, each once
         self.time = np.empty(0)  # of their last contact
-        self.head = np.empty(
-            (2, 0), np.int32
-        )  # slots of their strike's first contact; -1: not counted
+        self.head = np.empty((2, 0), np.int32)  # slots of their strike's first contact; -1: not counted
 
     def meet(self, kind, ball, partner, time, slots):
         """slots (2, n): of each contact's own speeds, -1 where it must not count. Contacts in order of time.
@@ -158,11 +156,7 @@ class Strikes:
         if not self.window > 0:
             return np.ones(len(time), bool), slots
         old = len(self.pair)
-        pair = (
-            (kind.astype(np.int64) << 60)
-            | (ball.astype(np.int64) << 30)
-            | (partner.astype(np.int64) + 1)
-        )
+        pair = (kind.astype(np.int64) << 60) | (ball.astype(np.int64) << 30) | (partner.astype(np.int64) + 1)
         pair = np.concatenate([self.pair, pair])
         time = np.concatenate([self.time, time])
         slots = np.concatenate([self.head, slots], axis=1)
@@ -185,12 +179,7 @@ class Strikes:
 
 # Points of a ball's volume: (+-1, +-1, +-1) and the permutations of (+-3, +-1, +-1) in half spacings, see
 # src/observe/maps_sample.c. Seen along x they are 12 places (plane in y, plane in z, points / 2):
-_SQUARE = [
-    (j, k, 1 + (j in (1, 2) and k in (1, 2)))
-    for j in range(4)
-    for k in range(4)
-    if j in (1, 2) or k in (1, 2)
-]
+_SQUARE = [(j, k, 1 + (j in (1, 2) and k in (1, 2))) for j in range(4) for k in range(4) if j in (1, 2) or k in (1, 2)]
 # In the plane of radius and azimuth, two points each at +-k, and the planes along x that hold them:
 _SPOTS = [
     (-3, 1, (1, 2)), (-1, 1, (0, 1, 2, 3)), (1, 1, (0, 1, 2, 3)), (3, 1, (1, 2)), (-1, 3, (1, 2)), (1, 3, (1, 2)),
@@ -298,7 +287,7 @@ def _sub_points(profile, rings):
 
 
 class Maps:
-    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.profile.Profile, `length` [m] long; `rings` of r."""
+    """The cross-section (y, z) and the axial map (x, r) of a drum with a milltools.geometry.profile.Profile, `length` [m] long; `rings` of r."""
 
     def __init__(self, profile, length, rings=RINGS):
         radius = profile.outermost
@@ -309,8 +298,7 @@ class Maps:
             (2 * rings, 2 * rings),
             (-radius, -radius),
             (radius, radius),
-            (circle_cells(radius, 2 * rings) if profile.circle else _sub_points(profile, rings)[0])
-            * length,
+            (circle_cells(radius, 2 * rings) if profile.circle else _sub_points(profile, rings)[0]) * length,
         )
         self.axial = Map((slices, rings), (-half, 0.0), (half, radius), None)
         edge = np.arange(rings + 1) * (radius / rings)
@@ -356,9 +344,7 @@ class Maps:
                 cells.append(slices[plane] + ring)
                 shares.append(there / r)
         share, points = np.stack(shares), np.broadcast_to(two, (len(cells), len(two)))
-        axial.pour(
-            np.stack(cells), (points, points * u, points * share * out, points * share * around)
-        )
+        axial.pour(np.stack(cells), (points, points * u, points * share * out, points * share * around))
 
 
 class Blocks:
@@ -383,9 +369,7 @@ class Blocks:
             return
         ends = self.ends[self.ends <= time[-1] + 1e-9 * self.duration]
         at = np.concatenate([[self.begin], ends])
-        self.power, self.torque = (
-            np.diff(np.interp(at, time, sums)) / self.duration for sums in (work, impulse)
-        )
+        self.power, self.torque = (np.diff(np.interp(at, time, sums)) / self.duration for sums in (work, impulse))
 
 
 def block_error(values):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from milltools.h5write import put
-from milltools.kinds import KINDS
+from milltools.read.kinds import KINDS
 from milltools.tally import BINS, EDGES, FAST, LEVELS, block_error, quantile
 
 NORMAL = {"part": "normal"}

@@ -7,10 +7,10 @@ common is linked; only the corners of the turning rotor are written for every fr
 import numpy as np
 from h5py import SoftLink, h5d, h5p, h5s, h5t
 
-from milltools import solids
+from milltools.geometry import solids
+from milltools.geometry.profile import Profile
 from milltools.h5write import append, label, make_column, put, put_attribute, put_column
-from milltools.kinds import KINDS
-from milltools.profile import Profile
+from milltools.read.kinds import KINDS
 
 TRAJECTORY = "/particles/trajectory"
 VERSION = (2, 1)
@@ -20,7 +20,7 @@ NONE = "no cells of this kind"
 
 
 def write(file, deck):
-    """Adds the group to an h5py.File with all its frames, of the run of `deck` (milltools.deck.Deck); nothing without."""
+    """Adds the group to an h5py.File with all its frames, of the run of `deck` (milltools.read.deck.Deck); nothing without."""
     if f"{TRAJECTORY}/position/time" not in file or not len(file[f"{TRAJECTORY}/position/time"]):
         return
     root = _typed(file, "VTKHDF", "PartitionedDataSetCollection")
@@ -103,9 +103,7 @@ def _put_steps(file, block, moving):
         text = "where a frame begins in what all frames share: 0"
         _numbers(steps, "PartOffsets", np.zeros(count), text)
         _numbers(steps, "NumberOfParts", np.ones(count), "parts of a frame: 1")
-        text = (
-            "where a frame's vertices, lines, polygons and strips begin: 0, all frames share them"
-        )
+        text = "where a frame's vertices, lines, polygons and strips begin: 0, all frames share them"
         _numbers(steps, "CellOffsets", np.zeros((count, 4)), text)
     else:
         for name in ("PartOffsets", "NumberOfParts", "CellOffsets"):
@@ -201,10 +199,7 @@ def _put_body(file, root, name, body, speed):
         put(block, "Points", points, "m", "corners of the triangles", "<f4")
     _put_cells(block, "Polygons", corners.reshape(-1), 3)
     _put_steps(file, block, moving=bool(speed))
-    text = (
-        "what the triangle is part of, as the kind of contact with it: index into the attribute "
-        "kinds"
-    )
+    text = "what the triangle is part of, as the kind of contact with it: index into the attribute kinds"
     put(block, "CellData/kind", kind, "1", text, "u1")
     put_attribute(block["CellData/kind"], "kinds", KINDS)
     text = "number of the blade, end wall or copy of a body, -1 for drum and shaft"

@@ -48,9 +48,7 @@ def draw_atmosphere(case, runs):
     theory, _ = over_seeds([run.theory(INNER) for run in runs])
     inner = slice(INNER.start, INNER.stop)
     ax = axes[0]
-    ax.errorbar(
-        packing, middle, xerr=4.0 * error, fmt=".", color="C0", label="slices, 4 standard errors"
-    )
+    ax.errorbar(packing, middle, xerr=4.0 * error, fmt=".", color="C0", label="slices, 4 standard errors")
     ax.plot(theory, middle[inner], "k-", lw=1, label="Carnahan-Starling")
     ax.set(xlabel="packing fraction", ylabel="height [mm]", title="core of the atmosphere")
     ax.legend()

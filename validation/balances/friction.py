@@ -27,9 +27,7 @@ class Paths:
     """
 
     def __init__(self, mill, radius, mass):
-        time, kind, ball, partner, place, normal = mill.log(
-            "time", "kind", "ball", "partner", "position", "normal"
-        )
+        time, kind, ball, partner, place, normal = mill.log("time", "kind", "ball", "partner", "position", "normal")
         self.rounding = np.spacing(np.abs(place)).astype(float) / np.sqrt(12.0)
         place, normal = place.astype(float), normal.astype(float)
         pair = np.flatnonzero(kind == 0)

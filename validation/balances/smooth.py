@@ -19,9 +19,7 @@ def smooth(case, mill):
     """Without friction at the surfaces the log has their whole impulses."""
     count, mass, _, inertia = properties(mill)
     weight = np.array([0.0, 0.0, count * mass * GRAVITY])
-    kind, place, normal, speed, time = mill.log(
-        "kind", "position", "normal", "normal_speed", "time"
-    )
+    kind, place, normal, speed, time = mill.log("kind", "position", "normal", "normal_speed", "time")
     inside = (kind != 0) & (time >= mill.begin) & (time < mill.end)
     law = [float(mill.file["deck"][s][k].asstr()[()].split()[0]) for s, k in LAW]
     impulse = mass * (speed + np.maximum(law[0] * speed, law[1]))

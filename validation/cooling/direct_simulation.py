@@ -10,9 +10,7 @@ ORACLE_BALLS, ORACLE_BATCH = 100_000, 2000
 # Hits on walls per collision with a ball, both per ball: surface <v> / 4 volume over <v> / free path, of the
 # volume that is open to centres
 _RADIUS, _LENGTH = RADIUS - DIAMETER / 2, LENGTH - DIAMETER
-WALL_HITS = (
-    (2 / _RADIUS + 2 / _LENGTH) / 4 * FREE_PATH * _RADIUS**2 * _LENGTH / (RADIUS**2 * LENGTH)
-)
+WALL_HITS = (2 / _RADIUS + 2 / _LENGTH) / 4 * FREE_PATH * _RADIUS**2 * _LENGTH / (RADIUS**2 * LENGTH)
 
 
 def direct_simulation(e, beta, seed, friction=FRICTION):

@@ -84,9 +84,7 @@ def sweep(case):
         against="two runs of 0.15 s: no single ball decides",
     )
     share = (table["rotor/pinch_power"] / table[POWER]).groupby(table[TIP]).mean()
-    told = ", ".join(
-        f"{1e3 * (RADIUS - tip):.1f} mm: {100 * part:.0f} %" for tip, part in share.items()
-    )
+    told = ", ".join(f"{1e3 * (RADIUS - tip):.1f} mm: {100 * part:.0f} %" for tip, part in share.items())
     case.tell(
         f"Two seeds of a design differ by {np.sqrt(np.mean(off**2)):.1f} % rms. Share of the power that pressed balls take, by the gap at the tip: {told}."
     )

@@ -7,11 +7,11 @@ import numpy as np
 from law import impact as law_of_liggghts
 from runs import LABELS, ROOT, STIFFNESSES, say
 
-from milltools.deck import Deck
 from milltools.dem import model as dem_model
 from milltools.dem import singles
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
-from milltools.runfile import Run
+from milltools.read.deck import Deck
+from milltools.read.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
 KINDS = {"ball_ball": "pair", "ball_wall": "wall"}
@@ -78,9 +78,7 @@ def throw_hard(case, deck, kind, ratio):
         beta=law.tangential_restitution,
     )
     with Run(case.run(case.write(f"{kind}.ini", text))) as run:
-        after, spin = (
-            run.frame(-1, name).astype(float) for name in ("velocity", "angular_velocity")
-        )
+        after, spin = (run.frame(-1, name).astype(float) for name in ("velocity", "angular_velocity"))
         impacts = len(run.read("impacts/time"))
     if impacts != count:
         raise RuntimeError(f"{kind}: {impacts} impacts of {count} balls thrown in millsim")
@@ -166,9 +164,7 @@ def claim_law(case, deck, kind, modulus, soft, where):
     count = np.arange(len(soft.ratio))
     gap = singles.GAP * deck.species[0].diameter * (1 + count / (7.1 * len(count)))
     law = deck.contact(kind)
-    _, after = law_of_liggghts(
-        spring, law.friction, soft.ratio, gap, singles.SPEED, model.time_step
-    )
+    _, after = law_of_liggghts(spring, law.friction, soft.ratio, gap, singles.SPEED, model.time_step)
     case.bound(
         f"{where}: slip after, rms off its contact law",
         off(soft.after, after, after),
@@ -205,9 +201,7 @@ def sweep_restitution(case):
     )
     case.tell(
         "How well two numbers describe LIGGGHTS' contact at all, slip after, rms off Walton's law with its own effective friction "
-        "and tangential restitution: "
-        + ", ".join(f"{v:.1f} % at e = {e}" for e, v in misfit.items())
-        + "."
+        "and tangential restitution: " + ", ".join(f"{v:.1f} % at e = {e}" for e, v in misfit.items()) + "."
     )
     return found
 
@@ -239,9 +233,7 @@ def draw(case, deck, curves, by_restitution, by_step):
         ("the deck: 0.3, 0.484", law, "-"),
         (
             f"LIGGGHTS' own: {soft.friction:.3f}, {soft.tangential_restitution:.3f}",
-            dataclasses.replace(
-                law, friction=soft.friction, tangential_restitution=soft.tangential_restitution
-            ),
+            dataclasses.replace(law, friction=soft.friction, tangential_restitution=soft.tangential_restitution),
             "--",
         ),
     )
@@ -265,9 +257,7 @@ def draw(case, deck, curves, by_restitution, by_step):
     middle.plot(e, mu, "o-", label="friction")
     middle.plot(e, beta, "s-", label="tangential restitution")
     middle.axhline(law.friction, color="C0", ls=":", label="friction of the deck")
-    middle.set(
-        xlabel="restitution [1]", ylabel="effective value [1]", title="Pairs in LIGGGHTS, steel"
-    )
+    middle.set(xlabel="restitution [1]", ylabel="effective value [1]", title="Pairs in LIGGGHTS, steel")
     steps, e, mu, _ = np.array(by_step).T
     right.plot(steps, 100 * (e / law.restitution - 1), "o-", label="restitution")
     right.plot(steps, 100 * (mu / law.friction - 1), "s-", label="friction")

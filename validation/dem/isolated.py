@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from runs import KEPT, LABELS, say
 
-from milltools.kinds import KINDS
-from milltools.runfile import Run
+from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
 SEED = 5
 STIFF = ("1e10", "steel")
@@ -32,9 +32,7 @@ def place_balls():
 
     for x, angle in BLADES:  # faces at the first three, edges and corners at the others
         for k, ahead in enumerate((0.28, 0.45, 0.62)):
-            turned(
-                x + random.uniform(-5, 5) * 1e-3, (0.026, 0.045, 0.062)[k], angle + ahead, 0, 0, 0
-            )
+            turned(x + random.uniform(-5, 5) * 1e-3, (0.026, 0.045, 0.062)[k], angle + ahead, 0, 0, 0)
         for k, ahead in enumerate((0.2, 0.4)):
             side = random.choice([-1, 1]) * random.uniform(6.3, 8.0) * 1e-3
             turned(x + side, (0.034, 0.0665)[k], angle - 2.2 + ahead + 2 * np.pi / 5 * 2, 0, 0, 0)
@@ -42,9 +40,7 @@ def place_balls():
     for x in lanes:
         for k in range(3):
             turned(x, 0.066, 0.7 + 2.1 * k + random.uniform(0, 0.3), 0, 3.0, random.uniform(-3, 3))
-            turned(
-                x, 0.024, 1.7 + 2.1 * k + random.uniform(0, 0.3), 0, -3.0, random.uniform(-1.5, 1.5)
-            )
+            turned(x, 0.024, 1.7 + 2.1 * k + random.uniform(0, 0.3), 0, -3.0, random.uniform(-1.5, 1.5))
         for k in range(2):  # a pair, oblique
             angle, offset = 0.3 + 3.1 * k, random.uniform(-0.6, 0.6) * BALL
             turned(x, 0.045, angle, 0, 0, 2.0)
@@ -186,12 +182,8 @@ def draw(case, found):
     for axis, stiff in zip(axes, STIFF, strict=True):
         for k, part in enumerate(PARTS):
             rows = np.array([row[1:] for row in found[stiff] if row[0] == part])
-            axis.plot(
-                rows[:, 0], 100 * (rows[:, 1] / rows[:, 0] - 1), "o^svDX"[k], label=part, ms=5
-            )
-        axis.axhspan(
-            -SPEED_BAND[stiff], SPEED_BAND[stiff], color="C2", alpha=0.12, label="claimed band"
-        )
+            axis.plot(rows[:, 0], 100 * (rows[:, 1] / rows[:, 0] - 1), "o^svDX"[k], label=part, ms=5)
+        axis.axhspan(-SPEED_BAND[stiff], SPEED_BAND[stiff], color="C2", alpha=0.12, label="claimed band")
         axis.axhline(0, color="k", lw=0.8)
         axis.set(
             xlabel="normal speed, millsim [m/s]",

@@ -34,9 +34,7 @@ class Mill:
     starts: int
     what: str
     rates: bool = True
-    known: dict = dataclasses.field(
-        default_factory=dict
-    )  # by quantity: why it is known not to agree
+    known: dict = dataclasses.field(default_factory=dict)  # by quantity: why it is known not to agree
 
 
 MILLS = [
@@ -44,9 +42,7 @@ MILLS = [
         "planetary45",
         5,
         "planetary, 45 ml, 7 balls of 15 mm, 650 rpm",
-        known={
-            "ball_0.5": "balls that press each other meet several times in what is one soft contact"
-        },
+        known={"ball_0.5": "balls that press each other meet several times in what is one soft contact"},
     ),
     Mill("planetary250b", 3, "planetary, 250 ml, 25 balls of 15 mm, 400 rpm"),
     Mill("planetary250", 1, "planetary, 250 ml, 50 balls of 10 mm, 300 rpm", False),
@@ -65,9 +61,7 @@ def compare(case, mill):
     """Claims of one mill: the same starts in both programs, and more of them in millsim."""
     deck = case.folder / f"{mill.deck}.ini"
     seeds = range(1, mill.starts + 1)
-    soft = [
-        Window(case.dem(f"{mill.deck}-{seed}", deck, "steel", run__seed=seed)) for seed in seeds
-    ]
+    soft = [Window(case.dem(f"{mill.deck}-{seed}", deck, "steel", run__seed=seed)) for seed in seeds]
     # a soft contact is one: in millsim re-contacts of a pair within its duration are one strike
     duration = contact_duration((deck,), STIFFNESSES["steel"])
     window = {"output__strike_window": f"{duration} s"}
@@ -99,9 +93,7 @@ def draw(case, verdicts):
     for k, (what, of) in enumerate(verdicts.items()):
         shift = 0.28 - 0.14 * k
         off, error = ([getattr(v, name) for v in of] for name in ("off", "error"))
-        axis.errorbar(
-            off, rows[: len(of)] + shift, xerr=error, fmt="os^Dv"[k], ms=5, capsize=3, label=what
-        )
+        axis.errorbar(off, rows[: len(of)] + shift, xerr=error, fmt="os^Dv"[k], ms=5, capsize=3, label=what)
     axis.axvline(0, color="k", lw=0.8)
     axis.set_yticks(rows, [quantity.name for quantity in QUANTITIES])
     axis.set(xlabel="millsim off LIGGGHTS at steel stiffness [%], one standard error")

@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 DENSE = 0.02  # solid fraction from which on a cell of a map counts
 FAST = {0.5: 0, 1.0: 1, 2.0: 2}  # columns of fast_collisions
@@ -54,9 +54,7 @@ class Window:
             self._measure(run)
 
     def _rate(self, key, time, sums):
-        self.values[key] = np.diff(np.interp([self.begin, self.end], time, sums))[0] / (
-            self.end - self.begin
-        )
+        self.values[key] = np.diff(np.interp([self.begin, self.end], time, sums))[0] / (self.end - self.begin)
         self.blocks[key] = np.diff(np.interp(self.edges, time, sums)) / np.diff(self.edges)
 
     def _mean(self, key, time, values):

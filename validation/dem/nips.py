@@ -23,13 +23,8 @@ def compared(case, gap, name, starts=1, **settings):
     """Windows of LIGGGHTS' run at a gap [mm], and of millsim's."""
     tip = np.sqrt((RADIUS - 1e-3 * float(gap)) ** 2 - HALF**2)
     settings = SETTINGS | {"blades__tip_radius": f"{1e3 * tip:.4f} mm"} | settings
-    soft = [
-        case.dem(f"nips-{name}-{seed}", DECK, "steel", **settings, run__seed=seed)
-        for seed in range(1, 1 + starts)
-    ]
-    return [Window(path) for path in soft], [
-        Window(path) for path in case.seeds(SEEDS, DECK, **settings)
-    ]
+    soft = [case.dem(f"nips-{name}-{seed}", DECK, "steel", **settings, run__seed=seed) for seed in range(1, 1 + starts)]
+    return [Window(path) for path in soft], [Window(path) for path in case.seeds(SEEDS, DECK, **settings)]
 
 
 def check(case):

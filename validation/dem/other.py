@@ -26,9 +26,7 @@ def inelastic(case):
     soft = case.dem("inelastic", DECK, "1e10", **INELASTIC)
     own = own_friction(soft)
     pair = own["contact__ball_ball__friction"], own["contact__ball_ball__tangential_restitution"]
-    effective = (
-        f"LIGGGHTS' effective friction (pairs: {pair[0]:.3f}, tangential restitution {pair[1]:.3f})"
-    )
+    effective = f"LIGGGHTS' effective friction (pairs: {pair[0]:.3f}, tangential restitution {pair[1]:.3f})"
     for settings, text in (({}, "the deck's friction"), (own, effective)):
         hard = [Window(path) for path in case.seeds(INELASTIC_SEEDS, DECK, **INELASTIC, **settings)]
         verdicts = [judge(quantity, [Window(soft)], hard) for quantity in STEADY[:5]]

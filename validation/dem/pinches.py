@@ -4,7 +4,7 @@ import numpy as np
 from mills import Quantity, Window, claim, judge
 from runs import ROOT
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 FOLDER = ROOT / "validation" / "dem"
 DECK = FOLDER / "pinch.ini"
@@ -45,10 +45,7 @@ def pinch_share(path):
 
 def check(case):
     for name, text, settings, starts in MILLS:
-        soft = [
-            case.dem(f"{name}-{seed}", DECK, "steel", **settings, run__seed=seed)
-            for seed in range(1, 1 + starts)
-        ]
+        soft = [case.dem(f"{name}-{seed}", DECK, "steel", **settings, run__seed=seed) for seed in range(1, 1 + starts)]
         hard = case.seeds(SEEDS, DECK, **settings)
         against = f"LIGGGHTS, steel, {starts} start{'s' if starts > 1 else ''}"
         windows = [Window(path) for path in soft], [Window(path) for path in hard]

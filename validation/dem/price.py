@@ -6,10 +6,10 @@ import numpy as np
 from runs import LABELS, STIFFNESSES, say, sets
 from steady import DECK, SETTINGS, soft_run, stiff_run
 
-from milltools.deck import Deck
-from milltools.dem.mill import PRICED, Mill
 from milltools.dem.model import Model, tangential_damping
-from milltools.runfile import Run
+from milltools.dem.soft_mill import PRICED, Mill
+from milltools.read.deck import Deck
+from milltools.read.runfile import Run
 
 ROUNDS = 5
 BEGIN, END = 0.1, 0.5  # [s] of millsim's steady mill
@@ -36,10 +36,7 @@ def measure(case, modulus, path):
     """
     checked = Deck.check(DECK, sets(SETTINGS))
     with Run(path) as run:
-        state = [
-            run.frame(-1, name).astype(float)
-            for name in ("position", "velocity", "angular_velocity")
-        ]
+        state = [run.frame(-1, name).astype(float) for name in ("position", "velocity", "angular_velocity")]
         time = run.frame_times()[-1]
     mill = Mill(checked, state, tangential_damping(checked)[0], None)
     mill.model, mill.time = Model(checked, STIFFNESSES[modulus]), time

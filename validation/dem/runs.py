@@ -18,9 +18,9 @@ import time
 import ladder
 from parts import Part, say
 
-from milltools.deck import Deck
+from milltools.base.engine import program, version
 from milltools.dem.model import STEEL, Model
-from milltools.engine import program, version
+from milltools.read.deck import Deck
 
 ROOT = ladder.ROOT
 KEPT = ROOT / "build" / "dem"

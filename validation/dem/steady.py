@@ -18,9 +18,9 @@ from mills import (
 )
 from runs import ROOT, STIFFNESSES, contact_duration, say, sets
 
-from milltools.kinds import KINDS
-from milltools.kinds import label as kind_label
-from milltools.runfile import Run
+from milltools.read.kinds import KINDS
+from milltools.read.kinds import label as kind_label
+from milltools.read.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
 SETTINGS = {"run__time": "0.5 s", "run__sample_from": "0.1 s"}
@@ -82,14 +82,10 @@ def compare(case, name, what, deck, settings):
     }
     soft = Window(soft_path)
     hard = {law: [Window(path) for path in group] for law, group in paths.items()}
-    verdicts = {
-        law: [judge(quantity, [soft], runs) for quantity in STEADY] for law, runs in hard.items()
-    }
+    verdicts = {law: [judge(quantity, [soft], runs) for quantity in STEADY] for law, runs in hard.items()}
     told = name == "steady"  # README tells of one mill
     for verdict in verdicts["deck"]:
-        claim(
-            case, verdict, f"LIGGGHTS, steel, {what}", headline=told and verdict.quantity.headline
-        )
+        claim(case, verdict, f"LIGGGHTS, steel, {what}", headline=told and verdict.quantity.headline)
     suffix = ", with LIGGGHTS' effective friction"
     power, *others = verdicts["own"]  # the bands of the others are for the deck's friction
     claim(case, power, f"LIGGGHTS, steel, {what}", OWN_POWER_BAND, suffix, headline=told)
@@ -127,9 +123,7 @@ def tell(case, soft_path, soft, hard, own, verdicts):
         counts = []
         for kind in ("ball_ball", "ball_drum", "ball_wall", "ball_blade"):
             names = (f"{kind.removeprefix('ball_')}_{what}" for what in ("1", "strikes"))
-            one, merged = (
-                100 * (np.mean([run.values[k] for run in runs]) / soft.values[k] - 1) for k in names
-            )
+            one, merged = (100 * (np.mean([run.values[k] for run in runs]) / soft.values[k] - 1) for k in names)
             counts.append(f"{kind_label(kind)} {one:+.1f} %, {merged:+.1f} %")
         case.tell(
             f"What one impact is: rates above 1 m/s with {law}, millsim over LIGGGHTS, one by one, and with re-contacts of "
@@ -161,9 +155,7 @@ def draw_verdicts(case, name, what, verdicts):
     figure, axis = plt.subplots(figsize=(9, 4.6), layout="constrained")
     rows = np.arange(len(STEADY))[::-1]
     for row, quantity in zip(rows, STEADY, strict=True):
-        axis.fill_betweenx(
-            [row - 0.4, row + 0.4], -quantity.band, quantity.band, color="C2", alpha=0.15, lw=0
-        )
+        axis.fill_betweenx([row - 0.4, row + 0.4], -quantity.band, quantity.band, color="C2", alpha=0.15, lw=0)
     for law, label, shift, style in (
         ("deck", "millsim with the deck's friction", 0.12, "o"),
         ("own", "millsim with LIGGGHTS' effective friction", -0.12, "s"),
@@ -174,9 +166,7 @@ def draw_verdicts(case, name, what, verdicts):
     axis.axvline(0, color="k", lw=0.8)
     axis.fill_betweenx([], [], [], color="C2", alpha=0.15, label="band")
     axis.set_yticks(rows, [quantity.name for quantity in STEADY])
-    axis.set(
-        xlabel="millsim off LIGGGHTS at steel stiffness [%]", title=f"{what}, one standard error"
-    )
+    axis.set(xlabel="millsim off LIGGGHTS at steel stiffness [%]", title=f"{what}, one standard error")
     axis.grid(alpha=0.3, axis="x")
     axis.legend(fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     case.save(figure, f"{name}.png")

@@ -8,8 +8,8 @@ import numpy as np
 from mills import Quantity, claim, judge
 from runs import LABELS, ROOT, STIFFNESSES, contact_duration, say
 
-from milltools.kinds import KINDS
-from milltools.runfile import Run
+from milltools.read.kinds import KINDS
+from milltools.read.runfile import Run
 
 DECK = ROOT / "input" / "simoloyer.ini"
 SETTINGS = {"run__time": "0.1 s", "run__sample_from": "0 s", "contact__friction": 0}
@@ -68,8 +68,7 @@ def check(case):
         window = f"{contact_duration((DECK, ()), modulus)} s"
         settings = SETTINGS | {"output__strike_window": window}
         paths = [
-            case.dem(f"transient-{name}-{seed}", DECK, name, **settings, run__seed=seed)
-            for seed in range(1, SEEDS + 1)
+            case.dem(f"transient-{name}-{seed}", DECK, name, **settings, run__seed=seed) for seed in range(1, SEEDS + 1)
         ]
         soft[name] = [Transient(path) for path in paths]
         compare(case, name, soft[name], hard)
@@ -139,23 +138,15 @@ def draw(case, soft, hard):
     ):
         mean, spread = values.mean(axis=0), values.std(axis=0, ddof=1)
         label = f"millsim, {len(hard)} starts, +- 1 deviation"
-        axis.fill_between(
-            when, mean - spread, mean + spread, color="k", alpha=0.2, lw=0, label=label
-        )
+        axis.fill_between(when, mean - spread, mean + spread, color="k", alpha=0.2, lw=0, label=label)
         axis.plot(when, mean, color="k", lw=1)
     for k, (name, runs) in enumerate(soft.items()):
         label = f"LIGGGHTS, {LABELS[name]}, mean of {len(runs)}"
-        power.plot(
-            middle, np.mean([powers(r) for r in runs], axis=0), color=f"C{k}", lw=1, label=label
-        )
-        energy.plot(
-            time, np.mean([r.kinetic for r in runs], axis=0), color=f"C{k}", lw=1, label=label
-        )
+        power.plot(middle, np.mean([powers(r) for r in runs], axis=0), color=f"C{k}", lw=1, label=label)
+        energy.plot(time, np.mean([r.kinetic for r in runs], axis=0), color=f"C{k}", lw=1, label=label)
         draw_spectrum(rates, runs, f"C{k}", LABELS[name])
     draw_spectrum(rates, hard, "k", "millsim")
-    power.set(
-        xlabel="time [ms]", ylabel="rotor power, mean of 4 ms [W]", title="Frictionless start"
-    )
+    power.set(xlabel="time [ms]", ylabel="rotor power, mean of 4 ms [W]", title="Frictionless start")
     energy.set(xlabel="time [ms]", ylabel="kinetic energy [J]", title="Frictionless start")
     rates.set(
         xscale="log",

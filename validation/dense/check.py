@@ -74,23 +74,15 @@ def read(path, filling):
         balls = file["particles/trajectory"]
         mass, count = balls["mass"][0], len(balls["id"])
         times = balls["position/time"][:]
-        log = {
-            key: file["impacts"][key][:]
-            for key in ("time", "kind", "position", "normal_speed", "tangential_speed")
-        }
+        log = {key: file["impacts"][key][:] for key in ("time", "kind", "position", "normal_speed", "tangential_speed")}
         kinds = list(file["impacts"].attrs["kinds"])
         late = log["time"] >= filling.relaxed
         of = {
-            kind: {
-                key: column[late & (log["kind"] == kinds.index(kind))]
-                for key, column in log.items()
-            }
+            kind: {key: column[late & (log["kind"] == kinds.index(kind))] for key, column in log.items()}
             for kind in ("ball_ball", "ball_wall", "ball_drum")
         }
         from_here = times >= filling.relaxed - 1e-9
-        position, velocity = (
-            balls[f"{key}/value"][:][from_here].astype(float) for key in ("position", "velocity")
-        )
+        position, velocity = (balls[f"{key}/value"][:][from_here].astype(float) for key in ("position", "velocity"))
         run = Run(
             balls["diameter"][0],
             filling.radius,
@@ -129,9 +121,7 @@ def weight_across(position, run):
 
 def weight(position, run):
     """How much a point belongs to the core, 0..1."""
-    return weight_across(position, run) * ramp(
-        run.length / 2 - np.abs(position[..., 0]), run.diameter
-    )
+    return weight_across(position, run) * ramp(run.length / 2 - np.abs(position[..., 0]), run.diameter)
 
 
 def weighted_area(run):
@@ -305,9 +295,7 @@ def draw_pressure(axis, found):
         [standard_error(values["z"]) for values in found.values()],
         fmt="ko", ms=5, label="millsim, virial in the bulk",
     )  # fmt: skip
-    axis.set(
-        xlabel="packing in the core [1]", ylabel="p V / N T [1]", xlim=(0, 0.45), ylim=(0, None)
-    )
+    axis.set(xlabel="packing in the core [1]", ylabel="p V / N T [1]", xlim=(0, 0.45), ylim=(0, None))
     axis.legend(frameon=False)
 
 

@@ -49,17 +49,13 @@ def draw_pairs(axis, curves):
         ]
         after = [corner.slip_after(1, fine) for corner in corners]
         colour = COLOURS[name]
-        axis.fill_between(
-            fine, np.min(after, axis=0), np.max(after, axis=0), color=colour, alpha=0.2
-        )
+        axis.fill_between(fine, np.min(after, axis=0), np.max(after, axis=0), color=colour, alpha=0.2)
         axis.plot(fine, law.slip_after(1, fine), color=colour, lw=1)
         shown = fine[-1] >= RATIOS
         label = f"millsim, {name}: {law.e:g}, {law.mu:g}, {law.beta:g}"
         axis.plot(RATIOS[shown], rebound.slip[shown], "o", ms=4, color=colour, label=label)
     axis.plot([], [], color="grey", lw=1, label="Walton's law")
-    axis.fill_between(
-        [], [], [], color="grey", alpha=0.2, label="errors of the measured coefficients"
-    )
+    axis.fill_between([], [], [], color="grey", alpha=0.2, label="errors of the measured coefficients")
     axis.axhline(0, color="0.7", lw=0.8, zorder=0)
     axis.set(
         title="Spheres on each other: millsim is Walton's law\nwith Foerster's restitution, friction, tangential restitution",

@@ -74,9 +74,7 @@ def haff_time(time, energy):
 
 def cool(case, law, ratio, seeds, *, walls=None, count=COUNT):
     """Cooling from this ratio; contacts, and walls unless told otherwise, have this law."""
-    case.write(
-        "gas.ini", (case.folder / "gas.ini").read_text()
-    )  # start.txt is looked for beside it
+    case.write("gas.ini", (case.folder / "gas.ini").read_text())  # start.txt is looked for beside it
     time = 8.0 * COUNT / count  # [s] more than three Haff times
     rows = []
     for seed in range(seeds):
@@ -117,9 +115,7 @@ def lasting(runs):
 
     Without friction there is none: spins last while all else cools.
     """
-    drift, error = np.transpose(
-        [mean_and_error(run.ratio[:, -1] - run.ratio[:, 0]) for run in runs]
-    )
+    drift, error = np.transpose([mean_and_error(run.ratio[:, -1] - run.ratio[:, 0]) for run in runs])
     crossings = np.flatnonzero((drift[:-1] > 0) & (drift[1:] <= 0))
     if not len(crossings):
         return np.nan, np.nan
@@ -141,10 +137,7 @@ def check_gas(case):
     claim_energy(case, runs["acetate"][1])
     claim_unknown(case, lasting(runs["acetate"]))
     scan = {
-        name: [
-            lasting(from_all_starts(case, dataclasses.replace(law, mu=mu), FEW_SEEDS))
-            for mu in FRICTIONS
-        ]
+        name: [lasting(from_all_starts(case, dataclasses.replace(law, mu=mu), FEW_SEEDS)) for mu in FRICTIONS]
         for name, law in PAIRS.items()
     }
     return runs, scan
@@ -193,9 +186,7 @@ def claim_energy(case, run):
 def claim_unknown(case, usual):
     """What could not be read, the box, and what is known with an error only, the coefficients: what they would change."""
     less = {
-        name: dataclasses.replace(
-            ACETATE, **{name: getattr(ACETATE, name) - getattr(ACETATE_ERROR, name)}
-        )
+        name: dataclasses.replace(ACETATE, **{name: getattr(ACETATE, name) - getattr(ACETATE_ERROR, name)})
         for name in ("e", "mu", "beta")
     }
     more = dataclasses.replace(ACETATE, e=ACETATE.e + ACETATE_ERROR.e)
@@ -235,7 +226,5 @@ def claim_boltzmann(case, run):
     )
 
 
-RESTITUTION_MATTERS = (
-    "the prediction is as sharp as restitution is known: it moves by 0.1 with 0.02"
-)
+RESTITUTION_MATTERS = "the prediction is as sharp as restitution is known: it moves by 0.1 with 0.02"
 NOT_GLASS = "refutes contacts like those of glass in this experiment, not the program"

@@ -27,9 +27,7 @@ FLOAT32 = 1e-6  # frames are float32, 6e-8 of each speed; some of them are summe
 GAP = 0.1  # [diameters] before a thrown ball touches
 # Tangential restitution of alumina on glass is not among what could be read: that of glass on glass is taken
 ALUMINA = Law(RESTITUTION, FRICTION, GLASS.beta)
-STEEP = (
-    28.0  # [deg] from here on, well above the kink at 23.8 deg, spheres slide through the impact
-)
+STEEP = 28.0  # [deg] from here on, well above the kink at 23.8 deg, spheres slide through the impact
 CLOSURE = 0.02  # what slip and spin of the same experiment are off each other there, see README
 ENERGY = 0.01  # of the energy before an impact
 
@@ -70,9 +68,7 @@ def throw(case, law, ratios, diameter, density, pairs):
     with h5py.File(path) as file:
         contacts = len(file["impacts/time"])
         frames = file["particles/trajectory"]
-        v, w = (
-            frames[f"{name}/value"][-1].astype(float) for name in ("velocity", "angular_velocity")
-        )
+        v, w = (frames[f"{name}/value"][-1].astype(float) for name in ("velocity", "angular_velocity"))
     if contacts != count:
         raise RuntimeError(f"{contacts} contacts of {count} thrown spheres")
     w *= diameter / 2
@@ -101,9 +97,7 @@ def check_impacts(case):
 
 def claim_pair(case, name, law, error, rebound):
     size = 1 + RATIOS
-    off = np.maximum(
-        np.abs(rebound.normal - law.e), np.abs(rebound.slip - law.slip_after(1, RATIOS))
-    )
+    off = np.maximum(np.abs(rebound.normal - law.e), np.abs(rebound.slip - law.slip_after(1, RATIOS)))
     case.bound(
         f"{name} on {name}, {len(RATIOS)} angles from 0 to 84 deg: slip and normal speed after, largest error over the speed before",
         (off / size).max(),

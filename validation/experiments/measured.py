@@ -51,9 +51,7 @@ SPIN = {
 }
 
 # Spheres in a drop tower. T. Trittel, D. Puzyrev, K. Harth, R. Stannarius, npj Microgravity 10 (2024), its abstract
-TRITTEL_RATIO = (
-    2 / 3
-)  # "roughly": rotational over translational energy, each of three degrees of freedom
+TRITTEL_RATIO = 2 / 3  # "roughly": rotational over translational energy, each of three degrees of freedom
 TRITTEL_ENERGY = 0.05  # "about": of the energy at the start, after three Haff times
 
 

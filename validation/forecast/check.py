@@ -36,9 +36,7 @@ BALL = math.pi / 6 * 0.005**3
 FACTOR = 2
 QUICK = 2.5  # [s] of processor time of a check, the start's packing included
 UNTOLD = 0.3  # share of the notes
-FORECAST = re.compile(
-    r"forecast: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB"
-)
+FORECAST = re.compile(r"forecast: (\S+) contacts, (\S+) s of processor time, (\S+) MB of memory, a file of (\S+) MB")
 WHAT = ("contacts", "processor time", "memory", "size of the file")
 UNITS = ("", " s", " MB", " MB")
 
@@ -92,9 +90,7 @@ def words(case, deck):
 
 def forecast(case, deck):
     """Contacts, [s], [MB], [MB]; and the rules that --check notes."""
-    done = subprocess.run(
-        [*words(case, deck), "--check"], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([*words(case, deck), "--check"], capture_output=True, text=True, check=True)
     numbers = [float(number) for number in FORECAST.search(done.stderr).groups()]
     return numbers, rules(re.findall("note: (.*)", done.stderr))
 
@@ -221,13 +217,9 @@ def draw(case, told, true, lines):
     for k, axis in enumerate(axes[:2]):
         least, most = true[:, k].min() / 3, true[:, k].max() * 3
         line = np.array([least, most])
-        axis.fill_between(
-            line, line / FACTOR, line * FACTOR, color="C2", alpha=0.15, label="factor 2"
-        )
+        axis.fill_between(line, line / FACTOR, line * FACTOR, color="C2", alpha=0.15, label="factor 2")
         axis.plot(line, line, color="grey", lw=0.8)
-        colours = axis.scatter(
-            true[:, k], told[:, k], c=[deck[0] for deck in DECKS], cmap="viridis", zorder=3
-        )
+        colours = axis.scatter(true[:, k], told[:, k], c=[deck[0] for deck in DECKS], cmap="viridis", zorder=3)
         unit = UNITS[k].strip() or "1"
         axis.set(
             xscale="log", yscale="log", xlabel=f"{WHAT[k]} of the run [{unit}]",

@@ -121,18 +121,14 @@ def one_gas(path, random, found):
         velocities = balls["velocity/value"][:].astype(float)
         positions = balls["position/value"][:].astype(float)
         impacts, partners = thinned_impacts(file, t)
-        found["mean_impact"].append(
-            file["statistics/impacts/ball_ball/normal_speed/mean"][()] / np.sqrt(np.pi * t)
-        )
+        found["mean_impact"].append(file["statistics/impacts/ball_ball/normal_speed/mean"][()] / np.sqrt(np.pi * t))
         found["rate"].append(2 * file["statistics/impacts/ball_ball/rate"][()] / len(balls["id"]))
     samples = [of_velocities(v, t, random) for v in velocities[times >= FIRST - 1e-9]]
     found["speed"].append([sample["speed"] for sample in samples])
     found["relative"].append([sample["relative"] for sample in samples])
     found["component"].append([one for sample in samples for one in sample["component"]])
     blocks = len(impacts) // BLOCK
-    found["impact"].append(
-        [residuals(one) for one in impacts[: blocks * BLOCK].reshape(blocks, -1)]
-    )
+    found["impact"].append([residuals(one) for one in impacts[: blocks * BLOCK].reshape(blocks, -1)])
     found["same_ball"].append(of_same_ball(impacts, partners))
     found["strays"].append(strays)
     before, after = (
@@ -149,9 +145,7 @@ def one_dilute(path):
     with h5py.File(path) as file:
         balls = file["particles/trajectory"]
         x, y, z = balls["position/value"][-1].astype(float).T
-        radius, length = (
-            float(file[f"deck/drum/{key}"].asstr()[()].split()[0]) for key in ("radius", "length")
-        )
+        radius, length = (float(file[f"deck/drum/{key}"].asstr()[()].split()[0]) for key in ("radius", "length"))
         diameter = balls["diameter"][0]
     where = (
         x / (length - diameter) + 0.5,
@@ -257,9 +251,7 @@ def claim_exact(case, found):
         error=error,
         headline=True,
     )
-    case.bound(
-        "largest change of the kinetic energy", max(found["strays"]), 1e-12, against="conservation"
-    )
+    case.bound("largest change of the kinetic energy", max(found["strays"]), 1e-12, against="conservation")
     case.bound(
         "largest change of the angular momentum about the axis over sum |L|",
         np.abs(found["spin"]).max(),
@@ -301,9 +293,7 @@ def draw_speeds(case, found):
 def draw_p_values(case, p_values, pairs):
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
     for name, p in p_values.items():
-        left.step(
-            np.sort(p), (np.arange(len(p)) + 1) / len(p), label=f"{QUANTITIES[name][0]}, {len(p)}"
-        )
+        left.step(np.sort(p), (np.arange(len(p)) + 1) / len(p), label=f"{QUANTITIES[name][0]}, {len(p)}")
     left.plot([0, 1], [0, 1], "k--", lw=1, label="uniform")
     left.set(xlabel="p-value of a chi-square test [1]", ylabel="share of tests below [1]")
     left.legend(frameon=False, fontsize=8)
@@ -313,9 +303,7 @@ def draw_p_values(case, p_values, pairs):
         (np.arange(len(pairs)) + 1) / len(pairs),
         label=f"all pairs, {len(pairs)} tests",
     )
-    right.plot(
-        x, stats.chi2.cdf(x * (BINS - 1), BINS - 1), "k--", lw=1, label="were they independent"
-    )
+    right.plot(x, stats.chi2.cdf(x * (BINS - 1), BINS - 1), "k--", lw=1, label="were they independent")
     right.set(
         xscale="log",
         xlabel="chi-square / degrees of freedom [1]",

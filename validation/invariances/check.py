@@ -13,9 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-PROBE = pathlib.Path(
-    os.environ.get("MILLSIM_PROBE", ROOT / "build/release/validation/invariances/probe")
-)
+PROBE = pathlib.Path(os.environ.get("MILLSIM_PROBE", ROOT / "build/release/validation/invariances/probe"))
 DIAMETER = 5e-3  # [m] deviations are counted in diameters of the larger balls
 NUDGE = 1e-11  # relative
 LEAST, MOST = 1e-11, 1e-3  # [diameters] between these a deviation grows exponentially
@@ -219,10 +217,7 @@ def measure(path, twin):
 
 
 def centre_of_charge(maps):
-    y, z = (
-        0.5 * (e[1:] + e[:-1])
-        for e in (maps["cross_section"][k][:] for k in ("y_edges", "z_edges"))
-    )
+    y, z = (0.5 * (e[1:] + e[:-1]) for e in (maps["cross_section"][k][:] for k in ("y_edges", "z_edges")))
     x, r = maps["axial/x_edges"][:], maps["axial/r_edges"][:]
     across = np.nan_to_num(maps["cross_section/solid_fraction"][:])
     along = maps["axial/solid_fraction"][:] * np.diff(r**2)
@@ -291,9 +286,7 @@ def backwards(case, what, *settings, options=()):
         deck_values = [f"run.seed={seed}", *settings]
         _, states = probe(case, deck, time, slices, "--reverse", *options, settings=deck_values)
         start = start_file(case, "gas.txt", nudged(states[0], seed))
-        nudge = probe(
-            case, given, time, slices, *options, settings=[f"balls.start={start}", *deck_values]
-        )[1]
+        nudge = probe(case, given, time, slices, *options, settings=[f"balls.start={start}", *deck_values])[1]
         there, again = states[: slices + 1], states[slices + 1 :]
         curves.append(deviation(again, there[::-1]))
         forward.append(growth(times, deviation(nudge, there)))

@@ -21,9 +21,7 @@ def with_bodies():
 def check(case):
     for path in with_bodies():
         name = path.stem
-        out = case.run(
-            path, run__time=LONG.get(name, "1 s"), run__sample_from="0 s", output__frames="0 s"
-        )
+        out = case.run(path, run__time=LONG.get(name, "1 s"), run__sample_from="0 s", output__frames="0 s")
         off, turned, wrong, deep = value(out, "run/energy_balance_error", "run/energy_turnover", "run/not_closing",
                                          "run/overlaps")  # fmt: skip
         case.bound(f"input/{path.name}: energy balance over {turned:.3g} J turned over", off, 1e-9,

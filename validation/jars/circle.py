@@ -55,9 +55,7 @@ def first_impacts(case):
         for mine, name in ((speeds, "normal_speed"), (slips, "tangential_speed")):
             off = [abs(float(s - mpmath.mpf(float(m)))) for s, m in zip(mine, log[name])]
             speed_off = max(speed_off, *off)
-        work_off = max(
-            work_off, abs(series(path, "motion_work/path")[-1] / (float(ball.work) * MASS) - 1)
-        )
+        work_off = max(work_off, abs(series(path, "motion_work/path")[-1] / (float(ball.work) * MASS) - 1))
     what = f"jar on a circle, one spinning ball, {STARTS} starts, first {COUNT} impacts"
     case.bound(f"{what}: times, largest error (inf: not as many)", time_off, TIME_BOUND, against="roots in 40 digits",
                unit="s", headline=True)  # fmt: skip
@@ -100,9 +98,7 @@ def rest(case):
     hops = np.diff(log["time"])
     case.claim("a ball rolling at the outermost point of a jar on a circle: each hop of the rebound floor", hops.mean(), hop,
                1e-3 * hop, against="2 v_r/(w^2 (A + l))", unit="s")  # fmt: skip
-    turned = np.angle(
-        (log["position"][:, 0] + 1j * log["position"][:, 1]) * np.exp(-1j * OMEGA * log["time"])
-    )
+    turned = np.angle((log["position"][:, 0] + 1j * log["position"][:, 1]) * np.exp(-1j * OMEGA * log["time"]))
     case.bound(f"the same: strays from the outermost point over {log['time'][-1] * FREQUENCY:.1f} turns, largest",
                np.degrees(np.abs(turned).max()), 0.1, against="equilibrium, stable", unit="deg")  # fmt: skip
     turnover = 0.5 * MASS * (OMEGA * (AMPLITUDE + reach)) ** 2

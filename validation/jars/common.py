@@ -94,9 +94,7 @@ def claim_same(case, what, base, other, twin, stretch=1.0, headline=False):
     early = off[: max(int(np.argmax(beside > GROWN)), 1)]
     case.bound(f"{what}: first {len(early)} impacts, difference of times", early.max(), GROWN,
                against="the same impacts; 1e-13 m at the start grow to 1e-10 s meanwhile", unit="s")  # fmt: skip
-    grown = np.maximum(off[:count], 1e-17) / np.maximum(
-        np.maximum.accumulate(beside[:count]), 1e-17
-    )
+    grown = np.maximum(off[:count], 1e-17) / np.maximum(np.maximum.accumulate(beside[:count]), 1e-17)
     size = NUDGE * np.exp(np.mean(np.log(grown[beside[:count] > 1e-14])))
     case.bound(f"{what}: {len(off)} impacts alike, the difference is as of one at the start that grows likewise", size,
                NUDGE, against="rounding; a gap of 1e-15 m counts as closed", unit="m", headline=headline)  # fmt: skip

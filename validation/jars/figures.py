@@ -23,9 +23,7 @@ def ratio(case, told):
                 label=charge,
             )
             axis.axvline(critical, color=f"C{number}", ls="--", lw=1)
-        axis.plot(
-            [], [], "k--", lw=1, label=r"$-(1 + \sqrt{R/(r-a)})$: a held ball stays on the wall"
-        )
+        axis.plot([], [], "k--", lw=1, label=r"$-(1 + \sqrt{R/(r-a)})$: a held ball stays on the wall")
         axis.set(
             xlabel="ratio k of jar to disk speed, as seen from the disk [1]",
             ylabel=name,
@@ -41,12 +39,8 @@ def ratio(case, told):
 def same(case, curves, mixed):
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained", sharey=True)
     for name, curve in curves.items():
-        axes[0].plot(
-            np.maximum(curve, 1e-18), "." if "nudged" not in name else "k-", ms=2, lw=1, label=name
-        )
-    axes[0].set(
-        yscale="log", xlabel="impact [1]", ylabel="difference of its time [s]", ylim=(1e-18, 1e-5)
-    )
+        axes[0].plot(np.maximum(curve, 1e-18), "." if "nudged" not in name else "k-", ms=2, lw=1, label=name)
+    axes[0].set(yscale="log", xlabel="impact [1]", ylabel="difference of its time [s]", ylim=(1e-18, 1e-5))
     axes[0].set_title("The same mill told otherwise: apart by rounding alone")
     for number, one in enumerate(mixed):
         axes[1].plot(np.maximum(one["off"], 1e-18), "o", ms=3, color=f"C{number}")
@@ -73,17 +67,13 @@ def swing_and_prisms(case, swings, sizes):
             alpha=0.5,
             label=name,
         )
-        axes[0].plot(
-            1e3 * time[shown], 3 * np.cos(2 * np.pi * frequency * time[shown]), "k--", lw=0.8
-        )
+        axes[0].plot(1e3 * time[shown], 3 * np.cos(2 * np.pi * frequency * time[shown]), "k--", lw=0.8)
     axes[0].plot([], [], "k--", lw=0.8, label="pendulum")
     axes[0].set(xlabel="time [ms]", ylabel="from the outermost point [deg]")
     axes[0].set_title("One ball rocks about the outermost point")
     axes[0].legend(fontsize=8, loc="lower left")
     n = np.array(FACETS, float)
-    axes[1].loglog(
-        n, 1e6 * sizes, "o", label=f"jar {2e3 * RADIUS:g} mm wide, balls of {2e3 * A:g} mm"
-    )
+    axes[1].loglog(n, 1e6 * sizes, "o", label=f"jar {2e3 * RADIUS:g} mm wide, balls of {2e3 * A:g} mm")
     line = 1e6 * sizes[-1] * (n[-1] / n) ** 2
     axes[1].loglog(n, line, "k--", lw=1, label=r"$\sim 1/n^2$")
     axes[1].set(xlabel="facets around [1]", ylabel=r"first impact too early by [$\mu$s]")

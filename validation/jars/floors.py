@@ -27,9 +27,7 @@ def run(case, floor, count, diameter, seed):
     )
     row = round(FROM / 1e-3)
     with h5py.File(path) as f:
-        fast = sum(
-            f[f"observables/fast_collisions/{kind}/value"][:] for kind in ("ball_ball", "ball_jar")
-        )
+        fast = sum(f[f"observables/fast_collisions/{kind}/value"][:] for kind in ("ball_ball", "ball_jar"))
         fast = (fast[-1].astype(float) - fast[row]) / (TIME - FROM)
         whole = f["statistics/impacts/all"]
         return [f["statistics/drive/power"][()], f["observables/kinetic_energy/value"][row:].mean(),
@@ -41,9 +39,7 @@ def check(case):
     """The table, for figures and README: charge -> floor, column -> mean and its error."""
     told = {}
     for name, (count, diameter) in CHARGES.items():
-        rows = np.array(
-            [[run(case, floor, count, diameter, seed) for seed in SEEDS] for floor in FLOORS]
-        )
+        rows = np.array([[run(case, floor, count, diameter, seed) for seed in SEEDS] for floor in FLOORS])
         told[name] = np.array([[mean(column) for column in row.T] for row in rows])
         lowest, usual = told[name][0], told[name][FLOORS.index(USUAL)]
         for column, band in ((0, 0.05), (1, 0.05), (4, 0.05)):

@@ -67,9 +67,7 @@ def work_off(case, state):
 
 def errors(times, log):
     count = min(len(times), len(log["time"]))
-    return np.array(
-        [abs(float(t - mpmath.mpf(float(m)))) for t, m in zip(times[:count], log["time"])]
-    )
+    return np.array([abs(float(t - mpmath.mpf(float(m)))) for t, m in zip(times[:count], log["time"])])
 
 
 def follow(case, state):

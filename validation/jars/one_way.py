@@ -82,8 +82,6 @@ class Shaken:
 
     def phases(self, times):
         """Phase of the shaker at each time, -pi .. pi."""
-        turns = np.array(
-            [float(mpmath.fmod(self.frequency * mpmath.mpf(float(t)), 1)) for t in times]
-        )
+        turns = np.array([float(mpmath.fmod(self.frequency * mpmath.mpf(float(t)), 1)) for t in times])
         angle = 2 * np.pi * turns + float(self.phase)
         return np.arctan2(np.sin(angle), np.cos(angle))

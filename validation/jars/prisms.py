@@ -109,16 +109,11 @@ def check(case):
         logs = [log, *(run(case, n, k / ANGLES) for k in range(1, ANGLES))]
         early.append([exact["time"][rows] - each["time"][firsts(each)] for each in logs])
         if n in (FACETS[0], FACETS[-1]):
-            off = max(
-                abs(float(t - mpmath.mpf(float(m))))
-                for t, m in zip(exactly(n), log["time"][firsts(log)])
-            )
+            off = max(abs(float(t - mpmath.mpf(float(m)))) for t, m in zip(exactly(n), log["time"][firsts(log)]))
             case.bound(f"first impacts of {BALLS} balls in a jar of {n} facets: times, largest error", off, TIME_BOUND,
                        against="planes of the prism, roots in 40 digits", unit="s")  # fmt: skip
     size = np.abs(early).mean(axis=(1, 2))
-    what = (
-        f"first impacts of {BALLS} balls in a jar of n facets against the cylinder, n = 12 .. 192"
-    )
+    what = f"first impacts of {BALLS} balls in a jar of n facets against the cylinder, n = 12 .. 192"
     slope = np.polyfit(np.log(FACETS[2:]), np.log(size[2:]), 1)[0]
     case.claim(f"{what}, {ANGLES} angles of each: exponent of what they come too early, from n = 48 on", slope, -2, 0.02,
                against="1/n^2", headline=True)  # fmt: skip

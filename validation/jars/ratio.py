@@ -24,9 +24,7 @@ def run(case, k, count, diameter, seed):
         output__impacts="statistics",
     )
     hard = sum(series(path, f"fast_collisions/{kind}")[:, 1] for kind in ("ball_ball", "ball_jar"))
-    return value(path, "statistics/drive/power"), np.subtract(*hard[[-1, round(FROM / 1e-3)]]) / (
-        TIME - FROM
-    )
+    return value(path, "statistics/drive/power"), np.subtract(*hard[[-1, round(FROM / 1e-3)]]) / (TIME - FROM)
 
 
 def peak(ratios, values):

@@ -141,9 +141,7 @@ class Ball:
         c, s = lib.cos(angle), lib.sin(angle)
         p = self.place(t, lib)
         p = [p[0] - x, p[1] - y, p[2]]
-        room, arm = self.shape.room(
-            [c * p[0] + s * p[1], c * p[1] - s * p[0], p[2]], lib.mpf(self.a), lib
-        )
+        room, arm = self.shape.room([c * p[0] + s * p[1], c * p[1] - s * p[0], p[2]], lib.mpf(self.a), lib)
         return room, [c * arm[0] - s * arm[1], s * arm[0] + c * arm[1], arm[2]]
 
     def next_time(self, latest):
@@ -178,9 +176,7 @@ class Ball:
         vx, vy, omega = self.motion.rates(when)
         x, y, _ = self.motion.pose(when, mpmath)
         point = plus(self.x, n, -self.a)
-        surface = plus(
-            [vx, vy, mpmath.mpf(0)], cross([0, 0, omega], [point[0] - x, point[1] - y, 0])
-        )
+        surface = plus([vx, vy, mpmath.mpf(0)], cross([0, 0, omega], [point[0] - x, point[1] - y, 0]))
         seen = plus(plus(self.v, cross(self.w, plus(point, self.x, -1))), surface, -1)
         normal = -dot(seen, n)
         slip = plus(seen, n, normal)
@@ -189,9 +185,7 @@ class Ball:
         grip = 0 if size < TINY else min(2 * (1 + self.beta) / 7, self.mu * push / size)
         impulse = plus([push * q for q in n], slip, -grip)
         self.v = plus(self.v, impulse)
-        self.w = plus(
-            self.w, cross([-self.a * q for q in n], impulse), 1 / (self.a**2 * mpmath.mpf(2) / 5)
-        )
+        self.w = plus(self.w, cross([-self.a * q for q in n], impulse), 1 / (self.a**2 * mpmath.mpf(2) / 5))
         self.work += dot(impulse, surface)
         return normal, size
 

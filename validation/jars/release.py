@@ -80,9 +80,7 @@ def one(case, name, distance, radius, diameter, sun, k, flight, normal, slip, di
     case.claim(f"{what}: slip along the wall", row["tangential_speed"], slip, digits[1], against="the same",
                unit="m/s")  # fmt: skip
     off = abs(float(when - mpmath.mpf(float(row["time"]))))
-    speeds = max(
-        abs(float(speed) - row["normal_speed"]), abs(float(slides) - row["tangential_speed"])
-    )
+    speeds = max(abs(float(speed) - row["normal_speed"]), abs(float(slides) - row["tangential_speed"]))
     return off * sun, speeds / (sun * distance)
 
 

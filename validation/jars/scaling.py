@@ -50,9 +50,7 @@ def same_impacts(case):
         fast = rows * np.array([1.0] * 3 + [factor] * (rows.shape[1] - 3))
         begin = start(case, "fast.txt", fast)
         what = f"planetary mill without gravity at {factor:g} times the speed"
-        curves[factor], curves[1.0] = claim_same(
-            case, what, base, log_of(run(case, factor, **begin)), twin, factor
-        )
+        curves[factor], curves[1.0] = claim_same(case, what, base, log_of(run(case, factor, **begin)), twin, factor)
         power = work(run(case, factor, SHORT, **begin)) * factor / done
         case.claim(f"{what}, while they are: exponent of the power", np.log(power) / np.log(factor), 3, 1e-9,
                    against="P ~ W^3, rebound floor ~ W", headline=factor == 4)  # fmt: skip
@@ -61,10 +59,7 @@ def same_impacts(case):
 
 def exponents(case):
     """At 3 times the speed roundings differ, and paths part: the law must hold on average."""
-    slow = [
-        value(run(case, 1.0, 4.0, seed, run__sample_from="0.5 s"), "statistics/drive/power")
-        for seed in SEEDS
-    ]
+    slow = [value(run(case, 1.0, 4.0, seed, run__sample_from="0.5 s"), "statistics/drive/power") for seed in SEEDS]
     fast = [value(run(case, 3.0, 4.0, 100 + seed, run__sample_from=f"{0.5 / 3} s"), "statistics/drive/power")
             for seed in SEEDS]  # fmt: skip
     (a, error_a), (b, error_b) = mean(slow), mean(fast)

@@ -78,9 +78,7 @@ def plate(case):
         settled = max(settled, np.abs(log["normal_speed"][last] / speed - 1).max())
         settled = max(settled, np.abs(mill.phases(log["time"][last]) - phase).max())
         spaced = max(spaced, np.abs(np.diff(log["time"][last]) * FREQUENCY / n - 1).max())
-    what = (
-        f"ball on a shaken plate, {len(PLATE)} cases of Gamma and e, one bounce in 1 or 2 periods"
-    )
+    what = f"ball on a shaken plate, {len(PLATE)} cases of Gamma and e, one bounce in 1 or 2 periods"
     case.bound(f"{what}: times of {impacts} impacts, from 0.1 rad beside it on, largest error", time_off,
                TIME_BOUND, against="roots in 40 digits", unit="s", headline=True)  # fmt: skip
     case.bound(f"{what}: impact speeds on the way, largest error", speed_off, 1e-11,

@@ -29,9 +29,7 @@ def jacobi(case):
         speeds = f["particles/trajectory/velocity/value"][:].astype(float)
     energy = series(path, "kinetic_energy") + series(path, "potential_energy")
     mass = 7800.0 * 4 / 3 * np.pi * A**3
-    momentum = mass * (places[..., 0] * speeds[..., 1] - places[..., 1] * speeds[..., 0]).sum(
-        axis=1
-    )
+    momentum = mass * (places[..., 0] * speeds[..., 1] - places[..., 1] * speeds[..., 0]).sum(axis=1)
     kept = energy - SUN * momentum
     what = f"elastic smooth balls in a planetary mill, {value(path, 'run/events/collisions/ball_jar')} hits of the jar"
     case.bound(f"{what}: change of E - W L, largest over the largest E", np.abs(kept - kept[0]).max() / energy.max(),

@@ -55,9 +55,7 @@ def mirrored_and_turned(case):
     curves = {}
     other = run(case, moved(rows, mirror), **planetary(-SUN, -JAR))
     what = "planetary mill, 7 balls, mirrored"
-    curves["mirrored"], curves["nudged by 1e-13 m"] = claim_same(
-        case, what, base, other, twin, headline=True
-    )
+    curves["mirrored"], curves["nudged by 1e-13 m"] = claim_same(case, what, base, other, twin, headline=True)
     other = run(case, moved(rows, TURN), **planetary(matrix=TURN))
     curves["turned in space"], _ = claim_same(
         case, "planetary mill, 7 balls, turned in space", base, other, twin, headline=True
@@ -95,9 +93,7 @@ def own_spin(case, curves):
     for ratio in (0.0, 3.0):
         other = run(case, rows, **planetary(jar=ratio * SUN), **smooth)
         what = f"smooth balls, the jar's own spin k = {ratio:g} instead of -2"
-        curves[f"smooth, k = {ratio:g} instead of -2"], _ = claim_same(
-            case, what, base, other, twin
-        )
+        curves[f"smooth, k = {ratio:g} instead of -2"], _ = claim_same(case, what, base, other, twin)
 
 
 def check(case):

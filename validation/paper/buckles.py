@@ -37,9 +37,7 @@ def tables(case):
 
 def anew(case, name, designs, precision, *sets, seeds=SEEDS):
     """{design: medians, one a seed} of designs (n, h [m])."""
-    values = case.kept(
-        f"anew-{name}", lambda: case.measure(designs, seeds, precision, *sets).tolist()
-    )
+    values = case.kept(f"anew-{name}", lambda: case.measure(designs, seeds, precision, *sets).tolist())
     return dict(zip(designs, map(np.array, values)))
 
 
@@ -115,9 +113,7 @@ def check(case):
     low = anew(case, "low", [SMOOTH, *LOW], "1 %", *FRICTION, seeds=LOW_SEEDS)
     ask_lowest(case, found["smooth"], ring, low)
     flat = [(20, 3e-3), (20, 5e-3), (16, 4e-3)]
-    smooth = anew(
-        case, "smooth", [WITHIN["smooth"], *BEYOND["smooth"], PAST["smooth"], *flat], "2 %"
-    )
+    smooth = anew(case, "smooth", [WITHIN["smooth"], *BEYOND["smooth"], PAST["smooth"], *flat], "2 %")
     rough = anew(
         case,
         "rough",

@@ -52,6 +52,4 @@ def check(case):
         GAS, "0.06 to 0.09 s: mean normal impact speed over that of Rayleigh's distribution", found["mean"],
         expected=1, band=0.005,
     )  # fmt: skip
-    case.tell(
-        "Over 4866 tests of 40 longer runs the [ladder](../gas/README.md) has the closer answer."
-    )
+    case.tell("Over 4866 tests of 40 longer runs the [ladder](../gas/README.md) has the closer answer.")

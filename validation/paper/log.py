@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 from study_case import ROOT
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 REFERENCE = ROOT / "input" / "simoloyer.ini"
 SEEDS = tuple(range(1, 7))

@@ -7,7 +7,7 @@ from buckles import SMOOTH, WITHIN
 from matplotlib.colors import LogNorm
 from study_case import FIGURE7, FRICTION, MEDIAN, H, N, named
 
-from milltools.study.deck import Study
+from milltools.study.plan.study_deck import Study
 
 KINDS = ("ball_drum", "ball_wall")
 
@@ -18,9 +18,7 @@ def mill(case, design, name, *sets):
     orders = [value.order for value in study.fixed]
     orders += [f"{N}={design[0]}", f"{H}={design[1]!r} m"]
     settings = dict(order.split("=", 1) for order in orders)
-    return case.run(
-        study.deck, output=f"{name}.h5", **{k.replace(".", "__"): v for k, v in settings.items()}
-    )
+    return case.run(study.deck, output=f"{name}.h5", **{k.replace(".", "__"): v for k, v in settings.items()})
 
 
 def border(path):

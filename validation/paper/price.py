@@ -31,6 +31,4 @@ def check(case):
             below=360,
             unit="s",
         )
-        case.tell(
-            f"Six minutes, on a machine of 2007, are {360 / np.mean(values):.0f} times that ({words})."
-        )
+        case.tell(f"Six minutes, on a machine of 2007, are {360 / np.mean(values):.0f} times that ({words}).")

@@ -50,9 +50,7 @@ def exponents(table, wanted):
 
 def draw(table, laws):
     """Each design against each parameter, brought by the law to the geometric mean of the other three."""
-    figure, axes = plt.subplots(
-        2, 4, figsize=(13, 5.6), layout="constrained", sharex="col", sharey="row"
-    )
+    figure, axes = plt.subplots(2, 4, figsize=(13, 5.6), layout="constrained", sharex="col", sharey="row")
     x = inputs(table)
     middle = np.exp(np.log(x).mean(axis=0))
     for row, (wanted, name) in zip(axes, WANTED.items()):
@@ -73,9 +71,7 @@ def draw(table, laws):
             if ax in axes[-1]:
                 ax.set_xlabel(f"{words} [{unit}]")
         row[0].set_ylabel(f"{name} [{UNITS[wanted]}]")
-    figure.suptitle(
-        "Speed and filling decide the power, restitution and filling how hard the balls hit"
-    )
+    figure.suptitle("Speed and filling decide the power, restitution and filling how hard the balls hit")
     return figure
 
 
@@ -107,9 +103,7 @@ def check(case):
             )  # fmt: skip
     for key, words in KEYS.items():
         more = (
-            "1.1 times as large"
-            if key != "contact.restitution"
-            else "1.1 times as large (at 0.8: restitution 0.777)"
+            "1.1 times as large" if key != "contact.restitution" else "1.1 times as large (at 0.8: restitution 0.777)"
         )
         case.tell(f"{words[0].upper()}{words[1:]} {more} changes {change(laws, key, 1.1)}.")
     case.tell(

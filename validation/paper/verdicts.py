@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 from study_case import KEPT, StudyCase
 
-from milltools.engine import version
+from milltools.base.engine import version
 
 CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "open"
 
@@ -22,9 +22,7 @@ CONFIRMED, REFUTED, OPEN = "confirmed", "refuted", "open"
 class Question(ladder.Claim):
     """What was asked of the mill about one statement; `what` is the question, `against` the statement."""
 
-    sign: int = (
-        0  # 1: `measured` is to exceed `band`, -1: to stay below; 0: within `band` of `expected`
-    )
+    sign: int = 0  # 1: `measured` is to exceed `band`, -1: to stay below; 0: within `band` of `expected`
     runs: int = 0  # from which the error is; 0: the number is exact or known otherwise
     reason: str = ""  # for which the verdict is open whatever the number
 

@@ -54,9 +54,7 @@ def study(case, rpm):
     told = {name: [] for name in MEANS}
     mill = {"cut": [], "end": [], "reached": 0}
     for seed in range(1, 1 + SEEDS):
-        path = case.run(
-            output="run.h5", run__seed=seed, rotor__speed=speed, run__precision=f"{ASKED}"
-        )
+        path = case.run(output="run.h5", run__seed=seed, rotor__speed=speed, run__precision=f"{ASKED}")
         summary = json.loads(path.with_suffix(".json").read_text())
         precision = summary["statistics"]["precision"]
         for name, of in told.items():
@@ -64,9 +62,7 @@ def study(case, rpm):
         mill["cut"].append(precision["warm_up"])
         mill["end"].append(summary["time"])
         mill["reached"] += precision["reached"]
-    mill["truth"] = {
-        name: (np.mean(of), np.std(of, ddof=1) / math.sqrt(len(of))) for name, of in truth.items()
-    }
+    mill["truth"] = {name: (np.mean(of), np.std(of, ddof=1) / math.sqrt(len(of))) for name, of in truth.items()}
     mill["told"] = {name: np.array(of) for name, of in told.items()}
     return mill
 

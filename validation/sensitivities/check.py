@@ -170,12 +170,8 @@ def claim_length(case, runs):
     power = [run for floor in FLOORS for run in centred(runs[floor])]
     sets = {
         "power": [{n: row.reshape(-1, n).mean(axis=1) for n in BLOCKS} for row in power],
-        "fast": [
-            relative_blocks(run["blocks_fast"], runs[DEFAULT], "fast") for run in runs[DEFAULT]
-        ],
-        "median": [
-            relative_blocks(run["blocks_median"], runs[DEFAULT], "median") for run in runs[DEFAULT]
-        ],
+        "fast": [relative_blocks(run["blocks_fast"], runs[DEFAULT], "fast") for run in runs[DEFAULT]],
+        "median": [relative_blocks(run["blocks_median"], runs[DEFAULT], "median") for run in runs[DEFAULT]],
     }
     groups = {"power": len(FLOORS), "fast": 1, "median": 1}
     lengths = {}
@@ -220,9 +216,7 @@ def scaling(rows, groups):
 
     def fit(rows):
         deviation = np.array([pooled(np.concatenate([r[n] for r in rows]), groups) for n in BLOCKS])
-        weights = 1 / np.sqrt(
-            BLOCKS
-        )  # errors of the deviations go with the square root of the length
+        weights = 1 / np.sqrt(BLOCKS)  # errors of the deviations go with the square root of the length
         return deviation, np.polyfit(np.log(BLOCKS), np.log(deviation), 1, w=weights)[0]
 
     deviation, slope = fit(rows)
@@ -277,9 +271,7 @@ def draw(case, means, errors, lengths):
             color=COLOURS[name],
             label=label,
         )
-    left.plot(
-        floors, 100 * means["share"], "s:", color="grey", label="share of impacts at the floor"
-    )
+    left.plot(floors, 100 * means["share"], "s:", color="grey", label="share of impacts at the floor")
     left.axhspan(100 - 100 * ALIKE, 100 + 100 * ALIKE, color="C2", alpha=0.12, label="claimed band")
     left.axvline(1000 * DEFAULT, color="grey", lw=0.8)
     left.text(1000 * DEFAULT, 8, " default", color="grey")

@@ -60,10 +60,7 @@ class Box:
     def off(self, ball, t):
         """The centre less the nearest point of the box, along the same axes [m]."""
         if self.maths is np:
-            return [
-                np.sign(q) * np.maximum(np.abs(q) - h, 0)
-                for q, h in zip(self.view(ball, t), self.half)
-            ]
+            return [np.sign(q) * np.maximum(np.abs(q) - h, 0) for q, h in zip(self.view(ball, t), self.half)]
         view = zip(self.view(ball, t), self.half)
         return [mpmath.sign(q) * max(abs(q) - h, mpmath.mpf(0)) for q, h in view]
 
@@ -129,9 +126,7 @@ def first_root(box, ball, until):
 def refine(sharp, ball, bracket):
     """The root to 40 digits and more."""
     ends = tuple(exact(t) for t in bracket)
-    return mpmath.findroot(
-        lambda t: sharp.gap(ball, t), ends, solver="anderson", tol=mpmath.mpf(10) ** -80
-    )
+    return mpmath.findroot(lambda t: sharp.gap(ball, t), ends, solver="anderson", tol=mpmath.mpf(10) ** -80)
 
 
 def reference(meeting, speed, gravity, time):

@@ -19,9 +19,7 @@ class Tally:
 
     def add(self, group, measured, exact):
         """Takes measured [s] and exact (mpmath) times; returns the largest error [s]."""
-        errors = [
-            abs(float(mpmath.mpf(float(m)) - e)) for m, e in zip(measured, exact, strict=True)
-        ]
+        errors = [abs(float(mpmath.mpf(float(m)) - e)) for m, e in zip(measured, exact, strict=True)]
         self.groups.setdefault(group, []).extend(errors)
         return max(errors)
 

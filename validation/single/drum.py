@@ -156,8 +156,7 @@ def threshold(case, tally):
     falls = [2 * mpmath.sqrt(exact(g) * rho - exact(v) ** 2) / g for v in slow]
     off = tally.add("from the top, v^2 -> g rho", times[: len(slow)], falls)
     case.bound(
-        "at the top with v = sqrt(g rho) (1 - 2^-k), k = 4 .. 53 (the last double below): "
-        "first contact, largest error",
+        "at the top with v = sqrt(g rho) (1 - 2^-k), k = 4 .. 53 (the last double below): first contact, largest error",
         off,
         TIME_BOUND,
         against="2 sqrt(g rho - v^2)/g; quadruple root at k -> oo",
@@ -181,9 +180,7 @@ def threshold(case, tally):
 def loops(case):
     """Along the wall from the side upwards, in hops of the rebound floor."""
     g, rho, floor = 9.81, 1.0 - A, 1e-4
-    excess = np.array(
-        [0.05, 0.1, 0.4, -0.05, -0.1, -0.2, -0.4, -0.8]
-    )  # v_top^2 = g rho (1 + excess)
+    excess = np.array([0.05, 0.1, 0.4, -0.05, -0.1, -0.2, -0.4, -0.8])  # v_top^2 = g rho (1 + excess)
     x, length = along(len(excess))
     v = np.sqrt(g * rho * (3.0 + excess))
     rows = [(k, rho, 0.0, 0.0, 0.0, u) for k, u in zip(x, v, strict=True)]
@@ -271,8 +268,7 @@ def at_random(case, tally):
     rows = start(case, "random.txt", np.column_stack([x, y, z, 0 * x, vy, vz]))
     deck = case.write(
         "shaft.ini",
-        (case.folder / "deck.ini").read_text()
-        + f"\n[rotor]\nspeed = 0 rad/s\nshaft_radius = {shaft!r} m\n",
+        (case.folder / "deck.ini").read_text() + f"\n[rotor]\nspeed = 0 rad/s\nshaft_radius = {shaft!r} m\n",
     )
     log = read(case.run(deck, **rows, **SETTINGS, **length))
     first = firsts(log, count)

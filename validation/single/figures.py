@@ -51,9 +51,7 @@ def times(case, tally):
         height = row + rng.uniform(-0.3, 0.3, len(errors))
         axis.plot(errors, height, ".", color="C0", markersize=3, alpha=0.6)
     axis.axvline(TIME_BOUND, color="C3", label=f"bound, {TIME_BOUND:g} s")
-    axis.axvline(
-        2.0**-53, color="0.5", linestyle="--", label="half the last digit of a double near 1 s"
-    )
+    axis.axvline(2.0**-53, color="0.5", linestyle="--", label="half the last digit of a double near 1 s")
     axis.set_xscale("log")
     axis.set_xlim(0.6 * LOWEST, 1e-11)
     axis.set_yticks(range(len(names)), [f"{n} ({len(tally.groups[n])})" for n in names])

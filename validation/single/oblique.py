@@ -83,9 +83,7 @@ def spins(rng, radius, tangential):
 def frame(path, row):
     with h5py.File(path) as f:
         balls = f["particles/trajectory"]
-        return [
-            balls[f"{name}/value"][row].astype(float) for name in ("velocity", "angular_velocity")
-        ]
+        return [balls[f"{name}/value"][row].astype(float) for name in ("velocity", "angular_velocity")]
 
 
 def on_wall(case, law, rng):
@@ -195,9 +193,7 @@ def on_ball(case, law, rng):
     m = mass(radius)
     facing = np.repeat([-1.0, 1.0], count)[:, None] * n  # the wall that each flies to
     at_wall = np.linalg.norm((v + radius * np.cross(w, facing))[:, 1:], axis=1)
-    size = np.tile(
-        closing + s + np.linalg.norm(SMALL * w1, axis=1) + np.linalg.norm(BIG * w2, axis=1), 2
-    )
+    size = np.tile(closing + s + np.linalg.norm(SMALL * w1, axis=1) + np.linalg.norm(BIG * w2, axis=1), 2)
     seen_v, seen_w = frame(path, 1)
     kinetic, rotational = series(path, "kinetic_energy", "rotational_energy")
     return {

@@ -44,9 +44,7 @@ def closed_form(meeting, speed, target):
     turn = at - leading * ahead - blade["angle"]
     omega = exact(speed)
     time = turn / omega
-    return time - 2 * mpmath.pi / abs(omega) * mpmath.nint(
-        (time - target) * abs(omega) / (2 * mpmath.pi)
-    )
+    return time - 2 * mpmath.pi / abs(omega) * mpmath.nint((time - target) * abs(omega) / (2 * mpmath.pi))
 
 
 def arrival(meeting, speed, e):
@@ -135,9 +133,7 @@ def add_times(tally, prefix, meetings, times):
 
 
 def state(case, what, wrong, off, speeds, place, normal):
-    case.bound(
-        f"{what}: balls whose first contact is not with their blade", wrong, 0, against="geometry"
-    )
+    case.bound(f"{what}: balls whose first contact is not with their blade", wrong, 0, against="geometry")
     case.bound(
         f"{what}: time of contact, largest error",
         off,

@@ -3,8 +3,8 @@
 import numpy as np
 from study_case import KEPT, best, named
 
-from milltools.study.gp import of_table
-from milltools.study.table import Table
+from milltools.study.plan.table import Table
+from milltools.study.search.gp import of_table
 
 RUNS, SEEDS = 40, (1, 2, 3, 4, 5)
 MEASURED = tuple(range(1001, 1005))  # seeds of the runs that judge
@@ -22,9 +22,7 @@ def check(case):
     values = case.measure(designs, MEASURED, "1 %")
     means = values.mean(axis=1)
     errors = values.std(axis=1, ddof=1) / np.sqrt(len(MEASURED))
-    case.tell(
-        f"best of the grid: {named(designs[0])}, measured anew {means[0]:.3f} +- {errors[0]:.3f} m/s"
-    )
+    case.tell(f"best of the grid: {named(designs[0])}, measured anew {means[0]:.3f} +- {errors[0]:.3f} m/s")
     for seed, optimum, mean in zip(SEEDS, told, means[1:]):
         case.tell(
             f"seed {seed}: mill optimize says {optimum.value:.3f} m/s, at 95 % {optimum.low:.3f} to {optimum.high:.3f} m/s; "

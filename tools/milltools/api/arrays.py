@@ -10,9 +10,9 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from milltools.errors import UserError
-from milltools.runfile import Run
-from milltools.schema import OPTIONAL, PER_KIND, SINGLE, STATES
+from milltools.base.errors import UserError
+from milltools.read.runfile import Run
+from milltools.read.schema import OPTIONAL, PER_KIND, SINGLE, STATES
 
 COUNTS = ("collisions", "fast_collisions")  # of each kind, beside schema.PER_KIND
 VIEWS = {"cross_section": ("y", "z"), "axial": ("x", "r")}
@@ -84,15 +84,11 @@ def series(run: Run) -> xr.Dataset:
     found = {}
     for name in (*SINGLE, *OPTIONAL):
         if run.has_series(name):
-            found[name] = variable(
-                run, ["time"], f"observables/{name}/value", long_name=words(name)
-            )
+            found[name] = variable(run, ["time"], f"observables/{name}/value", long_name=words(name))
     works = [f"observables/motion_work/{name}/value" for name in run.motions]
     if works and all(map(run.has, works)):
         coords["motion"] = coordinate("motion", run.motions, "", "what moves")
-        found["motion_work"] = variable(
-            run, ["time", "motion"], *works, stacked=True, long_name="work of a motion"
-        )
+        found["motion_work"] = variable(run, ["time", "motion"], *works, stacked=True, long_name="work of a motion")
     for name in (*PER_KIND, *COUNTS):
         paths = [f"observables/{name}/{kind}/value" for kind in run.kinds]
         if not all(map(run.has, paths)):
@@ -130,9 +126,7 @@ def frames(run: Run) -> xr.Dataset:
         "species": ("ball", names[run.balls("species")], {"description": "kind of the ball"}),
     }
     dims = ["time", "ball", "axis"]
-    found = {
-        name: variable(run, dims, f"{where}/{name}/value", long_name=words(name)) for name in STATES
-    }
+    found = {name: variable(run, dims, f"{where}/{name}/value", long_name=words(name)) for name in STATES}
     return xr.Dataset(found, coords)
 
 

@@ -9,9 +9,9 @@ import os
 import pathlib
 from collections.abc import Mapping
 
-from milltools.deck import Deck
-from milltools.errors import UserError
-from milltools.study import lines
+from milltools.base.errors import UserError
+from milltools.read import deck_text as lines
+from milltools.read.deck import Deck
 
 START = "balls.start"  # the one key that names a file
 
@@ -41,9 +41,7 @@ def _pairs(deck: Mapping):
     for section, keys in deck.items():
         if not isinstance(keys, Mapping):
             what = type(keys).__name__
-            raise UserError(
-                f"{section}: expected a dictionary of keys, such as {{'speed': '1500 rpm'}}, got {what}"
-            )
+            raise UserError(f"{section}: expected a dictionary of keys, such as {{'speed': '1500 rpm'}}, got {what}")
         for key, value in keys.items():
             yield str(section), str(key), _value(f"{section}.{key}", value)
 

@@ -15,10 +15,10 @@ import time
 import warnings
 from collections.abc import Mapping
 
-from milltools import engine, processes
 from milltools.api import decks
 from milltools.api.result import Result
-from milltools.errors import UserError
+from milltools.base import engine, processes
+from milltools.base.errors import UserError
 
 LONG = 2.0  # [s] a run that is over before shows no progress
 PAUSE = 0.5  # [s] between two looks at it
@@ -113,9 +113,7 @@ def _placed(sets, start):
 
 def _own(deck, line: str) -> str:
     """A line of millsim's without the line numbers of a text that we wrote."""
-    return (
-        re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", line) if isinstance(deck, Mapping) else line
-    )
+    return re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", line) if isinstance(deck, Mapping) else line
 
 
 def _wanted(progress) -> bool:

@@ -5,7 +5,7 @@ import os
 
 import matplotlib
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 from milltools.figures import FIGURES, spectra
 from milltools.figures.base import LOOK
 
@@ -20,9 +20,7 @@ def spectrum(run, ax, options):
 
     with matplotlib.rc_context(LOOK):
         figure, ax = plt.subplots(layout="constrained")
-        live = (
-            plt.isinteractive()
-        )  # a notebook's backend says so with the first figure; the context takes it back
+        live = plt.isinteractive()  # a notebook's backend says so with the first figure; the context takes it back
         try:
             spectra.plot(ax, run, **options)
         except BaseException:

@@ -8,9 +8,10 @@ import shutil
 import weakref
 from typing import TYPE_CHECKING
 
-from milltools.api import decks, show
+from milltools.api import decks
+from milltools.api import words as show
 from milltools.api.measurement import Measurement
-from milltools.runfile import MEDIAN, Run
+from milltools.read.runfile import MEDIAN, Run
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +36,7 @@ class Result:
     """
 
     def __init__(self, path, _folder=None):
-        self.file = Run(os.fspath(path))  # the reader below all this: milltools.runfile.Run
+        self.file = Run(os.fspath(path))  # the reader below all this: milltools.read.runfile.Run
         # a temporary folder lives as long as this
         self._clear = _folder and weakref.finalize(self, shutil.rmtree, _folder, ignore_errors=True)
 
@@ -151,9 +152,7 @@ class Result:
 
         return tables.estimates(self.file)
 
-    def spectrum(
-        self, kind="all", *, group="impacts", speed="normal_speed", species=None
-    ) -> pandas.DataFrame:
+    def spectrum(self, kind="all", *, group="impacts", speed="normal_speed", species=None) -> pandas.DataFrame:
         """Impacts of a kind (or "all") by speed: 1140 rows, a bin each, 2 % wide; columns low, high [m/s], count,
         dissipation [J], and per second of the window rate [1/s], power [W].
 
@@ -165,9 +164,7 @@ class Result:
 
         return tables.spectrum(self.file, kind, group, speed, species)
 
-    def rate(
-        self, above, kind="all", *, group="impacts", speed="normal_speed", species=None
-    ) -> float:
+    def rate(self, above, kind="all", *, group="impacts", speed="normal_speed", species=None) -> float:
         """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy" or
         "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
         from milltools.api import tables

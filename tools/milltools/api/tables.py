@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import pandas as pd
 
-from milltools import motions as words
-from milltools import runfile
-from milltools.errors import UserError
-from milltools.histogram import ENERGIES
-from milltools.runfile import Run
-from milltools.schema import LOG
+from milltools.base.errors import UserError
+from milltools.read import motions as words
+from milltools.read import runfile
+from milltools.read.histogram import ENERGIES
+from milltools.read.runfile import Run
+from milltools.read.schema import LOG
 
 SUMMARY = {  # column: path below impacts/ROW
     "count": "count",
@@ -26,10 +26,7 @@ def summary(run: Run) -> pd.DataFrame:
     """How often, how hard and at what loss: one row a kind of contact, and "all"."""
     run.need_statistics()
     where, kinds = "statistics/impacts", (*run.kinds, "all")
-    found = {
-        name: [run.read(f"{where}/{row}/{path}")[()] for row in kinds]
-        for name, path in SUMMARY.items()
-    }
+    found = {name: [run.read(f"{where}/{row}/{path}")[()] for row in kinds] for name, path in SUMMARY.items()}
     found["floor_share"] = [run.statistic(f"floor_share/{row}")[()] for row in kinds]
     units = {name: run.attribute(f"{where}/all/{path}", "unit") for name, path in SUMMARY.items()}
     table = pd.DataFrame(found, index=pd.Index(kinds, name="kind"))
@@ -43,9 +40,7 @@ def motions(run: Run) -> pd.DataFrame:
     found = {"power": [], "power_error": [], "torque": [], "torque_error": []}
     for name in run.motions:
         known = run.has(f"statistics/motions/{name}/power")
-        place = (
-            f"motions/{name}" if known else "rotor"
-        )  # files of before motions have the rotor's alone
+        place = f"motions/{name}" if known else "rotor"  # files of before motions have the rotor's alone
         for what in ("power", "torque"):
             found[what].append(float(run.statistic(f"{place}/{what}")))
             found[f"{what}_error"].append(run.standard_error(f"{place}/{what}"))
@@ -110,9 +105,7 @@ class Impacts:
 
     def __init__(self, run: Run):
         if not run.has("impacts/time"):
-            raise UserError(
-                f"{run.path}: its impacts were not logged: run it with output.impacts = all"
-            )
+            raise UserError(f"{run.path}: its impacts were not logged: run it with output.impacts = all")
         self._run = run
         self._kinds = [str(kind) for kind in run.attribute("impacts/kind", "kinds")]
 

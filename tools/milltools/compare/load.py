@@ -6,10 +6,10 @@ import re
 
 import numpy as np
 
-from milltools import vessel
-from milltools.compare import maps
-from milltools.errors import UserError
-from milltools.runfile import Run, estimates
+from milltools.base.errors import UserError
+from milltools.compare import map_deviation as maps
+from milltools.geometry import vessel
+from milltools.read.runfile import Run, estimates
 
 LEVELS = (0.1, 0.5, 0.9, 0.99)  # quantiles of the balls' speeds
 SPEED_EDGES = np.geomspace(1e-4, 1e3, 7 * 40 + 1)  # [m/s]
@@ -62,9 +62,7 @@ class Measured:
         self.series["drive_work"] = run.drive_work()
         for name in ("kinetic_energy", "rotor_work"):
             if name not in self.series or len(self.series[name][0]) < 2:
-                raise UserError(
-                    f"{run.path}: its time series /observables/{name} is missing or too short"
-                )
+                raise UserError(f"{run.path}: its time series /observables/{name} is missing or too short")
 
     def _load_impacts(self, run):
         rows = (*run.kinds, "all")
@@ -127,9 +125,7 @@ class Measured:
         value = value if column is None else value[:, column]
         at = np.interp([*self.span, *self.edges], time, value)
         span = self.span[1] - self.span[0]
-        return (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(
-            self.edges
-        )
+        return (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(self.edges)
 
     def means(self, name: str):
         """Mean of an instantaneous series: (over the span, (K,) by block), from the trapezoidal rule."""
@@ -138,9 +134,7 @@ class Measured:
         total = np.concatenate([[0], np.cumsum(steps)])
         at = np.interp([*self.span, *self.edges], time, total)
         span = self.span[1] - self.span[0]
-        return (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(
-            self.edges
-        )
+        return (at[1] - at[0]) / span if span > 0 else math.nan, np.diff(at[2:]) / np.diff(self.edges)
 
     def value_at(self, name: str, time: float) -> float:
         return float(np.interp(time, *self.series[name]))
@@ -173,7 +167,9 @@ class Measured:
         turned = max(abs(work[1] - work[0]), change)
         # a gas that nothing drives keeps its energy to rounding: no change of 1 % of it, no trend
         if change > max(0.05 * turned, 0.01 * abs(self.means("kinetic_energy")[0])):
-            return f"energy of the balls changes by {change:.3g} J while the {self.drive} does {work[1] - work[0]:.3g} J"
+            return (
+                f"energy of the balls changes by {change:.3g} J while the {self.drive} does {work[1] - work[0]:.3g} J"
+            )
         time, value = self.series["kinetic_energy"]
         inside = value[(time >= self.span[0]) & (time <= self.span[1])]
         if len(inside) < 16:
@@ -201,14 +197,10 @@ class Side:
         self.name = name + (f" and {len(runs) - 1} more" if len(runs) > 1 else "")
         for other in runs[1:]:
             _check_replicate(self.first, other)
-        seen = [
-            (r.program, r.version, r.deck.get("run.seed"), r.deck.get("balls.start")) for r in runs
-        ]
+        seen = [(r.program, r.version, r.deck.get("run.seed"), r.deck.get("balls.start")) for r in runs]
         for run, key in zip(runs, seen):
             if seen.count(key) > 1:
-                raise UserError(
-                    f"{run.path}: seed and start of another replicate: it tells nothing new"
-                )
+                raise UserError(f"{run.path}: seed and start of another replicate: it tells nothing new")
 
     @property
     def label(self) -> str:
@@ -260,9 +252,7 @@ def different_keys(a: dict, b: dict) -> list[str]:
 
 def _check_replicate(first: Measured, other: Measured):
     if first.program != other.program:
-        raise UserError(
-            f"{other.path}: by {other.program}, so no replicate of {first.path}, by {first.program}"
-        )
+        raise UserError(f"{other.path}: by {other.program}, so no replicate of {first.path}, by {first.program}")
     for key in different_keys(first.deck, other.deck):
         if not OWN.fullmatch(key):
             raise UserError(

@@ -11,11 +11,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from milltools.base.text import literal
 from milltools.compare.load import SPEED_EDGES
-from milltools.compare.maps import LEAST
-from milltools.kinds import label as kind_label
-from milltools.plot import save, spectrum
-from milltools.style import literal, run_style
+from milltools.compare.map_deviation import LEAST
+from milltools.figures.command import save, spectrum
+from milltools.figures.style import run_style
+from milltools.read.kinds import label as kind_label
 
 
 def draw_spectra(figure, sides):
@@ -232,9 +233,7 @@ def figures(sides):
 def write(sides, path):
     """All pictures one below the other."""
     sizes = [size(len(sides)) for *_, size in PICTURES]
-    whole = plt.figure(
-        figsize=(max(w for w, _ in sizes), sum(h + 0.5 for _, h in sizes)), layout="constrained"
-    )
+    whole = plt.figure(figsize=(max(w for w, _ in sizes), sum(h + 0.5 for _, h in sizes)), layout="constrained")
     parts = whole.subfigures(len(PICTURES), 1, height_ratios=[h for _, h in sizes], hspace=0.03)
     for part, (title, _, draw, _) in zip(parts, PICTURES):
         part.suptitle(title, fontweight="bold")

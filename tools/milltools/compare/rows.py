@@ -3,8 +3,9 @@
 import dataclasses
 import math
 
-from milltools.compare import errors, maps
-from milltools.compare.errors import Estimate
+from milltools.compare import agreement as errors
+from milltools.compare import map_deviation as maps
+from milltools.compare.agreement import Estimate
 from milltools.compare.load import (
     GEOMETRY,
     LEVELS,
@@ -13,9 +14,9 @@ from milltools.compare.load import (
     different_keys,
     usual,
 )  # fmt: skip
-from milltools.kinds import KINDS
-from milltools.kinds import label as label_of
-from milltools.schema import THRESHOLDS
+from milltools.read.kinds import KINDS
+from milltools.read.kinds import label as label_of
+from milltools.read.schema import THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
@@ -309,9 +310,7 @@ def notes(sides: list[Side]) -> list[str]:
         for run in side.runs:
             who = f"{side.letter} ({run.path})"
             if run.status != "complete":
-                said.append(
-                    f"{who} is not complete (status '{run.status}'): it ends at {run.time:.4g} s."
-                )
+                said.append(f"{who} is not complete (status '{run.status}'): it ends at {run.time:.4g} s.")
             said += [f"{who}: {note.rstrip('.')}." for note in run.notes]
             if not run.steady:
                 said.append(f"{who} is not steady over its window: {run.trend}.")
@@ -342,9 +341,7 @@ def notes(sides: list[Side]) -> list[str]:
         )
     runs = [run for side in sides for run in side.runs]
     if any("fast_collisions/ball_ball" not in r.series and not r.known["rate/all"] for r in runs):
-        said.append(
-            "Without /observables/fast_collisions errors of impact rates are those of the normal dissipation."
-        )
+        said.append("Without /observables/fast_collisions errors of impact rates are those of the normal dissipation.")
     said.append(
         f"Agree: what chance allows {100 * errors.CONFIDENCE:g} times in 100 (Student's t). Undecided: the errors are so large that a "
         f"difference of {100 * errors.COARSE:g} % could go unseen; longer runs or more replicates make them smaller."

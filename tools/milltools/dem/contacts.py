@@ -12,8 +12,8 @@ outer one from a k-d tree. Arrays are by contact where not said otherwise; SI un
 import numpy as np
 from scipy.spatial import cKDTree
 
-from milltools.dem.blades import Boxes
-from milltools.dem.scene import scene_of
+from milltools.dem.boxes import Boxes
+from milltools.dem.setup import scene_of
 from milltools.dem.walls import Found
 
 INNER_SAMPLES = 8  # the inner ring is drawn anew after so many samples
@@ -49,10 +49,7 @@ class Contacts:
         self.rotor = deck.rotor_speed
         self.boxes = next((wall for wall in self.walls if isinstance(wall, Boxes)), Boxes(deck))
         self.skin = 0.2 * 2 * self.radius.max()
-        self.spring = {
-            name: model.table(name)
-            for name in ("mass", "stiffness", "damping", "decay", "frequency")
-        }
+        self.spring = {name: model.table(name) for name in ("mass", "stiffness", "damping", "decay", "frequency")}
         self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in deck.kinds]
         self.touching = [np.empty(0, np.int64) for _ in self.walls]
         self.normal_loss = np.zeros(len(deck.kinds))
@@ -77,9 +74,7 @@ class Contacts:
         ahead = INNER_SAMPLES * self.interval
         if time + ahead > self.outer_until or now > self.fastest:
             self.fastest = SPEEDUP * max(now, 1e-3)
-            self.outer_until = time + max(
-                self.skin / (self.fastest + max(self.fastest, tip)), ahead
-            )
+            self.outer_until = time + max(self.skin / (self.fastest + max(self.fastest, tip)), ahead)
             reach = self.outer_until - time
             self._outer(time, place, 2 * self.fastest * reach, (self.fastest + tip) * reach)
         self.fast = fastest = min(SPEEDUP * max(now, 1e-3), self.fastest)
@@ -192,9 +187,7 @@ class Contacts:
             self.normal_loss[self.kinds[which]] += self.interval * np.sum(
                 self.springs("damping", which, found) * closing * closing
             )
-            self.elastic[which] = 0.5 * np.sum(
-                self.springs("stiffness", which, found) * found.overlap**2
-            )
+            self.elastic[which] = 0.5 * np.sum(self.springs("stiffness", which, found) * found.overlap**2)
             self.deepest = max(self.deepest, found.overlap.max())
             new = np.isin(found.key, self.touching[which], assume_unique=True, invert=True)
             self.touching[which] = found.key
@@ -210,9 +203,7 @@ class Contacts:
 
     def _impacts(self, time, which, found, new, closing, place):
         found, kind = found.where(new), self.kinds[which]
-        decay, frequency, mass = (
-            self.springs(name, which, found) for name in ("decay", "frequency", "mass")
-        )
+        decay, frequency, mass = (self.springs(name, which, found) for name in ("decay", "frequency", "mass"))
         speed, age = solve_back(found.overlap, closing[new], decay, frequency)
         slip = self.slip(which, found, place, *self.before)
         lost = 0.5 * self.loss[kind] * mass * speed * speed

@@ -6,7 +6,7 @@ bodies are moved apart first, each pair by half; the balls keep their velocities
 
 import numpy as np
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 ROUNDS = 400
 CLOSED = 1e-7  # of the largest radius: overlaps that count as none

@@ -17,8 +17,8 @@ import time
 
 import numpy as np
 
+from milltools.base.errors import UserError
 from milltools.dem.signals import waiting
-from milltools.errors import UserError
 
 HEADER = 100  # bytes before the numbers of a binary dump
 PIPE = 1 << 20  # [bytes] that wait in a pipe: a few samples
@@ -159,9 +159,7 @@ class Process:
         for entry in filter(str.isdigit, os.listdir("/proc")):
             with contextlib.suppress(OSError):
                 if os.getsid(int(entry)) == self.process.pid:
-                    words = (
-                        pathlib.Path("/proc", entry, "stat").read_text().rpartition(")")[2].split()
-                    )
+                    words = pathlib.Path("/proc", entry, "stat").read_text().rpartition(")")[2].split()
                     if words[0] not in "ZX":
                         found[int(entry)] = (int(words[11]) + int(words[12])) / tick
         return found
@@ -223,9 +221,7 @@ class Process:
             return None
         step, into[:] = found
         if not np.isfinite(into).all():
-            raise UserError(
-                f"LIGGGHTS has lost itself: a ball's place or speed is no number at step {step}", 1
-            )
+            raise UserError(f"LIGGGHTS has lost itself: a ball's place or speed is no number at step {step}", 1)
         if not self.begun:
             self.begun = True
             self._assert_mesh(self.screen(), over=False)
@@ -287,9 +283,7 @@ class Process:
         errors = (self.folder / "stderr.txt").read_text(errors="replace").splitlines()
         said += [line.strip() for line in errors if re.search(r"[A-Za-z]", line)]
         if status != 0 or "ERROR" in text:
-            how = (
-                f"failed with status {status}" if status >= 0 else f"was ended by signal {-status}"
-            )
+            how = f"failed with status {status}" if status >= 0 else f"was ended by signal {-status}"
             raise UserError(f"LIGGGHTS {how}: {said[0] if said else 'it said nothing'}", 1)
         self._assert_mesh(text, over=True)
         loop = re.search(r"Loop time of \S+ on \d+ procs for \d+ steps with (\d+) atoms", text)
@@ -299,6 +293,4 @@ class Process:
             raise UserError(f"LIGGGHTS ended with {loop[1]} of {self.balls} balls", 1)
         dangerous = re.findall(r"Dangerous builds = (\d+)", text)
         if any(int(count) for count in dangerous):
-            raise UserError(
-                f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1
-            )
+            raise UserError(f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1)

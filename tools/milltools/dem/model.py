@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from milltools.dem.scene import scene_of
+from milltools.dem.setup import scene_of
 
 POISSON = 0.3  # of all bodies; only E / (2 (1 - nu^2)) acts
 STEEL = 2.1e11  # [Pa]
@@ -107,26 +107,19 @@ class Model:
             for a in count
         ]
         self.wall = {
-            kind: [spring(modulus, self.speed, e[kind], masses[a], radii[a]) for a in count]
-            for kind in self.kinds[1:]
+            kind: [spring(modulus, self.speed, e[kind], masses[a], radii[a]) for a in count] for kind in self.kinds[1:]
         }
-        self.springs = [s for row in self.pair for s in row] + [
-            s for row in self.wall.values() for s in row
-        ]
+        self.springs = [s for row in self.pair for s in row] + [s for row in self.wall.values() for s in row]
         self.shortest = min(s.duration for s in self.springs)
         series = deck.number("output.series")
-        self.samples_per_row = math.ceil(
-            series / (STEPS_PER_SAMPLE * self.shortest / STEPS_PER_CONTACT)
-        )
+        self.samples_per_row = math.ceil(series / (STEPS_PER_SAMPLE * self.shortest / STEPS_PER_CONTACT))
         self.sample_interval = series / self.samples_per_row
         self.time_step = self.sample_interval / STEPS_PER_SAMPLE
 
     def table(self, attribute):
         """`attribute` of the Springs as arrays: (S, S) of pairs, {kind: (S,)} of walls."""
         pair = np.array([[getattr(s, attribute) for s in row] for row in self.pair])
-        return pair, {
-            kind: np.array([getattr(s, attribute) for s in row]) for kind, row in self.wall.items()
-        }
+        return pair, {kind: np.array([getattr(s, attribute) for s in row]) for kind, row in self.wall.items()}
 
 
 def tangential_damping(deck):

@@ -11,14 +11,12 @@ import math
 import numpy as np
 from scipy.special import jv
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 NOTHING = 1e-14  # harmonics smaller than this are left out, beside the largest
 PARALLEL = 1e-9
 ROUNDING = 1e-14  # [m]
-TIMES = np.random.default_rng(1).uniform(
-    0, 1, 24
-)  # moments at which a motion is looked at, in its slowest periods
+TIMES = np.random.default_rng(1).uniform(0, 1, 24)  # moments at which a motion is looked at, in its slowest periods
 
 
 def skew(a):
@@ -110,9 +108,7 @@ class Rotation:
     def harmonics(self):
         """Of the matrix (4, 4)."""
         along = np.outer(self.axis, self.axis)
-        half = (
-            np.eye(3) - along - 1j * skew(self.axis)
-        ) / 2  # of exp(i angle); the rest is its conjugate
+        half = (np.eye(3) - along - 1j * skew(self.axis)) / 2  # of exp(i angle); the rest is its conjugate
         wave = {self.speed: np.exp(1j * self.angle)}
         for a, w, phase in self.swings:
             most = math.ceil(abs(a)) + 16
@@ -136,9 +132,7 @@ class Rotation:
 
     def seen(self, frame, origin):
         """The same in coordinates frame @ (p - origin)."""
-        return dataclasses.replace(
-            self, centre=frame @ (self.centre - origin), axis=frame @ self.axis
-        )
+        return dataclasses.replace(self, centre=frame @ (self.centre - origin), axis=frame @ self.axis)
 
     def lines(self, mesh, begin, step):
         """LIGGGHTS' commands for a mesh; `begin` [s]: the time at step 0."""
@@ -147,9 +141,7 @@ class Rotation:
         where = f"origin {place} axis " + " ".join(f"{v:.17g}" for v in axis)
         if not self.swings:
             period = 2 * math.pi / abs(self.speed)
-            return [
-                f"fix move_{mesh} all move/mesh mesh {mesh} rotate {where} period {period:.17g}"
-            ]
+            return [f"fix move_{mesh} all move/mesh mesh {mesh} rotate {where} period {period:.17g}"]
         return [
             f"variable rate_{mesh} equal {self.formula(begin, step)}",
             f"fix move_{mesh} all move/mesh mesh {mesh} rotate/variable {where} omega v_rate_{mesh}",
@@ -216,11 +208,7 @@ class Shift:
 def formula(constant, waves, begin, step):
     """constant + sum of a cos(w t + phase) of the waves (a, w, phase), as LIGGGHTS reads it; t is begin [s] at step 0."""
     words = [f"{constant:.17g}"]
-    words += [
-        f"({a:.17g})*cos({w:.17g}*step*{step:.17g}+({phase + w * begin:.17g}))"
-        for a, w, phase in waves
-        if a
-    ]
+    words += [f"({a:.17g})*cos({w:.17g}*step*{step:.17g}+({phase + w * begin:.17g}))" for a, w, phase in waves if a]
     return "+".join(words)
 
 

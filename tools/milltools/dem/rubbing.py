@@ -6,12 +6,12 @@ the mean over many moments is the loss, however far apart they are. Only its sca
 
 Between balls this does not work: `compute pair/gran/local` evaluates the contact law once more, after the step, and a
 sliding contact whose spring was just cut back to mu F_n then counts as sticking, dashpot added. What friction takes there is
-what the balance of energy leaves over (milltools.dem.mill).
+what the balance of energy leaves over (milltools.dem.soft_mill).
 """
 
 import numpy as np
 
-from milltools.dem.scene import SHAFT
+from milltools.dem.setup import SHAFT
 
 
 def columns_of(contacts, which, found):

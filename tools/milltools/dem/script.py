@@ -7,8 +7,8 @@ silence. The set-up and its pitfalls are explained in docs/dem.md.
 import numpy as np
 
 from milltools.dem.model import POISSON, STEPS_PER_SAMPLE
-from milltools.dem.scene import scene_of
-from milltools.kinds import KINDS
+from milltools.dem.setup import scene_of
+from milltools.read.kinds import KINDS
 
 
 def stl(triangles):
@@ -34,9 +34,7 @@ def data_file(species, species_of_ball, position, velocity, spin, box, types=Non
         f"{types} atom types",
         "",
     ]
-    lines += [
-        f"{lo:.9g} {hi:.9g} {axis}lo {axis}hi" for (lo, hi), axis in zip(box, "xyz", strict=True)
-    ]
+    lines += [f"{lo:.9g} {hi:.9g} {axis}lo {axis}hi" for (lo, hi), axis in zip(box, "xyz", strict=True)]
     lines += ["", "Atoms", ""]
     for k, (kind, place) in enumerate(zip(species_of_ball, position, strict=True), start=1):
         ball = species[kind]

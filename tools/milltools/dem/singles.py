@@ -16,15 +16,11 @@ import numpy as np
 from milltools.dem import script
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE
-from milltools.dem.scene import scene_of
+from milltools.dem.setup import scene_of
 
-ANGLES = np.concatenate(
-    [np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)]
-)  # slip / v_n
+ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
 PHASES = 4  # each angle begins its contact at so many different fractions of a time step
-SPEED = (
-    0.02  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
-)
+SPEED = 0.02  # [m/s] normal speed of all impacts: so slow that the normal hardly turns while they last
 GAP = 0.004  # of the diameter, before the impact
 
 
@@ -100,9 +96,7 @@ def throw(deck, model, damped, kind):
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
     flat = np.empty((len(place), 9))
     try:
-        data = script.data_file(
-            deck.species, species, place, velocity, spin, box, script.types(deck)
-        )
+        data = script.data_file(deck.species, species, place, velocity, spin, box, script.types(deck))
         (folder / "balls.data").write_text(data)
         with Process(folder, _lines(deck, model, damped, kind, steps), len(place)) as process:
             while process.state(flat) is not None:

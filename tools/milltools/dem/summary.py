@@ -3,7 +3,7 @@
 import math
 import textwrap
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 
 def _number(value, unit=""):
@@ -21,9 +21,7 @@ def summarize(path, deck, measured):
         warm = f", after {until * 1e3:.4g} ms at {soft:.3g} Pa" if until > 0 else ""
         sampled = f"sampled for {window * 1e3:.4g} ms"
         if not window > 0:
-            sampled = (
-                f"nothing sampled: it ended at {run.time * 1e3:.4g} ms, before run.sample_from"
-            )
+            sampled = f"nothing sampled: it ended at {run.time * 1e3:.4g} ms, before run.sample_from"
         lines = ["", f"{sampled}; LIGGGHTS, E = {read('run/modulus'):.3g} Pa{warm}", ""]
         lines.append(
             "                                       median v_n  median v_n    mean v_n   dissipated\n"
@@ -33,8 +31,7 @@ def summarize(path, deck, measured):
         for kind in (*run.kinds, "all"):
             row = f"statistics/impacts/{kind}"
             median, above, mean = (
-                read(f"{row}/normal_speed/{name}")
-                for name in ("median", "median_above_50mm_s", "mean")
+                read(f"{row}/normal_speed/{name}") for name in ("median", "median_above_50mm_s", "mean")
             )
             lines.append(
                 f"{kind:<12}{read(f'{row}/count'):>11}{_number(read(f'{row}/rate')):>14}{_number(median):>12}"
@@ -56,13 +53,9 @@ def summarize(path, deck, measured):
             lines.append(f"kinetic energy     {moving} J at the end, and {turning} J in spin")
         if run.has("run/energy_balance_error"):
             balance = read("run/energy_balance_error")
-            lines.append(
-                f"energy error       {100 * balance:.2g} % of the energy turned over (contacts are sampled)"
-            )
+            lines.append(f"energy error       {100 * balance:.2g} % of the energy turned over (contacts are sampled)")
         lines.append("")
-        lines.append(
-            "single impacts      restitution        friction          tangential restitution"
-        )
+        lines.append("single impacts      restitution        friction          tangential restitution")
         for kind, law in measured.items():
             wanted = deck.contact(kind)
             lines.append(

@@ -1,6 +1,6 @@
 """The surfaces that balls meet: where a ball touches them, how fast they move, and what LIGGGHTS has for them.
 
-Everything is in the frame of the simulation (milltools.dem.scene). A wall has
+Everything is in the frame of the simulation (milltools.dem.setup). A wall has
     kind        index of its contact's kind
     primitives  [(name, LIGGGHTS' words, number of a species or None: of all balls)]
     motion      a Rotation or Shift of milltools.dem.paths, or None

@@ -28,9 +28,7 @@ class Table:
             head = csv.writer(text := _Text(), lineterminator="\n")
             head.writerow(block)
             self.file.write(text.line.encode())
-            self.writer = CSVWriter(
-                self.file, batch.schema, write_options=WriteOptions(include_header=False)
-            )
+            self.writer = CSVWriter(self.file, batch.schema, write_options=WriteOptions(include_header=False))
         self.writer.write_batch(batch)
         self.rows += len(batch)
 
@@ -158,9 +156,7 @@ def impacts(arguments):
         why = "single impacts are kept with output.impacts = all"
         run.read("impacts/time", slice(0, 0), why=why)
         first, end = _between(run, "impacts/time", arguments)
-        kinds = np.array(
-            [str(kind) for kind in run.attribute("impacts", "kinds", run.kinds)], object
-        )
+        kinds = np.array([str(kind) for kind in run.attribute("impacts", "kinds", run.kinds)], object)
 
         def blocks():
             for part in _parts(first, end, arguments.file):
@@ -175,9 +171,7 @@ def _impacts(run, kinds, part):
     for name, text in IMPACTS:
         values = run.read(f"impacts/{name}", part)
         letter = {"position": "", "normal": "n"}.get(name)
-        block |= (
-            {_loss(run, name, text): values} if letter is None else vector(letter, values, text)
-        )
+        block |= {_loss(run, name, text): values} if letter is None else vector(letter, values, text)
     return block
 
 

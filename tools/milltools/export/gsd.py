@@ -8,9 +8,9 @@ walls are no neighbours.
 
 import numpy as np
 
-from milltools.bodies import Mill
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 from milltools.export import source, whole
+from milltools.geometry.bodies import Mill
 
 
 def write(arguments):

@@ -4,7 +4,7 @@ import pathlib
 import re
 from xml.sax.saxutils import quoteattr
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 from milltools.export import source, vtp, whole
 
 
@@ -21,9 +21,7 @@ def balls(arguments):
 
 def mill(arguments):
     if source.about(arguments.source) == "deck":
-        raise UserError(
-            f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp"
-        )
+        raise UserError(f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp")
     bodies = vtp.Bodies(source.deck_of(arguments.source, arguments.set), arguments)
     with source.open_run(arguments) as run:
         chosen, times = source.many(run, arguments), source.stored(run)

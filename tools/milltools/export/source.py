@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
-from milltools.deck import Deck
-from milltools.errors import UserError
-from milltools.runfile import Run
+from milltools.base.errors import UserError
+from milltools.read.deck import Deck
+from milltools.read.runfile import Run
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 LENGTH = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6}
@@ -24,9 +24,7 @@ def about(path) -> str:
     if head.startswith(HDF5):
         return "run"
     if head.startswith(b"PAR1"):
-        raise UserError(
-            f"{path}: a table of a study, not a run or a deck; 'mill study {path}' shows it"
-        )
+        raise UserError(f"{path}: a table of a study, not a run or a deck; 'mill study {path}' shows it")
     if b"\0" in head:
         raise UserError(f"{path}: neither the output file of a run (HDF5) nor a deck (text)")
     return "deck"
@@ -105,11 +103,7 @@ def stored(run) -> np.ndarray:
     """Times of all frames [s]; UserError where there are none."""
     times = run.frame_times()
     if not len(times):
-        why = (
-            "output.frames = 0 s"
-            if run.quantity("output/frames", 0.0) == 0
-            else "the run has just begun"
-        )
+        why = "output.frames = 0 s" if run.quantity("output/frames", 0.0) == 0 else "the run has just begun"
         raise UserError(f"{run.path}: no ball states are stored ({why})")
     return times
 

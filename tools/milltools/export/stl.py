@@ -8,11 +8,12 @@ import math
 
 import numpy as np
 
-from milltools import bodies, engine
-from milltools.errors import UserError
+from milltools.base import engine
+from milltools.base.errors import UserError
 from milltools.export import source, whole
-from milltools.profile import Profile
-from milltools.solids import PARTS
+from milltools.geometry import bodies
+from milltools.geometry.profile import Profile
+from milltools.geometry.solids import PARTS
 
 MOST_CORNERS = 4000  # of an outline
 FIXED = {"drum": "ball_drum", "walls": "ball_wall", "shaft": "ball_shaft", "blades": "ball_blade"}
@@ -46,9 +47,7 @@ class Parts:
             if not found.get(part):
                 there = ", ".join(name for name, own in found.items() if own)
                 raise UserError(f"{deck.path}: --part {part}: this mill has none, but {there}")
-        self.at_start = {
-            part: own for part, own in found.items() if own and part in (arguments.part or found)
-        }
+        self.at_start = {part: own for part, own in found.items() if own and part in (arguments.part or found)}
 
     def ways(self, poses=None, time=0.0):
         """What comes to each motion from t = 0 to where it is at `poses`, or at a time [s]."""
@@ -70,15 +69,11 @@ def _sizes(deck, arguments):
         thickness = source.length(arguments.thickness, "thickness")
     least, most = profile.radius / 1000, 10 * profile.radius
     if not least <= thickness <= most:
-        raise UserError(
-            f"--thickness: expected {least:.3g} to {most:.3g} m for this drum, got {thickness:.6g} m"
-        )
+        raise UserError(f"--thickness: expected {least:.3g} to {most:.3g} m for this drum, got {thickness:.6g} m")
     tolerance = min(profile.radius / 2000, thickness / 2)
     if arguments.tolerance:
         tolerance = source.length(arguments.tolerance, "tolerance")
-    finest = max(
-        1e-6 * profile.radius, (profile.length / MOST_CORNERS) ** 2 / (8 * profile.arc_radius)
-    )
+    finest = max(1e-6 * profile.radius, (profile.length / MOST_CORNERS) ** 2 / (8 * profile.arc_radius))
     coarsest = min(profile.radius / 5, thickness / 2)
     if finest > coarsest:
         raise UserError(f"{deck.path}: too many buckles for triangles")
@@ -109,9 +104,7 @@ def write(arguments):
             for motion, body in own
         ]
     )
-    rows = np.zeros(
-        len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")]
-    )
+    rows = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     rows["normal"] = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     rows["corners"] = corners

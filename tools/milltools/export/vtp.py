@@ -10,8 +10,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from milltools.bodies import moved
 from milltools.export import source, stl, whole
+from milltools.geometry.bodies import moved
 
 TYPES = {"f4": "Float32", "f8": "Float64", "i4": "Int32", "i8": "Int64"}
 
@@ -124,9 +124,7 @@ class Bodies:
     def write(self, time, path, poses=None):
         """Returns the size [bytes]; `poses` of the motions then, where a run tells them."""
         ways = self._parts.ways(poses, time)
-        points = np.concatenate(
-            [moved(ways[motion], p) if motion in ways else p for motion, p in self.pieces]
-        )
+        points = np.concatenate([moved(ways[motion], p) if motion in ways else p for motion, p in self.pieces])
         cells = {"Polys": self.corners}
         return polydata(path, time, points.astype("f4"), cells, cell_data={"part": self.part})
 

@@ -7,7 +7,7 @@ import shutil
 import sys
 import time
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 PATIENCE = 2.0  # [s] nothing is said of what takes no longer
 PLAIN = 10.0  # [s] between lines where there is no terminal

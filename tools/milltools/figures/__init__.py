@@ -15,8 +15,7 @@ from milltools.figures.base import Figure, Table
 from milltools.figures.inline import svg
 
 FIGURES: dict[str, Figure] = {
-    figure.name: figure
-    for figure in (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES, *overtime.FIGURES)
+    figure.name: figure for figure in (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES, *overtime.FIGURES)
 }
 
 __all__ = ["FIGURES", "Figure", "Table", "svg"]

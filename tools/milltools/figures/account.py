@@ -117,9 +117,7 @@ def account(run) -> Account:
             normal = power(f"dissipation_normal/{kind}")
         known = np.isfinite(normal)
         dissipation[kind] = (normal, total - normal) if known else (total, None)
-    drives = {
-        n: power(f"motion_work/{n}") for n in run.motions if run.has_series(f"motion_work/{n}")
-    }
+    drives = {n: power(f"motion_work/{n}") for n in run.motions if run.has_series(f"motion_work/{n}")}
     if not drives and run.has_rotor:
         drives = {"rotor": power("rotor_work")}
     return Account((begin, end), drives, energies, dissipation)

@@ -7,8 +7,9 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure as Canvas
 
-from milltools.errors import UserError
-from milltools.style import INK, STYLE, literal, number
+from milltools.base.errors import UserError
+from milltools.base.text import literal, number
+from milltools.figures.style import INK, STYLE
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
 QUIET = {"color": INK, "alpha": 0.7}  # what stands back; no grey, as a dark page needs a light one

@@ -95,9 +95,7 @@ def _from_log(run, told) -> dict[str, Bins]:
     for name in (*run.kinds, "all"):
         rows = slice(None) if name == "all" else [names.index(name)]
         n, e = count[rows].sum(axis=0), lost[rows].sum(axis=0)
-        found[name] = Bins(
-            EDGES, n[1:-1], e[1:-1], (n[0], e[0]), (n[-1], e[-1]), run.duration, part
-        )
+        found[name] = Bins(EDGES, n[1:-1], e[1:-1], (n[0], e[0]), (n[-1], e[-1]), run.duration, part)
     return found
 
 

@@ -1,12 +1,10 @@
 """Figures and their numbers into files."""
 
-import csv
-
 import matplotlib
-import numpy as np
 
+from milltools.base.files import write_csv
 from milltools.figures.base import LOOK, Table
-from milltools.style import save, whole
+from milltools.figures.style import save
 
 DOTS = 200  # per inch, of a PNG and of the fields of maps
 
@@ -21,22 +19,7 @@ def numbers(tables: list[Table], path):
     """Tables with the same heads as one CSV file, to the last digit; of several runs with their names in front. What is
     not known is empty."""
 
-    def write(part):
-        with open(part, "w", newline="", encoding="utf-8") as file:
-            out = csv.writer(file, lineterminator="\n")
-            several = len(tables) > 1
-            out.writerow((["run"] if several else []) + list(tables[0].columns))
-            for table in tables:
-                for row in zip(*table.columns.values()):
-                    out.writerow(([table.name] if several else []) + [_cell(v) for v in row])
-
-    whole(path, write)
-
-
-def _cell(value) -> str:
-    if isinstance(value, str):
-        return str(value)
-    if isinstance(value, (np.integer, int)):
-        return str(int(value))
-    value = float(value)
-    return "" if np.isnan(value) else repr(value)
+    several = len(tables) > 1
+    head = (["run"] if several else []) + list(tables[0].columns)
+    rows = ([table.name] * several + list(row) for table in tables for row in zip(*table.columns.values()))
+    write_csv(path, head, rows)

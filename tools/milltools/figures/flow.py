@@ -3,11 +3,12 @@ each parted into what the normal and the tangential motion lost, and into energy
 
 import numpy as np
 
+from milltools.base.text import number, quantity
 from milltools.figures import sankey
 from milltools.figures.account import ENERGIES, Account, account, why_not
 from milltools.figures.base import WIDTH, Figure, labels, not_sampled, subtitle
-from milltools.kinds import label
-from milltools.style import INK, kind_look, number, quantity
+from milltools.figures.style import INK, kind_look
+from milltools.read.kinds import label
 
 PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # how solid a band is
 STORED = "#8c8c8c"
@@ -25,9 +26,7 @@ class Flow(Figure):
         why = not_sampled(run) or why_not(run)
         if why:
             return why
-        return (
-            None if account(run).turnover > 0 else "no energy was turned over in the sampled window"
-        )
+        return None if account(run).turnover > 0 else "no energy was turned over in the sampled window"
 
     def paint(self, figure, runs):
         accounts = [account(run) for run in runs]

@@ -7,7 +7,7 @@ import matplotlib
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from milltools.figures.base import LOOK
-from milltools.style import INK
+from milltools.figures.style import INK
 
 _TAG = re.compile(r"<[^>]*>")  # a ">" in an attribute is written as &gt;
 _ID = re.compile(r'\s+id="([^"]*)"')

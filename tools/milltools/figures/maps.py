@@ -9,10 +9,10 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
-from milltools import vessel
 from milltools.figures import outlines
 from milltools.figures.base import WIDTH, Figure, labels, not_sampled, sampled, subtitle
-from milltools.style import log_ticks
+from milltools.figures.style import log_ticks
+from milltools.geometry import vessel
 
 VIEWS = {
     "cross_section": ("y", "z", ("x", "y", "z")),
@@ -123,9 +123,7 @@ class Map(Figure):
         self.title, self.caption = title, caption
 
     def says(self, runs):
-        return " ".join(
-            dict.fromkeys([self.caption, *(outlines.signs(run, self.view) for run in runs)])
-        )
+        return " ".join(dict.fromkeys([self.caption, *(outlines.signs(run, self.view) for run in runs)]))
 
     def why_not(self, run):
         why = not_sampled(run)
@@ -134,16 +132,8 @@ class Map(Figure):
         if not run.has(f"statistics/maps/{self.view}"):
             return "the file has no maps"
         if QUANTITIES[self.quantity].impacts:
-            return (
-                None
-                if run.map("impact_count", self.view).any()
-                else "no impacts in the sampled window"
-            )
-        return (
-            None
-            if int(run.statistic("maps/samples"))
-            else "no snapshot of the balls in the sampled window"
-        )
+            return None if run.map("impact_count", self.view).any() else "no impacts in the sampled window"
+        return None if int(run.statistic("maps/samples")) else "no snapshot of the balls in the sampled window"
 
     def paint(self, figure, runs):
         quantity, fields = QUANTITIES[self.quantity], [field(run, self.view) for run in runs]
@@ -166,9 +156,7 @@ class Map(Figure):
         words = quantity.label
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
-        bar = figure.colorbar(
-            image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02
-        )
+        bar = figure.colorbar(image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02)
         bar.solids.set_rasterized(True)
         if quantity.scale == "log":
             log_ticks(bar.ax.yaxis, low, high)
@@ -200,10 +188,7 @@ class Map(Figure):
         planar = (1, 2) if self.view == "cross_section" else (0, 1)
         weight = np.nan_to_num(found.values["solid"]) * found.volume
         step = max(1, round(max(weight.shape) / ARROWS))
-        sums = [
-            _blocks(w, step)
-            for w in (weight, *(weight * np.nan_to_num(found.flow[k]) for k in planar))
-        ]
+        sums = [_blocks(w, step) for w in (weight, *(weight * np.nan_to_num(found.flow[k]) for k in planar))]
         middle = [0.5 * (e[:-1] + e[1:]) for e in found.edges]
         places = np.meshgrid(*middle, indexing="ij")
         at = [_blocks(np.where(weight > 0, weight * p, 0), step) for p in places]
@@ -254,11 +239,7 @@ class Map(Figure):
             "impacts [1]": found.count.ravel(),
         }
         for name, quantity in QUANTITIES.items():
-            head = (
-                quantity.head.replace(" per volume", f"{part} per volume")
-                if name == "power"
-                else quantity.head
-            )
+            head = quantity.head.replace(" per volume", f"{part} per volume") if name == "power" else quantity.head
             table[head] = found.values[name].ravel()
         for axis, values in zip(components, found.flow):
             table[f"mean velocity {axis} [m/s]"] = values.ravel()

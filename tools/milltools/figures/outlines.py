@@ -6,9 +6,9 @@ import math
 import numpy as np
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from milltools import vessel
-from milltools.bodies import Mill, inverse, moved, outermost
-from milltools.style import INK
+from milltools.figures.style import INK
+from milltools.geometry import vessel
+from milltools.geometry.bodies import Mill, inverse, moved, outermost
 
 STEEL = "#8c8c8c"  # stands out on white and on black
 # a line that is seen on every colour of a field: light upon dark; neither may turn with the page's ink
@@ -129,14 +129,10 @@ def axial(ax, run):
     rim = _wall(ax, run, "axial")
     low, high = holds.low, holds.high
     if not run.vessel and holds.profile.innermost < holds.outermost:
-        ax.plot(
-            [low, high], [holds.profile.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy"
-        )
+        ax.plot([low, high], [holds.profile.innermost] * 2, color=INK, lw=0.6, ls=":", label="_wavy")
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
-        shaft = Rectangle(
-            (low, 0), high - low, radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft"
-        )
+        shaft = Rectangle((low, 0), high - low, radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft")
         ax.add_patch(shaft)
         for begin, end, reach in sweeps(run):
             _line(ax, [begin, begin, end, end], [radius, reach, reach, radius], "_sweep")

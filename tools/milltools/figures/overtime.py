@@ -8,11 +8,12 @@ import math
 
 import numpy as np
 
-from milltools import motions
-from milltools.figures.base import QUIET, WIDTH, Figure, labels, number
+from milltools.base.text import literal, number
+from milltools.figures.base import QUIET, WIDTH, Figure, labels
 from milltools.figures.spectra import run_look
-from milltools.kinds import label
-from milltools.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, literal, log_ticks
+from milltools.figures.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, log_ticks
+from milltools.read import motions
+from milltools.read.kinds import label
 
 FIRST, SECOND = (KIND_LOOK[kind][0] for kind in ("ball_ball", "ball_drum"))
 EACH = (FIRST, *COLOURS[3:], SECOND)  # of a run's motions
@@ -75,9 +76,7 @@ class OverTime(Figure):
         """The sampled window, where there is one and it is the same of all."""
         windows = {run.window for run in runs if run.has_statistics and run.duration > 0}
         if len(windows) == 1:
-            ax.axvspan(
-                *windows.pop(), color=INK, alpha=0.07, lw=0, zorder=0, label="sampled window"
-            )
+            ax.axvspan(*windows.pop(), color=INK, alpha=0.07, lw=0, zorder=0, label="sampled window")
 
     def why_not(self, run):
         for name in self.needed(run):
@@ -240,17 +239,13 @@ class Energy(OverTime):
 
     def columns(self, run):
         time = self.thinned(run, "kinetic_energy")[0]
-        values = {
-            f"{words} [J]": self.thinned(run, series)[1] for series, words in self.SERIES.items()
-        }
+        values = {f"{words} [J]": self.thinned(run, series)[1] for series, words in self.SERIES.items()}
         return {"time [s]": time, **values}
 
 
 class Collisions(OverTime):
     name, title = "collisions", "Collision rate"
-    caption = (
-        "Impacts per second over time, by contact kind, logarithmic. Shaded: the sampled window."
-    )
+    caption = "Impacts per second over time, by contact kind, logarithmic. Shaded: the sampled window."
     ylabel = "impacts per second [1/s]"
     series = "collisions/ball_ball"
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
-from milltools.style import INK
+from milltools.figures.style import INK
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,9 +84,7 @@ def _ribbon(ax, xs, start, end, band):
         (b, end[1]), (half, end[1]), (half, start[1]), (a, start[1]), (a, start[0]),
     ]  # fmt: skip
     codes = [Path.MOVETO, *[Path.CURVE4] * 3, Path.LINETO, *[Path.CURVE4] * 3, Path.CLOSEPOLY]
-    patch = PathPatch(
-        Path(points, codes), fc=band.colour, ec="none", alpha=band.solid, label="_band"
-    )
+    patch = PathPatch(Path(points, codes), fc=band.colour, ec="none", alpha=band.solid, label="_band")
     ax.add_patch(patch)
     edge = Path(points[:4], codes[:4])
     ax.add_patch(PathPatch(edge, fc="none", ec=band.colour, lw=HAIR, alpha=band.solid))
@@ -135,8 +133,6 @@ def _label_left(ax, sources, left, extent, line):
     wishes = [(a + b) / 2 for a, b in left]
     places = spread(wishes, line, line / 2, max(extent, line * len(sources)) - line / 2)
     for band, wish, place in zip(sources, wishes, places):
-        ax.plot(
-            [-0.05, -0.02, 0], [place, wish, wish], color=INK, alpha=0.55, lw=0.6, clip_on=False
-        )
+        ax.plot([-0.05, -0.02, 0], [place, wish, wish], color=INK, alpha=0.55, lw=0.6, clip_on=False)
         text = f"{band.label[0]}\n{', '.join(band.label[1:])}"
         ax.text(-0.07, place, text, ha="right", va="center", fontsize=FONT, clip_on=False)

@@ -11,7 +11,8 @@ counts: the number in the legend.
 
 import numpy as np
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
+from milltools.base.text import literal, number
 from milltools.figures import energies
 from milltools.figures.base import (
     LOOK,
@@ -24,8 +25,8 @@ from milltools.figures.base import (
     subtitle,
 )
 from milltools.figures.bins import Bins, merged
-from milltools.kinds import label
-from milltools.style import INK, KIND_LOOK, kind_look, literal, log_ticks, number, run_style
+from milltools.figures.style import INK, KIND_LOOK, kind_look, log_ticks, run_style
+from milltools.read.kinds import label
 
 GROUPS = ("impacts", "strikes")
 SPEEDS = {"normal_speed": "normal impact speed", "tangential_speed": "slip speed at impact"}
@@ -55,7 +56,7 @@ def plot(
 ):
     """Draws the spectra of a run into matplotlib axes, with axis labels, units and limits; returns the lines, one a kind.
 
-    run        an open milltools.runfile.Run
+    run        an open milltools.read.runfile.Run
     group      "impacts" or "strikes" (re-contacts of a pair merged)
     speed      "normal_speed" (approach) or "tangential_speed" (slip of the surfaces)
     abscissa   "speed", or "energy": the available normal energy m* v_n^2 / 2
@@ -278,9 +279,7 @@ class Spectrum(Figure):
         together = {head: np.concatenate([row[head] for row in rows]) for head in rows[0]}
         if per_ball:
             head = f"{group} per second, ball and decade [1/s]"
-            together[head] = together[f"{group} per second and decade [1/s]"] / len(
-                run.balls("mass")
-            )
+            together[head] = together[f"{group} per second and decade [1/s]"] / len(run.balls("mass"))
         return together
 
 
@@ -300,14 +299,10 @@ def _rows(kind, found: Bins, axis: str, group: str) -> dict:
         axis.format("from"): with_edges[:-1],
         axis.format("to"): with_edges[1:],
         f"{group} [1]": whole(found.below[0], found.count, found.above[0]),
-        f"{group} per second [1/s]": whole(found.below[0], found.count, found.above[0])
-        / found.duration,
+        f"{group} per second [1/s]": whole(found.below[0], found.count, found.above[0]) / found.duration,
         f"{group} per second and decade [1/s]": whole(nan, found.rate_density, nan),
-        f"{group} per second at or above [1/s]": np.concatenate(
-            [[found.rate], found.exceedance[a : b + 1]]
-        ),
-        f"dissipated power{part} [W]": whole(found.below[1], found.dissipation, found.above[1])
-        / found.duration,
+        f"{group} per second at or above [1/s]": np.concatenate([[found.rate], found.exceedance[a : b + 1]]),
+        f"dissipated power{part} [W]": whole(found.below[1], found.dissipation, found.above[1]) / found.duration,
         f"dissipated power per decade{part} [W]": whole(nan, found.power_density, nan),
     }
 

@@ -12,7 +12,7 @@ from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataNormals
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
-from milltools.bodies import inverse, moved
+from milltools.geometry.bodies import inverse, moved
 from milltools.render.camera import Camera
 from milltools.render.lamps import FILL, MAIN, light
 from milltools.render.shade import View
@@ -76,9 +76,7 @@ class Eye:
             view.SetViewAngle(2 * math.degrees(math.atan(half)))
         below, above = self._background
         shares = (count - row - 1) / count, (count - row) / count
-        for share, setter in zip(
-            shares, (self.renderer.SetBackground, self.renderer.SetBackground2), strict=True
-        ):
+        for share, setter in zip(shares, (self.renderer.SetBackground, self.renderer.SetBackground2), strict=True):
             setter(*(below + share * (above - below)))
 
 
@@ -168,9 +166,7 @@ class Balls:
         size.SetName("radius")
         self._data = vtkPolyData()
         self._data.SetPoints(self._points)
-        self._data.SetVerts(
-            _cells(np.arange(count).reshape(-1, 1))
-        )  # without cells it has no bounds
+        self._data.SetVerts(_cells(np.arange(count).reshape(-1, 1)))  # without cells it has no bounds
         self._data.GetPointData().AddArray(size)
         self._data.GetPointData().SetScalars(self._scalars)
         mapper = vtkOpenGLSphereMapper()
@@ -256,9 +252,7 @@ def _cells(index):
     """A vtkCellArray of cells (K, n) of n points each."""
     cells, count = vtkCellArray(), index.shape[1]
     offsets = np.arange(0, index.size + 1, count, dtype=np.int64)
-    cells.SetData(
-        numpy_to_vtk(offsets, deep=True), numpy_to_vtk(index.ravel().astype(np.int64), deep=True)
-    )
+    cells.SetData(numpy_to_vtk(offsets, deep=True), numpy_to_vtk(index.ravel().astype(np.int64), deep=True))
     return cells
 
 

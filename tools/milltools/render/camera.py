@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from milltools import bodies
-from milltools.errors import UserError
+from milltools.base.errors import UserError
+from milltools.geometry import bodies
 
 # azimuth: from +x towards +y, elevation: above the horizon, view angle; all in degrees; "end" is along the container's axis
 PRESETS = {
@@ -96,9 +96,7 @@ class Camera:
         eye = [(w[0] + w[1] * depth + h[0] + h[1] * depth) / 2 for w, h in bounds]
         place = np.array([*eye, depth])
         middle = np.append(place[:2], points[:, 2].mean())
-        return dataclasses.replace(
-            self, eye=place @ self.axes, target=middle @ self.axes, hull=None
-        )
+        return dataclasses.replace(self, eye=place @ self.axes, target=middle @ self.axes, hull=None)
 
     def project(self, points, size) -> np.ndarray:
         """Where `points` (K, 3) [m] are in a picture of `size` pixels: x from the left, y from the top, depth [m]; (K, 3)."""
@@ -107,13 +105,11 @@ class Camera:
             scale = np.full(len(seen), size[1] / self.height)
         else:
             scale = size[1] / 2 / math.tan(math.radians(self.angle) / 2) / seen[:, 2]
-        return np.stack(
-            [size[0] / 2 + seen[:, 0] * scale, size[1] / 2 - seen[:, 1] * scale, seen[:, 2]], axis=1
-        )
+        return np.stack([size[0] / 2 + seen[:, 0] * scale, size[1] / 2 - seen[:, 1] * scale, seen[:, 2]], axis=1)
 
 
 def of(text: str, run, fraction: float = 0.0, poses=None) -> Camera:
-    """A camera by name, one of PRESETS, for a milltools.runfile.Run; at `fraction` 0..1 of a film (orbit has gone once around
+    """A camera by name, one of PRESETS, for a milltools.read.runfile.Run; at `fraction` 0..1 of a film (orbit has gone once around
     by 1). Or a free one, as "eye=0.3,-0.2,0.1 target=0,0,0 up=0,0,1 angle=30" ([m], [degrees]; eye must be there). With `poses`
     it rides on the container, which is where these say."""
     mill = bodies.Mill.of(run)
@@ -154,9 +150,7 @@ def _swept(hull):
     outer = [np.argmax(away), np.argmax(height), np.argmin(height)]
     outer += [np.argmax(away + s * height) for s in (-1, 1)]
     angles = np.linspace(0, 2 * math.pi, 72, endpoint=False)
-    return np.array(
-        [(away[k] * math.cos(t), away[k] * math.sin(t), height[k]) for k in outer for t in angles]
-    )
+    return np.array([(away[k] * math.cos(t), away[k] * math.sin(t), height[k]) for k in outer for t in angles])
 
 
 def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> Camera:
@@ -165,9 +159,7 @@ def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> C
     if not all(v.shape == (3,) and np.isfinite(v).all() for v in (eye, target, up)):
         raise UserError("camera: eye, target and up are three numbers each, as in 0.3,-0.2,0.1")
     if not MIN_ANGLE <= angle <= MAX_ANGLE:
-        raise UserError(
-            f"camera: angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}"
-        )
+        raise UserError(f"camera: angle: expected {MIN_ANGLE:g} to {MAX_ANGLE:g} degrees, got {angle:g}")
     forward = target - eye
     if not np.linalg.norm(forward) > 0:
         raise UserError("camera: eye and target are the same place")

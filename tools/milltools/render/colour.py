@@ -6,7 +6,7 @@ import functools
 import matplotlib
 import numpy as np
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 MAP = "turbo"
 SHARE = 0.995  # of the balls are within the limits, if not said otherwise
@@ -95,21 +95,17 @@ def _table(cmap):
 
 
 def of(run, quantity: str, limits=None, cmap: str = MAP) -> Colour:
-    """The colours of a milltools.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
+    """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
     within them, from 0 on."""
     if quantity not in QUANTITIES:
         raise UserError(f"colour: expected one of {', '.join(QUANTITIES)}, got {quantity!r}")
     if cmap not in matplotlib.colormaps:
-        raise UserError(
-            f"colour: no colour map {cmap!r}; turbo, viridis and others of matplotlib's"
-        )
+        raise UserError(f"colour: no colour map {cmap!r}; turbo, viridis and others of matplotlib's")
     if limits is None:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)
     if not (np.isfinite([low, high]).all() and low < high):
-        raise UserError(
-            f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}"
-        )
+        raise UserError(f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}")
     return Colour(quantity, (low, high), cmap)
 
 

@@ -11,8 +11,8 @@ import shutil
 import subprocess
 import tempfile
 
-from milltools import processes
-from milltools.errors import UserError
+from milltools.base import processes
+from milltools.base.errors import UserError
 
 # screens' red, green and blue as the video standard of HD has them, said so in the file
 COLOURS = [

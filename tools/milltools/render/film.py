@@ -4,11 +4,14 @@ import itertools
 
 import psutil
 
-from milltools import processes, rerun
-from milltools.errors import UserError
-from milltools.render import beside, encode, motion, prepare, team, times
+from milltools.base import processes
+from milltools.base.errors import UserError
+from milltools.geometry import rerun
+from milltools.read.runfile import Run
+from milltools.render import encode, prepare, team, times
+from milltools.render import footage as beside
+from milltools.render import states as motion
 from milltools.render.progress import Watch, say, written
-from milltools.runfile import Run
 
 PROCESS, PIXEL = 3.2e8, 12.0  # bytes that a process takes, and more for each pixel it draws
 

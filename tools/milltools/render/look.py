@@ -3,7 +3,7 @@
 import contextlib
 import dataclasses
 
-from milltools.runfile import Run
+from milltools.read.runfile import Run
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,9 +34,7 @@ class _Cameras:
     def __init__(self, look, run):
         from milltools.render import camera
 
-        self._of = lambda fraction, poses: camera.of(
-            look.camera, run, fraction, poses if look.rides else None
-        )
+        self._of = lambda fraction, poses: camera.of(look.camera, run, fraction, poses if look.rides else None)
         self.moves = look.camera == "orbit" or look.rides
         self._first = self._of(0.0, {})
 
@@ -51,9 +49,7 @@ class Drawn:
         from milltools.render import scene
 
         self._cameras = _Cameras(look, run)
-        self._scene = scene.Scene(
-            run, look.size, look.quality, self._cameras.at(), look.colour, look.background
-        )
+        self._scene = scene.Scene(run, look.size, look.quality, self._cameras.at(), look.colour, look.background)
 
     def __enter__(self):
         return self

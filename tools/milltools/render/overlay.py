@@ -116,9 +116,7 @@ class Overlay:
         small, title = font(round(2.5 * u)), font(round(2.6 * u))
         head, arrow = round(4.2 * u), round(2.6 * u)
         left = round(3 * u)
-        image = Image.new(
-            "RGBA", (length + arrow + 2 * left, head + thick + round(5 * u)), (*self.ink, 0)
-        )
+        image = Image.new("RGBA", (length + arrow + 2 * left, head + thick + round(5 * u)), (*self.ink, 0))
         draw = ImageDraw.Draw(image)
         draw.text((left + length / 2, 0), self.colour.title, fill=self.ink, font=title, anchor="ma")
         strip = self._strip(length)

@@ -45,11 +45,7 @@ def soften(picture, depth, least):
     fraction of the cost of a larger picture."""
     for axis in (0, 1):
         one, two = ((slice(None, -1), slice(1, None)), (slice(None), slice(None)))
-        a, b = (
-            ((one[0], two[0]), (one[1], two[0]))
-            if axis == 0
-            else ((two[0], one[0]), (two[0], one[1]))
-        )
+        a, b = ((one[0], two[0]), (one[1], two[0])) if axis == 0 else ((two[0], one[0]), (two[0], one[1]))
         edge = np.abs(depth[a] - depth[b]) > least
         p, q = picture[a][edge].astype(np.uint16), picture[b][edge].astype(np.uint16)
         picture[a][edge] = (3 * p + q + 2) >> 2

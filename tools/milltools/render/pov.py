@@ -14,8 +14,8 @@ import tempfile
 import numpy as np
 from PIL import Image
 
-from milltools.bodies import Mill, moved
-from milltools.errors import UserError
+from milltools.base.errors import UserError
+from milltools.geometry.bodies import Mill, moved
 from milltools.render.lamps import FILL, light
 from milltools.render.overlay import Overlay
 from milltools.render.scene import BACKGROUNDS, caption
@@ -50,7 +50,7 @@ sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball 
 
 
 def write(run, state, path, camera, colour, size):
-    """Writes the scene of a trajectory.State of a milltools.runfile.Run to `path`, for a picture of `size` pixels."""
+    """Writes the scene of a trajectory.State of a milltools.read.runfile.Run to `path`, for a picture of `size` pixels."""
     mill = Mill.of(run)
     placed = camera.placed(size, _overlay(run, camera, colour, size).frame)
     head = HEAD.format(
@@ -174,9 +174,7 @@ def trace(path, png, size, background="studio"):
             process.wait()
             raise
         if process.returncode != 0 or not raw.exists():
-            raise UserError(
-                f"{path}: povray ended with status {process.returncode}: {_reason(said)}", 1
-            )
+            raise UserError(f"{path}: povray ended with status {process.returncode}: {_reason(said)}", 1)
         with Image.open(raw) as image:
             picture = np.array(image.convert("RGBA"))
     if background != "transparent":

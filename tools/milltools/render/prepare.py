@@ -1,7 +1,7 @@
 """What stills and films share: the look the command line asks for, and what is said about where states come from."""
 
-from milltools.bodies import Mill
-from milltools.errors import UserError
+from milltools.base.errors import UserError
+from milltools.geometry.bodies import Mill
 from milltools.render.look import Look
 from milltools.render.progress import say
 

@@ -6,7 +6,7 @@ import time
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from milltools.study.progress import duration
+from milltools.base.text import duration
 
 FIRST, PLAIN = 2.0, 10.0  # [s] until the first line, and between lines, where there is no terminal
 

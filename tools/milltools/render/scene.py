@@ -5,9 +5,9 @@ Everything is made once; a frame only moves what moves. One Scene per process: O
 
 import numpy as np
 
-from milltools import motions
-from milltools.bodies import Mill
-from milltools.errors import UserError
+from milltools.base.errors import UserError
+from milltools.geometry.bodies import Mill
+from milltools.read import motions
 from milltools.render import window as windows
 from milltools.render.overlay import DARK, LIGHT, Overlay
 from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
@@ -56,7 +56,7 @@ def tiles(size, over):
 
 
 class Scene:
-    """Draws states of a milltools.runfile.Run. A context manager; close() does as well.
+    """Draws states of a milltools.read.runfile.Run. A context manager; close() does as well.
 
     `size` (width, height) pixels; `quality` of QUALITIES, `background` of BACKGROUNDS; `camera` a camera.Camera, `colour` a
     colour.Colour; `overlay`: whether colour bar and time are written over the picture."""
@@ -74,9 +74,7 @@ class Scene:
         self._over = None
         ink = BACKGROUNDS[background][2]
         if overlay:
-            self._over = Overlay(
-                self.size, colour, caption(run, camera), run.quantity("run/time", 1.0), ink
-            )
+            self._over = Overlay(self.size, colour, caption(run, camera), run.quantity("run/time", 1.0), ink)
         self.mill = Mill.of(run)
         tile, count = tiles(self.size, self._how["over"])
         self._window = windows.open_window(tile)
@@ -89,9 +87,7 @@ class Scene:
         self._place = actors.place
         self._glass = actors.Glass(self.mill.glass, GLASS)
         carrier, rims = self.mill.carrier, actors.rims(self.mill.frame, RIM)
-        self._moving = [
-            (body.motion, actors.metal(body.triangles, METAL)) for body in self.mill.inner
-        ]
+        self._moving = [(body.motion, actors.metal(body.triangles, METAL)) for body in self.mill.inner]
         solid = [self._balls.actor, *rims, *(actor for _, actor in self._moving)]
         self._moving += [(carrier, actor) for actor in (*rims, *self._glass.actors)]
         self._shadow = actors.Shadow(self._window, tile, self.mill)

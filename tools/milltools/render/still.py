@@ -5,12 +5,13 @@ import pathlib
 
 from PIL import Image
 
-from milltools import rerun
 from milltools.export import whole
-from milltools.render import motion, prepare, times
+from milltools.geometry import rerun
+from milltools.read.runfile import Run
+from milltools.render import prepare, times
+from milltools.render import states as motion
 from milltools.render.look import Traced
 from milltools.render.progress import say, written
-from milltools.runfile import Run
 
 
 def make(arguments, path):

@@ -16,8 +16,8 @@ import tempfile
 
 import numpy as np
 
-from milltools import processes
-from milltools.errors import UserError
+from milltools.base import processes
+from milltools.base.errors import UserError
 
 ONE_CORE = {
     "LP_NUM_THREADS": "1",

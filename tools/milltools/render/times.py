@@ -5,8 +5,8 @@ import re
 
 import numpy as np
 
-from milltools.errors import UserError
-from milltools.trajectory import SAME_TIME
+from milltools.base.errors import UserError
+from milltools.geometry.trajectory import SAME_TIME
 
 UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 FPS = 25.0
@@ -54,9 +54,7 @@ def still(run, text, again) -> Plan:
         return Plan(times[-1:], FPS, np.inf)
     time, last = seconds(text, "--time"), last_time(run, again)
     if time > last + SAME_TIME:
-        raise UserError(
-            f"--time: the run's balls are known up to {last:.6g} s, asked for {time:.6g} s"
-        )
+        raise UserError(f"--time: the run's balls are known up to {last:.6g} s, asked for {time:.6g} s")
     time = min(time, last)
     return _plan(run, np.array([time]), FPS, np.inf, time or SAME_TIME)
 
@@ -123,9 +121,7 @@ def _whole(number):
 
 def _few(count, step):
     if count > MOST:
-        raise UserError(
-            f"{count} pictures, {step:.3g} s apart, are more than a film has: end earlier (--to)"
-        )
+        raise UserError(f"{count} pictures, {step:.3g} s apart, are more than a film has: end earlier (--to)")
     return count
 
 
@@ -133,11 +129,7 @@ def _plan(run, times, fps, slow, step):
     """Frames that are stored need no other run."""
     stored = run.frame_times()
     near = np.searchsorted(stored, times - SAME_TIME) if len(stored) else np.zeros(0, int)
-    if (
-        len(stored)
-        and near.max() < len(stored)
-        and (np.abs(stored[near] - times) <= SAME_TIME).all()
-    ):
+    if len(stored) and near.max() < len(stored) and (np.abs(stored[near] - times) <= SAME_TIME).all():
         step = 0.0
     return Plan(times, fps, slow, step)
 

@@ -6,7 +6,7 @@ VTK itself only warns when it finds neither, and goes on drawing nothing; here t
 import ctypes
 import os
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 # How VTK calls a kind of window, and the library it loads for it
 WINDOWS = (

@@ -9,7 +9,7 @@ import sys
 import threading
 from multiprocessing.connection import Connection
 
-from milltools.errors import UserError
+from milltools.base.errors import UserError
 
 
 def _listen(socket, tasks):

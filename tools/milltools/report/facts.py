@@ -7,9 +7,8 @@ import shlex
 
 import numpy as np
 
-from milltools import motions
-from milltools.pages import plain
-from milltools.report.numbers import MISSING, SPACE, Number, count, scaled, small, with_error
+from milltools.base.text import MISSING, SPACE, Number, count, plain, scaled, small, with_error
+from milltools.read import motions
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--part")
 ANOMALIES = (  # of /run, as shown, what it means
@@ -79,13 +78,7 @@ def charge(run) -> str:
 
 
 def joined(words: list[str]) -> str:
-    return (
-        words[0]
-        if len(words) == 1
-        else ", ".join(words[:-1]) + " and " + words[-1]
-        if words
-        else ""
-    )
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1] if words else ""
 
 
 def _vessel(run) -> str:
@@ -98,19 +91,14 @@ def _vessel(run) -> str:
             f"{name.replace('_', ' ')} " + " x ".join(f"{1e3 * v:.4g}" for v in run.vector(f"{place}/{name}")) + f"{SPACE}mm"
             for name in sizes if run.text(f"{place}/{name}", "")
         ]  # fmt: skip
-        return f"{words}, a {plain(run.text(f'{place}/shape'))}" + (
-            f" of {joined(sizes)}" if sizes else ""
-        )
+        return f"{words}, a {plain(run.text(f'{place}/shape'))}" + (f" of {joined(sizes)}" if sizes else "")
     wavy = run.text("drum/profile", "circle") == "wavy"
     words = (
         f"a {'wavy' if wavy else 'round'} drum, {length(2 * run.quantity('drum/radius'))} wide and "
         f"{length(run.quantity('drum/length'))} long inside"
     )
     if wavy:
-        words += (
-            f" ({run.quantity('drum/buckles'):.0f} buckles of "
-            f"{length(run.quantity('drum/buckle_height'))})"
-        )
+        words += f" ({run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))})"
     return words
 
 
@@ -155,11 +143,7 @@ def drive_remark(run) -> str:
     """What its mean is over."""
     what = "revolution" if run.driven == "rotor" else "period"
     turns = run.duration / run.period if math.isfinite(run.period) else math.nan
-    words = (
-        f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}"
-        if turns == turns
-        else "over the window"
-    )
+    words = f"over {turns:.3g} {what}{'s'[: abs(turns - 1) >= 5e-3]}" if turns == turns else "over the window"
     if run.driven == "drive" and len(run.motions) > 1 and turns == turns:
         words += " of the slowest motion"
     if not math.isfinite(run.standard_error(f"{run.driven}/power")):
@@ -259,9 +243,7 @@ def tiles(run) -> list[tuple[str, str, str]]:
         error = known[1] if known else math.nan
         median = with_error(float(run.statistic(f"{normal}/median_above_50mm_s")), error, "m/s")
         of_all = scaled(run.statistic(f"{normal}/median"), "m/s")
-        found.append(
-            ("median impact speed", str(median), f"normal, above 50 mm/s; {of_all} of all contacts")
-        )
+        found.append(("median impact speed", str(median), f"normal, above 50 mm/s; {of_all} of all contacts"))
     if run.has("run/energy_balance_error"):
         found.append(("energy error", energy_error(run), "of the energy turned over"))
     list_of = anomalies(run)

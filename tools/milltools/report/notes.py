@@ -8,9 +8,7 @@ def how_far(run) -> list[str]:
     """What is not there because the run has not come to its end."""
     until = f"{run.time:.6g} s of {run.quantity('run/time', math.nan):.6g} s"
     if run.status == "failed":
-        found = [
-            f"The run failed, at {until}; the file holds everything up to its last checkpoint."
-        ]
+        found = [f"The run failed, at {until}; the file holds everything up to its last checkpoint."]
     elif run.status == "running" and run.time == 0:
         found = [
             "The run has not come to its first checkpoint: the file holds its deck and nothing else. If it is not running any "

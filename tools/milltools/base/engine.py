@@ -1,0 +1,43 @@
+"""Where ./millsim is, and what it says of itself."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+
+from milltools.base.errors import UserError
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+def program() -> pathlib.Path:
+    """The millsim to run: $MILLSIM, else that of this checkout, else the one on the path."""
+    chosen = os.environ.get("MILLSIM")
+    if chosen:
+        if not os.access(chosen, os.X_OK):
+            raise UserError(f"$MILLSIM = {chosen} is not a program", status=1)
+        return pathlib.Path(chosen)
+    if os.access(ROOT / "millsim", os.X_OK):
+        return ROOT / "millsim"
+    found = shutil.which("millsim")
+    if found:
+        return pathlib.Path(found)
+    if (ROOT / "src/app/main.c").exists():
+        raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
+    raise UserError(
+        "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
+        "or set the environment variable MILLSIM to where it is",
+        status=1,
+    )
+
+
+def version() -> str:
+    """The version, as `millsim --version` says it."""
+    path = program()
+    try:
+        said = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=60)
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+    if said.returncode != 0:
+        raise UserError(f"{path} --version ended with status {said.returncode}", status=1)
+    return said.stdout.removeprefix("millsim").strip()

@@ -1,0 +1,126 @@
+"""Files that are there whole or not at all. Drafts have names that nobody can foresee, so no link is followed."""
+
+import contextlib
+import csv
+import math
+import numbers
+import os
+import pathlib
+import shutil
+import stat
+import tempfile
+
+from milltools.base.errors import UserError
+from milltools.base.text import cell
+
+
+def keep_apart(output, sources):
+    """UserError where what is to be written is one of the files it comes from, by whatever name."""
+    for source in sources:
+        if os.path.exists(output) and os.path.exists(source) and os.path.samefile(output, source):
+            raise UserError(f"{output}: is {source} itself; give another name")
+
+
+def check_writable(path, sources=()):
+    """UserError, before any work is done, where no file can be written as `path`, or where it is one of `sources`."""
+    path = pathlib.Path(path)
+    if path.is_dir():
+        raise UserError(f"{path}: is a folder")
+    if not path.parent.is_dir():
+        raise UserError(f"{path}: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise UserError(f"{path}: cannot write into {path.parent}", status=1)
+    _check_ordinary(path)
+    keep_apart(path, sources)
+
+
+@contextlib.contextmanager
+def whole(path):
+    """The draft to write to (it exists, and is empty), which becomes `path` at the end. After a fault, or Ctrl-C, nothing is
+    left and an old `path` stays; a fault of the disk is a UserError. A link at `path` is replaced, not followed."""
+    path = pathlib.Path(path)
+    with faults(path):
+        _check_ordinary(path)
+        handle, draft = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent)
+    draft = pathlib.Path(draft)
+    try:
+        with faults(path):
+            os.fchmod(handle, 0o666 & ~_mask())
+            os.close(handle)
+            yield draft
+            os.replace(draft, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            draft.unlink()
+        raise
+
+
+def write_text(path, text: str):
+    """Writes a text as UTF-8, whole or not at all."""
+    with whole(path) as draft:
+        draft.write_text(text, encoding="utf-8", errors="replace", newline="")
+
+
+def write_csv(path, head, rows):
+    """Writes rows of texts and numbers under the names of their columns: numbers to the last digit, what is not known empty."""
+    with whole(path) as draft, open(draft, "w", newline="", encoding="utf-8", errors="replace") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(head)
+        out.writerows([_cell(value) for value in row] for row in rows)
+
+
+def _cell(value) -> str:
+    if isinstance(value, str):
+        return cell(value)
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    return "" if value is None or math.isnan(value) else repr(float(value))
+
+
+@contextlib.contextmanager
+def whole_folder(path, own):
+    """`whole` for a folder of files. An old one is replaced if own(name) is true of all that is in it, else it is
+    a UserError before anything is written."""
+    path = pathlib.Path(path)
+    if path.exists() or path.is_symlink():
+        folder = path.is_dir() and not path.is_symlink()
+        strange = [p.name for p in path.iterdir() if not own(p.name)] if folder else [path.name]
+        if strange:
+            raise UserError(
+                f"{path}: is in the way, with '{min(strange)}' that is not of an export; choose another name"
+            )
+    with faults(path):
+        place = pathlib.Path(tempfile.mkdtemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent))
+    try:
+        with faults(path):
+            draft, old = place / "new", place / "old"
+            draft.mkdir()
+            yield draft
+            if path.exists():
+                os.rename(path, old)
+            os.rename(draft, path)
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def faults(path):
+    """What the operating system refuses is a UserError about `path`."""
+    try:
+        yield
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
+
+
+def _check_ordinary(path):
+    """A device or a pipe must not be replaced by a file."""
+    with contextlib.suppress(FileNotFoundError):
+        kind = os.lstat(path).st_mode
+        if not (stat.S_ISREG(kind) or stat.S_ISLNK(kind)):
+            raise UserError(f"{path}: is no ordinary file; choose another name")
+
+
+def _mask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask

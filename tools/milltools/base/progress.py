@@ -1,0 +1,104 @@
+"""How far a command is: a bar on a terminal, a line now and then elsewhere, nothing of what is done in a moment."""
+
+import contextlib
+import sys
+import time
+
+from milltools.base.text import duration
+
+PATIENCE = 2.0  # [s] before anything is said
+PLAIN = 10.0  # [s] between lines where there is no terminal
+SHORT = 0.2  # [s] between changes of a bar
+
+
+def say(command: str, line: str):
+    """A line for the user on standard error, which stays."""
+    print(f"{command}: {line}", file=sys.stderr, flush=True)
+
+
+class Progress:
+    """A context manager that is told how much of `total` is done (None: nobody knows how much there is).
+
+    `command` ("mill export") begins each line; quiet: nothing is said. `kept`: how much was done before, so that the time
+    left is reckoned from what is new."""
+
+    def __init__(self, command: str, total: float | None = None, quiet: bool = False, kept: float = 0.0):
+        self.command, self.total, self.quiet = command, total, quiet
+        self.done = self.kept = kept
+        self.begin = time.monotonic()
+        self.due = self.begin + PATIENCE
+        self.bar = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+    def stop(self):
+        """Takes the bar away."""
+        if self.bar:
+            self.bar.stop()
+            self.bar = None
+
+    def __call__(self, done: float, text: str = ""):
+        """`done` of the total is done; `text` says what is being done."""
+        self.done = done
+        now = time.monotonic()
+        if self.quiet or now < self.due:
+            return
+        if not sys.stderr.isatty():
+            self.due = now + PLAIN
+            say(
+                self.command,
+                ", ".join(words for words in (text, self.percent(), self.left()) if words),
+            )
+            return
+        self.due = now + SHORT
+        if not self.bar:
+            self._show()
+        words = ", ".join(words for words in (text, self.left()) if words)
+        self.bar.update(self.bar.task_ids[0], completed=done, description=words)
+
+    @contextlib.contextmanager
+    def step(self, text: str, share: float = 1.0):
+        """A piece of work that is so much of the total."""
+        self(self.done, text)
+        yield
+        self(self.done + share, text)
+
+    def each(self, items, text: str = ""):
+        """The items one after the other, each a step."""
+        with self:
+            for item in items:
+                self(self.done, text)
+                yield item
+                self.done += 1
+
+    def percent(self) -> str:
+        return f"{100 * self.done / self.total:.0f} %" if self.total else ""
+
+    def left(self) -> str:
+        """12 min left, "" if nobody knows."""
+        if not self.total or self.done <= self.kept:
+            return ""
+        spent = time.monotonic() - self.begin
+        return f"{duration(max(spent * (self.total - self.done) / (self.done - self.kept), 0))} left"
+
+    def say(self, line: str):
+        """A line that stays, above the bar."""
+        if self.quiet:
+            return
+        if self.bar:
+            self.bar.console.print(f"{self.command}: {line}", markup=False, highlight=False, soft_wrap=True)
+        else:
+            say(self.command, line)
+
+    def _show(self):
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn
+
+        columns = (BarColumn(bar_width=24), TextColumn("{task.description}", markup=False))
+        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.bar.add_task("", total=self.total)
+        self.bar.start()

@@ -1,0 +1,206 @@
+"""Numbers, units and names as people read them: one way for pictures, pages, terminals and tables."""
+
+import dataclasses
+import math
+
+PREFIXES = {
+    -4: "p",
+    -3: "n",
+    -2: "µ",
+    -1: "m",
+    0: "",
+    1: "k",
+    2: "M",
+    3: "G",
+    4: "T",
+}  # powers of 1000
+SPACE = "\N{NO-BREAK SPACE}"
+THIN = "\N{NARROW NO-BREAK SPACE}"
+MISSING = "\N{EN DASH}"
+MINUS = "\N{MINUS SIGN}"
+SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+# ---- names and lines from files
+
+
+def plain(text, keep: str = "") -> str:
+    """What a file says, without characters that steer a terminal or a page; `keep`: such as may stay."""
+    return "".join(c if c.isprintable() or c in keep else "?" for c in str(text))
+
+
+def lines(text) -> str:
+    """`plain` for a text of several lines."""
+    return plain(text, keep="\n\t")
+
+
+def literal(text, most: int = 60) -> str:
+    """A name as matplotlib must show it: no mathematics, no control characters, at most `most` characters."""
+    text = plain(text)
+    if len(text) > most:
+        text = text[: most // 2 - 1] + "..." + text[-(most // 2 - 2) :]
+    # matplotlib leaves names that begin with "_" out of legends; a mark of no width in front keeps them
+    text = "\N{WORD JOINER}" * text.startswith("_") + text
+    return text.replace("\\", "/").replace("$", r"\$")
+
+
+def cell(text) -> str:
+    """A name as a cell of a CSV file: spreadsheets must not take it for a formula."""
+    text = plain(text)
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+
+
+def plural(number: int, noun: str) -> str:
+    """1 frame, 31 frames."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+# ---- numbers
+
+
+def spoken_unit(unit: str) -> str:
+    """A unit as people write it: "m s-1" -> "m/s", "W m-2" -> "W/m²", "1" -> ""; what is no such product stays as it is."""
+    over, under = [], []
+    for factor in unit.split():
+        letters = factor.rstrip("-0123456789")
+        power = factor[len(letters) :]
+        if not letters:
+            return "" if unit == "1" else unit
+        raised = letters + ("" if power.lstrip("-") in ("", "1") else power.lstrip("-").translate(SUPERSCRIPT))
+        (under if power.startswith("-") else over).append(raised)
+    below = " ".join(under)
+    if len(under) > 1:
+        below = f"({below})"
+    return " ".join(over) + (f"/{below}" if under and over else "") or (f"1/{below}" if under else "")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number in plain letters, as in 862, 0.0123 and 7.17×10⁶; "?" if there is none."""
+    if not math.isfinite(value):
+        return "?"
+    text = f"{value:.{digits}g}"
+    if "e" not in text and (value == 0 or 1e-3 <= abs(value)):
+        return text.replace("-", MINUS)
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    exponent = int(exponent)
+    if 0 <= exponent < 4:  # 1.23e+03
+        return f"{value:.0f}".replace("-", MINUS)
+    return f"{mantissa}×10{str(exponent).translate(SUPERSCRIPT)}".replace("-", MINUS)
+
+
+def prefix(value: float, digits: int = 3) -> tuple[float, str]:
+    """(factor, its SI prefix) with which a value of so many digits is read best: 31.4e-6 -> (1e-6, "µ")."""
+    if value == 0 or not math.isfinite(value):
+        return 1.0, ""
+    exponent = int(f"{abs(value):.{digits - 1}e}".split("e")[1])  # 999.96 of four digits is 1.000 k
+    thousands = min(max(exponent // 3, min(PREFIXES)), max(PREFIXES))
+    return 1000.0**thousands, PREFIXES[thousands]
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A number with its unit and prefix, as in 862 W and 31.4 µW."""
+    factor, letter = prefix(value, digits)
+    return f"{number(value / factor, digits)} {letter}{unit}".rstrip()
+
+
+def decade(value: float) -> str:
+    """A whole power of ten in plain letters, "" for other numbers: labels of logarithmic axes."""
+    exponent = math.log10(value)
+    if abs(exponent - round(exponent)) > 1e-6:
+        return ""
+    exponent = round(exponent)
+    return f"{value:g}" if -3 <= exponent <= 2 else "10" + str(exponent).translate(SUPERSCRIPT)
+
+
+def duration(seconds: float) -> str:
+    """42 s, 12 min, 3.5 h."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def size(count: float) -> str:
+    """A number of bytes: 6.2 MB."""
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if count < 999.5 or unit == "GB":
+            return f"{count:.0f} {unit}" if unit == "bytes" else f"{count:.3g} {unit}"
+        count /= 1000
+    return ""
+
+
+# ---- numbers of pages: the text, with the value as it is beside it
+
+
+@dataclasses.dataclass(frozen=True)
+class Number:
+    """What is shown, and the value it stands for."""
+
+    text: str
+    value: float
+
+    def __str__(self):
+        return self.text
+
+
+def _scale(value: float) -> tuple[int, int] | None:
+    """(thousands, decimals) of four significant digits; None where no prefix fits."""
+    if not math.isfinite(value):
+        return None
+    exponent = 0 if value == 0 else int(f"{value:.3e}".split("e")[1])
+    if not -12 <= exponent <= 14:
+        return None
+    thousands = exponent // 3
+    return thousands, 3 - (exponent - 3 * thousands)
+
+
+def _tail(thousands: int, unit: str) -> str:
+    tail = PREFIXES[thousands] + unit.replace(" ", SPACE)
+    return SPACE + tail if tail else ""
+
+
+def scaled(value: float, unit: str) -> Number:
+    """862.4519 W -> "862.5 W", 8977160/s -> "8.977 M/s"; a dash for NaN."""
+    value = float(value)
+    scale = _scale(value)
+    if math.isnan(value):
+        return Number(MISSING, value)
+    if value == 0:
+        return Number(f"0{SPACE}{unit}".rstrip(SPACE), value)
+    if scale is None:
+        return Number(f"{value:.3e}{SPACE}{unit}".rstrip(SPACE), value)
+    return Number(f"{value / 1000.0 ** scale[0]:.{scale[1]}f}{_tail(scale[0], unit)}", value)
+
+
+def small(value: float) -> Number:
+    """1.5e-15 -> "1.5 × 10⁻¹⁵"."""
+    value = float(value)
+    if value == 0 or not math.isfinite(value):
+        return Number("0" if value == 0 else MISSING, value)
+    digits, exponent = f"{value:.1e}".split("e")
+    raised = str(int(exponent)).translate(SUPERSCRIPT)
+    return Number(f"{digits}{THIN}\N{MULTIPLICATION SIGN}{THIN}10{raised}", value)
+
+
+def count(value) -> Number:
+    """1795432 -> "1 795 432"."""
+    return Number(f"{int(value):,}".replace(",", THIN), int(value))
+
+
+def share(value: float) -> Number:
+    """Of 1, in per cent."""
+    return Number(MISSING if math.isnan(value) else f"{100 * value:.1f}{SPACE}%", float(value))
+
+
+def with_error(value: float, error: float, unit: str) -> Number:
+    """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would read 0 has the digits that it takes."""
+    scale = None
+    if math.isfinite(value) and math.isfinite(error):
+        scale = _scale(max(abs(value), error))
+    if scale is None:
+        return scaled(value, unit)
+    one, decimals = 1000.0 ** scale[0], scale[1]
+    while error > 0 and error / one < 10.0**-decimals and decimals < 9:
+        decimals += 1
+    text = f"{value / one:.{decimals}f} \N{PLUS-MINUS SIGN}{SPACE}{error / one:.{decimals}f}"
+    return Number(text + _tail(scale[0], unit), float(value))

@@ -1,0 +1,229 @@
+"""A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
+
+import math
+import pathlib
+import shutil
+import tempfile
+
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.dem import script
+from milltools.dem.contacts import Contacts
+from milltools.dem.handover import part
+from milltools.dem.liggghts import Process
+from milltools.dem.model import STEPS_PER_SAMPLE, Model
+from milltools.dem.paths import Chain
+from milltools.dem.rubbing import at_walls
+from milltools.dem.setup import scene_of
+from milltools.dem.work import Drive
+
+RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
+HALF_AN_INTERVAL = 0.5
+PRICED = 0.01  # of the steps are run once more, and three times as many, without output: what LIGGGHTS costs by itself
+LEAST_PRICED = 1000  # steps
+
+
+def inputs(folder, deck, model, damped, steps, forces_every, time, state, **options):
+    """Writes what LIGGGHTS reads into `folder` and returns the script and the numbers of triangles; options as
+    script.mill has them."""
+    place, velocity, spin = state
+    meshes = scene_of(deck).meshes(time)
+    size = script.box(deck)
+    balls = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, size, script.types(deck))
+    (folder / "balls.data").write_text(balls)
+    for name, _, triangles, _ in meshes:
+        (folder / script.file_of(name)).write_text(script.stl(triangles))
+    text = script.mill(deck, model, damped, steps, forces_every, meshes, time, **options)
+    return text, [len(triangles) for _, _, triangles, _ in meshes]
+
+
+class Mill:
+    """The mill of a deck; `results` takes what it does (see milltools.results), `watch(time)` is told the progress.
+
+    run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the frame of the
+    deck's scene, as all is here but what the results take.
+    """
+
+    def __init__(self, deck, state, damped, results, ranks=1, watch=None):
+        self.deck, self.state, self.damped, self.results = deck, state, damped, results
+        self.ranks, self.watch = ranks, watch or (lambda time: None)
+        self.time = 0.0
+        self.series, self.frames = deck.number("output.series"), deck.number("output.frames")
+        masses = [kind.density * np.pi / 6 * kind.diameter**3 for kind in deck.species]
+        diameters = np.array([kind.diameter for kind in deck.species])[deck.species_of_ball]
+        self.mass = np.array(masses)[deck.species_of_ball]
+        self.inertia = 0.1 * self.mass * diameters**2
+        self.gravity = np.array(deck.numbers("gravity.acceleration"))
+        self.scene, self.walls = scene_of(deck), script.walls_of(deck)
+        self.drive = Drive(self.scene, self.mass, self.inertia)
+        self.chains = [Chain(deck, name) for name in deck.motions]
+        self.columns = bool(deck.blades) + len(self.scene.driven)
+        self.contacts, self.model, self.waiting, self.version = None, None, [], "unknown"
+        self.rubs = any(deck.contact(kind).friction > 0 for kind in deck.kinds)
+        self.normal_loss, self.rubbed, self.isolated_loss = np.zeros((3, len(deck.kinds)))
+        self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
+        self.turnover = 0.0
+        self.rows = self.frame_count = self.snapshot_count = 0
+        self.cpu, self.deepest, self.shifts = 0.0, 0.0, []
+
+    def price(self, steps):
+        """Processor seconds of LIGGGHTS for one simulated second from here on, without output: what two runs of `steps`
+        and three times as many steps differ by. For the model of the last stretch."""
+        steps = max(LEAST_PRICED, round(PRICED * steps))
+        taken = []
+        for count in (steps, 3 * steps):
+            with tempfile.TemporaryDirectory(prefix="mill-dem-") as name:
+                folder = pathlib.Path(name)
+                text, triangles = inputs(
+                    folder,
+                    self.deck,
+                    self.model,
+                    self.damped,
+                    count,
+                    1,
+                    self.time,
+                    self.state,
+                    told=False,
+                )
+                with Process(folder, text, len(self.mass), triangles, self.ranks, ()) as process:
+                    taken.append(process.finish())
+        price = (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
+        return price if price > 0 else math.nan  # of a mill so small that the start costs more
+
+    def run(self, modulus, until):
+        """See the class. Returns the Model of the stretch."""
+        model = Model(self.deck, modulus)
+        contacts = Contacts(self.deck, model)
+        if self.contacts:
+            before = sum(self._energies(self.contacts).values())
+            self.state[0], shift = part(contacts, self.time, self.state[0], self.state[1])
+            self.shifts.append(shift)
+            contacts = Contacts(self.deck, model)
+            self.drive.restart()
+            self.removed += before - sum(self._energies(contacts).values())
+        self.contacts = contacts
+        samples = max(1, round((until - self.time) / model.sample_interval))
+        forces_every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
+        steps = samples * STEPS_PER_SAMPLE
+        folder, process = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-")), None
+        try:
+            text, triangles = inputs(
+                folder,
+                self.deck,
+                model,
+                self.damped,
+                steps,
+                forces_every * STEPS_PER_SAMPLE,
+                self.time,
+                self.state,
+            )
+            dumps = ["state.bin"] + ["walls.bin"] * self.rubs
+            with Process(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
+                self._follow(process, model, contacts, samples, forces_every)
+            self.model = model
+        finally:
+            self.cpu += process.cpu if process else 0.0
+            shutil.rmtree(folder, ignore_errors=True)
+            self.normal_loss += contacts.normal_loss
+            self.isolated_loss += contacts.isolated_loss
+            self.deepest = contacts.deepest  # of this stretch: a softer one before does not count
+        return model
+
+    def _follow(self, process, model, contacts, samples, forces_every):
+        begin, flat = self.time, np.empty((len(self.mass), 9))
+        for sample in range(samples + 1):
+            step = process.state(flat)
+            if step is None:
+                break
+            if step != sample * STEPS_PER_SAMPLE:
+                raise UserError(f"LIGGGHTS told its step {step} when {sample * STEPS_PER_SAMPLE} was due", 1)
+            if sample == 0:
+                self.version = process.version()
+            self.time = begin + sample * model.sample_interval
+            self.state = [np.ascontiguousarray(flat[:, k : k + 3]) for k in (0, 3, 6)]
+            impacts = contacts.sample(self.time, *self.state)
+            self.drive.sample(self.time, *self.state)
+            if forces_every and sample % forces_every == 0:
+                self._rub(process, contacts, forces_every * model.sample_interval)
+            if impacts:
+                self.waiting.append(self._outside(impacts))
+            self._store(process, model, contacts, sample)
+            self.watch(self.time)
+        process.finish()
+        self.version = process.version()
+        if step is None:
+            raise UserError("LIGGGHTS ended before its run was over", 1)
+
+    def flush(self):
+        """Hands over the impacts that wait: many at a time are cheaper than few."""
+        waiting, self.waiting = self.waiting, []
+        if not waiting:
+            return
+        joined = {name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]}
+        self.results.impacts(**joined)
+
+    def _outside(self, impacts):
+        """Impacts as the laboratory has them, with their places in the container's own frame."""
+        frame, time, point = self.scene.frame, self.time, impacts["point"]
+        if not frame.is_laboratory or self.scene.spin:
+            impacts["inside"] = self.scene.own(time, point, point)[0]
+            impacts["point"] = point @ frame.rows + frame.track(time)
+            impacts["normal"] = impacts["normal"] @ frame.rows
+        return impacts
+
+    def _rub(self, process, contacts, interval):
+        forces = process.walls(len(self.walls))
+        if forces is None:
+            return
+        forces = forces.reshape(len(forces), -1, 3)
+        power, torque = at_walls(contacts, self.state, forces)
+        self.rubbed += power * interval
+        self.drive.shaft_impulse += torque * interval
+
+    def _store(self, process, model, contacts, sample):
+        near = HALF_AN_INTERVAL * model.sample_interval
+        snapshots = self.results.snapshot_times
+        while self.snapshot_count < len(snapshots) and self.time > snapshots[self.snapshot_count] - near:
+            self.results.snapshot(*self.scene.own(self.time, self.state[0], self.state[1]))
+            self.snapshot_count += 1
+        if self.frames > 0 and self.time > self.frame_count * self.frames - near:
+            state = self.scene.frame.to_laboratory(self.time, *self.state)
+            self.results.frame(self.time, *state, {c.name: c.pose(self.time) for c in self.chains})
+            self.frame_count += 1
+        if sample % model.samples_per_row == 0 and self.time > self.rows * self.series - near:
+            self._row(process, contacts, sample // model.samples_per_row)
+
+    def _energies(self, contacts):
+        place, velocity, spin = self.scene.frame.to_laboratory(self.time, *self.state)
+        return {
+            "kinetic_energy": 0.5 * self.mass @ np.einsum("ij,ij->i", velocity, velocity),
+            "rotational_energy": 0.5 * self.inertia @ np.einsum("ij,ij->i", spin, spin),
+            "potential_energy": -self.mass @ (place @ self.gravity),
+            "elastic_energy": contacts.elastic.sum(),
+        }
+
+    def _row(self, process, contacts, row):
+        if row > 0:
+            self.drive.row(process.told_of(row, self.columns), self.series)
+        normal = self.normal_loss + contacts.normal_loss
+        energies = self._energies(contacts)
+        total = sum(energies.values())
+        if self.begin_energy is None:
+            self.begin_energy = total
+        work, change = self.drive.total, total - self.begin_energy
+        missing = work - change - self.removed - normal.sum() - self.rubbed[1:].sum()
+        self.turnover = max(self.turnover, abs(work), normal.sum(), abs(change))
+        if self.rubs:
+            self.rubbed[0] = missing
+        else:
+            self.unbalanced = missing
+        values = {**energies, "rotor_work": self.drive.work["rotor"], "rotor_torque": self.drive.torque}  # fmt: skip
+        for name in self.deck.motions:
+            values[f"motion_work/{name}"] = self.drive.work[name]
+        for k, kind in enumerate(self.deck.kinds):
+            values[f"dissipation_normal/{kind}"] = normal[k]
+            values[f"dissipation/{kind}"] = normal[k] + self.rubbed[k]
+        self.flush()
+        self.results.row(self.rows * self.series, values)
+        self.rows += 1

@@ -1,0 +1,104 @@
+"""What pictures share: colours, figures into files.
+
+Nothing here chooses a backend or touches matplotlib's own settings, so that a notebook's figures stay its own: who draws
+does it within `with matplotlib.rc_context(STYLE)`.
+"""
+
+import pathlib
+
+import matplotlib
+import numpy as np
+from matplotlib import ticker
+
+from milltools.base.errors import UserError
+from milltools.base.files import whole
+from milltools.base.text import decade, number
+
+INK = "#1a1a1a"  # lines and letters; the page's own ink in an inline SVG
+# told apart by all kinds of colour vision (Okabe and Ito), and by the line
+COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+LINES = ("-", "--", "-.", ":")
+# near them, with a contrast of 3 and more on white as on #111; grey for what is rare
+KIND_LOOK = {
+    "ball_ball": ("#1f86c9", "-"),
+    "ball_drum": ("#d55e00", (0, (6, 1.5))),
+    "ball_wall": ("#009e73", (0, (6, 1.5, 1.5, 1.5))),
+    "ball_shaft": ("#7f7f7f", (0, (1.5, 1.5))),
+    "ball_blade": ("#b8609a", (0, (3, 1.2))),
+    "all": (INK, "-"),
+}
+MORE = (
+    ("#b58900", (0, (8, 2))),
+    ("#2aa1b3", (0, (4, 1, 1, 1))),
+    ("#8a6d3b", (0, (2, 1))),
+    ("#7b61c9", (0, (5, 3))),
+)
+
+
+def kind_look(kind: str, kinds=()) -> dict:
+    """Colour and line of one of a run's `kinds`; of bodies those that no other kind of the run has, in their order."""
+    if kind in KIND_LOOK:
+        colour, line = KIND_LOOK[kind]
+    else:
+        own = [k for k in kinds if k not in KIND_LOOK]
+        free = [look for k, look in KIND_LOOK.items() if k not in (*kinds, "ball_ball", "all")]
+        colour, line = ((*free, *MORE) * len(own))[own.index(kind)]
+    return {"color": colour, "ls": line}
+
+
+STYLE = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # one name: it stands in every text of an SVG
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9,
+    "legend.fontsize": 8,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "0.35",
+    "axes.axisbelow": True,
+    "svg.hashsalt": "millsim",  # the same picture is the same file
+    "svg.fonttype": "none",  # text stays text
+    "pdf.fonttype": 42,
+    "hatch.linewidth": 0.6,
+}
+
+
+def run_style(number: int) -> dict:
+    """Look of the line of a run among several."""
+    line = LINES[(number // len(COLOURS) + (number > 0)) % len(LINES)]
+    return {"color": COLOURS[number % len(COLOURS)], "ls": line, "lw": 1.4}
+
+
+def log_ticks(axis, low: float = 0.0, high: float = np.inf, most: int = 8):
+    """Labels at whole decades, of an axis from `low` to `high` that holds few of them at 2 and 5 times these too."""
+    few = low > 0 and high < 100 * low
+    axis.set_major_locator(ticker.LogLocator(10, (1, 2, 5) if few else (1,), numticks=most))
+    axis.set_major_formatter(ticker.FuncFormatter(_some if few else _decade))
+    axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def _decade(value, _=None) -> str:
+    return decade(value)
+
+
+def _some(value, _=None) -> str:
+    return decade(value) or number(value)
+
+
+# ---- files
+
+
+def save(figure, path, dpi=90):
+    """Writes a figure, whole or not at all; a name without a known format, or a full disk, is a UserError."""
+    kind = pathlib.Path(path).suffix.lower().lstrip(".") or "png"
+    known = figure.canvas.get_supported_filetypes()
+    if kind not in known:
+        raise UserError(f"{path}: no picture can be written as '{kind}': one of {', '.join(known)}")
+    # no dates: the same picture is the same file
+    dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+
+    with matplotlib.rc_context({"svg.hashsalt": "millsim"}), whole(path) as draft:
+        figure.savefig(draft, dpi=dpi, format=kind, metadata=dateless)

@@ -1,0 +1,271 @@
+"""The bodies of a mill as triangles, each in the frame of the motion that carries it: what pictures, player and exports are made
+from. They come from /VTKHDF, which every finished run has; of another its deck is run for no time, with one ball.
+
+A pose is an array (3, 4): a point p of a motion's frame is at pose[:, :3] @ p + pose[:, 3] in the laboratory. Triangles (T, 3, 3)
+are counter-clockwise seen from outside of the body; a container's from outside of the mill.
+"""
+
+import contextlib
+import dataclasses
+import functools
+import pathlib
+import tempfile
+import weakref
+
+import numpy as np
+
+from milltools.geometry import rerun
+from milltools.read.runfile import Run
+from milltools.read.schema import deck_entries
+
+STILL = np.eye(3, 4)
+INSTANT = 1e-6  # [s] a deck is run so far for its bodies alone
+SAMPLED = 120  # poses that tell what a motion sweeps
+SHARP = np.cos(np.radians(35))  # between faces, from which on their edge is one
+RIM = 0.04  # of the container's size: bars along its edges
+WANDERS = 2.0  # times its own size: the path of a container from which on a camera rides on it
+FLAT = 0.04  # of the container's surface in one plane: a flat wall
+SAME = 1e-6  # of a mill's size: corners closer than this are one
+
+
+_KEPT = weakref.WeakKeyDictionary()  # the Mill of every open run that was asked for
+
+
+def moved(pose, points):
+    """Points (..., 3) of a motion's frame in the laboratory; corners that meet stay the same to the bit, as matrix products need
+    not keep them."""
+    x, y, z = np.moveaxis(points, -1, 0)
+    return np.stack([a * x + b * y + c * z + d for a, b, c, d in pose], axis=-1)
+
+
+def inverse(pose):
+    back = pose[:, :3].T
+    return np.column_stack([back, -back @ pose[:, 3]])
+
+
+def container(run, index):
+    """The pose of the container's own frame, which maps are taken in, in a stored frame of a run."""
+    return after(Mill.pose(run.carrier, run.poses(index)), inverse(run.vessel_frame()))
+
+
+def after(pose, first):
+    """What comes from one pose of a motion, `first`, to another."""
+    back = inverse(first)
+    return np.column_stack([pose[:, :3] @ back[:, :3], moved(pose, back[:, 3])])
+
+
+@dataclasses.dataclass(frozen=True)
+class Body:
+    """Surfaces of one kind of contact that one motion ("": none) carries; `number` (T,) of the blade, wall or copy."""
+
+    kind: str
+    motion: str
+    triangles: np.ndarray
+    number: np.ndarray
+
+
+@contextlib.contextmanager
+def bare(text, time=0.0):
+    """The Run of a deck, as `millsim --check` prints it, with one ball of each kind: frame 0 is its bodies at t = 0, and frame 1
+    at `time` [s]."""
+    step = time if time > 0 else INSTANT
+    changes = rerun.frames_only(step, step)
+    changes["balls.start"] = "random"
+    sections = {section for section, *_ in deck_entries(text)}
+    kinds = [section for section in sections if section.startswith("balls.")] or ["balls"]
+    changes |= {f"{kind}.count": "1" for kind in kinds}
+    with tempfile.TemporaryDirectory(prefix="mill-") as name:
+        folder = pathlib.Path(name)
+        (folder / "deck.ini").write_text(text, encoding="utf-8")
+        rerun.millsim(folder, changes)
+        with Run(folder / "run.h5") as run:
+            yield run
+
+
+class Mill:
+    """All bodies of a run, what holds its balls, and where motions take them."""
+
+    def __init__(self, bodies, container, poses, axis=(1.0, 0.0, 0.0)):
+        self.bodies = bodies
+        self.container = container  # the kinds of its surfaces
+        self.axis = np.array(axis)  # of the container, in the laboratory at first
+        self.poses = poses  # dictionaries, as Run.poses gives them, through the run
+
+    @classmethod
+    def of(cls, run) -> "Mill":
+        """From a milltools.read.runfile.Run."""
+        if run not in _KEPT:
+            _KEPT[run] = cls._read(run)
+        return _KEPT[run]
+
+    @classmethod
+    def _read(cls, run):
+        frames = len(run.frame_times())
+        chosen = np.unique(np.linspace(0, frames - 1, min(frames, SAMPLED)).astype(int))
+        poses = [run.poses(int(k)) for k in chosen]
+        if run.has("VTKHDF"):
+            return cls(read(run), run.vessel_kinds, poses, run.frame_axis(run.first_poses()))
+        with bare(run.deck_text()) as other:
+            first = other.poses(0)
+            return cls(read(other), run.vessel_kinds, poses or [first], run.frame_axis(first))
+
+    @property
+    def walls(self) -> list[Body]:
+        """What holds the balls."""
+        return [body for body in self.bodies if body.kind in self.container]
+
+    @property
+    def inner(self) -> list[Body]:
+        """All other bodies."""
+        return [body for body in self.bodies if body.kind not in self.container]
+
+    @property
+    def carrier(self) -> str:
+        """The motion that carries the container; "": it stands still."""
+        return next((body.motion for body in self.walls), "")
+
+    @functools.cached_property
+    def shell(self) -> np.ndarray:
+        """The container's triangles, without those that are mere lines."""
+        found = np.concatenate([np.empty((0, 3, 3)), *(body.triangles for body in self.walls)])
+        area = np.linalg.norm(np.cross(*(found[:, k] - found[:, 0] for k in (1, 2))), axis=1)
+        return found[area > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
+
+    @functools.cached_property
+    def glass(self) -> np.ndarray:
+        """Of these what is drawn: the round ones. Flat walls would only dim what is behind them; bars show where they end."""
+        normal = np.cross(*(self.shell[:, k] - self.shell[:, 0] for k in (1, 2)))
+        area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+        normal /= area[:, None]
+        away = np.einsum("ij,ij->i", normal, self.shell[:, 0]) / self.size
+        _, plane = np.unique(np.round(np.column_stack([normal, away]), 3), axis=0, return_inverse=True)
+        share = np.bincount(plane.ravel(), area)[plane.ravel()] / area.sum()
+        return self.shell[share < FLAT]
+
+    @functools.cached_property
+    def size(self) -> float:
+        """Half of the container's smallest extent [m]: what the widths of lines are measured by."""
+        points = self.shell.reshape(-1, 3)
+        return float(np.ptp(points, axis=0).min()) / 2 if len(points) else 1.0
+
+    @functools.cached_property
+    def hull(self) -> np.ndarray:
+        """Points (K, 3) [m] between which the container is at all times."""
+        return self.swept(self.poses)
+
+    @functools.cached_property
+    def wanders(self) -> bool:
+        """Whether the container's path is so long that a picture of all of it shows the container small."""
+        path, own = (np.linalg.norm(np.ptp(p, axis=0)) for p in (self.hull, self.swept(self.poses[:1])))  # fmt: skip
+        return bool(path > WANDERS * own)
+
+    @functools.cached_property
+    def reach(self) -> float:
+        """How far from the laboratory's origin anything ever is [m]."""
+        far = [0.0]
+        for body in self.bodies:
+            away = np.linalg.norm(body.triangles.reshape(-1, 3), axis=1).max(initial=0)
+            places = [np.linalg.norm(self.pose(body.motion, p)[:, 3]) for p in self.poses]
+            far.append(away + max(places, default=0.0))
+        return max(far)
+
+    @staticmethod
+    def pose(motion, poses):
+        """Of a motion, among those of a frame."""
+        return poses.get(motion, STILL)
+
+    def swept(self, poses) -> np.ndarray:
+        """Points (K, 3) [m] between which the container, with what it carries, is where motions are at one of `poses`."""
+        where = [self.pose(self.carrier, one) for one in poses] or [STILL]
+        where = np.unique(np.round(where, 12), axis=0)
+        aboard = [b.triangles for b in self.inner if self.carrier and b.motion == self.carrier]
+        points = outermost(np.concatenate([self.shell, *aboard]).reshape(-1, 3))
+        return outermost(np.concatenate([moved(pose, points) for pose in where]))
+
+    @functools.cached_property
+    def edges(self) -> np.ndarray:
+        """Sharp edges of the container (E, 2, 3) [m], in its motion's frame."""
+        corner = self.shell.reshape(-1, 3)
+        _, index = np.unique(np.round(corner / (SAME * self.size)), axis=0, return_inverse=True)
+        index = index.reshape(-1, 3)
+        normal = np.cross(*(self.shell[:, k] - self.shell[:, 0] for k in (1, 2)))
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        sides = np.concatenate([index[:, [k, (k + 1) % 3]] for k in range(3)])
+        places = np.concatenate([self.shell[:, [k, (k + 1) % 3]] for k in range(3)])
+        owner = np.tile(np.arange(len(index)), 3)
+        _, first, edge = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_inverse=True)
+        order = np.argsort(edge.ravel(), kind="stable")
+        edge, owner = edge.ravel()[order], owner[order]
+        pairs = np.flatnonzero(edge[1:] == edge[:-1])
+        turn = np.einsum("ij,ij->i", normal[owner[pairs]], normal[owner[pairs + 1]])
+        return places[first[edge[pairs[turn < SHARP]]]]
+
+    @property
+    def rim(self) -> float:
+        """How thick bars along the container's edges are drawn: from their middle to a corner [m]."""
+        return RIM * self.size
+
+    @functools.cached_property
+    def frame(self) -> np.ndarray:
+        """Triangles of six-sided bars along the container's sharp edges."""
+        return bars(self.edges, self.rim)
+
+
+def bars(edges, width):
+    """Triangles (24 E, 3, 3) of six-sided bars around lines (E, 2, 3), a little longer than these."""
+    if not len(edges):
+        return np.empty((0, 3, 3))
+    along = edges[:, 1] - edges[:, 0]
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    other = np.eye(3)[np.argmin(np.abs(along), axis=1)]
+    one = np.cross(along, other)
+    one *= width / np.linalg.norm(one, axis=1)[:, None]
+    two = np.cross(along, one)
+    angle = np.arange(6) * np.pi / 3
+    ring = np.cos(angle)[:, None, None] * one + np.sin(angle)[:, None, None] * two
+    a, b = (
+        ring + edges[:, k] + sign * 0.3 * width * along for k, sign in ((0, -1), (1, 1))
+    )  # fmt: skip
+    a_next, b_next = np.roll(a, -1, axis=0), np.roll(b, -1, axis=0)
+    middle = [np.broadcast_to(end.mean(axis=0), end.shape) for end in (a, b)]
+    faces = [(a, a_next, b_next), (a, b_next, b), (middle[0], a_next, a), (middle[1], b, b_next)]
+    return np.concatenate([np.stack(face, axis=2).reshape(-1, 3, 3) for face in faces])
+
+
+def outermost(points):
+    """Of points (N, 3) or (N, 2) the corners of their convex hull."""
+    from scipy.spatial import (  # not at the top: processes that draw import in two threads
+        ConvexHull,
+        QhullError,
+    )
+
+    if len(points) < 5:
+        return points
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:  # flat
+        return points
+
+
+def read(run) -> list[Body]:
+    """The bodies in a run's /VTKHDF, in its order of blocks."""
+    poses, found = run.first_poses(), []
+    names = sorted(run.names("VTKHDF"), key=lambda name: run.attribute(f"VTKHDF/{name}", "Index", 0))  # fmt: skip
+    for name in names:
+        place = f"VTKHDF/{name}"
+        if name == "balls" or not run.has(f"{place}/CellData/kind"):
+            continue
+        count = int(run.read(f"{place}/NumberOfPoints")[0])
+        first = int(run.read(f"{place}/Steps/PointOffsets", 0))
+        points = run.read(f"{place}/Points", slice(first, first + count)).astype(float)
+        corners = run.read(f"{place}/Polygons/Connectivity").reshape(-1, 3)
+        kinds = [str(kind) for kind in run.attribute(f"{place}/CellData/kind", "kinds")]
+        kind, number = (run.read(f"{place}/CellData/{what}") for what in ("kind", "number"))
+        motion = name if name in poses else ""
+        triangles = moved(inverse(Mill.pose(motion, poses)), points)[corners]
+        for k in dict.fromkeys(kind.tolist()):
+            own = triangles[kind == k]
+            if kinds[k] in run.vessel_kinds:
+                own = own[:, ::-1]  # they face the balls
+            found.append(Body(kinds[k], motion, own, number[kind == k]))
+    return found

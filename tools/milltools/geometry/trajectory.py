@@ -1,0 +1,234 @@
+"""The state of all balls at any time, from the frames a run has stored.
+
+Between two impacts a ball flies on a parabola. The stored states on both sides of a gap give one forward from the earlier frame
+and one backward from the later. Where the two agree the ball touched nothing in between; where they cross in one
+point it touched something once, there, at a time that solves exactly, since gravity is the same in both and
+drops out of their difference. In either case the flight is known. A ball that touched more than once is not: it gets
+the cubic that fits both states, and is counted.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.geometry.profile import Profile
+
+HALF_ULP = 2.0**-24  # states are stored in single precision
+SLACK = 4.0  # of the rounding errors' bound: what agrees within it, agrees
+INSIDE = 1e-6  # of the drum's radius: a contact's place may be that far beyond the wall
+SAME_TIME = 1e-9  # [s] nothing moves visibly in it
+
+
+@dataclasses.dataclass(frozen=True)
+class State:
+    """All balls at a `time` [s]: position [m], velocity [m/s], angular_velocity [rad/s], each (N, 3) float64, for some pictures
+    one more `value` of each ball (N,); `poses` of the motions, as Run.poses gives them."""
+
+    time: float
+    position: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+    value: np.ndarray | None = None
+    poses: dict | None = None
+
+
+def stored(run, index) -> State:
+    """A stored frame of a run. UserError where it holds what no ball can be."""
+    time = float(run.read("particles/trajectory/position/time", index))
+    names = ("position", "velocity", "angular_velocity")
+    values = [run.frame(index, name).astype(np.float64) for name in names]
+    for name, value in zip(names, values):
+        if not np.isfinite(value).all():
+            raise UserError(
+                f"{run.path}: /particles/trajectory/{name} is damaged: a ball at {time:.6g} s has no finite one"
+            )
+    return State(time, *values, poses=run.poses(index))
+
+
+def between(a, b, share) -> np.ndarray:
+    """The pose (3, 4) at a share 0..1 of the way from one to another, the shorter way round."""
+    turn = b[:, :3] @ a[:, :3].T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine = np.linalg.norm(axis)
+    if sine < 1e-9:  # none, or half a turn: then the axis is in turn + 1
+        both = turn + np.eye(3)
+        axis = both[:, np.argmax(np.diag(both))]
+    angle = share * np.arctan2(sine, np.trace(turn) - 1)
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    part = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return np.column_stack([part @ a[:, :3], (1 - share) * a[:, 3] + share * b[:, 3]])
+
+
+def _length(vectors):
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+
+
+class Mill:
+    """What a flight must stay within: a drum that stands still, outside the shaft. Only the deck is read."""
+
+    def __init__(self, run):
+        self.still = not run.vessel and not run.text("drum/motion", "")
+        if self.still:
+            self.profile = Profile.of(run.deck().get)
+            self.half = run.quantity("drum/length") / 2
+        self.shaft = run.quantity("rotor/shaft_radius") if run.has_rotor else 0.0
+        self.gravity = run.vector("gravity/acceleration")[:3]
+        self.radius = run.balls("diameter") / 2
+
+    def outside(self, balls, position):
+        """Which of the `balls` (numbers) would be in a wall or in the shaft at their positions; (n,) bool."""
+        if not self.still:
+            return np.zeros(len(position), bool)
+        radius, least = self.radius[balls], -INSIDE * self.profile.radius
+        x, y, z = position.T
+        gap = np.minimum(self.profile.gap(y, z, radius), self.half - np.abs(x) - radius)
+        if self.shaft > 0:
+            gap = np.minimum(gap, np.hypot(y, z) - self.shaft - radius)
+        return gap < least
+
+
+class Flights:
+    """The flights of all balls between two states `a` and `b`.
+
+    `contact` (N,) is when a ball touched something, in seconds after `a`: infinite if nothing; `unknown` (N,) bool tells
+    where more than one contact leaves the flight open."""
+
+    def __init__(self, a: State, b: State, mill: Mill):
+        self.a, self.b, self.mill = a, b, mill
+        self.step = h = b.time - a.time
+        if not h > 0:
+            raise UserError(f"frames at {a.time:.9g} s and {b.time:.9g} s: not in the order of time")
+        g = mill.gravity
+        # forward minus backward parabola, `s` seconds after a: offset + rate s
+        offset = a.position - b.position + b.velocity * h - g * h**2 / 2
+        rate = a.velocity + g * h - b.velocity
+        place, speed = self._rounding()
+        agree = (_length(offset) <= place) & (_length(rate) <= speed)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            square = np.einsum("ij,ij->i", rate, rate)
+            at = -np.einsum("ij,ij->i", offset, rate) / square
+            early = place / np.sqrt(square)  # how well that time is known
+            crosses = (at >= -early) & (at <= h + early) & (_length(rate) > speed)
+            crosses &= _length(offset + rate * at[:, None]) <= place
+        once = ~agree & crosses
+        self.contact = np.where(once, np.clip(at, 0, h), np.inf)
+        self._drop_impossible(once)
+        self.unknown = ~agree & ~np.isfinite(self.contact)
+
+    def _rounding(self):
+        """By how much the two parabolas may differ [m] and their speeds [m/s] because states are rounded; (N,) each."""
+        a, b = self.a, self.b
+        speed = HALF_ULP * (_length(a.velocity) + _length(b.velocity))
+        place = HALF_ULP * (_length(a.position) + _length(b.position)) + speed * self.step
+        return SLACK * place + 1e-12, SLACK * speed + 1e-9
+
+    def _drop_impossible(self, once):
+        """Two bounces on one line always cross in a point, but in one behind the wall: those were not one contact."""
+        balls = np.flatnonzero(once)
+        at = self.contact[balls]
+        wrong = np.zeros(len(balls), bool)
+        for share in (0.5, 1.0):
+            wrong |= self.mill.outside(balls, self._forward(balls, share * at)[0])
+        wrong |= self.mill.outside(balls, self._backward(balls, (at + self.step) / 2)[0])
+        self.contact[balls[wrong]] = np.inf
+
+    def _forward(self, balls, s):
+        s = np.reshape(s, (-1, 1))
+        velocity = self.a.velocity[balls]
+        g = self.mill.gravity
+        return self.a.position[balls] + velocity * s + g * s**2 / 2, velocity + g * s
+
+    def _backward(self, balls, s):
+        left = self.step - np.reshape(s, (-1, 1))
+        velocity = self.b.velocity[balls]
+        g = self.mill.gravity
+        return self.b.position[balls] - velocity * left + g * left**2 / 2, velocity - g * left
+
+    def _cubic(self, balls, s):
+        """Position and velocity on the cubic through both states."""
+        a, b, h = self.a, self.b, self.step
+        u = s / h
+        x, y = a.position[balls], b.position[balls]
+        v, w = a.velocity[balls] * h, b.velocity[balls] * h
+        place = x + u * v + u**2 * (3 * (y - x) - 2 * v - w) + u**3 * (2 * (x - y) + v + w)
+        slope = v + 2 * u * (3 * (y - x) - 2 * v - w) + 3 * u**2 * (2 * (x - y) + v + w)
+        return place, slope / h
+
+    def at(self, time) -> State:
+        """The state at a time between the two; that of a ball's contact counts as before it."""
+        s = time - self.a.time
+        position, velocity = self._forward(slice(None), s)
+        spin = self.a.angular_velocity.copy()
+        late = np.flatnonzero((s > self.contact) & ~self.unknown)
+        position[late], velocity[late] = self._backward(late, s)
+        spin[late] = self.b.angular_velocity[late]
+        open_ = np.flatnonzero(self.unknown)
+        position[open_], velocity[open_] = self._cubic(open_, s)
+        share = s / self.step
+        spin[open_] = (1 - share) * self.a.angular_velocity[open_] + share * self.b.angular_velocity[open_]  # fmt: skip
+        poses = {name: between(pose, self.b.poses[name], share) for name, pose in (self.a.poses or {}).items()}
+        return State(float(time), position, velocity, spin, poses=poses)
+
+
+class Trajectory:
+    """State at any time of an open Run; best asked in the order of time, for only one gap is kept.
+
+    `asked` and `unknown` count ball-steps: balls times the times between frames that were asked for, and
+    how many of them were a guess."""
+
+    def __init__(self, run):
+        self.run = run
+        self.times = run.frame_times()
+        if not len(self.times):
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+        self._mill = None
+        self._kept = {}  # frames by number, the last two
+        self._flights = (-1, None)
+        self.asked = self.unknown = 0
+
+    @property
+    def begin(self) -> float:
+        """Time of the first frame [s]."""
+        return float(self.times[0])
+
+    @property
+    def end(self) -> float:
+        """Time of the last frame [s]."""
+        return float(self.times[-1])
+
+    def frame(self, index) -> State:
+        """Stored frame `index`."""
+        if index not in self._kept:
+            while len(self._kept) > 1:
+                del self._kept[min(self._kept, key=lambda k: abs(k - index))]
+            self._kept[index] = stored(self.run, index)
+        return self._kept[index]
+
+    def frame_at(self, time) -> int | None:
+        """Number of the frame stored at a time, if there is one."""
+        nearest = int(np.argmin(np.abs(self.times - time)))
+        return nearest if abs(self.times[nearest] - time) <= SAME_TIME else None
+
+    def flights(self, index) -> Flights:
+        """The flights between frame `index` and the next."""
+        if self._flights[0] != index:
+            self._mill = self._mill or Mill(self.run)
+            self._flights = (index, Flights(self.frame(index), self.frame(index + 1), self._mill))
+        return self._flights[1]
+
+    def at(self, time) -> State:
+        """The balls at a time [s] from the first to the last frame; UserError beyond."""
+        index = self.frame_at(time)
+        if index is not None:
+            return dataclasses.replace(self.frame(index), time=float(time))
+        if not self.begin < time < self.end:
+            raise UserError(
+                f"{self.run.path}: {time:.6g} s: ball states are stored from {self.begin:.6g} s to {self.end:.6g} s"
+            )
+        flights = self.flights(int(np.searchsorted(self.times, time)) - 1)
+        self.asked += len(flights.unknown)
+        self.unknown += int(flights.unknown.sum())
+        state = flights.at(time)
+        return dataclasses.replace(state, poses=state.poses | self.run.rotor_pose(time))

@@ -1,0 +1,141 @@
+"""What holds the balls, in its own frame (x along its axis): its outlines in the two views of the maps, and how much of a map's
+cell is within it. A drum is known in closed form; of a body the triangles of its surface tell."""
+
+import functools
+
+import numpy as np
+from matplotlib.patches import Polygon
+from scipy.spatial import ConvexHull
+
+from milltools.base.text import literal
+from milltools.geometry.bodies import Mill, inverse, moved
+from milltools.geometry.profile import Profile
+from milltools.tally import Maps
+
+RAYS = 6  # along each side of a cell, or across a ring
+AROUND = 180  # directions in which rings are looked at
+
+
+def of(run):
+    """The Drum or Body of a milltools.read.runfile.Run."""
+    return Body(run) if run.vessel else Drum(run)
+
+
+def axes(runs) -> dict[str, str]:
+    """What the axes x, r, y, z of a picture of runs are called: by the container, whose own they are."""
+    names = {run.vessel or "drum" for run in runs}
+    whose = f"the {literal(names.pop(), 24) if len(names) == 1 else 'container'}'s axis"
+    words = {
+        "x": f"along {whose}",
+        "r": "from the axis",
+        "y": f"across {whose}",
+        "z": f"across {whose}",
+    }
+    return {axis: f"{axis}, {said} [m]" for axis, said in words.items()}
+
+
+class _Vessel:
+    """`low`, `high`: its ends along x; `outermost`: its largest distance from the axis [m]; `radial` (N, 2): its outline over (x, r)
+    and `across` (M, 2) over (y, z); `noise`: a tally.Maps with the file's cells, None where there is none."""
+
+    noise = None
+
+    def rim(self, view="cross_section", **look):
+        """The patch along its wall; in the view "axial" it ends at the axis."""
+        outline = self.across if view == "cross_section" else self.radial
+        return Polygon(outline, closed=True, fill=False, **look)
+
+
+class Drum(_Vessel):
+    def __init__(self, run):
+        self.profile, length = Profile.of(run.deck().get), run.quantity("drum/length")
+        self.low, self.high, self.outermost = -length / 2, length / 2, self.profile.outermost
+        self.across = self.profile.outline()
+        ends = np.array([self.low, self.high, self.high, self.low])
+        self.radial = np.column_stack([ends, self.outermost * np.array([0, 0, 1, 1])])
+        self._length = length
+        self.still = not run.carrier
+
+    @functools.cached_property
+    def maps(self):
+        return Maps(self.profile, self._length)
+
+    @property
+    def noise(self):
+        """A new tally.Maps of its cells; None where the drum moves: frames are the laboratory's."""
+        return Maps(self.profile, self._length) if self.still else None
+
+    def volume(self, view, edges):
+        """Of the cells of a view within it (n, m) [m^3]."""
+        found = self.maps.cross if view == "cross_section" else self.maps.axial
+        if found.n == tuple(len(e) - 1 for e in edges):
+            return found.room.reshape(found.n)
+        first, second = (np.diff(e) for e in edges)  # not millsim's cells
+        if view == "cross_section":
+            return np.outer(first, second) * self._length
+        return np.outer(first, np.pi * np.diff(edges[1] ** 2))
+
+
+class Body(_Vessel):
+    def __init__(self, run):
+        shell = moved(inverse(run.vessel_frame()), Mill.of(run).shell)
+        if run.text(f"body.{run.vessel}/shape") == "mesh":  # its centre is its box's
+            points = shell.reshape(-1, 3)
+            shell = shell - (points.min(axis=0) + points.max(axis=0)) / 2
+        self._shell, points = shell, shell.reshape(-1, 3)
+        self.low, self.high = points[:, 0].min(), points[:, 0].max()
+        away = np.hypot(points[:, 1], points[:, 2])
+        self.outermost = away.max()
+        self.across = _hull(points[:, 1:])
+        both = np.concatenate([away, -away])
+        self.radial = _hull(np.column_stack([np.tile(points[:, 0], 2), both]))
+        self.radial[:, 1] = np.maximum(self.radial[:, 1], 0)
+
+    def volume(self, view, edges):
+        """Of the cells of a view within it (n, m) [m^3]."""
+        if view == "cross_section":
+            y, z = (_between(e) for e in edges)
+            lengths = self._inside(*(g.ravel() for g in np.meshgrid(y, z, indexing="ij")), None)
+            n, m = (len(e) - 1 for e in edges)
+            cells = lengths.reshape(n, RAYS, m, RAYS).mean(axis=(1, 3))
+            return cells * np.outer(np.diff(edges[0]), np.diff(edges[1]))
+        r = np.sqrt(_between(edges[1] ** 2))  # of equal area
+        angle = 2 * np.pi * (np.arange(AROUND) + 0.37) / AROUND
+        y, z = np.outer(r, np.cos(angle)).ravel(), np.outer(r, np.sin(angle)).ravel()
+        within = self._inside(y, z, edges[0]).reshape(len(edges[0]), -1, RAYS * AROUND)
+        return np.diff(within.mean(axis=2), axis=0) * np.pi * np.diff(edges[1] ** 2)
+
+    def _inside(self, y, z, ends):
+        """Lengths [m] inside of lines along x at (y, z) (K,): whole (K,), or below each of `ends` (E, K)."""
+        total = np.zeros(len(y) if ends is None else (len(ends), len(y)))
+        order = np.argsort(y)
+        rank = y[order]
+        for corner in self._shell:
+            across = corner[:, 1:]
+            low, high = across.min(axis=0), across.max(axis=0)
+            some = order[slice(*np.searchsorted(rank, (low[0], high[0])))]
+            some = some[(z[some] >= low[1]) & (z[some] <= high[1])]
+            (a, b), (c, d) = across[1] - across[0], across[2] - across[0]
+            twice = a * d - b * c
+            if twice == 0 or not len(some):
+                continue
+            u, v = y[some] - across[0, 0], z[some] - across[0, 1]
+            one, two = (u * d - v * c) / twice, (v * a - u * b) / twice
+            hit = (one >= 0) & (two >= 0) & (one + two <= 1)
+            at = corner[0, 0] + one * (corner[1, 0] - corner[0, 0]) + two * (corner[2, 0] - corner[0, 0])  # fmt: skip
+            at, some, way = at[hit], some[hit], np.sign(twice)  # > 0: it goes out there
+            if ends is None:
+                total[some] += way * at
+            else:
+                total[:, some] -= way * np.maximum(ends[:, None] - at, 0)
+        return np.maximum(total, 0)
+
+
+def _between(edges):
+    """RAYS places within each of the cells between edges, not quite even: on no edge of a triangle but by chance."""
+    share = (np.arange(RAYS) + 0.5 + 0.013) / RAYS
+    return (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
+
+
+def _hull(points):
+    return points[ConvexHull(points).vertices]

@@ -1,0 +1,167 @@
+"""The frames of a run as the 3D player of the report gets them: few enough, small, and in bytes a browser unpacks itself.
+
+Frames are chosen by a stride so that the whole fits the room there is; of very many balls every k-th is taken. A
+position is three uint16 in the box around all that the container sweeps, so it is off by half a step at most: (upper - lower) / 131070,
+1.2 um in a drum of 150 mm, 2 um up to 262 mm. What balls are coloured by is one uint8 each, the 256th of
+0..limit that it lies in; what is beyond the limit counts as the last one. A frame of n balls is 9 n bytes, one plane of n bytes after the other:
+
+    x high, x low, y high, y low, z high, z low,     of zigzag(position - position in the frame before)
+    speed, spin, energy
+
+(before the first frame all are 0; differences wrap at 16 bits; zigzag 0, -1, 1, -2 ... = 0, 1, 2, 3 ...). All frames
+together are one gzip stream, which DecompressionStream reads. Everything is read and packed frame by frame.
+"""
+
+import dataclasses
+import math
+import zlib
+
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.geometry.bodies import Mill
+
+MOST_FRAMES = 300
+MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
+FEWEST_FRAMES = 30  # rather fewer balls than fewer frames than these
+PRICE = 8.4  # [byte] of a ball in a frame, packed: a first guess
+SHARE = 0.99  # of the balls are slower than the end of the colours, before it is rounded up
+SAMPLED = 40  # frames are looked at for that
+STEPS = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10)  # what a colour bar may end at
+UNITS = {"speed": "m/s", "spin": "rad/s", "energy": "J"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Packed:
+    """`data`: the gzip stream. Of the `stored` frames those at `index` (F,) are in it, of the `balls` in the run those
+    numbered `chosen` (n,). `lower`, `upper` (3,) [m]: the box; `limits`: end of the colours by quantity [SI]."""
+
+    data: bytes
+    index: np.ndarray
+    stored: int
+    chosen: np.ndarray
+    balls: int
+    lower: np.ndarray
+    upper: np.ndarray
+    limits: dict[str, float]
+
+
+def planned(run) -> Packed:
+    """What pack() would give if room were no question, without the data."""
+    stored, balls = _counts(run)
+    index = np.arange(0, stored, -(-stored // MOST_FRAMES))
+    chosen = np.arange(0, balls, -(-balls // MOST_BALLS))
+    limits = dict.fromkeys(UNITS, 0.123456)
+    return Packed(b"", index, stored, chosen, balls, *_box(run, index), limits)
+
+
+def pack(run, room: int) -> Packed:
+    """The frames of a milltools.read.runfile.Run in at most `room` bytes of data, but one frame of one ball at least."""
+    stored, balls = _counts(run)
+    room = max(room, 1)
+    wanted = PRICE * balls * min(stored, FEWEST_FRAMES)
+    step = max(math.ceil(balls / MOST_BALLS), round(wanted / room), 1)
+    chosen = np.arange(0, balls, step)
+    stride = _stride(stored, room, PRICE * len(chosen))
+    stride = _stride(stored, room, _price(run, stride, chosen))
+    while True:
+        packed = _pack(run, np.arange(0, stored, stride), np.arange(0, balls, step))
+        excess = len(packed.data) / room
+        if excess <= 1 or (len(packed.index) == 1 and len(packed.chosen) == 1):
+            return packed
+        if len(packed.index) > 1:
+            stride = max(stride + 1, math.ceil(stride * excess))
+        else:
+            step = max(step + 1, math.ceil(step * excess))
+
+
+def _stride(stored, room, price):
+    """So that frames of `price` bytes fit."""
+    return math.ceil(stored / min(MOST_FRAMES, max(1, room // price)))
+
+
+def _price(run, stride, chosen):
+    """Bytes of a frame, by two in the middle of the run."""
+    stored, _ = _counts(run)
+    first = max(0, min(stored // 2, stored - 1 - stride))
+    one = len(_pack(run, [first], chosen).data)
+    two = len(_pack(run, [first, min(first + stride, stored - 1)], chosen).data)
+    return max(two - one, 1)
+
+
+def _counts(run):
+    """How many frames and balls are stored."""
+    stored, balls = len(run.frame_times()), len(run.balls("diameter"))
+    if not stored or not balls:
+        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+    return stored, balls
+
+
+def _box(run, index):
+    """Lower and upper corner of the box around what the container sweeps in some frames (3,) [m]."""
+    mill = Mill.of(run)
+    hull = mill.swept([run.poses(int(k)) for k in index] if mill.carrier else [])
+    return hull.min(axis=0), hull.max(axis=0)
+
+
+def _pack(run, index, chosen):
+    lower, upper = _box(run, index)
+    balls = _Balls(run, chosen)
+    limits = balls.limits(index)
+    gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip, without a time: the same bytes always
+    pieces, last = [], np.zeros((3, len(chosen)), np.uint16)
+    for k in index:
+        place = quantise(run.frame(k, "position")[chosen], lower, upper).T
+        pieces.append(gzip.compress(planes(place, last)))
+        for name, values in balls.values(k).items():
+            level = np.clip(values * (256 / limits[name]), 0, 255).astype(np.uint8)
+            pieces.append(gzip.compress(level.tobytes()))
+        last = place
+    pieces.append(gzip.flush())
+    stored, total = _counts(run)
+    return Packed(b"".join(pieces), index, stored, chosen, total, lower, upper, limits)
+
+
+def quantise(position, lower, upper):
+    """Positions (n, 3) [m] as uint16 steps of (upper - lower) / 65535 from lower; what lies outside is put on the box."""
+    share = (position.astype(float) - lower) / (upper - lower)
+    return np.rint(np.clip(share, 0, 1) * 65535).astype(np.uint16)
+
+
+def planes(place, last) -> bytes:
+    """Zigzag differences of (3, n) uint16 from those before, as planes of high and low bytes."""
+    change = (place - last).view(np.int16)  # wraps
+    zigzag = ((change << 1) ^ (change >> 15)).view(np.uint16)
+    return b"".join(plane.astype(np.uint8).tobytes() for axis in zigzag for plane in (axis >> 8, axis & 255))
+
+
+class _Balls:
+    """What the chosen balls are coloured by."""
+
+    def __init__(self, run, chosen):
+        self.run, self.chosen = run, chosen
+        self.mass = run.balls("mass")[chosen]
+
+    def values(self, k) -> dict[str, np.ndarray]:
+        """Speed [m/s], spin [rad/s], translational kinetic energy [J] of the chosen balls in frame k, (n,) each."""
+        speed = np.linalg.norm(self.run.frame(k, "velocity")[self.chosen].astype(float), axis=1)
+        spin = self.run.frame(k, "angular_velocity")[self.chosen].astype(float)
+        return {
+            "speed": speed,
+            "spin": np.linalg.norm(spin, axis=1),
+            "energy": self.mass * speed**2 / 2,
+        }
+
+    def limits(self, index) -> dict[str, float]:
+        """A round number that most of the balls stay below in most of the frames, by quantity."""
+        some = index[:: -(-len(index) // SAMPLED)]
+        seen = [self.values(k) for k in some]
+        return {name: rounded_up(np.quantile(np.concatenate([s[name] for s in seen]), SHARE)) for name in UNITS}
+
+
+def rounded_up(value: float) -> float:
+    """The next round number; 1 for nothing at all."""
+    if not value > 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in STEPS if step * power >= value * (1 - 1e-12))

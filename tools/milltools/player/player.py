@@ -1,0 +1,338 @@
+"""The balls themselves, turning, in 3D: the player of the report, a piece of HTML that needs nothing but itself.
+
+    page = f"<!DOCTYPE html><meta charset=utf-8><section>{fragment(run)}</section>{scripts()}"
+
+The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py says what it gets. It opens from
+file:// and asks the network for nothing. Where there is no WebGL, no JavaScript, or a printer, the picture `still`
+stands there instead, with a line that says why. Everything that comes from a deck is escaped. Frames are shown as they
+are stored: between two of them balls collide many times, so that paths drawn in between would be invented.
+"""
+
+import base64
+import html
+import importlib.resources
+import json
+
+import matplotlib
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.geometry.bodies import Mill
+from milltools.player import frames
+from milltools.player.finer import Finer
+from milltools.render import camera
+
+COLOURS = "turbo"
+LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
+PREFIXES = ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+VIEWS = ("front", "three-quarter")  # as in mill render
+NO_SCRIPT = "The turning picture needs JavaScript, which is switched off here."
+ALT = "The balls in the mill, coloured by their speed"
+HINT = "Drag to turn; after a click the wheel zooms, arrow keys turn, + and − zoom, space plays."
+KEYS = (
+    "The mill in 3D. Arrow keys turn it, plus and minus zoom, space plays and pauses, comma and full stop step "
+    "through the frames, Home resets."
+)
+MARKUP = """\
+<figure class="mill-player" aria-label="{label}">
+<div class="mp-stage">
+<img class="mp-still" alt="{alt}"{still}>
+<canvas class="mp-canvas" tabindex="0" role="application" aria-label="{keys}"></canvas>
+</div>
+<p class="mp-why" role="status"{quiet}>{why}</p>
+<noscript><p>{no_script}</p></noscript>
+{controls}<figcaption>{caption} <span class="mp-hint">{hint}</span></figcaption>
+{data}</figure>
+"""
+CONTROLS = """\
+<div class="mp-controls" hidden>
+<div class="mp-line"><button type="button" class="mp-play">Play</button>
+<input type="range" class="mp-slider" aria-label="Time" min="0" max="{last}" step="1" value="{first}">
+<span class="mp-time"></span></div>
+<label>Slow motion <select class="mp-slow">{speeds}</select></label>
+<label>Colour <select class="mp-colour">{quantities}</select></label>
+{riding}<div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
+<div class="mp-ticks" aria-hidden="true">{ticks}</div></div>
+<div class="mp-views" role="group" aria-label="View">
+<button type="button" data-view="front">Front</button>
+<button type="button" data-view="three-quarter">Three-quarter</button>
+<button type="button" data-view="end">End</button>
+<button type="button" class="mp-reset">Reset</button>
+<button type="button" class="mp-full">Full screen</button></div>
+</div>
+"""
+RIDING = """\
+<label>Camera <select class="mp-camera"><option value="laboratory">laboratory</option>
+<option value="riding"{chosen}>riding on the container</option></select></label>
+"""
+
+
+def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
+    """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left out,
+    then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
+    picture = ""
+    if still is not None:
+        source = base64.b64encode(still).decode()
+        picture = f' data-own="yes" src="data:image/png;base64,{source}"'
+    try:
+        bare = len(_whole(run, frames.planned(run), picture).encode())
+        packed = frames.pack(run, (most_bytes - bare) // 4 * 3)
+    except UserError:
+        if len(run.frame_times()):
+            raise
+        why = "No ball states are stored in this run: output.frames is 0 s."
+        return _figure(picture, "", "", "", why=why)
+    return _whole(run, packed, picture)
+
+
+def scripts() -> str:
+    """Style and scripts of all players of a page: to be put into it once, anywhere."""
+    folder = importlib.resources.files("milltools.player")
+    texts = [(folder / name).read_text("utf-8") for name in ("vendor/three.min.js", "mill3d.js", "player.js")]
+    style = (folder / "player.css").read_text("utf-8")
+    return f"<style>{style}</style>\n" + "".join(f"<script>{text}</script>\n" for text in texts)
+
+
+def _figure(picture, controls, caption, data, why=""):
+    return MARKUP.format(
+        label="The mill in 3D",
+        alt=ALT,
+        still=picture,
+        keys=KEYS,
+        why=html.escape(why),
+        quiet="" if why else " hidden",
+        no_script=NO_SCRIPT,
+        controls=controls,
+        caption=caption,
+        hint=HINT if controls else "",
+        data=data,
+    )
+
+
+def _whole(run, packed, picture):
+    head = _head(run, packed)
+    blob = base64.b64encode(packed.data).decode()
+    data = f'<script type="application/json" class="mp-head">{_json(head)}</script>\n'
+    data += f'<script type="text/plain" class="mp-data">{blob}</script>\n'
+    return _figure(picture, _controls(head), html.escape(_caption(run, packed, head)), data)
+
+
+def _json(thing) -> str:
+    """JSON that stands in a <script> whatever its texts are."""
+    text = json.dumps(thing, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+# ---- what the scripts get
+
+
+def _head(run, packed):
+    times = run.frame_times()[packed.index]
+    quantities = [_quantity(name, packed.limits[name]) for name in packed.limits]
+    up, views = _views(run, packed.index[0])
+    mill = Mill.of(run)
+    poses = [run.poses(int(k)) for k in packed.index]
+    names = list(poses[0])
+    begin = run.quantity("run/sample_from", 0.0)
+    later = np.flatnonzero(times >= begin * (1 - 1e-9))
+    table = matplotlib.colormaps[COLOURS](np.arange(256), bytes=True)[:, :3]
+    return {
+        "drawn": len(packed.chosen),
+        "times": times.tolist(),
+        "labels": _labels(times),
+        "smooth": isinstance(run, Finer),
+        "interval": float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
+        "motions": names,
+        "carrier": names.index(mill.carrier) if mill.carrier in names else -1,
+        "rides": mill.wanders,
+        "poses": _numbers([[pose[name] for name in names] for pose in poses], "<f4"),
+        "bodies": _bodies(mill, names),
+        "edges": {"lines": _numbers(mill.edges, "<f4"), "width": mill.rim},
+        # points that a view holds: of all that the container sweeps, and of it as in the first frame
+        "hulls": [_numbers(hull, "<f4") for hull in (mill.hull, mill.swept(poses[:1]))],
+        "first": int(later[0]) if len(later) else 0,
+        "lower": packed.lower.tolist(),
+        "upper": packed.upper.tolist(),
+        "runs": _runs(run.balls("diameter")[packed.chosen]),
+        "values": quantities,
+        "colours": base64.b64encode(table.tobytes()).decode(),
+        "up": up,
+        "views": views,
+    }
+
+
+def _labels(times):
+    """Times as they are read: all in ms with as many places as they need, at most three."""
+    ms = times * 1e3
+    places = next((p for p in range(3) if np.allclose(ms, np.round(ms, p), atol=1e-6)), 3)
+    return [f"t = {t:.{places}f} ms" for t in ms]
+
+
+def _runs(diameters):
+    """[[how many, diameter], ...] along the rows."""
+    starts = np.flatnonzero(np.diff(diameters, prepend=np.nan))
+    many = np.diff(starts, append=len(diameters))
+    return [[int(n), float(diameters[k])] for n, k in zip(many, starts, strict=True)]
+
+
+def _numbers(values, kind) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
+
+
+def _bodies(mill, names):
+    """What is drawn beside the balls: look, number of the motion (-1: none), points [m] and the triangles' corners."""
+    parts = [("shell", mill.carrier, mill.glass)]
+    for motion in dict.fromkeys(body.motion for body in mill.inner):
+        own = [body.triangles for body in mill.inner if body.motion == motion]
+        parts.append(("steel", motion, np.concatenate(own)))
+    found = []
+    for look, motion, triangles in parts:
+        corners = triangles.reshape(-1, 3).astype("<f4")
+        points, index = np.unique(corners, axis=0, return_inverse=True)
+        found.append(
+            {
+                "look": look,
+                "motion": names.index(motion) if motion in names else -1,
+                "points": _numbers(points, "<f4"),
+                "corners": _numbers(index, "<u2" if len(points) < 1 << 16 else "<u4"),
+                "wide": len(points) >= 1 << 16,
+            }
+        )
+    return found
+
+
+def _views(run, first):
+    """What is up (against gravity, else +z), and from where the named views look."""
+    gravity = run.vector("gravity/acceleration")
+    size = np.linalg.norm(gravity)
+    up = -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    level = np.eye(3) - np.outer(up, up)  # columns: the axes, made level
+    ahead = level[:, 0] if abs(up[0]) < 0.99 else level[:, 1]  # along the drum, unless it stands
+    ahead = ahead / np.linalg.norm(ahead)
+    views = {"end": run.frame_axis(run.poses(int(first))).tolist()}
+    for name in VIEWS:
+        azimuth, elevation, _ = camera.PRESETS[name]
+        a, e = np.radians([azimuth, elevation])
+        along = np.cos(a) * ahead + np.sin(a) * np.cross(up, ahead)
+        views[name] = (np.cos(e) * along + np.sin(e) * up).tolist()
+    return up.tolist(), views
+
+
+def _quantity(name, limit):
+    """A choice of colour, with the ticks of its bar as [share, text]."""
+    unit = frames.UNITS[name]
+    scale, prefix = next(((s, p) for s, p in PREFIXES if limit >= s), PREFIXES[-1])
+    if unit != "J":
+        scale, prefix = 1, ""
+    end, unit = limit / scale, prefix + unit
+    power = 10.0 ** np.floor(np.log10(end))
+    step = next(m * power for m in (0.2, 0.25, 0.5, 1, 2, 5) if end / (m * power) <= 5 + 1e-9)
+    between = [k * step for k in range(6) if k * step < 0.87 * end]  # the last word is a long one
+    ticks = [[round(v / end, 4), f"{v:.4g}"] for v in between] + [[1, f"≥ {end:.4g} {unit}"]]
+    return {
+        "name": name,
+        "label": LABELS[name],
+        "limit": limit,
+        "ticks": ticks,
+        "describe": f"Colours: {LABELS[name]} from 0, dark blue, to {end:.4g} {unit} and more, dark red",
+    }
+
+
+# ---- what stands on the page
+
+
+def _controls(head):
+    quantity = head["values"][0]
+    stops = matplotlib.colormaps[COLOURS](np.linspace(0, 1, 17), bytes=True)[:, :3]
+    return CONTROLS.format(
+        last=len(head["times"]) - 1,
+        first=head["first"],
+        speeds=_speeds(head["interval"], 20 if head["smooth"] else 10),
+        quantities="".join(f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]),
+        riding=RIDING.format(chosen=" selected" * head["rides"]) if head["carrier"] >= 0 else "",
+        title=quantity["label"],
+        describe=quantity["describe"],
+        gradient="linear-gradient(90deg," + ",".join("rgb({},{},{})".format(*c) for c in stops) + ")",
+        ticks="".join(f'<span style="left:{100 * share:g}%">{text}</span>' for share, text in quantity["ticks"]),
+    )
+
+
+def _speeds(interval, rate):
+    """<option>s: simulated seconds a second, from one to thirty frames a second, some `rate` of them chosen."""
+    if interval <= 0:
+        return '<option value="1">1</option>'
+    factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]
+    useful = [f for f in factors if 1 <= f / interval * (1 + 1e-9) <= 31] or [interval]
+    chosen = min(useful, key=lambda f: abs(np.log(f / interval / rate)))
+    return "".join(
+        f'<option value="{f:.10g}"{" selected" if f == chosen else ""}>{_factor(f)}</option>' for f in useful
+    )
+
+
+def _factor(factor):
+    if factor > 1:
+        return f"{factor:.4g} × real time"
+    return f"1/{1 / factor:.4g} of real time" if factor < 1 else "real time"
+
+
+def _caption(run, packed, head):
+    """What is seen, what is left out, and why nothing moves between frames."""
+    words = [_balls(run, packed) + "."]
+    every = len(packed.index), packed.stored
+    if every[0] < every[1] and not isinstance(run, Finer):
+        stride = int(packed.index[1]) if every[0] > 1 else every[1]
+        words.append(f"Every {_ordinal(stride)} stored frame is here, {every[0]} of {every[1]}.")
+    if len(packed.index) > 1:
+        words.append(_between(run, head["interval"]))
+    return " ".join(words)
+
+
+def _balls(run, packed):
+    names = run.species_names()
+    species, diameter = run.balls("species"), run.balls("diameter")
+    kinds = []
+    for k in np.unique(species):
+        own = diameter[species == k]
+        name = names[k] if k < len(names) else "balls"
+        size = f"{own.min() * 1e3:.4g}"
+        if own.max() > own.min():
+            size += f" to {own.max() * 1e3:.4g}"
+        noun = "balls" if name == "balls" else f"balls “{name}”"
+        kinds.append(f"{len(own)} {noun} of {size} mm")
+    text = ", ".join(kinds)
+    if len(packed.chosen) < packed.balls:
+        step = int(packed.chosen[1]) if len(packed.chosen) > 1 else packed.balls
+        text += f"; every {_ordinal(step)} ball is drawn, {len(packed.chosen)} of {packed.balls}"
+    return text
+
+
+def _between(run, interval):
+    text = f"Frames are {interval * 1e3:.4g} ms apart"
+    facts = []
+    if run.has_statistics and run.duration > 0:
+        rates = {kind: float(run.statistic(f"impacts/{kind}/rate")) for kind in run.kinds}
+        rate = sum(rates.values()) + rates["ball_ball"]  # two balls have each of these
+        many = rate * interval / len(run.balls("diameter"))
+        facts.append(f"a ball has {_plain(many)} impact{'s' * (_plain(many) != '1')}")
+    if run.driven == "rotor":
+        turn = interval / run.period
+        angle = f"{360 * turn:.3g}°" if turn < 1.5 else f"{_plain(turn)} turns"
+        facts.append(f"the rotor turns by {angle}")
+    elif np.isfinite(run.period):
+        share = interval / run.period
+        facts.append(f"{_plain(share)} of a period of the slowest motion goes by")
+    if facts:
+        text += f"; from one to the next {' and '.join(facts)}"
+    if isinstance(run, Finer):
+        return f"{text}. They come of running the deck again, to the same bits: the file's own are farther apart."
+    return text + ". What lies between is not drawn, since it is not stored."
+
+
+def _plain(value: float) -> str:
+    """Two digits that count, never as a power of ten."""
+    return f"{float(f'{value:.2g}'):,.10g}".replace(",", " ")
+
+
+def _ordinal(n: int) -> str:
+    ending = "th" if n % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(n % 10, "th")
+    return f"{n}{ending}"

@@ -1,0 +1,75 @@
+"""Lines of a deck or study deck: entries that know where they stand. The syntax is that of decks (docs/deck.md)."""
+
+import dataclasses
+import re
+
+from milltools.base.errors import UserError
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """`key = value` of a section; `where` names it in messages: "FILE:LINE" or "--set ..."."""
+
+    section: str
+    key: str
+    value: str
+    where: str
+    line: int = 0  # of the file, from 1; 0: of none
+
+    def fault(self, text) -> UserError:
+        return UserError(f"{self.where}: [{self.section}] {self.key}: {text}")
+
+
+def read_text(path) -> str:
+    """The text of a file; what is wrong with it is a UserError."""
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            return file.read()
+    except IsADirectoryError:
+        raise UserError(f"{path}: a folder, not a deck") from None
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such file") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{path}: not a text in UTF-8") from None
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+
+
+def _value(text, where) -> str:
+    """A value without its comment; one in double quotes is kept whole, "" inside stands for one "."""
+    if text.startswith('"'):
+        quoted = re.match(r'"((?:[^"]|"")*)"\s*(?:[#;].*)?$', text)
+        if not quoted:
+            raise UserError(f"{where}: the closing '\"' of the value is missing")
+        return quoted.group(1).replace('""', '"')
+    return re.split(r"(?:^|\s)[#;]", text, maxsplit=1)[0].strip()
+
+
+def entries(text, file) -> list[Entry]:
+    """All entries of a text, in their order. Comments begin with # or ; at the start or after white space; a section or
+    key that comes twice is refused."""
+    found, section, seen = [], None, {}
+    for number, line in enumerate(text.splitlines(), 1):
+        where, line = f"{file}:{number}", line.strip()
+        if not line or line[0] in "#;":
+            continue
+        if line.startswith("["):
+            title = re.split(r"\s[#;]", line, maxsplit=1)[0].strip()
+            if not title.endswith("]"):
+                raise UserError(f"{where}: expected '[section]', got '{line[:80]}'")
+            section = title[1:-1].strip()
+            if section in seen:
+                raise UserError(f"{where}: [{section}]: there twice (first in line {seen[section]})")
+            seen[section] = number
+            continue
+        key, equals, value = line.partition("=")
+        key = key.strip()
+        if not equals or not key:
+            raise UserError(f"{where}: expected '[section]' or 'key = value', got '{line[:80]}'")
+        if section is None:
+            raise UserError(f"{where}: {key}: stands before the first [section]")
+        if (section, key) in seen:
+            raise UserError(f"{where}: [{section}] {key}: there twice (first in line {seen[section, key]})")
+        seen[section, key] = number
+        found.append(Entry(section, key, _value(value.strip(), where), where, number))
+    return found

@@ -1,0 +1,90 @@
+"""Impacts counted by speed or by energy, as an output file has them: bins, and how many lie above any value."""
+
+import dataclasses
+
+import numpy as np
+
+from milltools.base.errors import UserError
+
+ENERGIES = ("normal_energy", "total_energy", "dissipated_energy")
+
+
+@dataclasses.dataclass(frozen=True)
+class Histogram:
+    """Impacts by speed or energy: `edges` [m/s] or [J] (n + 1,), `count` (n,), `dissipation` [J] (n,; NaN where it is not known),
+    what lies outside them (number, and energy), and `part`: "all" of the energy, or only its "normal" part (programs that
+    cannot tell the rest per impact)."""
+
+    edges: np.ndarray
+    count: np.ndarray
+    dissipation: np.ndarray
+    underflow: float
+    overflow: float
+    part: str
+    dissipation_underflow: float = 0.0
+    dissipation_overflow: float = 0.0
+
+    def above(self, speed: float) -> float:
+        """Number of impacts at or above a speed [m/s] or energy [J]; exact if it is an edge, else log-linear within its bin;
+        below the first edge all of them."""
+        upper = np.searchsorted(self.edges, speed * (1 - 1e-9), side="left")  # first edge at or above
+        if upper >= len(self.edges):
+            return float(self.overflow)
+        total = float(self.count[upper:].sum()) + float(self.overflow)
+        if speed < self.edges[0] * (1 - 1e-9):
+            return total + float(self.underflow)
+        if upper > 0 and self.edges[upper] > speed * (1 + 1e-9):
+            low, high = np.log(self.edges[upper - 1 : upper + 1])
+            total += float(self.count[upper - 1]) * (high - np.log(speed)) / (high - low)
+        return total
+
+
+def by_speed(run, path: str) -> Histogram:
+    """Of the group `path` of an open Run."""
+    count, dissipation = f"{path}/count", f"{path}/dissipation"
+    return Histogram(
+        run.read(f"{path}/edges"),
+        run.read(count),
+        run.read(dissipation),
+        float(run.attribute(count, "underflow", 0)),
+        float(run.attribute(count, "overflow", 0)),
+        run.attribute(dissipation, "part", "all"),
+        float(run.attribute(dissipation, "underflow", 0)),
+        float(run.attribute(dissipation, "overflow", 0)),
+    )
+
+
+def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
+    """name: "normal", "total" or "dissipated"; the rest as of Run.histogram."""
+    if group != "impacts":
+        raise UserError(f"{run.path}: energies are known of impacts, not of {group}")
+    names = [] if species is None else [species] if isinstance(species, str) else list(species)
+    known = run.species_names()
+    for word in names:
+        if word not in known:
+            raise UserError(f"{run.path}: no balls '{word}': the species are {', '.join(known)}")
+    chosen = sorted(known.index(word) for word in names)
+    if len(chosen) > 2 or (len(chosen) == 2 and row != "ball_ball"):
+        raise UserError(f"{run.path}: two species at most, and two with kind 'ball_ball' alone")
+    kinds = run.kinds if row == "all" else (row,)
+
+    def total(what):
+        """Over the kinds, and the pairs that are asked for."""
+        return sum(_of_pairs(run, f"{kind}/{what}", chosen) for kind in kinds)
+
+    count = total(name)
+    lost = total("dissipation") if name == "normal" else np.full(len(count), np.nan)
+    edges = run.read("statistics/energies/edges")[1:-1]
+    outside = (float(values[k]) for values in (count, lost) for k in (0, -1))
+    below, above, lost_below, lost_above = outside
+    return Histogram(edges, count[1:-1], lost[1:-1], below, above, "all", lost_below, lost_above)
+
+
+def _of_pairs(run, path: str, species: list[int]) -> np.ndarray:
+    values = run.read(f"statistics/energies/{path}", why="written by an older program, or another")
+    if len(species) == 2:
+        return values[tuple(species)]
+    if species and values.ndim == 3:  # of balls: it with each, itself once
+        one = species[0]
+        return values[one].sum(axis=0) + values[:, one].sum(axis=0) - values[one, one]
+    return values[species[0]] if species else values.sum(axis=tuple(range(values.ndim - 1)))

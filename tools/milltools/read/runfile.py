@@ -1,0 +1,366 @@
+"""The one reader of the output file (docs/file-format.md): what a run holds, in SI, with errors a user understands.
+
+    with Run("reference.h5") as run:
+        time, power = run.series("rotor_work")
+        radius = run.quantity("drum/radius")
+        spectrum = run.histogram("ball_ball")
+
+Everything is read when it is asked for, so opening a file of gigabytes costs nothing. Whatever is missing or damaged is
+a UserError that names the file, the part, and what it would take to have it.
+"""
+
+import re
+
+import h5py
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.read import blades
+from milltools.read.blades import Blade
+from milltools.read.built import Built
+from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
+from milltools.read.schema import THRESHOLDS
+
+MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
+# where /statistics tells how well a number is known; so it does of impacts/ROW/rate
+PRECISION = {
+    MEDIAN: "precision/median_above_50mm_s",
+    "impacts/all/normal_speed/median": "precision/median",
+    "rotor/power": "precision/rotor_power",
+    "rotor/torque": "precision/rotor_torque",
+    "drive/power": "precision/drive_power",
+}
+RATE = re.compile(r"impacts/([^/]+)/rate")
+
+
+def estimates(kinds) -> dict[str, tuple]:
+    """What may be known with a standard error: name -> (its group below /statistics/precision, which of its values)."""
+    names = ("rotor_power", "rotor_torque", "drive_power", "median", "median_above_50mm_s")
+    found = {name: (name, ()) for name in names}
+    rows = (*kinds, "all")
+    found |= {f"rate/{row}": (f"rate/{row}", ()) for row in rows}
+    for row in rows:
+        for column, speed in enumerate(THRESHOLDS):
+            found[f"rate_above_{speed:g}/{row}"] = f"fast_rate/{row}", column
+    return found
+
+
+def _is_text(path) -> bool:
+    """Whether a file begins as a deck does."""
+    with open(path, "rb") as file:
+        begin = file.read(4096).lstrip()
+    return begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
+
+
+class Run(Built):
+    """An open output file. A context manager; close() does as well."""
+
+    def __init__(self, path):
+        self.path = str(path)
+        try:
+            with open(self.path, "rb"):  # its words for "no such file" are better than HDF5's
+                pass
+            self._file = h5py.File(self.path, "r")
+        except IsADirectoryError:
+            raise UserError(f"{self.path}: a folder, not an output file") from None
+        except FileNotFoundError:
+            raise UserError(f"{self.path}: no such file") from None
+        except PermissionError:
+            raise UserError(f"{self.path}: permission denied") from None
+        except OSError as fault:
+            why = "if it is a deck, './millsim DECK' runs it" if _is_text(self.path) else fault
+            raise UserError(f"{self.path}: not a readable HDF5 file: {why}") from None
+        if not all(isinstance(self._file.get(name), h5py.Group) for name in ("deck", "run")):
+            self.close()
+            raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.close()
+
+    def close(self):
+        self._file.close()
+
+    @property
+    def closed(self) -> bool:
+        return not self._file
+
+    # ---- reading
+
+    def has(self, path: str) -> bool:
+        return path in self._file
+
+    def read(self, path: str, index=(), why: str = ""):
+        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
+        thing = self._dataset(path, why)
+        try:
+            return thing.asstr()[index] if thing.dtype.kind == "O" else thing[index]
+        except (OSError, UnicodeDecodeError) as fault:
+            raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
+
+    def length(self, path: str) -> int:
+        """Rows of the dataset at a path, without reading it. Missing, or a scalar: UserError."""
+        shape = self.layout(path)[0]
+        if not shape:
+            raise UserError(f"{self.path}: /{path} has no rows: it is one value")
+        return shape[0]
+
+    def attribute(self, path: str, name: str, default=None):
+        thing = self._file.get(path)
+        value = default if thing is None else thing.attrs.get(name, default)
+        return value.decode() if isinstance(value, bytes) else value
+
+    def datasets(self, group: str) -> list[tuple[str, str, str]]:
+        """(path, unit, description) of all datasets below a group, in the order of their paths."""
+        found = []
+
+        def note(name, thing):
+            if isinstance(thing, h5py.Dataset):
+                path = f"{group}/{name}"
+                unit, words = (self.attribute(path, key, "") for key in ("unit", "description"))
+                found.append((path, unit, words))
+
+        if self.has(group):
+            self._file[group].visititems(note)
+        return found
+
+    def names(self, path: str) -> list[str]:
+        """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
+        thing = None if self.closed else self._file.get(path)
+        return sorted(thing) if isinstance(thing, h5py.Group) else []
+
+    def layout(self, path: str) -> tuple[tuple[int, ...], np.dtype]:
+        """(shape, type) of the dataset at a path, without reading it. Missing: UserError."""
+        thing = self._dataset(path)
+        return thing.shape, thing.dtype
+
+    def _dataset(self, path: str, why: str = ""):
+        if self.closed:
+            raise UserError(f"{self.path}: was closed: load it again")
+        thing = self._file.get(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
+        return thing
+
+    # ---- who, what, how far
+
+    @property
+    def program(self) -> str:
+        """The program that made the run: "millsim", or another that wrote the same schema ("LIGGGHTS")."""
+        return self.read("run/program") if self.has("run/program") else "millsim"
+
+    @property
+    def version(self) -> str:
+        return self.read("run/version") if self.has("run/version") else "?"
+
+    @property
+    def status(self) -> str:
+        """complete, stopped, failed or running."""
+        return self.read("run/status")
+
+    @property
+    def notes(self) -> list[str]:
+        """What the program that made it has to say about its numbers, a sentence each."""
+        return self.read("run/notes").splitlines() if self.has("run/notes") else []
+
+    @property
+    def time(self) -> float:
+        """Simulated time reached [s]; 0 before the first checkpoint."""
+        return float(self.read("run/time")) if self.has("run/time") else 0.0
+
+    @property
+    def cost(self) -> float:
+        """CPU seconds per simulated second: what the program says of itself (/run/price), else from its CPU time; NaN if
+        the run has not begun."""
+        if self.has("run/price"):
+            return float(self.read("run/price"))
+        return float(self.read("run/cpu_time")) / self.time if self.time > 0 else float("nan")
+
+    # ---- the deck
+
+    def deck(self) -> dict[str, str]:
+        """Every value of the deck as run, "section.key": text with its SI unit."""
+        found = {}
+        for section, keys in self._file["deck"].items():
+            if isinstance(keys, h5py.Group):
+                for key in keys:
+                    found[f"{section}.{key}"] = self.read(f"deck/{section}/{key}")
+        return found
+
+    def sections(self) -> list[str]:
+        """The deck's sections, in the order of its text."""
+        names = [n for n, item in self._file["deck"].items() if isinstance(item, h5py.Group)]
+        heads = [line.strip()[1:-1] for line in self.deck_text().splitlines() if line.startswith("[")]
+        return sorted(names, key=lambda n: (heads.index(n) if n in heads else len(heads), n))
+
+    def deck_text(self) -> str:
+        """The deck as run, itself a deck."""
+        return self.read("deck/text") if self.has("deck/text") else ""
+
+    def text(self, path: str, default: str | None = None) -> str:
+        """A value of the deck as its text, path as in "drum/profile"."""
+        if default is not None and not self.has(f"deck/{path}"):
+            return default
+        return self.read(f"deck/{path}")
+
+    def vector(self, path: str) -> np.ndarray:
+        """The numbers of a value, as in "gravity/acceleration" [SI]."""
+        numbers = []
+        for word in self.text(path).split():
+            try:
+                numbers.append(float(word))
+            except ValueError:
+                break  # the unit
+        if not numbers:
+            raise UserError(f"{self.path}: /deck/{path}: expected a number, got {self.text(path)!r}")
+        return np.array(numbers)
+
+    def quantity(self, path: str, default: float | None = None) -> float:
+        """A value of the deck as a number [SI], as in "drum/radius"; the default, if one is given, where it is not there."""
+        if default is not None and not self.has(f"deck/{path}"):
+            return default
+        return float(self.vector(path)[0])
+
+    @property
+    def has_rotor(self) -> bool:
+        return self.has("deck/rotor")
+
+    @property
+    def rotor_speed(self) -> float:
+        """Angular velocity of the rotor about +x [rad/s]; 0 without one."""
+        return self.quantity("rotor/speed") if self.has_rotor else 0.0
+
+    def rotor_angle(self, time: float) -> float:
+        """Angle of the rotor at a time, from +y to +z [rad]."""
+        return self.quantity("rotor/angle") + self.rotor_speed * time if self.has_rotor else 0.0
+
+    def blades(self) -> list[Blade]:
+        """All blades, numbered as in the file; the rotor's own angle is not in theirs."""
+        return blades.of(self.sections(), lambda key: self.quantity("/".join(key.rsplit(".", 1)), 0.0))
+
+    # ---- time series
+
+    def has_series(self, name: str) -> bool:
+        return self.has(f"observables/{name}/value")
+
+    def series(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """(time [s] (S,), value (S, ...) as float64) of a time series, as in "dissipation/ball_drum"."""
+        value = self.read(f"observables/{name}/value").astype(float)
+        time = self.read(f"observables/{name}/time")
+        if len(time) != len(value):
+            raise UserError(f"{self.path}: /observables/{name}: {len(value)} values, {len(time)} times")
+        return time, value
+
+    def series_names(self) -> list[str]:
+        """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses, which go
+        with the frames."""
+        found, left = [], [""]
+        while left:
+            name = left.pop()
+            group = self._file.get(f"observables/{name}")
+            if isinstance(group, h5py.Group):
+                if "value" in group:
+                    found.append(name.strip("/"))
+                left += [f"{name}/{member}".strip("/") for member in group if member not in ("value", "pose")]
+        empty = self.absent
+        if not self.has_rotor and (self.named("body") or self.named("motion")):
+            empty |= {"rotor_work", "rotor_torque"}
+        found = [name for name in found if name.split("/")[-1] not in empty]
+        return sorted(found, key=lambda name: (name.count("/"), name))
+
+    # ---- statistics of the sampled window
+
+    @property
+    def has_statistics(self) -> bool:
+        return self.has("statistics/duration")
+
+    def need_statistics(self):
+        """UserError where there is nothing sampled to speak of."""
+        if not self.has_statistics:
+            raise UserError(
+                f"{self.path}: no statistics yet: the run (status '{self.status}') has not come to its first checkpoint"
+            )
+        if not self.duration > 0:
+            raise UserError(f"{self.path}: nothing sampled: the run ended at {self.time:.6g} s, before run.sample_from")
+
+    @property
+    def duration(self) -> float:
+        """Length of the sampled window [s]."""
+        return float(self.read("statistics/duration", why="the run has no statistics yet"))
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """Sampled window (from, to) [s]."""
+        begin = self.quantity("run/sample_from", 0.0)
+        if self.has("statistics/precision/warm_up"):  # found by the run, or the same
+            begin = float(self.read("statistics/precision/warm_up"))
+        return begin, begin + self.duration
+
+    def statistic(self, path: str):
+        """A scalar or array under /statistics, as in "impacts/ball_ball/rate" or "rotor/power"."""
+        return self.read(f"statistics/{path}", why="" if self.has_statistics else "no statistics yet")
+
+    def standard_error(self, path: str) -> float:
+        """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 % interval;
+        NaN if it does not tell."""
+        places = [f"{path}_error"]
+        rate = RATE.fullmatch(path)
+        group = f"precision/rate/{rate[1]}" if rate else PRECISION.get(path)
+        if group:
+            places.insert(0, f"{group}/standard_error")
+        for place in places:
+            if self.has(f"statistics/{place}"):
+                return float(self.statistic(place))
+        return float("nan")
+
+    def known(self, name: str) -> tuple[float, float, float] | None:
+        """(value, standard error, degrees of freedom) of one of estimates(); None where the file does not tell."""
+        group, column = estimates(self.kinds)[name]
+        if not self.has(f"statistics/precision/{group}/degrees_of_freedom"):
+            return None
+        return tuple(
+            float(self.statistic(f"precision/{group}/{part}")[column])
+            for part in ("value", "standard_error", "degrees_of_freedom")
+        )
+
+    def histogram(self, row: str, group: str = "impacts", speed: str = "normal_speed", species=None) -> Histogram:
+        """Impacts (or `strikes`) of a kind or "all" by "normal_speed" or "tangential_speed" [m/s]; impacts by "normal_energy",
+        "total_energy" or "dissipated_energy" [J], these also of one `species`, a name, or of a pair of balls, two names."""
+        if speed in ENERGIES:
+            return by_energy(self, row, group, speed.removesuffix("_energy"), species)
+        if species is not None:
+            raise UserError(f'{self.path}: species are told apart by energy alone: ask with speed="normal_energy"')
+        return by_speed(self, f"statistics/{group}/{row}/{speed}/histogram")
+
+    def map(self, name: str, view: str = "cross_section") -> np.ndarray:
+        """A map, as in "solid_fraction": indices (y, z) in the cross section, (x, r) in the view "axial"."""
+        return self.read(f"statistics/maps/{view}/{name}")
+
+    def edges(self, view: str = "cross_section") -> tuple[np.ndarray, np.ndarray]:
+        """Edges of a map's cells [m] along its first and second index."""
+        first, second = ("y", "z") if view == "cross_section" else ("x", "r")
+        return self.map(f"{first}_edges", view), self.map(f"{second}_edges", view)
+
+    # ---- balls
+
+    def balls(self, name: str) -> np.ndarray:
+        """What balls keep: "mass" [kg], "diameter" [m], "species", "id"; (N,)."""
+        return self.read(f"particles/trajectory/{name}")
+
+    def species_names(self) -> list[str]:
+        """Names of the kinds of balls, by the numbers in balls("species")."""
+        names = self.attribute("particles/trajectory/species", "names", ())
+        names = [name.decode() if isinstance(name, bytes) else str(name) for name in names]
+        return names or ["balls"]
+
+    def frame_times(self) -> np.ndarray:
+        """Times of the stored frames [s]; empty where output.frames = 0 s."""
+        path = "particles/trajectory/position/time"
+        return self.read(path) if self.has(path) else np.empty(0)
+
+    def frame(self, index: int, name: str = "velocity") -> np.ndarray:
+        """One frame of "position" [m], "velocity" [m/s] or "angular_velocity" [rad/s]; (N, 3)."""
+        path = f"particles/trajectory/{name}/value"
+        return self.read(path, index, why="no ball states are stored (output.frames = 0 s)")

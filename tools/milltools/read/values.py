@@ -1,0 +1,63 @@
+"""What values of deck keys are, as millsim itself tells (`millsim --value`): Python reads no units."""
+
+import dataclasses
+import subprocess
+
+from milltools.base.engine import program
+from milltools.base.errors import UserError
+
+AT_ONCE = 2000  # values on one command line
+
+
+@dataclasses.dataclass(frozen=True)
+class Value:
+    """One value of a deck key: `text` is its SI number (or word, or file name) as text that reads back to the same bits."""
+
+    key: str  # section.key
+    kind: str  # number, whole, choice, vector or file
+    text: str
+    unit: str  # SI; "1" for a plain number
+    meaning: str
+    choices: tuple[str, ...]
+
+    @property
+    def value(self):
+        """In SI: float, int or str."""
+        if self.kind == "number":
+            return float(self.text)
+        return int(self.text) if self.kind == "whole" else self.text
+
+    @property
+    def order(self) -> str:
+        """As `--set` takes it."""
+        return order(self.key, self.text, self.unit)
+
+
+def order(key, text, unit) -> str:
+    """`section.key=value unit` as `--set` takes it."""
+    return f"{key}={text}" if unit == "1" else f"{key}={text} {unit}"
+
+
+def tell(orders) -> list[Value]:
+    """What each "section.key=text" is. A wrong one is millsim's own line as a UserError: "[rotor] speed: expected ..."."""
+    found, orders = [], list(orders)
+    for start in range(0, len(orders), AT_ONCE):
+        some = orders[start : start + AT_ONCE]
+        words = [program(), *(f"--value={text}" for text in some)]
+        done = subprocess.run(words, capture_output=True, text=True, errors="replace")
+        if done.returncode != 0:
+            raise UserError(_plain(done), 1 if done.returncode in (1, 126, 127) else 2)
+        for line in done.stdout.splitlines():
+            key, kind, text, unit, meaning, choices = line.split("\t")
+            found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))
+    return found
+
+
+def _plain(done) -> str:
+    """millsim's complaint without the option it came by: the caller knows the line of the file."""
+    lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
+    text = lines[-1].removeprefix("millsim: ")
+    if not text.startswith("--value "):
+        return text
+    head, bracket, rest = text.partition(": [")
+    return "[" + rest if bracket else text.split(": ", 1)[-1]

@@ -1,0 +1,88 @@
+"""`mill report`: a run, or several side by side, as one page that opens from disk.
+
+facts.py says what a run has to say in words, tables.py in rows, notes.py what to know first, pictures.py has the figures,
+player.py the balls, finer.py frames close enough for them; page.py puts it together, beside.py does so with several runs.
+"""
+
+import os
+import sys
+
+from milltools.base.errors import UserError
+from milltools.base.files import write_text
+from milltools.compare.command import check_writable, replicates
+
+RERUN = ("auto", "always", "never")  # finer.py
+SUMMARY = (
+    "Writes a run as one HTML page that needs no network: what was run, how hard and where the balls hit, where the energy "
+    "goes, the deck, and the balls themselves, turning. With --compare several runs on one page, with differences and verdicts."
+)
+
+
+def add_arguments(parser):
+    parser.add_argument("runs", nargs="+", metavar="RUN", help="output file of a run")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE",
+        help="the page; default: the (first) run's name with .html, beside it; an old one is replaced",
+    )  # fmt: skip
+    parser.add_argument(
+        "--compare", action="store_true",
+        help="two or more runs on one page, the first is the reference; replicates (other seeds) joined by commas: a1.h5,a2.h5",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rerun", choices=RERUN, default="auto",
+        help="whether the deck is run again, bit for bit the same, where stored frames are too far apart for the balls to "
+        "be seen moving; auto: if it takes no more than half a minute",
+    )  # fmt: skip
+
+
+def named_for(files: list[str], compared: bool) -> str:
+    """reference.h5 -> reference.html, compared: reference-compared.html."""
+    return files[0].removesuffix(".h5") + ("-compared.html" if compared else ".html")
+
+
+def check_output(output: str, files: list[str]):
+    """That the page can be written, and is not one of the runs."""
+    for path in files:
+        if os.path.exists(path) and os.path.exists(output) and os.path.samefile(output, path):
+            raise UserError(f"{output}: a run, not a page; choose another name with -o")
+    check_writable(output)
+
+
+def run(arguments) -> int:
+    if not arguments.compare and len(arguments.runs) > 1:
+        raise UserError("a report is of one run; several go on one page with --compare")
+    if arguments.compare and len(arguments.runs) < 2:
+        raise UserError("one run is nothing to compare with; give two or more")
+    sides = [replicates(r) if arguments.compare else [r] for r in arguments.runs]
+    files = [path for side in sides for path in side]
+    output = arguments.output or named_for(files, arguments.compare)
+    check_output(output, files)
+    from milltools.base.processes import Stopped, stops_in_order
+
+    try:
+        with stops_in_order():  # a deck that is run again leaves its folder behind otherwise
+            return _write(arguments, sides, files, output)
+    except Stopped as stop:
+        print("mill report: stopped", file=sys.stderr)
+        return 128 + stop.number
+
+
+def _write(arguments, sides, files, output) -> int:
+    # imported here: a wrong command line needs neither matplotlib nor scipy
+    from milltools.read.runfile import Run
+    from milltools.report.progress import Watch
+
+    if arguments.compare:
+        from milltools.report import sides as beside
+
+        with Watch(beside.steps(sides)) as watch:
+            text = beside.render(sides, watch, arguments.rerun)
+    else:
+        with Run(files[0]) as opened:
+            from milltools.report import run_page as page
+
+            with Watch(page.steps()) as watch:
+                text = page.render(opened, watch, arguments.rerun)
+    write_text(output, text)
+    print(f"{output}: {os.path.getsize(output) / 1e6:.1f} MB")
+    return 0

@@ -1,0 +1,67 @@
+"""The plan of a study: which designs are run, as dicts of SI values by key.
+
+    grid      every combination of the values, the last key fastest
+    lhs       Latin hypercube (McKay, Beckman & Conover 1979), `samples` designs
+    sobol     scrambled Sobol sequence (Sobol' 1967; Owen 1998), `samples` designs; more samples go on with the same ones
+    saltelli  what Sobol indices need (Saltelli 2010), from `samples` base points: sensitivity.py
+
+Random ones are those of [study] seed. Designs that come out equal (whole numbers, words) are run once.
+"""
+
+import itertools
+import math
+import warnings
+
+from milltools.base.errors import UserError
+
+MOST = 1_000_000
+
+
+def plan(study) -> list[dict]:
+    """All designs, in order."""
+    if study.method == "grid":
+        return list(_grid(study))
+    found = {}
+    for point in _points(study):
+        values = [r.at(float(share)) for r, share in zip(study.vary, point, strict=True)]
+        found.setdefault(tuple(values), None)
+    keys = [r.key for r in study.vary]
+    return [dict(zip(keys, values, strict=True)) for values in found]
+
+
+def _grid(study):
+    for r in study.vary:
+        if r.values is None:
+            raise study.fault(
+                r.key,
+                "expected 'step' or 'in' behind the range, for 'method = grid' needs single values",
+            )
+    count = math.prod(len(r.values) for r in study.vary)
+    if count * study.replicates > MOST:
+        raise UserError(f"{study.file}: [vary]: {count} designs are more than {MOST}")
+    keys = [r.key for r in study.vary]
+    for values in itertools.product(*(r.values for r in study.vary)):
+        yield dict(zip(keys, values, strict=True))
+
+
+def _points(study):
+    """Points in the unit cube (N, number of keys)."""
+    count, size = study.samples, len(study.vary)
+    if study.method == "saltelli":
+        from milltools.study.search import sensitivity
+
+        return sensitivity.saltelli(size, count, study.seed)
+    from scipy.stats import qmc
+
+    if study.method == "lhs":
+        return qmc.LatinHypercube(d=size, seed=study.seed).random(count)
+    with warnings.catch_warnings():  # numbers that are no power of two cost balance, not validity
+        warnings.simplefilter("ignore", UserWarning)
+        return qmc.Sobol(d=size, scramble=True, seed=study.seed).random(count)
+
+
+def jobs(study, designs):
+    """Every run of the plan: all designs with the first seed first, then replicate by replicate."""
+    for replicate in range(study.replicates):
+        for number, values in enumerate(designs):
+            yield study.job(number, values, replicate)

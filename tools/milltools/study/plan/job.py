@@ -1,0 +1,186 @@
+"""One run of a study: a job (a JSON-able dict, made by Study.job) -> a row (a flat dict, SI). Without state, so threads, Dask
+workers and tasks of a batch system can call `run`.
+
+A run that ends by itself always gives a row: done, capped or failed. One that is killed raises Lost: it is worth another try.
+"""
+
+import datetime
+import math
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+
+from milltools.base import processes
+from milltools.base.errors import UserError
+from milltools.read.runfile import Run
+
+
+class Lost(Exception):
+    """The run was killed from outside, or its machine went: nothing is known of it."""
+
+
+def worker() -> str:
+    """host:pid of this process."""
+    return f"{socket.gethostname()}:{os.getpid()}"
+
+
+def empty(job, status, message) -> dict:
+    """The row of a run without results."""
+    row = {
+        "design": job["design"],
+        "replicate": job["replicate"],
+        "seed": job["seed"],
+        "id": job["id"],
+    }
+    row.update(job["values"])
+    for path in (*job["objectives"], *job["record"]):
+        row[path] = row[f"{path}:error"] = math.nan
+    row.update(status=status, message=message, time=math.nan, sample_from=math.nan, collisions=0)
+    row.update(cpu=0.0, wall=0.0, version="", worker=worker(), finished=_now())
+    return row
+
+
+def _now():
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def run(job, reader=None) -> dict:
+    """Runs millsim once in a folder of its own and reads what came out (`read`, or another reader(job, path)); the folder
+    goes with it."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
+    try:
+        deck = folder / pathlib.Path(job["deck"]).name
+        deck.write_text(job["text"], encoding="utf-8")
+        words = [word for text in job["set"] for word in ("-s", text)]
+        # relative names: a message shows the deck's, and none is too long
+        command = [
+            *processes.guard(),
+            job["program"],
+            "-q",
+            "-o",
+            "run.h5",
+            "-s",
+            "output.frames=0 s",
+            *words,
+            "--",
+            deck.name,
+        ]
+        status, said, cut = _execute(command, folder, job["limit"])
+        if status < 0 or (status > 128 and not cut):
+            raise Lost(f"millsim was ended by signal {abs(status) % 128}")
+        if status != 0 and not (cut and (folder / "run.h5").exists()):
+            return empty(job, "failed", said or f"millsim ended with status {status}")
+        row = (reader or read)(job, folder / "run.h5")
+        if cut:
+            row.update(status="capped", message=f"stopped after {job['limit']:g} s of CPU time")
+        return row
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+# ---- the process
+
+
+_running: set[subprocess.Popen] = set()
+_lock = threading.Lock()
+_ended = False
+
+
+def end_all():
+    """Ends all runs of this process, for good: later ones raise Lost at once."""
+    global _ended
+    with _lock:
+        _ended = True
+        for process in _running:
+            process.kill()
+
+
+def _execute(command, folder, limit):
+    """Status, the last line said, and whether it was stopped by us at `limit` seconds of CPU time."""
+    with _lock:
+        if _ended:
+            raise Lost("the study is being ended")
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C is the driver's business
+        )
+        _running.add(process)
+    cut = False
+    try:
+        while True:
+            left = None if limit is None or cut else max(limit - _cpu(process.pid), 0.01)
+            try:
+                said = process.communicate(timeout=left)[1]
+                break
+            except subprocess.TimeoutExpired:
+                if _cpu(process.pid) >= limit:
+                    cut = True
+                    process.send_signal(signal.SIGTERM)  # it keeps what it has
+    finally:
+        with _lock:
+            _running.discard(process)
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+    lines = said.decode(errors="replace").strip().splitlines()
+    return process.returncode, lines[-1].removeprefix("millsim: ") if lines else "", cut
+
+
+def _cpu(pid) -> float:
+    """CPU time of a process so far [s]; 0 if it cannot be told."""
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            fields = file.read().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+# ---- the results
+
+
+def read(job, path) -> dict:
+    """The row of a finished run, from its file."""
+    row = empty(job, "done", "")
+    try:
+        with Run(path) as run:
+            for name in (*job["objectives"], *job["record"]):
+                row[name] = float(run.read(f"statistics/{name}"))
+                row[f"{name}:error"] = run.standard_error(name)
+            row.update(_facts(run))
+    except (UserError, TypeError) as fault:
+        return empty(job, "failed", str(fault).replace(f"{path}: ", ""))
+    return row
+
+
+def _facts(run) -> dict:
+    time = run.time
+    duration = float(run.read("statistics/duration"))
+    collisions = run.contacts
+    ended = run.read("run/ended_by") if run.has("run/ended_by") else "time"
+    facts = {
+        "time": time,
+        "sample_from": time - duration,
+        "collisions": collisions,
+        "cpu": float(run.read("run/cpu_time")),
+        "wall": float(run.read("run/wall_time")),
+        "version": run.version,
+    }
+    if ended == "max_collisions":
+        facts |= {"status": "capped", "message": "stopped at run.max_collisions"}
+    elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
+        facts |= {"status": "capped", "message": "run.time was reached before run.precision"}
+    deep = int(run.read("run/overlaps"))
+    if deep:
+        why = f"{deep} balls deep in other bodies: its impacts are not to be trusted"
+        facts |= {"status": "capped", "message": why}
+    return facts

@@ -1,0 +1,71 @@
+"""A look before the first run: is there a design that millsim takes, and do the objectives exist? The answer comes from
+millsim itself, which runs one design for a nanosecond."""
+
+import dataclasses
+import difflib
+import pathlib
+import tempfile
+
+import h5py
+
+from milltools.base.errors import UserError
+from milltools.read.deck import Deck
+from milltools.study.plan import job as jobs
+
+TRIED = 5  # designs, spread over the plan, before all are given up
+MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
+
+
+def probe(study, designs):
+    """Fills in units and descriptions of the objectives. UserError if none of a few designs is taken, or an objective
+    is no scalar of /statistics. Nothing is written."""
+    many = len(designs)
+    places = sorted({round(k * (many - 1) / (TRIED - 1)) for k in range(TRIED)})
+    first = None
+    for number in places:
+        job = study.job(number, designs[number])
+        try:
+            _check(job)
+            return _look(study, job)
+        except UserError as fault:
+            first = first or fault
+    others = f" (and {len(places) - 1} others tried are refused too)" if many > 1 else ""
+    raise UserError(f"{first}{others}", first.status)
+
+
+def _check(job):
+    """The deck as the run will have it, with the messages of the base deck."""
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        path = pathlib.Path(folder) / pathlib.Path(job["deck"]).name
+        path.write_text(job["text"], encoding="utf-8")
+        try:
+            Deck.check(path, job["set"])
+        except UserError as fault:
+            raise UserError(str(fault).replace(f"{folder}/", ""), fault.status) from None
+
+
+def _look(study, job):
+    job = {**job, "set": [*job["set"], *MOMENT], "objectives": [], "record": [], "limit": None}
+    found = {}
+
+    def note(name, item):
+        if isinstance(item, h5py.Dataset) and item.shape == () and item.dtype.kind in "fiu":
+            found[name] = (item.attrs.get("unit", ""), item.attrs.get("description", ""))
+
+    def read(_, path):
+        with h5py.File(path) as file:
+            file["statistics"].visititems(note)
+        return {"status": "done"}
+
+    row = jobs.run(job, read)
+    if row["status"] != "done":
+        raise UserError(row["message"])
+    for goal in ("maximise", "minimise", "record"):
+        for path in study.paths_of(goal):
+            if path not in found:
+                near = difflib.get_close_matches(path, found, 1, 0.6)
+                hint = f"; did you mean '{near[0]}'?" if near else ""
+                raise study.fault(goal, f"'{path}' is no scalar of /statistics in a run of this deck{hint}")
+    study.objectives = [
+        dataclasses.replace(o, unit=found[o.path][0], description=found[o.path][1]) for o in study.objectives
+    ]

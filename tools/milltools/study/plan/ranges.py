@@ -1,0 +1,201 @@
+"""What a line of [vary] says: the values that one deck key takes.
+
+    2..20                          all whole numbers (keys that are whole), or all numbers between
+    0..10 mm step 0.5 mm           every half millimetre
+    2..10 mm in 5 log              five values, evenly spaced in the logarithm
+    600, 800, 1000 rpm             these
+    circle, wavy                   these words
+
+Units are millsim's business: each value goes through `millsim --value`.
+"""
+
+import dataclasses
+import decimal
+import math
+import re
+
+from milltools.base.errors import UserError
+from milltools.read.values import tell
+
+MOST = 1_000_000  # values of one key
+NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
+WANTED = (
+    "expected values such as '600, 800, 1000 rpm', or a range such as '2..20', '0..10 mm step 0.5 mm' or "
+    "'2..10 mm in 5 log'"
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """One varied key. Values are in SI: float (number), int (whole), str (choice, vector, file)."""
+
+    key: str
+    kind: str  # number, whole, choice, vector or file
+    unit: str  # SI; "1" for plain numbers
+    meaning: str
+    log: bool
+    low: float | None  # None for words
+    high: float | None
+    values: tuple | None  # what a grid takes, in order; None: any number between low and high
+    choices: tuple[str, ...]  # of a choice: all words it could take
+
+    @property
+    def whole(self) -> bool:
+        return self.kind == "whole"
+
+    @property
+    def numeric(self) -> bool:
+        return self.kind in ("number", "whole")
+
+    def at(self, share: float):
+        """The value at a share in [0, 1) of the range: equal shares for equal steps (of the logarithm if `log`), or
+        for each value of a list."""
+        if self.log and self.whole:
+            wanted = self.low * (self.high / self.low) ** share
+            return min(self.values, key=lambda value: abs(math.log(value / wanted)))
+        if self.values is not None:
+            return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+        if self.log:
+            return float(self.low * (self.high / self.low) ** share)
+        return float(self.low + (self.high - self.low) * share)
+
+    def share(self, value) -> float:
+        """Where a value lies: the inverse of `at`; for a list the middle of its part."""
+        if self.values is not None and not (self.log and self.whole):
+            return (self.values.index(value) + 0.5) / len(self.values)
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+    def about(self) -> dict:
+        """As the table's metadata keep it."""
+        return {
+            "key": self.key, "unit": self.unit, "meaning": self.meaning, "kind": self.kind, "whole": self.whole,
+            "log": self.log, "low": self.low, "high": self.high,
+            "values": None if self.values is None else list(self.values), "choices": list(self.choices),
+        }  # fmt: skip
+
+    @classmethod
+    def of(cls, about) -> "Range":
+        """From the table's metadata."""
+        values = None if about["values"] is None else tuple(about["values"])
+        names = ("key", "kind", "unit", "meaning", "log", "low", "high")
+        return cls(*(about[name] for name in names), values, tuple(about["choices"]))
+
+
+def parse(key: str, text: str) -> Range:
+    """The Range that `key = text` means; a wrong one is a UserError that says what was expected, without place."""
+    return _span(key, text) if ".." in text and not text.lstrip().startswith('"') else _list(key, text)
+
+
+def _list(key, text) -> Range:
+    items = [item.strip() for item in text.split(",")]
+    if not all(items):
+        raise UserError(f"{WANTED}, got '{text[:80]}'" if text.strip() else f"{WANTED}, got nothing")
+    last = NUMBER.match(items[-1])
+    unit = last.group(2) if last and not NUMBER.match(last.group(2)) else ""
+    # '600, 800, 1000 rpm': the unit of the last is that of all that have none
+    whole = [f"{item} {unit}" if unit and _bare(item) else item for item in items]
+    found = tell(f"{key}={item}" for item in whole)
+    values = tuple(value.value for value in found)
+    for k, value in enumerate(values):
+        if value in values[:k]:
+            raise UserError(f"expected different values, got '{items[k]}' twice")
+    first = found[0]
+    ends = (min(values), max(values)) if first.kind in ("number", "whole") else (None, None)
+    return Range(key, first.kind, first.unit, first.meaning, False, *ends, values, first.choices)
+
+
+def _bare(item) -> bool:
+    number = NUMBER.match(item)
+    return bool(number) and not number.group(2)
+
+
+def _clauses(text):
+    """The span, then what follows it: step (text), in (count), log."""
+    rest, step, count, log = text.strip(), None, None, False
+    while True:
+        if found := re.match(r"(.*\S)\s+log$", rest, re.S):
+            if log:
+                raise UserError(f"{WANTED}, got 'log' twice")
+            rest, log = found.group(1), True
+        elif found := re.match(r"(.*\S)\s+in\s+(\d+)$", rest, re.S):
+            if count is not None:
+                raise UserError(f"{WANTED}, got 'in' twice")
+            rest, count = found.group(1), int(found.group(2))
+        elif found := re.match(r"(.*?\S)\s+step\s+(.+)$", rest, re.S):
+            if step is not None:
+                raise UserError(f"{WANTED}, got 'step' twice")
+            rest, step = found.group(1), found.group(2)
+        else:
+            return rest, step, count, log
+
+
+def _number(text, what):
+    found = NUMBER.match(text)
+    if not found:
+        raise UserError(f"{WANTED}, got '{text.strip()[:80]}' as {what}")
+    return decimal.Decimal(found.group(1)), found.group(2).strip()
+
+
+def _span(key, text) -> Range:
+    span, step, count, log = _clauses(text)
+    if "..." in span or span.count("..") != 1:
+        raise UserError(f"{WANTED}, got '{text[:80]}' (numbers such as 0.5 on both sides of '..')")
+    low_text, high_text = span.split("..")
+    high, unit = _number(high_text, "the end")
+    low, low_unit = _number(low_text, "the beginning")
+    width, step_unit = _number(step, "the step") if step else (None, "")
+    if step and count is not None:
+        raise UserError(f"{WANTED}, got both 'step' and 'in'")
+    if step and log:
+        raise UserError("expected 'in N log' for a logarithmic range, got 'step' and 'log'")
+    ends = tell(f"{key}={number} {u}".strip() for number, u in ((low, low_unit or unit), (high, unit)))
+    about = ends[0]
+    if about.kind not in ("number", "whole"):
+        raise UserError(f"expected a list of values, got the range '{text[:80]}'")
+    if not ends[0].value < ends[1].value:
+        raise UserError(f"expected a range from low to high, got '{text[:80]}'")
+    if log and not ends[0].value > 0:
+        raise UserError(f"expected a range above 0 for 'log', got '{text[:80]}'")
+    if count is not None and not 2 <= count <= MOST:
+        raise UserError(f"expected 'in 2' to 'in {MOST}', got 'in {count}'")
+    if about.kind == "whole" and not step and count is None and not log:
+        width = decimal.Decimal(1)
+    values = None
+    if width is not None:
+        values = _steps(key, (low, low_unit), (high, unit), (width, step_unit), ends, text)
+    elif count is not None:
+        values = _spread(about.kind, ends[0].value, ends[1].value, count, log)
+    elif about.kind == "whole":
+        values = tuple(range(ends[0].value, ends[1].value + 1))
+    return Range(key, about.kind, about.unit, about.meaning, log, ends[0].value, ends[1].value, values, ())  # fmt: skip
+
+
+def _steps(key, low, high, step, ends, text):
+    """low, low + step, ... up to high, each rounded once, as if it had been written out with its unit."""
+    unit = high[1]
+    if {low[1], step[1]} - {"", unit}:  # several units: all in SI
+        unit = ends[0].unit if ends[0].unit != "1" else ""
+        told = tell([f"{key}={step[0]} {step[1] or high[1]}"])[0]
+        low, high, step = ((decimal.Decimal(value.text),) for value in (*ends, told))
+    low, high, step = low[0], high[0], step[0]
+    if step <= 0:
+        raise UserError(f"expected a step above 0, got '{text[:80]}'")
+    many = (high - low) / step
+    if many > MOST:
+        raise UserError(f"expected at most {MOST} values, got '{text[:80]}'")
+    numbers = [low + k * step for k in range(int(many) + 1)]
+    return tuple(v.value for v in tell(f"{key}={number} {unit}".strip() for number in numbers))
+
+
+def _spread(kind, low, high, count, log):
+    """`count` values from low to high, both included; whole ones rounded, each once."""
+    ratio = high / low if log else None
+    inner = [
+        low * ratio ** (k / (count - 1)) if log else low + (high - low) * k / (count - 1) for k in range(1, count - 1)
+    ]
+    values = [low, *inner, high]
+    if kind == "whole":
+        return tuple(sorted({round(value) for value in values}))
+    return tuple(float(value) for value in values)

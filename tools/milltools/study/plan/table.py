@@ -1,0 +1,281 @@
+"""The table of a study: one row a run, in `NAME.parquet` with `NAME.parquet.journal` beside it while it grows.
+
+    table = Table.open("figure7.parquet")             # reading, also while a study runs
+    table.frame()                                      # pandas.DataFrame, each run once
+    with Writer.begin("figure7.parquet", study.about(planned)) as table:     # the driver, and only one
+        table.add(row)
+
+Each row is appended to the journal as one JSON line and synced before `add` returns; the Parquet file is rewritten whole and
+renamed into place now and then, and at the end, when the journal goes. So whatever is killed, no row that was added is
+lost, and the Parquet file can be opened at any moment. Opening reads both; a line that was torn is left out, a run that
+is in both (same `id`) counts once, the later one.
+"""
+
+import contextlib
+import fcntl
+import json
+import math
+import os
+import pathlib
+import time
+
+import pandas
+import pyarrow
+import pyarrow.parquet
+
+from milltools.base.errors import UserError
+
+METADATA = b"millsim"
+FOLD = 5.0  # [s] between rewritings of the Parquet file, at least
+SHARE = 50  # and at least this many times what the last one took
+TYPES = {"number": pyarrow.float64(), "whole": pyarrow.int64()}
+BEFORE = {"design": pyarrow.int64(), "replicate": pyarrow.int64(), "seed": pyarrow.int64(), "id": pyarrow.string()}  # fmt: skip
+BEHIND = {
+    "status": pyarrow.string(), "message": pyarrow.string(), "time": pyarrow.float64(), "sample_from": pyarrow.float64(),
+    "collisions": pyarrow.int64(), "cpu": pyarrow.float64(), "wall": pyarrow.float64(), "version": pyarrow.string(),
+    "worker": pyarrow.string(), "finished": pyarrow.string(),
+}  # fmt: skip
+COLUMNS = (*BEFORE, *BEHIND)
+
+
+def schema(meta) -> pyarrow.Schema:
+    """The columns of a table, from its metadata."""
+    fields = dict(BEFORE)
+    for vary in meta["vary"]:
+        fields[vary["key"]] = TYPES.get(vary["kind"], pyarrow.string())
+    for path in paths(meta):
+        fields[path] = fields[f"{path}:error"] = pyarrow.float64()
+    fields.update(BEHIND)
+    text = json.dumps(meta, ensure_ascii=False).encode()
+    return pyarrow.schema(list(fields.items()), metadata={METADATA: text})
+
+
+def paths(meta) -> list[str]:
+    """Objectives and recorded scalars, in the order of the columns."""
+    return [*(objective["path"] for objective in meta["objectives"]), *meta["record"]]
+
+
+def journal_of(path) -> pathlib.Path:
+    return pathlib.Path(f"{path}.journal")
+
+
+class Table:
+    """The rows of a study and its metadata (a dict: file-format in docs/studies.md)."""
+
+    def __init__(self, path, meta, stored, fresh):
+        self.path, self.meta = pathlib.Path(path), meta
+        self._stored, self._fresh = stored, fresh  # pyarrow.Table; list of rows
+        self._frame = None
+
+    @classmethod
+    def open(cls, path) -> "Table":
+        """Reads a table; never changes it, so a study may run meanwhile."""
+        # the journal first: what is folded into the file meanwhile is then in both, not in neither
+        fresh = _read_journal(journal_of(path))
+        stored = _read_parquet(path)
+        return cls(path, _metadata(stored, path), stored, fresh)
+
+    @property
+    def complete(self) -> bool:
+        """Every planned run is there, and nobody is at it."""
+        planned = self.meta["planned"]
+        return planned is not None and not journal_of(self.path).exists() and len(self.frame()) >= planned
+
+    def frame(self) -> pandas.DataFrame:
+        """Each run once, by design and replicate."""
+        if self._frame is None:
+            whole = self._arrow().to_pandas(use_threads=False)
+            whole = whole.sort_values(["design", "replicate"], kind="stable")
+            self._frame = whole.reset_index(drop=True)
+        return self._frame
+
+    def rows(self) -> list[dict]:
+        """The same as dicts."""
+        return self.frame().to_dict("records")
+
+    def __len__(self):
+        return len(self.frame())
+
+    def _arrow(self):
+        """Both parts, each run once, the later of two."""
+        kind = schema(self.meta)
+        stored = self._stored.select(kind.names).replace_schema_metadata(kind.metadata)
+        if self._fresh:
+            fresh = pyarrow.Table.from_pylist(self._fresh, kind)
+            stored = pyarrow.concat_tables([stored, fresh])
+        last = {name: place for place, name in enumerate(stored["id"].to_pylist())}
+        return stored if len(last) == len(stored) else stored.take(sorted(last.values()))
+
+
+class Writer(Table):
+    """A table that is being filled; a context manager that holds the lock."""
+
+    @classmethod
+    @contextlib.contextmanager
+    def begin(cls, path, meta, force=False):
+        """Makes the table, or goes on with one of the same study (equal `fingerprint`); another is refused, or
+        with `force` begun anew. A second driver on the same table is refused."""
+        with _locked(path) as journal:
+            if force or not pathlib.Path(path).exists():
+                stored, fresh = schema(meta).empty_table(), []
+            else:
+                fresh, stored = _read_journal(journal_of(path)), _read_parquet(path)
+                _check_same(path, _metadata(stored, path), meta)
+            table = cls(path, meta, stored, fresh)
+            table._journal, table._folded, table._cost = journal, 0.0, 0.0
+            table.fold()
+            try:
+                yield table
+            finally:
+                table.fold(tidy=True)
+
+    def ids(self, failed=True) -> set[str]:
+        """Runs that are there; those that failed only if asked for."""
+        frame = self.frame()
+        return set(frame["id"] if failed else frame["id"][frame["status"] != "failed"])
+
+    def number(self, plan: dict):
+        """Gives the rows the design numbers of a plan {id: number}; those outside of it are numbered behind."""
+        frame = self.frame()
+        keys = [vary["key"] for vary in self.meta["vary"]]
+        outside, numbers, first = {}, [], max(plan.values(), default=-1) + 1
+        for row in frame[["id", *keys]].itertuples(index=False):
+            number = plan.get(row[0])
+            if number is None:
+                number = outside.setdefault(row[1:], first + len(outside))
+            numbers.append(number)
+        if numbers != list(frame["design"]):
+            frame = frame.assign(design=numbers)
+            self._stored, self._fresh = pyarrow.Table.from_pandas(frame, schema(self.meta), preserve_index=False), []  # fmt: skip
+            self._frame = None
+            self._write()
+
+    def add(self, row: dict):
+        """Keeps a row: it is on the disk when this returns."""
+        clean = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+        line = json.dumps(clean, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        try:
+            written = os.write(self._journal, line)
+            os.fsync(self._journal)
+        except OSError as fault:
+            raise UserError(f"{journal_of(self.path)}: {fault.strerror}", status=1) from None
+        if written != len(line):
+            raise UserError(f"{journal_of(self.path)}: No space left on device", status=1)
+        self._fresh.append(_whole(clean))
+        self._frame = None
+        now = time.monotonic()
+        if now - self._folded > max(FOLD, SHARE * self._cost):
+            self.fold()
+
+    def fold(self, tidy=False):
+        """Brings the journal into the Parquet file; `tidy` sorts the rows as `frame` does."""
+        begin = time.monotonic()
+        self._stored, self._fresh = self._arrow(), []
+        if tidy:
+            order = [("design", "ascending"), ("replicate", "ascending")]
+            self._stored = self._stored.sort_by(order)
+        self._write()
+        self._folded = time.monotonic()
+        self._cost = self._folded - begin
+
+    def _write(self):
+        part = pathlib.Path(f"{self.path}.part")
+        try:
+            with open(part, "wb") as file:
+                pyarrow.parquet.write_table(self._stored, file, compression="zstd")
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, self.path)
+            os.ftruncate(self._journal, 0)
+        except OSError as fault:
+            part.unlink(missing_ok=True)
+            raise UserError(f"{self.path}: {fault.strerror or fault}", status=1) from None
+
+
+def _whole(row):
+    """A row as the journal has it: what is not known is NaN where numbers stand."""
+    return {k: math.nan if v is None else v for k, v in row.items()}
+
+
+def _read_journal(path) -> list[dict]:
+    """Its rows; a line that is no JSON object was torn when its writer was killed."""
+    rows = []
+    try:
+        text = path.read_bytes()
+    except FileNotFoundError:
+        return rows
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+    for line in text.split(b"\n"):
+        with contextlib.suppress(ValueError):
+            row = json.loads(line) if line else None
+            if isinstance(row, dict):
+                rows.append(_whole(row))
+    return rows
+
+
+def _read_parquet(path) -> pyarrow.Table:
+    try:
+        with open(path, "rb") as file:
+            # a table is small, and pyarrow's threads may abort a program that ends while they start
+            return pyarrow.parquet.read_table(file, use_threads=False, pre_buffer=False)
+    except IsADirectoryError:
+        raise UserError(f"{path}: a folder, not the table of a study") from None
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such file") from None
+    except (pyarrow.ArrowException, OSError) as fault:
+        raise UserError(f"{path}: not a readable Parquet file: {fault}") from None
+
+
+def _metadata(stored, path) -> dict:
+    text = (stored.schema.metadata or {}).get(METADATA)
+    if text is None:
+        raise UserError(f"{path}: a Parquet file, but not the table of a study")
+    return json.loads(text)
+
+
+def _check_same(path, old, new):
+    if old.get("fingerprint") != new["fingerprint"]:
+        raise UserError(
+            f"{path}: holds the runs of another study{_difference(old.get('common', {}), new.get('common', {}))}; "
+            "-o gives another name, --force begins anew"
+        )
+
+
+def _difference(old, new) -> str:
+    """The first thing in which two studies differ; nothing where a table does not tell."""
+    names = [name for name in old | new if old.get(name) != new.get(name)] if old and new else []
+    if not names:
+        return ""
+    there, here = (about.get(names[0], "not given") for about in (old, new))
+    more = f", and {len(names) - 1} more differ" if len(names) > 1 else ""
+    return f": {names[0]} is {there} there and {here} here{more}"
+
+
+@contextlib.contextmanager
+def _locked(path):
+    """The journal's descriptor, locked; at the end the journal goes if it is empty."""
+    name = journal_of(path)
+    while True:
+        try:
+            journal = os.open(name, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        except OSError as fault:
+            raise UserError(f"{name}: {fault.strerror}", status=1) from None
+        try:
+            fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(journal)
+            raise UserError(f"{path}: another mill is writing it at this moment", status=1) from None
+        except OSError:
+            pass  # a file system without locks
+        with contextlib.suppress(OSError):
+            if os.stat(name).st_ino == os.fstat(journal).st_ino:
+                break
+        os.close(journal)  # removed by its last owner meanwhile
+    try:
+        yield journal
+    finally:
+        if os.fstat(journal).st_size == 0:
+            with contextlib.suppress(OSError):
+                os.unlink(name)
+        os.close(journal)

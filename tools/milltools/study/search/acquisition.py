@@ -1,0 +1,189 @@
+"""Which design to run next, from all that is known: a few spread points, then where an improvement is to be expected,
+and at the end again those that might be the best.
+
+    start     the first points of a scrambled Sobol sequence
+    search    the knowledge gradient for correlated beliefs (Frazier, Powell & Dayanik, INFORMS J. Comput. 21 (2009) 599): by how much
+              one more noisy run is expected to raise the best of all expected values. It weighs the noise of a run, so
+              that it also says when to run a design again. Runs that are still out are believed to give what the model
+              expects there (kriging believer: Ginsbourger, Le Riche & Carraro 2010)
+    confirm   the last fifth of the runs: whichever of the leader and its most likely rival is known less, with another seed,
+              until no rival is left in doubt
+
+A capped run took its whole budget and a failed one gave nothing: both repel. The gradient is multiplied by the share of good runs to
+be expected, which is 1 far away from them. A design that failed is not run again; one that was capped is never the leader as long
+as another has a value. Everything here is a function of the runs, the seed and the number of the run: a restart
+changes nothing.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import norm, qmc
+
+from milltools.study.search.gp import ALIKE, Surface, candidates, reach
+from milltools.study.search.space import Space
+
+CONFIRM = 0.2  # of the runs, at the end
+LISTED = 1000  # designs of a space of which each is looked at
+CLOUD = 512  # designs looked at in a larger one, at first
+HEADS, NEIGHBOURS = 4, 64  # the best of those, and designs around each of them, at each of STEPS
+STEPS = (0.1, 0.03, 0.01)  # of a key's range
+NORMAL = np.polynomial.hermite_e.hermegauss(21)  # places and weights
+NORMAL = (NORMAL[0], NORMAL[1] / NORMAL[1].sum())
+REPELLED = 0.3  # longest reach of a capped or failed run, in the unit cube
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A run: its design; value and standard error (NaN: unknown); done, capped, failed, or running."""
+
+    design: tuple
+    value: float = math.nan
+    error: float = math.nan
+    status: str = "done"
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """How many runs there may be, how many of each design at least, which way is better, and the seed."""
+
+    runs: int
+    replicates: int = 1
+    maximise: bool = True
+    seed: int = 1
+
+    def start(self, space: Space) -> int:
+        """Designs of the first, spread points."""
+        return max(1, min(4 + 2 * len(space), self.runs // (3 * self.replicates)))
+
+    @property
+    def confirm_from(self) -> int:
+        """Number of the run (from 0) from which on only known designs are run again."""
+        return self.runs - max(2, round(CONFIRM * self.runs)) if self.runs > 4 else self.runs
+
+
+def choose(space: Space, runs: list[Run], plan: Plan) -> tuple | None:
+    """The design of the next run (number len(runs)); None when the optimum is known well enough to stop."""
+    number = len(runs)
+    again = unfinished(runs, plan.replicates)
+    if again is not None:
+        return again
+    good = [r for r in runs if math.isfinite(r.value)]
+    asked = list(dict.fromkeys(r.design for r in runs))
+    if len(asked) < plan.start(space) or len({r.design for r in good}) < 2:
+        return spread(space, asked, plan)
+    generator = np.random.default_rng([plan.seed, number])
+    surface = fit(space, good, plan)
+    pending = [r.design for r in runs if r.status == "running"]
+    if pending:
+        surface = surface.believing(pending)
+    if number >= plan.confirm_from:
+        return rival(surface, runs, pending)
+    return _search(space, surface, runs, generator)
+
+
+def fit(space: Space, runs: list[Run], plan: Plan) -> Surface:
+    """The surface through the runs that have a value."""
+    return Surface(
+        space,
+        [r.design for r in runs],
+        [r.value for r in runs],
+        [r.error for r in runs],
+        plan.maximise,
+        plan.seed,
+    )
+
+
+def eligible(runs: list[Run]) -> list[tuple]:
+    """The designs that may be called the best."""
+    return candidates([r.design for r in runs], [r.value for r in runs], [r.status for r in runs])
+
+
+def rival(surface: Surface, runs: list[Run], pending=()) -> tuple | None:
+    """The design to run once more so that it becomes clear which is the best, or None when it is: the leader was run twice and
+    every other is worse beyond doubt, or certainly within 2 % of it."""
+    among = eligible(runs)
+    leader = surface.best(among)
+    if sum(r.design == leader and r.status in ("done", "running") for r in runs) < 2:
+        return leader
+    others = [design for design in among if design != leader]
+    if not others:
+        return None
+    gap, spread = surface.gaps(others, leader)
+    value = abs(surface.predict([leader])[0][0])
+    worse = gap > reach() * spread
+    alike = gap + reach() * spread < ALIKE * value
+    doubt = ~(worse | alike)
+    if not doubt.any():
+        return leader if leader in pending else None
+    better = norm.cdf(-gap / np.maximum(spread, 1e-300)) * doubt
+    challenger = others[int(np.argmax(better))]
+    _, spreads = surface.predict([leader, challenger])
+    return leader if spreads[0] > spreads[1] else challenger
+
+
+def gain(surface: Surface, designs) -> np.ndarray:
+    """The knowledge gradient of one more run at each of designs, in the objective's unit: how far the best expected value among
+    them is expected to rise. After it all means move by `shift` times a standard normal number, which is integrated by
+    Gauss and Hermite's rule."""
+    mean, cov = surface.covariance(designs)
+    mean = surface.sign * mean
+    shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)
+    risen = np.zeros(len(designs))
+    for z, weight in zip(*NORMAL):
+        risen += weight * (mean[:, None] + z * shift).max(axis=0)
+    return risen - mean.max()
+
+
+def soundness(surface: Surface, runs: list[Run], designs) -> np.ndarray:
+    """Share of runs that are neither capped nor failed to be expected at designs: 1 where nothing is known."""
+    ended = [r for r in runs if r.status != "running"]
+    bad = np.array([r.status in ("capped", "failed") for r in ended], float)
+    if not bad.any() or bad.all():
+        return np.ones(len(designs))
+    kernel = surface.shape(REPELLED)
+    codes = surface.space.encode([r.design for r in ended])
+    factor = cho_factor(kernel(codes) + 0.05 * np.eye(len(codes)))
+    expected = kernel(surface.space.encode(designs), codes) @ cho_solve(factor, bad)
+    return 1 - np.clip(expected, 0, 1)
+
+
+def unfinished(runs, replicates) -> tuple | None:
+    """The first design that has not yet had all its runs; one that failed has had them."""
+    counts, failed = {}, {r.design for r in runs if r.status == "failed"}
+    for r in runs:
+        counts[r.design] = counts.get(r.design, 0) + 1
+    return next((d for d, n in counts.items() if n < replicates and d not in failed), None)
+
+
+def spread(space: Space, known, plan: Plan, skip=0) -> tuple:
+    """The next point of the Sobol sequence that is not among the known designs, or one `skip` points later."""
+    known = set(known)
+    count = 2 ** max(6, math.ceil(math.log2(2 * len(known) + 2)))
+    points = space.at(qmc.Sobol(len(space), seed=plan.seed).random(count))
+    fresh = [point for point in dict.fromkeys(points) if point not in known]
+    return fresh[skip % len(fresh)] if fresh else points[len(known) % len(points)]
+
+
+def _search(space, surface, runs, generator) -> tuple:
+    failed = {r.design for r in runs if r.status == "failed"}
+
+    def worth(designs):
+        return gain(surface, designs) * soundness(surface, runs, designs)
+
+    tested = surface.tested()
+    designs = space.everything() if space.count <= LISTED else None
+    if designs is None:
+        shares = qmc.Sobol(len(space), seed=generator).random(CLOUD)
+        designs = list(dict.fromkeys(tested + space.at(shares)))
+        for step in STEPS:
+            order = np.argsort(-worth(designs), kind="stable")
+            heads = [designs[i] for i in order[:HEADS]] + [surface.best()]
+            near = [space.near(h, step, generator) for h in heads for _ in range(NEIGHBOURS)]
+            designs = list(dict.fromkeys(tested + heads + near))
+    for i in np.argsort(-worth(designs), kind="stable"):
+        if designs[i] not in failed:
+            return designs[i]
+    return surface.best()

@@ -1,0 +1,291 @@
+"""A Gaussian process through noisy runs: what is known of an objective between and beyond the designs that were run.
+
+A Matern 5/2 kernel with a length for every column of the space (`space.py`), and as noise of each run the square of its own
+standard error; on top of that a scatter between runs, fitted, which stands for runs without a known error and for what
+their errors leave out (the other seed's start). Kernel and scatter are at the maximum of the posterior: marginal likelihood
+times wide log-normal priors, because forty runs alone do not tell a long length from an endless one (Rasmussen & Williams 2006,
+sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
+
+`Surface` is fitted once and then asked: mean and standard deviation anywhere, differences between designs, and
+`optimum`: the best design with confidence intervals of its value and of its place.
+"""
+
+import contextlib
+import copy
+import dataclasses
+import functools
+import math
+import warnings
+
+import numpy as np
+from scipy.stats import norm
+
+from milltools.study.search.space import Space
+
+CONFIDENCE = 0.95  # two-sided, of every interval
+ALIKE = 0.02  # designs this close to the best (share of its value) are as good for any purpose
+FLAT = 0.25  # of a key's range: where designs that are alike span more, the optimum is called flat
+MOST_RUNS = 1500  # of a surface: its time grows with the cube of their number
+MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in some hundred tries
+MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
+JITTER = 1e-10  # of the variance, so that equal designs can be solved for
+TRIES = 4  # starts of the search for kernel and scatter
+
+
+@functools.cache
+def _threads():
+    import sklearn.gaussian_process  # noqa: F401  what it loads is then known
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def one_thread():
+    """Within it linear algebra has one thread: more do not help with small matrices, and the runs need the cores."""
+    return _threads().limit(limits=1)
+
+
+def reach() -> float:
+    """Standard errors on either side of a 95 % interval."""
+    return float(norm.ppf(0.5 + CONFIDENCE / 2))
+
+
+def candidates(designs, values, statuses) -> list[tuple]:
+    """The designs that may be called the best, each once: those with a value from a run that was not capped, or all with a
+    value where there is none."""
+    known = [(tuple(d), s) for d, v, s in zip(designs, values, statuses) if math.isfinite(v)]
+    done = [design for design, status in known if status == "done"]
+    return list(dict.fromkeys(done or [design for design, _ in known]))
+
+
+def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
+    """The surface through the runs of a table, and its optimum, for one of its objectives (by number). ValueError where
+    no run has a value."""
+    frame, meta = table.frame(), table.meta
+    about, space = meta["objectives"][objective], Space(meta["vary"])
+    designs = list(zip(*(frame[key].tolist() for key in space.keys)))
+    values, errors = frame[about["path"]].to_numpy(), frame[f"{about['path']}:error"].to_numpy()
+    values = np.where(frame["status"] == "failed", np.nan, values)
+    surface = Surface(space, designs, values, errors, about["goal"] == "maximise", seed)
+    return surface, surface.optimum(candidates(designs, values, frame["status"]))
+
+
+@dataclasses.dataclass(frozen=True)
+class Interval:
+    """What designs that cannot be told from the best have of one key: low..high, or a list of words."""
+
+    key: str
+    low: float | None
+    high: float | None
+    words: tuple = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Optimum:
+    """The best design, its value with standard error and 95 % interval (from all runs together), and its place.
+
+    `place`: one Interval a key, of the designs that cannot be told from the best at 95 % (each against the best);
+    `place_share`: their share of the space. `alike_share`: share of designs expected within 2 % of the best;
+    `flat`: keys along which those span a quarter of the range or more. `runs`: runs of the best design itself."""
+
+    design: tuple
+    value: float
+    error: float
+    low: float
+    high: float
+    runs: int
+    place: list[Interval]
+    place_share: float
+    alike: list[Interval]
+    alike_share: float
+    flat: list[str]
+
+
+class Surface:
+    """The process fitted to runs: `designs` (tuples in the order of space.keys), `values`, `errors` (standard errors, NaN
+    where unknown) in the objective's unit, `maximise` or minimise. Rows without a value are left out; of more
+    than MOST_RUNS a random choice is taken. Deterministic for one seed. Raises ValueError without any value."""
+
+    def __init__(self, space: Space, designs, values, errors, maximise=True, seed=0):
+        values, errors = np.asarray(values, float), np.asarray(errors, float)
+        use = np.flatnonzero(np.isfinite(values))
+        if len(use) == 0:
+            raise ValueError("no run has a value")
+        self.generator = np.random.default_rng(seed)
+        if len(use) > MOST_RUNS:
+            use = np.sort(self.generator.choice(use, MOST_RUNS, replace=False))
+        self.space, self.sign = space, 1.0 if maximise else -1.0
+        self.designs = [tuple(designs[i]) for i in use]
+        self.values, self.errors = values[use], errors[use]
+        self.codes = space.encode(self.designs)
+        self.middle = float(self.values.mean())
+        self.scale = float(self.values.std()) or abs(self.middle) or 1.0
+        with one_thread():
+            kernel, self.scatter = self._kernel()
+        known = np.where(np.isfinite(self.errors), self.errors, 0.0)
+        self.process = self._process(kernel, np.hypot(known, self.scatter))
+
+    def _kernel(self):
+        """Kernel of the objective (variance and lengths, of values less their mean, in their deviation) and scatter of a run."""
+        from sklearn.gaussian_process import GaussianProcessRegressor
+        from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+        some = np.arange(len(self.values))
+        if len(some) > MOST_FITTED:
+            some = self.generator.choice(some, MOST_FITTED, replace=False)
+        codes, values, errors = self.codes[some], self.values[some], self.errors[some]
+        known = np.where(np.isfinite(errors), errors, 0.0) / self.scale
+        all_known = bool(np.all(np.isfinite(errors)))
+        lengths = np.full(codes.shape[1], 0.5)
+        kernel = ConstantKernel(1.0, (1e-2, 1e2)) * Matern(lengths, (0.05, 20.0), nu=2.5)
+        kernel += WhiteKernel(1e-3 if all_known else 1e-2, (1e-6, 1.0))
+        # log-normal priors of (variance, lengths, scatter^2): their centres and widths, in theta = log of them
+        usual = 0.5 * math.sqrt(len(self.space))
+        centre = np.log([1.0, *np.full(len(lengths), usual), 1e-3 if all_known else 3e-2])
+        width = np.array([1.0, *np.ones_like(lengths), 1.5 if all_known else 2.0])
+
+        def search(objective, start, bounds):
+            """The maximum of the posterior instead of the likelihood: what GaussianProcessRegressor calls an optimizer."""
+            from scipy.optimize import minimize
+
+            def lost(theta):
+                value, slope = objective(theta, eval_gradient=True)
+                off = (theta - centre) / width
+                return value + 0.5 * float(off @ off), slope + off / width
+
+            best = None
+            starts = [start, centre] + [
+                centre + width * self.generator.standard_normal(len(centre)) for _ in range(TRIES - 2)
+            ]
+            for theta in starts:
+                theta = np.clip(theta, bounds[:, 0], bounds[:, 1])
+                found = minimize(lost, theta, jac=True, bounds=bounds, method="L-BFGS-B")
+                if best is None or found.fun < best.fun:
+                    best = found
+            return best.x, best.fun
+
+        process = GaussianProcessRegressor(kernel, alpha=known**2 + JITTER, optimizer=search)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a parameter at its bound is the prior's business
+            process.fit(codes, (values - self.middle) / self.scale)
+        # what is asked for is the objective, not another run of it: the scatter belongs to the runs
+        return process.kernel_.k1, math.sqrt(process.kernel_.k2.noise_level) * self.scale
+
+    def _process(self, kernel, noises):
+        """The process through this surface's runs with a kernel that is known and a noise for each run."""
+        from sklearn.gaussian_process import GaussianProcessRegressor
+
+        self.noises = noises
+        alpha = (noises / self.scale) ** 2 + JITTER
+        process = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None)
+        with one_thread():
+            return process.fit(self.codes, (self.values - self.middle) / self.scale)
+
+    @property
+    def noise(self) -> float:
+        """Typical standard error of one more run, its scatter included."""
+        known = self.errors[np.isfinite(self.errors)]
+        return math.hypot(self.scatter, float(np.median(known)) if len(known) else 0.0)
+
+    def predict(self, designs) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of the objective itself at designs, in its unit."""
+        codes = self.space.encode(designs)
+        with one_thread():
+            parts = [
+                self.process.predict(codes[k : k + MOST_ASKED], return_std=True)
+                for k in range(0, len(codes), MOST_ASKED)
+            ]
+        mean = np.concatenate([m for m, _ in parts])
+        spread = np.concatenate([s for _, s in parts])
+        return self.middle + self.scale * mean, self.scale * spread
+
+    def covariance(self, designs) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and covariance of the objective at (at most MOST_ASKED) designs."""
+        with one_thread():
+            mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
+        return self.middle + self.scale * mean, self.scale**2 * cov
+
+    def realisations(self, designs, count, seed=0) -> np.ndarray:
+        """Functions that the runs do not rule out, as the posterior weighs them, at designs: shape (count, len(designs))."""
+        mean, cov = self.covariance(designs)
+        draws = np.random.default_rng(seed).standard_normal((count, len(mean)))
+        # rounding leaves eigenvalues a little below zero; what lifts them is far below any error
+        lift, whole = 1e-10 * self.scale**2, np.eye(len(mean))
+        while True:
+            with contextlib.suppress(np.linalg.LinAlgError), one_thread():
+                return mean + draws @ np.linalg.cholesky(cov + lift * whole).T
+            lift *= 10
+
+    def gaps(self, designs, best) -> tuple[np.ndarray, np.ndarray]:
+        """By how much `best` is better than each of designs (> 0: better), and the standard deviation of that."""
+        means, spreads = [], []
+        for k in range(0, len(designs), MOST_ASKED):
+            mean, cov = self.covariance([best, *designs[k : k + MOST_ASKED]])
+            variance = np.diag(cov)
+            means.append(self.sign * (mean[0] - mean[1:]))
+            spreads.append(np.sqrt(np.maximum(variance[0] + variance[1:] - 2 * cov[0, 1:], 0)))
+        return np.concatenate(means), np.concatenate(spreads)
+
+    def believing(self, pending) -> "Surface":
+        """The same surface (kernel and scatter kept) as if runs at `pending` had ended with what it expects there."""
+        other = copy.copy(self)
+        other.designs = self.designs + list(pending)
+        other.codes = self.space.encode(other.designs)
+        other.values = np.concatenate([self.values, self.predict(pending)[0]])
+        noises = np.concatenate([self.noises, np.full(len(pending), self.noise)])
+        other.process = other._process(self.process.kernel_, noises)
+        return other
+
+    def shape(self, longest: float):
+        """The kernel of the objective at unit variance, its lengths cut to `longest`: how far one place tells of another."""
+        from sklearn.gaussian_process.kernels import Matern
+
+        lengths = self.process.kernel_.k2.length_scale
+        return Matern(np.minimum(lengths, longest), nu=2.5)
+
+    def tested(self) -> list[tuple]:
+        """The designs that were run, each once, in the order they came."""
+        return list(dict.fromkeys(self.designs))
+
+    def best(self, among=None) -> tuple:
+        """The design that is best by its mean, among those that were run or those given."""
+        among = list(among) if among else self.tested()
+        return among[int(np.argmax(self.sign * self.predict(among)[0]))]
+
+    def optimum(self, among=None) -> Optimum:
+        """The best design (of those run, or of those given) and how well it and its place are known."""
+        best = self.best(among)
+        (value,), (error,) = self.predict([best])
+        around = self.space.everything() or self._cloud(best)
+        gap, spread = self.gaps(around, best)
+        # one-sided at 97.5 %: worse than the best beyond doubt, or not
+        open_ = gap <= reach() * np.maximum(spread, 1e-12 * abs(value))
+        alike = gap <= ALIKE * abs(value)
+        places, near = (self._intervals(around, keep, best) for keep in (open_, alike))
+        flat = [
+            v.key
+            for v, part in zip(self.space.variables, near)
+            if not v.words and v.share(part.high) - v.share(part.low) >= FLAT
+        ]
+        return Optimum(
+            best, float(value), float(error), float(value - reach() * error),
+            float(value + reach() * error), self.designs.count(best),
+            places, float(open_.mean()), near, float(alike.mean()), flat,
+        )  # fmt: skip
+
+    def _cloud(self, best) -> list[tuple]:
+        """Designs that stand for the whole of a space that cannot be listed: spread evenly."""
+        from scipy.stats import qmc
+
+        shares = qmc.Sobol(len(self.space), seed=0).random_base2(11)
+        return self.space.at(shares)
+
+    def _intervals(self, designs, keep, best) -> list[Interval]:
+        kept = [best, *(design for design, k in zip(designs, keep) if k)]
+        parts = []
+        for v, column in zip(self.space.variables, zip(*kept)):
+            if v.words:
+                parts.append(Interval(v.key, None, None, tuple(w for w in v.values if w in column)))
+            else:
+                parts.append(Interval(v.key, min(column), max(column)))
+        return parts

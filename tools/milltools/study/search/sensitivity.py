@@ -1,0 +1,136 @@
+"""Which varied key matters: Sobol indices of a study's objective, with SALib.
+
+The first-order index of a key is the share of the objective's variance over the ranges that goes when the key is known, the total
+one what is left when all others are (Sobol' 2001; Saltelli et al., Comput. Phys. Commun. 181 (2010) 259). Every key counts as
+spread evenly over its range, or over the values of its list, and independent of the others.
+
+    saltelli    the study was planned for it (`method = saltelli`): straight from the runs, 95 % intervals from SALib's bootstrap
+    surface     any other runs: a Gaussian process through them (gp.py), and indices of realisations of it, so that the interval holds
+                both what the runs leave open and the sampling (Le Gratiet, Cannamela & Iooss, SIAM/ASA J. Uncertainty
+                Quantification 2 (2014) 336)
+"""
+
+import math
+import warnings
+
+import numpy as np
+
+from milltools.study.plan.ranges import Range
+from milltools.study.search import gp
+from milltools.study.search.space import Space
+
+BASE = 256  # base points on a surface
+BATCHES = 6  # of base points: what is due to their choice becomes less
+REALISATIONS = 10  # of the surface, for each of them
+RESAMPLES = 30  # of the base points, for each realisation
+MOST_POINTS = 2000  # at which a surface is realised: their covariance is a matrix
+
+
+def saltelli(size: int, count: int, seed: int) -> np.ndarray:
+    """Shares of the ranges (0..1) at which a study of `size` keys is run: `count` base points, made a power of two (Sobol's
+    sequence is balanced only then), times size + 2. Equal for equal arguments."""
+    from SALib.sample import sobol
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return sobol.sample(_problem(size), _power(count), calc_second_order=False, seed=seed)
+
+
+def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
+    """For each varied key (key, first, first_ci, total, total_ci, method): Sobol indices of one of the objectives (by number)
+    with the half widths of their 95 % intervals, and "saltelli" or "surface". Empty where there are fewer than two keys
+    with more than one value, or too few runs to tell (fewer than three designs a key). A surface through the runs may be given
+    by who has one."""
+    space = Space(table.meta["vary"])
+    active = [k for k, v in enumerate(space.variables) if v.values is None or len(v.values) > 1]
+    if len(active) < 2:
+        return []
+    found = _planned(table, space, objective, seed)
+    method = "saltelli"
+    if found is None:
+        found, method = _surface(table, space, active, objective, seed, surface), "surface"
+    if found is None:
+        return []
+    return [(key, *map(float, row), method) for key, row in zip(space.keys, found)]
+
+
+def lines(table) -> list[str]:
+    """The indices of the first objective as text; empty where they cannot be told."""
+    found = indices(table)
+    if not found:
+        return []
+    how = "the runs" if found[0][5] == "saltelli" else "a surface through the runs"
+    width = max(len(row[0]) for row in found)
+    text = [f"which key matters: share of the variance (Sobol indices with 95 % intervals, from {how}):", ""]  # fmt: skip
+    text.append(f"    {'':<{width}}  {'alone':<16}with the others")
+    for key, first, first_ci, total, total_ci, _ in found:
+        alone, whole = f"{first:.2f} +- {first_ci:.2f}", f"{total:.2f} +- {total_ci:.2f}"
+        text.append(f"    {key:<{width}}  {alone:<16}{whole}")
+    return [*text, ""]
+
+
+def _problem(size):
+    return {"num_vars": size, "names": [str(k) for k in range(size)], "bounds": [[0, 1]] * size}
+
+
+def _power(count) -> int:
+    return 2 ** max(0, math.ceil(math.log2(count)))
+
+
+def _analyse(size, values, resamples, seed):
+    """SALib's indices of values at saltelli(size, ...): shape (size, 4)."""
+    from SALib.analyze import sobol
+
+    with warnings.catch_warnings():  # a constant has no variance to divide by
+        warnings.simplefilter("ignore")
+        found = sobol.analyze(_problem(size), values, calc_second_order=False, num_resamples=resamples, seed=seed)
+    return np.array([found[name] for name in ("S1", "S1_conf", "ST", "ST_conf")]).T
+
+
+def _planned(table, space, objective, seed):
+    """From the runs of a study with `method = saltelli`; None if it is another one, or a design has no value (yet)."""
+    meta, frame = table.meta, table.frame()
+    if meta.get("method") != "saltelli":
+        return None
+    path = meta["objectives"][objective]["path"]
+    good = frame[frame["status"] != "failed"]
+    values = good.groupby(space.keys)[path].mean().to_dict()
+    parts = [Range.of(entry) for entry in meta["vary"]]
+    shares = saltelli(len(parts), meta["samples"], meta["seed"])
+    designs = [tuple(r.at(float(u)) for r, u in zip(parts, row)) for row in shares]
+    found = np.array([values.get(design, math.nan) for design in designs])
+    if not np.all(np.isfinite(found)) or not np.ptp(found):
+        return None
+    return _analyse(len(parts), found, 10 * RESAMPLES, seed)
+
+
+def _surface(table, space, active, objective, seed, surface=None):
+    """From realisations of the surface through the runs; keys of one value have no share."""
+    frame = table.frame()
+    designs = frame.loc[frame["status"] != "failed", space.keys].drop_duplicates()
+    if len(designs) < 3 * len(active) + 1:
+        return None
+    if surface is None:
+        try:
+            surface, _ = gp.of_table(table, objective)
+        except ValueError:
+            return None
+    if not np.ptp(surface.values):
+        return None
+    size, base = len(active), BASE
+    while base > 32 and base * (size + 2) > MOST_POINTS:
+        base //= 2
+    each = []
+    for batch in range(BATCHES):
+        shares = np.full((base * (size + 2), len(space)), 0.5)
+        shares[:, active] = saltelli(size, base, seed + batch)
+        draws = surface.realisations(space.at(shares), REALISATIONS, seed + batch)
+        each += [_analyse(size, draw, RESAMPLES, seed + batch) for draw in draws]
+    each, reach = np.array(each), gp.reach()
+    sampling = np.mean((each[:, :, [1, 3]] / reach) ** 2, axis=0)
+    left_open = np.maximum(each[:, :, [0, 2]].var(axis=0, ddof=1) - sampling, 0)
+    ci = reach * np.sqrt(left_open + sampling / BATCHES)
+    mean = each[:, :, [0, 2]].mean(axis=0)
+    found = np.zeros((len(space), 4))
+    found[active] = np.column_stack([mean[:, 0], ci[:, 0], mean[:, 1], ci[:, 1]])
+    return found

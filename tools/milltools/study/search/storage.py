@@ -1,0 +1,112 @@
+"""Where a search is kept: Optuna's journal file, SQLite, or PostgreSQL.
+
+    storage, place = open_storage(None, "figure7-optimize.parquet")     # figure7-optimize.optuna.journal
+    storage, place = open_storage("postgresql://user@host/name", ...)
+
+The journal file is locked by the kernel, so a driver that is killed leaves no lock; a last line that was torn is cut off before
+anything is added behind it. Several drivers may share one storage (`search.py`).
+"""
+
+import contextlib
+import fcntl
+import logging
+import os
+import pathlib
+import warnings
+
+import optuna
+from optuna.storages.journal import JournalFileBackend, JournalStorage
+
+from milltools.base.errors import UserError
+
+SCHEMES = ("sqlite", "postgresql")
+
+
+class KernelLock:
+    """flock on the journal itself: it goes with the process that holds it (what Optuna calls a BaseJournalFileLock)."""
+
+    def __init__(self, path):
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+
+    def acquire(self) -> bool:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(self._file, fcntl.LOCK_EX)
+        return True
+
+    def release(self) -> None:
+        with contextlib.suppress(OSError):
+            fcntl.flock(self._file, fcntl.LOCK_UN)
+
+
+def open_storage(asked: str | None, output):
+    """The storage that --storage asks for (a file, sqlite:///..., postgresql://...; None: beside the output), and its name for
+    messages, without a password. A UserError says what is wrong with it."""
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    logging.getLogger("alembic").setLevel(logging.ERROR)
+    warnings.filterwarnings("ignore", category=optuna.exceptions.ExperimentalWarning)
+    if asked is None:
+        output = pathlib.Path(output)
+        asked = str(output.with_name(output.name.removesuffix(".parquet") + ".optuna.journal"))
+    scheme, colon, _ = asked.partition("://")
+    if not colon:
+        return _journal(asked), asked
+    scheme = scheme.partition("+")[0]
+    if scheme not in SCHEMES:
+        raise UserError(f"--storage: expected a file, sqlite:///FILE or postgresql://..., got '{scheme}://'")
+    return _database(asked, scheme)
+
+
+def _journal(path):
+    try:
+        lock = KernelLock(path)
+        lock.acquire()
+        try:
+            with open(path, "ab+") as file:
+                _cut_torn(file)
+        finally:
+            lock.release()
+        return JournalStorage(JournalFileBackend(str(path), lock_obj=lock))
+    except OSError as fault:
+        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+    except ValueError:  # no JSON
+        raise UserError(f"{path}: not a journal of Optuna") from None
+
+
+def _cut_torn(file):
+    """Cuts off what stands behind the last end of a line."""
+    end = place = file.seek(0, os.SEEK_END)
+    while place > 0:
+        start = max(0, place - 65536)
+        file.seek(start)
+        found = file.read(place - start).rfind(b"\n")
+        if found >= 0:
+            place = start + found + 1
+            break
+        place = start
+    if place < end:
+        file.truncate(place)
+
+
+def _database(url, scheme):
+    import sqlalchemy
+
+    try:
+        place = sqlalchemy.engine.make_url(url)
+        if place.drivername == "postgresql":
+            place = place.set(drivername="postgresql+psycopg")
+        shown = place.render_as_string(hide_password=True).replace("+psycopg", "")
+        # a network connection that has gone is found before it is used
+        storage = optuna.storages.RDBStorage(
+            place.render_as_string(hide_password=False), engine_kwargs={"pool_pre_ping": True}
+        )
+    except (
+        sqlalchemy.exc.SQLAlchemyError,
+        optuna.exceptions.StorageInternalError,
+        ValueError,
+    ) as fault:
+        cause = fault
+        while cause.__cause__ is not None:
+            cause = cause.__cause__
+        text = (str(cause).strip().splitlines() or [type(cause).__name__])[0]
+        raise UserError(f"--storage: {scheme}: {text}", status=1) from None
+    return storage, shown
