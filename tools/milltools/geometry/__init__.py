@@ -1,0 +1,1 @@
+"""Where things are: the mill's bodies as triangles, its outlines, the balls at any time."""

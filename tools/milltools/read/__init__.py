@@ -1,0 +1,1 @@
+"""What a deck and an output file say."""

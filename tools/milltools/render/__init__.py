@@ -1,0 +1,1 @@
+"""Pictures and films of a run in 3D, off-screen."""

@@ -1,0 +1,1 @@
+"""What a study runs, and the table that its rows go to."""

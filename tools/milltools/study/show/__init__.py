@@ -1,0 +1,1 @@
+"""What a study found, as text, pictures and a page."""
