@@ -13,8 +13,8 @@ import time
 import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
+import milltools.base.progress
 import milltools.dem.command
-import milltools.dem.progress
 from milltools.__main__ import main
 from milltools.dem.soft_mill import Mill
 from milltools.read.runfile import Run
@@ -180,7 +180,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch):
         with Run("deck-dem.h5") as run:
             seen.append((run.status, run.time, len(run.series("kinetic_energy")[0]), run.duration))
 
-    monkeypatch.setattr(milltools.dem, "PUBLISH", 0.01)
+    monkeypatch.setattr(milltools.dem.command, "PUBLISH", 0.01)
     monkeypatch.setattr(milltools.dem.command.Job, "publish", look)
     assert dem("--quiet", "--modulus", "1e9")[0] == 0
     assert len(seen) > 2 and seen[-1] == ("complete", 0.006, 7, 0.006)
@@ -192,19 +192,21 @@ def test_the_file_can_be_read_while_the_run_goes_on(dem, monkeypatch):
 
 
 def test_progress_is_plain_lines_where_there_is_no_terminal(dem, monkeypatch):
-    monkeypatch.setattr(milltools.dem.progress, "PLAIN", 0.001)
+    monkeypatch.setattr(milltools.base.progress, "PLAIN", 0.001)
+    monkeypatch.setattr(milltools.base.progress, "PATIENCE", 0.0)
     status, _, err = dem()
     lines = err.splitlines()
     assert status == 0 and len(lines) > 3
-    form = r"mill dem: (\d\.\d\d) of 6 ms, (\d+\.\d) %, \d+ s left"
-    told = [tuple(map(float, re.fullmatch(form, line).groups())) for line in lines]
+    form = r"mill dem: LIGGGHTS at (\d\.\d\d) of 6 ms, (\d+) %, \d+ s left"
+    told = [tuple(map(float, re.fullmatch(form, line).groups())) for line in lines if "0 %" not in line]
     assert told == sorted(told)
     for reached, share in told:
-        assert share == pytest.approx(100 * reached / 6, abs=0.2)
+        assert share == pytest.approx(100 * reached / 6, abs=1)
 
 
 def test_quiet_says_nothing_on_the_way(dem, monkeypatch):
-    monkeypatch.setattr(milltools.dem.progress, "PLAIN", 0.0)
+    monkeypatch.setattr(milltools.base.progress, "PLAIN", 0.0)
+    monkeypatch.setattr(milltools.base.progress, "PATIENCE", 0.0)
     assert dem("--quiet")[2] == ""
 
 
@@ -214,11 +216,11 @@ def test_on_a_terminal_a_bar_moves_and_the_cursor_comes_back(start, tmp_path, en
         master, terminal = pty.openpty()
     except OSError as fault:
         pytest.skip(f"no terminal to be had here: {fault}")
-    words = ["--time", "100 s"] if ending == "stopped" else ["--time", "30 ms"]
+    words = ["--time", "100 s"] if ending == "stopped" else ["--time", "300 ms"]
     process = start(*words, stderr=terminal, stdout=subprocess.DEVNULL)
     os.close(terminal)
     if ending == "stopped":
-        time.sleep(1)
+        time.sleep(4)  # a bar is shown of what takes longer than two seconds
         process.send_signal(signal.SIGINT)
     seen = b""
     while True:
@@ -232,16 +234,16 @@ def test_on_a_terminal_a_bar_moves_and_the_cursor_comes_back(start, tmp_path, en
     os.close(master)
     assert process.wait(timeout=30) == (130 if ending == "stopped" else 0)
     text = seen.decode()
-    assert re.search(r"LIGGGHTS \d+\.\d\d of (100000|30|1e\+05) ms", text)
-    assert re.search(r"\d\.\d %", text)
+    assert re.search(r"LIGGGHTS at \d+\.\d\d of (100000|300|1e\+05) ms", text)
+    assert re.search(r"\d+ (s|min|h) left|\d\.\d h left", text)
     assert text.rfind("\x1b[?25h") > text.rfind("\x1b[?25l") > -1
     assert "Traceback" not in text
 
 
 def test_a_start_that_is_refused_leaves_the_terminal_alone(dem, monkeypatch):
-    monkeypatch.setattr(milltools.dem, "LARGEST_START_OVERLAP", -1.0)
+    monkeypatch.setattr(milltools.dem.command, "LARGEST_START_OVERLAP", -1.0)
     stopped = []
-    monkeypatch.setattr(milltools.dem, "Watch", lambda *_: stopped.append("a bar was begun"))
+    monkeypatch.setattr(milltools.dem.command, "Progress", lambda *_: stopped.append("a bar was begun"))
     status, out, err = dem()
     assert (status, out, err.count("\n"), stopped) == (2, "", 1, [])
 

@@ -38,6 +38,7 @@ class Stopped(BaseException):
 
 _asked = None  # the signal that asks for an end
 _waits = False  # then it is looked at between two steps, so that none is torn in two
+_patient = False  # then a second signal does not end a step either
 
 
 @contextlib.contextmanager
@@ -49,8 +50,8 @@ def stops_in_order():
 
     def stop(number, _):
         global _asked
-        impatient = _asked is not None
-        _asked = number
+        impatient = _asked is not None and not _patient
+        _asked = _asked if _patient and _asked is not None else number
         if impatient or not _waits:
             raise_if_asked()
 
@@ -85,14 +86,14 @@ def raise_if_asked():
 
 
 @contextlib.contextmanager
-def between_steps():
-    """Within it a signal waits for raise_if_asked()."""
-    global _waits
-    _waits = True
+def between_steps(patient=False):
+    """Within it a signal waits for raise_if_asked() or at_once(); patient: a second one waits as well."""
+    global _waits, _patient
+    _waits, _patient = True, patient
     try:
         yield
     finally:
-        _waits = False
+        _waits = _patient = False
 
 
 @contextlib.contextmanager

@@ -16,14 +16,14 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
+from milltools.base.processes import Stopped, between_steps, stops_in_order
+from milltools.base.progress import Progress
 from milltools.dem import singles
 from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
-from milltools.dem.progress import Watch
 from milltools.dem.script import file_of
 from milltools.dem.setup import scene_of
-from milltools.dem.signals import Stopped, watched
 from milltools.dem.soft_mill import Mill, inputs
 from milltools.dem.summary import summarize
 from milltools.read.deck import Deck
@@ -311,7 +311,7 @@ class Job:
             print(f"mill dem: note: {caution}", file=sys.stderr)
         state = scene_of(self.deck).frame.from_laboratory(0.0, *self.deck.start())
         self.check_start(state)
-        with watched():
+        with stops_in_order(), between_steps(patient=True):
             try:
                 with contextlib.closing(self.gather()):
                     return self.follow(state)
@@ -341,10 +341,10 @@ class Job:
 
     def follow(self, state):
         """Runs LIGGGHTS from `state` and writes the results, whatever its end; returns the exit status."""
-        watch = Watch(self.end, self.work, self.arguments.quiet)
+        progress = Progress("mill dem", 1.0, self.arguments.quiet)
 
         def tell(reached):
-            watch(reached)
+            progress(self.work(reached), f"LIGGGHTS at {reached * 1e3:.2f} of {self.end * 1e3:g} ms")
             if time.monotonic() - self.published > PUBLISH:
                 self.publish(mill, "running")
 
@@ -357,12 +357,14 @@ class Job:
             mill.run(self.modulus, self.end)
             end = "complete"
             self.measure_price(mill)
+        except KeyboardInterrupt:
+            status = 128 + signal.SIGINT
         except Stopped as stopped:
             status = 128 + stopped.number
         except UserError as fault:
             raise self.failed(mill, fault) from None
         finally:
-            watch.stop()
+            progress.stop()
         self.publish(mill, end)
         print(summarize(self.output, self.deck, self.measured), end="")
         if end == "stopped":

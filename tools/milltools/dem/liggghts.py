@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.dem.signals import waiting
+from milltools.base.processes import at_once
 
 HEADER = 100  # bytes before the numbers of a binary dump
 PIPE = 1 << 20  # [bytes] that wait in a pipe: a few samples
@@ -179,7 +179,7 @@ class Process:
 
     def _binary(self, name, columns):
         """(step, rows (N, columns) in the order of the balls) of the next dump; None: it ended."""
-        with waiting():
+        with at_once():
             return self._read(name, columns)
 
     def _read(self, name, columns):
@@ -263,7 +263,7 @@ class Process:
         in which it can have failed."""
         for pipe in self.pipes.values():
             pipe.close()
-        with waiting():
+        with at_once():
             status = self._wait()
         self._assert_success(status)
         return self.cpu
