@@ -111,6 +111,13 @@ struct mill_world {
 
 void mill_world_free(struct mill_world *world);
 
+/* [s] between restarts of local time; a power of two, so that the sum is exact */
+#define MILL_WORLD_EPOCH 0.0625
+
+/* Local time, of motions too, begins anew at local time MILL_WORLD_EPOCH; the balls are the caller's.
+ */
+void mill_world_restart(struct mill_world *world);
+
 /* Where ball i is, and how fast, at local time t >= its own time. */
 vec3 mill_world_position(const struct mill_world *world, int32_t i, double t);
 vec3 mill_world_velocity(const struct mill_world *world, int32_t i, double t);

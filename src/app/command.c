@@ -38,6 +38,9 @@ static const struct row {
                     "\n                       print what it is: key, kind, SI value, SI unit,"
                     "\n                       meaning, with tabs between; without a deck;"
                     "\n                       may be repeated"},
+    [MILL_DIGEST] = {"digest", 0, NULL,
+                     "make the output file of another program's run of this deck, which\n"
+                     "                       is read from standard input: docs/file-format.md"},
     [MILL_PARANOID] = {"paranoid", 0, NULL, "check every step against brute force (slow)"},
     [MILL_HELP] = {"help", 'h', NULL, "print this and end"},
     [MILL_VERSION_LINE] = {"version", 'V', NULL, "print the version and end"},
@@ -53,7 +56,8 @@ static const struct {
     {MILL_RESUME, "force", "go on, or start again"},
     {MILL_EXPORT_START, "output check resume json paranoid",
      "the start is written and nothing is run"},
-    {MILL_VALUE, "output check resume json paranoid set force export-start", told},
+    {MILL_DIGEST, "check resume json export-start paranoid", "nothing is run but another program"},
+    {MILL_VALUE, "output check resume json paranoid set force export-start digest", told},
 };
 
 bool mill_command_answer(const struct mill_command *a, FILE *out)

@@ -17,6 +17,7 @@ enum mill_option {
     MILL_QUIET,
     MILL_EXPORT_START,
     MILL_VALUE,
+    MILL_DIGEST,
     MILL_PARANOID,
     MILL_HELP,
     MILL_VERSION_LINE,

@@ -1,9 +1,9 @@
 /* The command `millsim`: arguments, signals, messages and exit status. Nothing else in the program
  * prints or exits. Everything that can be refused is refused before the run begins: wrong usage, a
  * wrong deck, an output that exists or cannot be written. */
+#include "app/digest.h"
 #include "app/forecast.h"
 #include "app/record.h"
-#include "app/run.h"
 #include "deck/deck.h"
 #include "store/draft.h"
 
@@ -98,7 +98,7 @@ static enum mill_status check_inputs(const struct mill_run_order *o, const char 
 static enum mill_status check_output(const struct mill_run_order *o)
 {
     const char *const *given = o->asked->given, *output = o->asked->output;
-    const bool start = given[MILL_EXPORT_START] != NULL;
+    const bool start = given[MILL_EXPORT_START] != NULL, whole = start || given[MILL_DIGEST];
     const char *mend = start ? "give it" : "use -o for", *slash = strrchr(output, '/');
     struct stat found;
     const enum mill_status status = check_inputs(o, mend);
@@ -114,7 +114,7 @@ static enum mill_status check_output(const struct mill_run_order *o)
         if (!given[MILL_FORCE] && !given[MILL_RESUME])
             return mill_error_set(o->error, MILL_BAD_DECK,
                                   "%s: exists already; %s--force overwrites it%s", output,
-                                  start ? "" : "--resume goes on with an interrupted run, ",
+                                  whole ? "" : "--resume goes on with an interrupted run, ",
                                   start ? "" : ", -o gives another name");
         if (access(output, W_OK) != 0)
             return mill_error_set(o->error, MILL_BAD_DECK, "%s: cannot be overwritten: %s", output,
@@ -225,7 +225,9 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
     if (status == MILL_OK && !check)
         status = check_output(&order);
     if (status == MILL_OK)
-        status = check || a->given[MILL_EXPORT_START] ? make_start(&order, aside) : run(&order);
+        status = check || a->given[MILL_EXPORT_START] ? make_start(&order, aside)
+                 : a->given[MILL_DIGEST]              ? mill_digest(&order)
+                                                      : run(&order);
     mill_deck_free(deck);
     return status;
 }

@@ -161,6 +161,20 @@ void mill_record_tell(const struct mill_world *world, const struct mill_facts *f
     tell_cost(sink, facts, totals.contacts);
 }
 
+void mill_record_foreign(const struct mill_world *world, const char *status, double time,
+                         struct mill_sink *sink)
+{
+    char hdf5[32];
+    mill_h5_version(hdf5, sizeof hdf5);
+    sink->text(sink, "status", status, status_meaning);
+    mill_tell_number(sink, "time", time, "s", "simulated time reached");
+    sink->text(sink, "hdf5", hdf5, "version of the HDF5 library");
+    sink->open(sink, "events");
+    tell_kinds(sink, "collisions", &world->kinds, world->account.collisions,
+               "impacts of this kind, from t = 0");
+    sink->close(sink);
+}
+
 double mill_record_peak_memory(void)
 {
     /* Linux hands ru_maxrss of the process before exec on, so ask for this program's own first */
@@ -220,14 +234,9 @@ static bool print_digest(const struct mill_deck *deck, char text[20])
     return digest != 0;
 }
 
-void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command)
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck)
 {
-    char hdf5[32], started[32] = "unknown", digest[20], *text = print_deck(deck);
-    const time_t now = time(NULL);
-    struct tm utc;
-    mill_h5_version(hdf5, sizeof hdf5);
-    if (gmtime_r(&now, &utc))
-        strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    char digest[20], *text = print_deck(deck);
     mill_deck_each(deck, write_entry, file);
     if (text)
         mill_h5_write_text(file, "/deck/text", text,
@@ -237,6 +246,17 @@ void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const
     free(text);
     if (print_digest(deck, digest))
         mill_h5_write_text(file, DIGEST, digest, "changes with the tables and meshes of the deck");
+}
+
+void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command)
+{
+    char hdf5[32], started[32] = "unknown";
+    const time_t now = time(NULL);
+    struct tm utc;
+    mill_h5_version(hdf5, sizeof hdf5);
+    if (gmtime_r(&now, &utc))
+        strftime(started, sizeof started, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    mill_record_deck(file, deck);
     mill_h5_write_text(file, "/run/version", mill_version, "version of millsim");
     mill_h5_write_text(file, "/run/compiler", mill_version_compiler, "compiler that built it");
     mill_h5_write_text(file, "/run/flags", mill_version_flags, "flags it was built with");

@@ -47,6 +47,12 @@ struct mill_profile mill_record_profile(const struct mill_deck *deck,
  * flags, libraries, command (the line, quoted), started (UTC, ISO 8601), status "running". */
 void mill_record_start(struct mill_h5 *file, const struct mill_deck *deck, const char *command);
 
+/* The first of these alone, for a run of another program; and the little of /run that such a file
+ * has of millsim: status, time reached [s], impacts. */
+void mill_record_deck(struct mill_h5 *file, const struct mill_deck *deck);
+void mill_record_foreign(const struct mill_world *world, const char *status, double time,
+                         struct mill_sink *sink);
+
 /* Is the file's run of this deck? MILL_BAD_DECK with a line that names the first difference, or
  * MILL_FAILED when the file holds no deck. The interval of checkpoints and the folder of a start
  * file may differ. name: of the file, for messages. */

@@ -97,12 +97,9 @@ static enum mill_status find_earlier(struct run *r)
     return status;
 }
 
-/* The mill and who watches it, at t = 0 */
-static enum mill_status build(struct run *r)
+struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct mill_world *world)
 {
-    const struct mill_deck *deck = r->deck;
-    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
-    r->observe = (struct mill_observe){
+    return (struct mill_observe){
         .end = deck->time,
         .sample_from = deck->sample_from,
         .sample_found = deck->sample_found,
@@ -113,10 +110,17 @@ static enum mill_status build(struct run *r)
         .series = deck->series,
         .log_impacts = deck->log_impacts,
         .rotor_angle = deck->rotor_angle,
+        .drum = mill_record_profile(deck, world),
     };
-    enum mill_status status = mill_deck_setup_world(deck, &watch, &r->world, r->error);
+}
+
+/* The mill and who watches it, at t = 0 */
+static enum mill_status build(struct run *r)
+{
+    const struct mill_start_watch watch = {mill_progress_stage, &r->order->display};
+    enum mill_status status = mill_deck_setup_world(r->deck, &watch, &r->world, r->error);
     if (status == MILL_OK)
-        r->observe.drum = mill_record_profile(deck, r->world);
+        r->observe = mill_run_observe(r->deck, r->world);
     if (status == MILL_OK)
         status = mill_sim_create(r->world, &r->sim, r->error);
     if (status == MILL_OK)

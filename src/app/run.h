@@ -6,6 +6,7 @@
 #include "app/progress.h"
 #include "deck/deck.h"
 #include "millsim/sim.h"
+#include "observe/observe.h"
 
 #include <signal.h>
 
@@ -26,5 +27,8 @@ struct mill_run_order {
  * times a second; MILL_STOPPED when *stop became non-zero: the file then holds everything up to
  * that moment, and the state to go on from. */
 enum mill_status mill_run(struct mill_run_order *order);
+
+/* What a deck asks of the observers of its mill */
+struct mill_observe mill_run_observe(const struct mill_deck *deck, const struct mill_world *world);
 
 #endif

@@ -110,7 +110,7 @@ static void text(struct mill_sink *sink, const char *name, const char *value, co
 enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_error *error)
 {
     struct json json = {
-        {false, open_group, close_group, values, text, NULL, NULL}, s->out, true, 1};
+        {false, open_group, close_group, values, text, NULL, NULL, NULL}, s->out, true, 1};
     struct mill_sink *sink = &json.sink;
     const struct mill_facts *facts = s->facts;
     fputc('{', s->out);

@@ -24,7 +24,7 @@ static void move_to(struct mill_world *w, int32_t i, double t)
 
 static void begin_epoch(struct mill_sim *sim)
 {
-    mill_schedule_begin(sim->schedule, MILL_SIM_EPOCH);
+    mill_schedule_begin(sim->schedule, MILL_WORLD_EPOCH);
     for (int32_t i = 0; i < sim->world->balls; i++)
         mill_schedule_ball(sim->schedule, i, 0.0, MILL_NOBODY);
 }
@@ -46,18 +46,16 @@ void mill_sim_audit(struct mill_sim *sim)
 static void end_epoch(struct mill_sim *sim)
 {
     struct mill_world *w = sim->world;
-    sim->now = MILL_SIM_EPOCH;
+    sim->now = MILL_WORLD_EPOCH;
     mill_sim_audit(sim);
     for (int32_t i = 0; i < w->balls; i++) {
-        move_to(w, i, MILL_SIM_EPOCH);
+        move_to(w, i, MILL_WORLD_EPOCH);
         w->ball[i].t = 0.0;
     }
-    mill_pinches_restart(&sim->pinches, w->balls, MILL_SIM_EPOCH);
-    w->base += MILL_SIM_EPOCH;
-    for (int k = 0; k < w->motions; k++)
-        w->motion[k]->type->restart(w->motion[k], w->base, MILL_SIM_EPOCH);
-    sim->watch.last -= MILL_SIM_EPOCH;
-    sim->watch.since -= MILL_SIM_EPOCH;
+    mill_pinches_restart(&sim->pinches, w->balls, MILL_WORLD_EPOCH);
+    mill_world_restart(w);
+    sim->watch.last -= MILL_WORLD_EPOCH;
+    sim->watch.since -= MILL_WORLD_EPOCH;
     sim->now = 0.0;
     if (sim->status != MILL_OK)
         return;
@@ -392,12 +390,12 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
         for (int k = 0; k < sim->observers; k++)
             sample = mill_least(sample, sim->observer[k]->next);
         const double halt = mill_least(sample, until) - sim->world->base;
-        const double limit = mill_least(mill_greatest(halt, sim->now), MILL_SIM_EPOCH);
+        const double limit = mill_least(mill_greatest(halt, sim->now), MILL_WORLD_EPOCH);
         take_events(sim, limit, &budget, stop);
         if (sim->status != MILL_OK || budget == 0)
             break;
         sim->now = limit;
-        if (halt > MILL_SIM_EPOCH) {
+        if (halt > MILL_WORLD_EPOCH) {
             end_epoch(sim);
         } else if (sample <= until) {
             take_samples(sim, sample);

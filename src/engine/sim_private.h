@@ -6,9 +6,6 @@
 #include "engine/schedule.h"
 #include "millsim/sim.h"
 
-/* [s] between restarts of local time; a power of two, so that the sum is exact */
-#define MILL_SIM_EPOCH 0.0625
-
 struct mill_watch {
     double last;       /* [s] local time of the last event that counted as an advance */
     uint64_t standing; /* events since then */

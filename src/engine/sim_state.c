@@ -85,8 +85,8 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
     if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
         mill_state_refuse(state, "out of memory for the cell grid");
     /* the motions as they are after so many epochs: a sum of roundings, so they are gone through */
-    for (double t = 0.0; state->status == MILL_OK && t < w->base; t += MILL_SIM_EPOCH)
+    for (double t = 0.0; state->status == MILL_OK && t < w->base; t += MILL_WORLD_EPOCH)
         for (int k = 0; k < w->motions; k++)
-            w->motion[k]->type->restart(w->motion[k], t + MILL_SIM_EPOCH, MILL_SIM_EPOCH);
+            w->motion[k]->type->restart(w->motion[k], t + MILL_WORLD_EPOCH, MILL_WORLD_EPOCH);
     free(cell);
 }

@@ -23,6 +23,13 @@ void mill_world_free(struct mill_world *w)
     free(w);
 }
 
+void mill_world_restart(struct mill_world *w)
+{
+    w->base += MILL_WORLD_EPOCH;
+    for (int k = 0; k < w->motions; k++)
+        w->motion[k]->type->restart(w->motion[k], w->base, MILL_WORLD_EPOCH);
+}
+
 vec3 mill_world_position(const struct mill_world *w, int32_t i, double t)
 {
     assert(i >= 0 && i < w->balls);

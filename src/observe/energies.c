@@ -63,6 +63,8 @@ void mill_energies_clear(struct mill_energies *e)
 
 /* ---- telling ---- */
 
+enum { DISSIPATED = 2 }; /* from here on energies lost */
+
 static void tell_kind(const struct mill_energies *e, int kind, const char *name,
                       struct mill_sink *sink)
 {
@@ -93,6 +95,8 @@ static void tell_kind(const struct mill_energies *e, int kind, const char *name,
                    sizeof *e->room);
         sink->values(sink, of[k].name, of[k].type, 2 + balls, dims, e->room, of[k].unit,
                      of[k].meaning);
+        if (k >= DISSIPATED)
+            mill_tell_part(sink);
     }
     sink->close(sink);
 }

@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+enum { LOSS = 1 };
+
 /* Of a cell: fields 0 and 1 of the impacts, 2 the solid fraction, 3..5 the mean velocity. room
  * [m^3]: of the cell, times the samples */
 static double cell_value(const struct mill_map *map, size_t cell, double room, int field)
@@ -53,6 +55,8 @@ static void tell_map(struct mill_sink *sink, const char *name, const struct mill
             value[i] = cell_value(map, i, map->room[i] * (double)samples, k);
         sink->values(sink, field[k].name, MILL_H5_F64, 2, dims, value, field[k].unit,
                      field[k].meaning);
+        if (k == LOSS)
+            mill_tell_part(sink);
     }
     sink->close(sink);
 }

@@ -222,21 +222,36 @@ static void judge_reach(struct mill_notes *notes, const struct mill_world *world
         never ? never : "");
 }
 
+/* How far it got */
+static void judge_time(struct mill_notes *notes, const struct mill_tally_results *r, double now,
+                       bool stopped)
+{
+    add(notes, NULL, now, r->tally->end, stopped,
+        "stopped at %.6g s of %.6g s; the file holds everything up to then.", now, r->tally->end);
+    add(notes, NULL, r->duration, 0, !(r->duration > 0),
+        "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
+        r->tally->begin);
+}
+
+void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
+                        const struct mill_tally_results *r, double t, bool stopped)
+{
+    notes->count = 0;
+    judge_time(notes, r, world->base + t, stopped);
+    judge_motion(notes, world, r, t);
+    judge_reach(notes, world, r);
+}
+
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *r, double t, bool stopped)
 {
-    const double now = world->base + t;
     double hits = 0; /* on balls */
     for (int kind = 0; kind < world->kinds.count; kind++) {
         const double contacts = (double)mill_spectrum_total(&r->impacts[kind].normal, 0).count;
         hits += contacts > 0 ? hits_of(world, kind, contacts, contacts * r->floor_share[kind]) : 0;
     }
     notes->count = 0;
-    add(notes, NULL, now, r->tally->end, stopped,
-        "stopped at %.6g s of %.6g s; the file holds everything up to then.", now, r->tally->end);
-    add(notes, NULL, r->duration, 0, !(r->duration > 0),
-        "nothing was sampled: the run has not got beyond run.sample_from = %.6g s.",
-        r->tally->begin);
+    judge_time(notes, r, world->base + t, stopped);
     judge_motion(notes, world, r, t);
     judge_law(notes, world, true);
     judge_rate(notes, world, r->duration > 0 ? hits / world->balls / r->duration : (double)NAN);

@@ -29,6 +29,10 @@ void mill_notes_expect(struct mill_notes *notes, const struct mill_world *world,
 void mill_notes_take(struct mill_notes *notes, const struct mill_world *world,
                      const struct mill_tally_results *results, double t, bool stopped);
 
+/* The same of another program's run: without what is said of hard spheres only. */
+void mill_notes_foreign(struct mill_notes *notes, const struct mill_world *world,
+                        const struct mill_tally_results *results, double t, bool stopped);
+
 /* Tells values and limits as the group "reach", and to a file the sentences as "notes". */
 void mill_notes_tell(const struct mill_notes *notes, struct mill_sink *sink);
 

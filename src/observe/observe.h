@@ -19,6 +19,8 @@ struct mill_observe {
     double series;         /* [s] between rows of the time series */
     bool log_impacts;
     double rotor_angle;       /* [rad] at t = 0 */
+    const double *elastic;    /* [J] in the springs of contacts, of another program's run; NULL: no
+                                 springs. The series reads it at every row. */
     struct mill_profile drum; /* its cross-section, or the circle around a body, for pictures */
 };
 

@@ -14,11 +14,12 @@
 struct row {
     struct mill_energy energy;
     double work, torque; /* [J], [N m] of the rotor */
+    double elastic;      /* [J] */
     struct mill_account account;
 };
 
-/* One series; or one for each kind of contact, or motion */
-enum each { ONE, KIND, MOTION };
+/* One series; or one for each kind of contact, or motion; or one where there are springs */
+enum each { ONE, KIND, MOTION, SPRINGS };
 
 #define FROM(member) offsetof(struct row, member)
 
@@ -54,16 +55,19 @@ static const struct {
     {"fast_collisions", "1", FROM(account.fast), KIND, MILL_WORLD_FAST * sizeof(uint64_t),
      MILL_WORLD_FAST, MILL_H5_U64,
      "impacts of this kind with a normal speed at or above each of `thresholds` (m s-1), "
-     "cumulative from t = 0"}};
+     "cumulative from t = 0"},
+    {"elastic_energy", "J", FROM(elastic), SPRINGS, 0, 1, MILL_H5_F64,
+     "energy stored in the springs of all contacts"}};
 enum { TABLE = sizeof table / sizeof *table };
 
 struct series {
     struct mill_observer observer;
     struct mill_h5 *file;
-    double interval, end; /* [s] of the rows, of the run */
-    uint64_t rows;        /* so far */
-    double rotor_impulse; /* [N m s] at the row before */
-    int many[MOTION + 1]; /* series of a line of the table */
+    double interval, end;  /* [s] of the rows, of the run */
+    uint64_t rows;         /* so far */
+    double rotor_impulse;  /* [N m s] at the row before */
+    int many[SPRINGS + 1]; /* series of a line of the table */
+    const double *elastic; /* [J] now; NULL: no springs */
     /* the file's: step and time */
     struct mill_h5_column *shared[2], *column[TABLE][MILL_KINDS_MOST];
 };
@@ -82,10 +86,10 @@ static void open_elements(struct series *series, const struct mill_world *world,
     char group[128], path[160], origin[128];
     for (int n = 0; n < series->many[table[i].each]; n++) {
         snprintf(group, sizeof group, "/observables/%s%s%s", table[i].name,
-                 table[i].each == ONE ? "" : "/",
-                 table[i].each == ONE    ? ""
-                 : table[i].each == KIND ? world->kinds.name[n]
-                                         : world->motion_name[n]);
+                 table[i].each == KIND || table[i].each == MOTION ? "/" : "",
+                 table[i].each == KIND     ? world->kinds.name[n]
+                 : table[i].each == MOTION ? world->motion_name[n]
+                                           : "");
         for (int k = 0; k < 2; k++) {
             snprintf(path, sizeof path, "%s/%s", group, name[k]);
             snprintf(origin, sizeof origin, "/observables/%s/%s", table[0].name, name[k]);
@@ -113,6 +117,7 @@ static enum mill_status sample(struct mill_observer *self, const struct mill_wor
     const struct row row = {.energy = mill_world_energy(world, t),
                             .work = rotor < 0 ? 0 : world->account.motion[rotor].work,
                             .torque = series->rows > 0 ? impulse / series->interval : 0,
+                            .elastic = series->elastic ? *series->elastic : 0,
                             .account = world->account};
     series->rotor_impulse = now;
     mill_h5_column_append(series->shared[0], 1, &series->rows);
@@ -140,6 +145,8 @@ static void open_file(struct mill_observer *self, const struct mill_observe *ask
     series->many[ONE] = 1;
     series->many[KIND] = world->kinds.count;
     series->many[MOTION] = world->motions;
+    series->many[SPRINGS] = asked->elastic != NULL;
+    series->elastic = asked->elastic;
     series->interval = asked->series;
     series->end = asked->end;
     self->next = mill_observe_due(asked->series, asked->end, series->rows);

@@ -22,6 +22,9 @@ struct mill_sink {
     /* Of what was told last; a scalar where count is 0. NULL where not `full`. */
     void (*attribute)(struct mill_sink *sink, const char *name, enum mill_h5_type type,
                       size_t count, const void *values);
+    /* Of another program's run: which part of its loss is known of a single impact, "normal"; all
+     * of it only stands in the account. NULL: all of it, and the run is millsim's. */
+    const char *part;
 };
 
 /* Into the file, with the group `root` ("": the file itself) as the outermost one. What the file
@@ -48,6 +51,13 @@ static inline void mill_tell_count(struct mill_sink *sink, const char *name, uin
                                    const char *meaning)
 {
     sink->values(sink, name, MILL_H5_U64, 0, NULL, &value, "1", meaning);
+}
+
+/* What was told last are losses of single impacts: how much of these is known. */
+static inline void mill_tell_part(struct mill_sink *sink)
+{
+    if (sink->part)
+        sink->attribute(sink, "part", MILL_H5_TEXT, 0, &sink->part);
 }
 
 static inline void mill_tell_array(struct mill_sink *sink, const char *name, size_t count,

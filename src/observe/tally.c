@@ -83,11 +83,6 @@ static enum mill_status on_impact(struct mill_observer *observer, const struct m
 
 /* ---- times ---- */
 
-static double next_snapshot(const struct mill_tally *tally)
-{
-    return tally->begin + ((double)tally->at.snapshots + 0.5) * tally->interval;
-}
-
 /* The last batch ends with the window when it is whole but for rounding. */
 static double next_batch(const struct mill_tally *tally)
 {
@@ -100,7 +95,7 @@ static void plan(struct mill_tally *tally)
     const struct mill_tally_progress *at = &tally->at;
     double next = tally->begin;
     if (at->open)
-        next = fmin(fmin(next_snapshot(tally), tally->end), next_batch(tally));
+        next = fmin(fmin(mill_tally_snapshot(tally), tally->end), next_batch(tally));
     tally->observer.next = at->closed ? (double)INFINITY : next;
 }
 
@@ -119,7 +114,7 @@ static enum mill_status on_sample(struct mill_observer *observer, const struct m
     const double now = observer->next;
     if (!at->open && tally->begin <= now)
         open_window(tally, &world->account);
-    while (at->open && next_snapshot(tally) <= now) {
+    while (at->open && mill_tally_snapshot(tally) <= now) {
         mill_maps_sample(&tally->gathered.maps, world, t);
         at->snapshots++;
     }

@@ -70,6 +70,12 @@ struct mill_tally {
 
 extern const struct mill_observer_type mill_tally_type;
 
+/* [s] When the maps want the balls next, once the window is open */
+static inline double mill_tally_snapshot(const struct mill_tally *tally)
+{
+    return tally->begin + ((double)tally->at.snapshots + 0.5) * tally->interval;
+}
+
 /* [s] How long a contact of this kind of the mean ball lasts, were it of steel, at a normal speed
  * of MILL_TALLY_SLOW: of a dense bed, and ten times the speed shortens it by no more than 1.6. */
 #define MILL_TALLY_SLOW 0.1 /* [m/s] */

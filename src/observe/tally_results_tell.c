@@ -36,6 +36,7 @@ static void tell_histogram(struct mill_sink *sink, const struct mill_spectrum_gr
                     "those outside");
     sink->attribute(sink, "underflow", MILL_H5_F64, 0, &below->dissipation);
     sink->attribute(sink, "overflow", MILL_H5_F64, 0, &beyond->dissipation);
+    mill_tell_part(sink);
     sink->close(sink);
 }
 
@@ -69,6 +70,23 @@ static void tell_speed(struct mill_sink *sink, const char *name,
     sink->close(sink);
 }
 
+/* [W] What the impacts of a row lose: where of single ones only a part is known, by the account;
+ * of strikes that is no help. */
+static void tell_power(struct mill_sink *sink, const struct mill_tally_results *r,
+                       const struct mill_speeds *speeds, int row, double dissipation)
+{
+    const bool whole = sink->part && speeds == r->impacts;
+    for (int kind = 0; whole && kind < r->all; kind++) {
+        dissipation = kind == 0 ? 0 : dissipation;
+        if (row == kind || row == r->all)
+            dissipation += r->at.at_end.dissipation[kind] - r->at.at_begin.dissipation[kind];
+    }
+    mill_tell_number(sink, "dissipated_power", mill_tally_per_second(r, dissipation), "W",
+                     "energy dissipated / duration");
+    if (!whole)
+        mill_tell_part(sink);
+}
+
 static void tell_rows(struct mill_sink *sink, const char *name, const struct mill_tally_results *r,
                       const struct mill_speeds *speeds)
 {
@@ -81,8 +99,7 @@ static void tell_rows(struct mill_sink *sink, const char *name, const struct mil
         mill_tell_count(sink, "count", all.count, "how many within the duration");
         mill_tell_number(sink, "rate", mill_tally_per_second(r, (double)all.count), "s-1",
                          "count / duration");
-        mill_tell_number(sink, "dissipated_power", mill_tally_per_second(r, all.dissipation), "W",
-                         "energy dissipated / duration");
+        tell_power(sink, r, speeds, row, all.dissipation);
         tell_speed(sink, "normal_speed", grid, normal, normal, MILL_SPECTRUM_FAST);
         tell_speed(sink, "tangential_speed", grid, &speeds[row].tangential[0],
                    &speeds[row].tangential[1], 0);
@@ -233,7 +250,8 @@ void mill_tally_results_tell(const struct mill_tally_results *r, struct mill_sin
     tell_rows(sink, "strikes", r, r->strikes);
     sink->open(sink, "floor_share");
     for (int row = 0; row <= r->all; row++)
-        mill_tell_number(sink, mill_tally_name(r, row), r->floor_share[row], "1",
+        mill_tell_number(sink, mill_tally_name(r, row),
+                         sink->part ? (double)NAN : r->floor_share[row], "1",
                          "share of the impacts at which the rebound floor acted; NaN without "
                          "impacts");
     sink->close(sink);

@@ -1,0 +1,141 @@
+/* Facts by their names, each in one piece of memory as it came. */
+#include "app/facts.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST = 1000, LONGEST = 120, PARTS = 4 };
+
+/* Names that /run has of millsim, or that lead elsewhere */
+static bool is_name(const char *name)
+{
+    static const char *const own[] = {"status", "time", "hdf5", "events", "reach"};
+    const size_t first = strcspn(name, "/");
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+        if (first == strlen(own[i]) && strncmp(name, own[i], first) == 0)
+            return false;
+    return strlen(name) < LONGEST && first > 0 && name[strlen(name) - 1] != '/' &&
+           !strstr(name, "//") &&
+           name[strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_/")] ==
+               '\0';
+}
+
+const struct mill_fact *mill_facts_find(const struct mill_facts_list *facts, const char *name)
+{
+    for (size_t i = 0; i < facts->count; i++)
+        if (strcmp(facts->fact[i].name, name) == 0)
+            return &facts->fact[i];
+    return NULL;
+}
+
+const char *mill_facts_text(const struct mill_facts_list *facts, const char *name)
+{
+    const struct mill_fact *fact = mill_facts_find(facts, name);
+    return fact && fact->type == MILL_H5_TEXT ? fact->text : "";
+}
+
+/* The value that begins at `at` and is `left` bytes long, of this type */
+static bool take_value(struct mill_fact *fact, const char *type, const char *at, size_t left)
+{
+    if (strcmp(type, "f8") == 0 && left == sizeof fact->number) {
+        fact->type = MILL_H5_F64;
+        memcpy(&fact->number, at, left);
+    } else if (strcmp(type, "u8") == 0 && left == sizeof fact->count) {
+        fact->type = MILL_H5_U64;
+        memcpy(&fact->count, at, left);
+    } else {
+        fact->type = MILL_H5_TEXT;
+        fact->text = at;
+        return strcmp(type, "text") == 0 && strlen(at) == left;
+    }
+    return true;
+}
+
+/* A fact of these bytes, which it owns. false: it is none. */
+static bool parse(struct mill_fact *fact, char *bytes, size_t length)
+{
+    const char *part[PARTS], *at = bytes;
+    *fact = (struct mill_fact){.name = bytes};
+    for (int i = 0; i < PARTS; i++) {
+        part[i] = at;
+        at += strlen(at) + 1;
+        if (at > bytes + length)
+            return false;
+    }
+    fact->unit = part[1];
+    fact->meaning = part[2];
+    return is_name(part[0]) && part[2][0] &&
+           take_value(fact, part[3], at, length - (size_t)(at - bytes));
+}
+
+enum mill_status mill_facts_take(struct mill_facts_list *facts, const char *bytes, size_t length,
+                                 struct mill_error *error)
+{
+    struct mill_fact fact;
+    char *own = malloc(length + 1);
+    struct mill_fact *all = realloc(facts->fact, (facts->count + 1) * sizeof *all);
+    facts->fact = all ? all : facts->fact;
+    if (!own || !all) {
+        free(own);
+        return mill_error_set(error, MILL_FAILED, "out of memory");
+    }
+    memcpy(own, bytes, length);
+    own[length] = '\0';
+    if (!parse(&fact, own, length) || facts->count >= MOST) {
+        mill_error_set(error, MILL_FAILED,
+                       "'%.40s': expected a name of /run that is the program's own to give, unit, "
+                       "meaning, type (f8, u8 or text) and value",
+                       own);
+        free(own);
+        return MILL_FAILED;
+    }
+    for (size_t i = 0; i < facts->count; i++)
+        if (strcmp(all[i].name, fact.name) == 0) {
+            free(all[i].name);
+            all[i] = fact;
+            return MILL_OK;
+        }
+    all[facts->count++] = fact;
+    return MILL_OK;
+}
+
+enum mill_status mill_facts_check(const struct mill_facts_list *facts, struct mill_error *error)
+{
+    static const struct {
+        const char *name;
+        enum mill_h5_type type;
+    } needed[] = {{"program", MILL_H5_TEXT}, {"version", MILL_H5_TEXT},  {"command", MILL_H5_TEXT},
+                  {"started", MILL_H5_TEXT}, {"wall_time", MILL_H5_F64}, {"cpu_time", MILL_H5_F64}};
+    for (size_t i = 0; i < sizeof needed / sizeof *needed; i++) {
+        const struct mill_fact *fact = mill_facts_find(facts, needed[i].name);
+        if (!fact || fact->type != needed[i].type)
+            return mill_error_set(error, MILL_FAILED, "before it comes the fact '%s' (%s)",
+                                  needed[i].name,
+                                  needed[i].type == MILL_H5_TEXT ? "text" : "f8, in s");
+    }
+    return MILL_OK;
+}
+
+void mill_facts_write(const struct mill_facts_list *facts, struct mill_h5 *file, const char *except)
+{
+    for (const struct mill_fact *f = facts->fact; f < facts->fact + facts->count; f++) {
+        char path[LONGEST + 8];
+        snprintf(path, sizeof path, "/run/%s", f->name);
+        if (strcmp(f->name, except) == 0)
+            continue;
+        if (f->type == MILL_H5_TEXT)
+            mill_h5_write_text(file, path, f->text, f->meaning);
+        else
+            mill_h5_write(file, path, f->type, 0, NULL,
+                          f->type == MILL_H5_F64 ? (const void *)&f->number : &f->count, f->unit,
+                          f->meaning);
+    }
+}
+
+void mill_facts_free(struct mill_facts_list *facts)
+{
+    for (size_t i = 0; i < facts->count; i++)
+        free(facts->fact[i].name);
+    free(facts->fact);
+}

@@ -1,0 +1,325 @@
+/* Why does what is given wait for the next account? A batch of the statistics ends between two
+ * accounts, and what was done until then is known only when the second one is. What waits is
+ * bounded by the time between them. */
+#include "observe/replay.h"
+
+#include "observe/tally.h"
+
+#include <stdlib.h>
+
+#define ROUNDING 1e-12 /* [s] by which a state may be farther from a sample than was said */
+
+enum { NUMBERS = 1 << 29 }; /* of bodies, at most: observe/strikes.h */
+
+void mill_replay_init(struct mill_replay *r, struct mill_world *world,
+                      const struct mill_observers *observers, double apart)
+{
+    *r = (struct mill_replay){.world = world,
+                              .observers = observers,
+                              .apart = apart,
+                              .at = -INFINITY,
+                              .impact_at = -INFINITY,
+                              .state_at = -INFINITY};
+    r->impacts.size = sizeof(struct mill_replay_impact);
+    r->states.size = (1 + 9 * (size_t)world->balls) * sizeof(double);
+    world->account.pinch_work = NAN; /* nobody tells */
+}
+
+void mill_replay_free(struct mill_replay *r)
+{
+    free(r->impacts.bytes);
+    free(r->states.bytes);
+}
+
+/* ---- what waits ---- */
+
+/* Room for `count` items more, at the end. NULL: out of memory. */
+static char *make_room(struct mill_replay_queue *q, size_t count)
+{
+    const size_t held = q->end - q->begin, needed = held + count * q->size;
+    if (q->end + count * q->size > q->room && needed <= q->room && q->begin > 0) {
+        memmove(q->bytes, q->bytes + q->begin, held);
+        q->begin = 0;
+        q->end = held;
+    }
+    if (q->end + count * q->size > q->room) {
+        const size_t room = 2 * q->end + count * q->size;
+        char *bytes = realloc(q->bytes, room);
+        if (!bytes)
+            return NULL;
+        q->bytes = bytes;
+        q->room = room;
+    }
+    char *at = q->bytes + q->end;
+    q->end += count * q->size;
+    return at;
+}
+
+/* The first that waits, or NULL */
+static const void *first(const struct mill_replay_queue *q)
+{
+    return q->begin < q->end ? q->bytes + q->begin : NULL;
+}
+
+static void drop(struct mill_replay_queue *q)
+{
+    q->begin += q->size;
+    if (q->begin == q->end)
+        q->begin = q->end = 0;
+}
+
+/* ---- the world at some time ---- */
+
+static void set_epoch(struct mill_replay *r)
+{
+    struct mill_world *w = r->world;
+    mill_world_restart(w);
+    for (int32_t i = 0; r->at > (double)-INFINITY && i < w->balls; i++)
+        w->ball[i].t = r->at - w->base;
+}
+
+/* As in the event loop: what is due at the end of an epoch is a sample in it, or the first impact
+ * of the next. */
+static void reach(struct mill_replay *r, double time, bool impact)
+{
+    while (time - r->world->base > MILL_WORLD_EPOCH ||
+           (impact && time - r->world->base >= MILL_WORLD_EPOCH))
+        set_epoch(r);
+}
+
+static vec3 three(const double *from)
+{
+    return vec3_make(from[0], from[1], from[2]);
+}
+
+/* The balls are as in the state that is nearest to this time. */
+static void place_balls(struct mill_replay *r, double time)
+{
+    struct mill_world *w = r->world;
+    const size_t n = 3 * (size_t)w->balls;
+    const double *state;
+    while ((state = first(&r->states)) && fabs(state[0] - time) <= fabs(r->at - time)) {
+        r->at = *state++;
+        for (int32_t i = 0; i < w->balls; i++, state += 3) {
+            w->ball[i].r = three(state);
+            w->ball[i].v = three(state + n);
+            w->ball[i].t = r->at - w->base;
+            w->spin[i] = three(state + 2 * n);
+        }
+        drop(&r->states);
+    }
+}
+
+static double between(double before, double after, double share)
+{
+    return share == 1.0 ? after : before + share * (after - before);
+}
+
+/* Works and losses as they are at this time; impacts are counted as they come. */
+static void set_account(struct mill_replay *r, double time)
+{
+    struct mill_world *w = r->world;
+    struct mill_account *a = &w->account;
+    const struct mill_replay_account *from = &r->before, *to = &r->last;
+    const double step = to->time - from->time, share = step > 0 ? (time - from->time) / step : 1.0;
+    a->work = 0.0;
+    for (int k = 0; k < w->motions; k++) {
+        a->motion[k].work = between(from->motion[k].work, to->motion[k].work, share);
+        a->motion[k].impulse = between(from->motion[k].impulse, to->motion[k].impulse, share);
+        a->work += a->motion[k].work;
+    }
+    for (int k = 0; k < w->kinds.count; k++) {
+        a->dissipation[k] = between(from->loss[k].all, to->loss[k].all, share);
+        a->dissipation_normal[k] = between(from->loss[k].normal, to->loss[k].normal, share);
+    }
+    r->elastic = between(from->elastic, to->elastic, share);
+}
+
+/* ---- telling ---- */
+
+static enum mill_status tell_impact(struct mill_replay *r, const struct mill_replay_impact *from,
+                                    struct mill_error *error)
+{
+    struct mill_world *w = r->world;
+    struct mill_account *a = &w->account;
+    const int32_t one = w->ball[from->ball].species;
+    const int32_t other = from->kind == MILL_BALL_BALL ? w->ball[from->partner].species : -1;
+    const double mass = w->species[one].mass, met = other < 0 ? 0.0 : w->species[other].mass;
+    const double reduced = other < 0 ? mass : mass * met / (mass + met);
+    const struct mill_impact impact = {.time = from->time,
+                                       .kind = from->kind,
+                                       .ball = from->ball,
+                                       .partner = from->partner,
+                                       .species = (int16_t)one,
+                                       .partner_species = (int16_t)other,
+                                       .position = three(from->position),
+                                       .normal = three(from->normal),
+                                       .normal_speed = from->normal_speed,
+                                       .tangential_speed = from->tangential_speed,
+                                       .dissipation = from->dissipation,
+                                       .dissipation_normal = from->dissipation};
+    enum mill_status status = MILL_OK;
+    reach(r, from->time, true);
+    a->collisions[from->kind]++;
+    for (int k = 0; k < MILL_WORLD_FAST; k++)
+        a->fast[from->kind][k] += from->normal_speed >= mill_world_fast[k];
+    a->incident += 0.5 * reduced * from->normal_speed * from->normal_speed;
+    for (int k = 0; status == MILL_OK && k < r->observers->count; k++) {
+        struct mill_observer *o = r->observers->each[k];
+        status = o->type->impact ? o->type->impact(o, &impact, error) : MILL_OK;
+    }
+    return status;
+}
+
+/* Statistics look at the account alone, but for the maps. */
+static bool wants_balls(const struct mill_observer *o, double time)
+{
+    const struct mill_tally *tally = (const struct mill_tally *)o;
+    return o->type != &mill_tally_type || (tally->at.open && mill_tally_snapshot(tally) <= time);
+}
+
+static enum mill_status take_samples(struct mill_replay *r, double due, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    reach(r, due, false);
+    place_balls(r, due);
+    set_account(r, due);
+    for (int k = 0; status == MILL_OK && k < r->observers->count; k++) {
+        struct mill_observer *o = r->observers->each[k];
+        if (o->next > due || !o->type->sample)
+            continue;
+        if (wants_balls(o, due) && !(fabs(r->at - due) <= r->apart + ROUNDING))
+            return mill_error_set(error, MILL_FAILED,
+                                  "there is no state of the balls within %g s of t = %.9g s, where "
+                                  "%s want one",
+                                  r->apart, due, o->type->name);
+        status = o->type->sample(o, r->world, due - r->world->base, error);
+    }
+    return status;
+}
+
+/* All up to this time: samples at it, too, and the impacts before it */
+static enum mill_status go_on(struct mill_replay *r, double until, struct mill_error *error)
+{
+    enum mill_status status = MILL_OK;
+    double next = -INFINITY;
+    while (status == MILL_OK && next <= until) {
+        next = INFINITY;
+        for (int k = 0; k < r->observers->count; k++)
+            next = r->observers->each[k]->type->sample ? fmin(next, r->observers->each[k]->next)
+                                                       : next;
+        const double due = fmin(next, until);
+        const struct mill_replay_impact *impact;
+        while (status == MILL_OK && (impact = first(&r->impacts)) && impact->time < due) {
+            status = tell_impact(r, impact, error);
+            drop(&r->impacts);
+        }
+        if (status == MILL_OK && next <= until)
+            status = take_samples(r, due, error);
+    }
+    if (status != MILL_OK)
+        return status;
+    reach(r, until, false);
+    place_balls(r, until);
+    set_account(r, until);
+    r->now = until;
+    return MILL_OK;
+}
+
+/* ---- what is given ---- */
+
+/* Places in an array of numbers that are none; count: there is none */
+static size_t find_no_number(size_t count, const double *values)
+{
+    size_t i = 0;
+    while (i < count && isfinite(values[i]))
+        i++;
+    return i;
+}
+
+enum mill_status mill_replay_state(struct mill_replay *r, double time, const double *values,
+                                   struct mill_error *error)
+{
+    const size_t count = 9 * (size_t)r->world->balls, place = find_no_number(count, values);
+    if (!(time >= r->state_at) || !isfinite(time))
+        return mill_error_set(error, MILL_FAILED, "its time is %.9g s, that of the one before %.9g",
+                              time, r->state_at);
+    if (place < count)
+        return mill_error_set(error, MILL_FAILED, "ball %zu: expected numbers, got %g",
+                              place / 3 % (count / 9), values[place]);
+    char *to = make_room(&r->states, 1);
+    if (!to)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the states between accounts");
+    memcpy(to, &time, sizeof time);
+    memcpy(to + sizeof time, values, count * sizeof *values);
+    r->state_at = time;
+    return MILL_OK;
+}
+
+/* number: in its record, from 0 */
+static enum mill_status check_impact(const struct mill_replay *r, size_t number, double before,
+                                     const struct mill_replay_impact *i, struct mill_error *error)
+{
+    const int32_t balls = r->world->balls;
+    const bool pair = i->kind == MILL_BALL_BALL;
+    if (i->kind < 0 || i->kind >= r->world->kinds.count)
+        return mill_error_set(error, MILL_FAILED, "impact %zu: kind %ld, expected 0 to %d", number,
+                              (long)i->kind, r->world->kinds.count - 1);
+    if (i->ball < 0 || i->ball >= balls || (pair && (i->partner < 0 || i->partner >= balls)))
+        return mill_error_set(error, MILL_FAILED,
+                              "impact %zu: ball %ld and partner %ld, expected 0 to %ld", number,
+                              (long)i->ball, (long)i->partner, (long)balls - 1);
+    if ((pair && i->partner == i->ball) || i->partner < -1 || i->partner >= NUMBERS)
+        return mill_error_set(error, MILL_FAILED, "impact %zu: ball %ld and partner %ld", number,
+                              (long)i->ball, (long)i->partner);
+    if (find_no_number(10, &i->time) < 10)
+        return mill_error_set(error, MILL_FAILED, "impact %zu: expected numbers", number);
+    if (i->time < before)
+        return mill_error_set(
+            error, MILL_FAILED,
+            "impact %zu: its time is %.9g s, after an impact or account of %.9g s", number, i->time,
+            before);
+    return MILL_OK;
+}
+
+enum mill_status mill_replay_impacts(struct mill_replay *r, size_t count,
+                                     const struct mill_replay_impact *impact,
+                                     struct mill_error *error)
+{
+    double before = fmax(r->impact_at, r->accounts > 0 ? r->now : (double)-INFINITY);
+    for (size_t i = 0; i < count; before = impact[i++].time) {
+        const enum mill_status status = check_impact(r, i, before, &impact[i], error);
+        if (status != MILL_OK)
+            return status;
+    }
+    char *to = make_room(&r->impacts, count);
+    if (!to)
+        return mill_error_set(error, MILL_FAILED, "out of memory for the impacts between accounts");
+    memcpy(to, impact, count * sizeof *impact);
+    r->impact_at = before;
+    return MILL_OK;
+}
+
+enum mill_status mill_replay_account(struct mill_replay *r,
+                                     const struct mill_replay_account *account,
+                                     struct mill_error *error)
+{
+    struct mill_world *w = r->world;
+    if (!(account->time >= r->now) || !isfinite(account->time))
+        return mill_error_set(error, MILL_FAILED, "its time is %.9g s, that of the one before %.9g",
+                              account->time, r->now);
+    r->before = r->accounts > 0 ? r->last : *account;
+    r->last = *account;
+    r->accounts++;
+    for (int k = 0; k < w->motions; k++)
+        w->account.work_gross += fabs(r->last.motion[k].work - r->before.motion[k].work);
+    return go_on(r, account->time, error);
+}
+
+enum mill_status mill_replay_end(struct mill_replay *r, double time, struct mill_error *error)
+{
+    if (!(time >= r->now) || !isfinite(time))
+        return mill_error_set(error, MILL_FAILED,
+                              "its time is %.9g s, that of the last account %.9g", time, r->now);
+    return r->accounts > 0 ? go_on(r, time, error) : MILL_OK;
+}
