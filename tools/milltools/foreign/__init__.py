@@ -1,0 +1,1 @@
+"""Runs of other programs as files of millsim's own schema: see milltools.foreign.digest."""

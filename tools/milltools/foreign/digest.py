@@ -1,0 +1,188 @@
+"""The run of another program, handed to `millsim --digest`, which makes the file that every reader of millsim's reads.
+
+docs/file-format.md describes the stream. SI throughout.
+"""
+
+import contextlib
+import math
+import struct
+import subprocess
+import tempfile
+
+import numpy as np
+
+from milltools.engine import program
+from milltools.errors import UserError
+
+IMPACT = np.dtype([
+    ("time", "<f8"), ("normal_speed", "<f8"), ("tangential_speed", "<f8"), ("dissipation", "<f8"),
+    ("position", "<f8", 3), ("normal", "<f8", 3),
+    ("kind", "<i4"), ("ball", "<i4"), ("partner", "<i4"), ("nothing", "<i4"),
+])  # fmt: skip
+MOST = 1 << 20  # impacts in a record
+FACTS = {  # of /run: unit, meaning
+    "program": ("", "program that made the run"),
+    "version": ("", "version of the program"),
+    "command": ("", "command line"),
+    "started": ("", "when the run was started, UTC"),
+    "notes": ("", "what a reader ought to know before comparing, a line each"),
+    "wall_time": ("s", "time on the wall's clock"),
+    "cpu_time": ("s", "processor time"),
+    "peak_memory": ("byte", "largest resident memory"),
+    "largest_overlap": ("m", "largest overlap seen"),
+    "energy_turnover": ("J", "energy turned over: what the balance's error is measured against"),
+    "energy_balance_error": (
+        "1",
+        "|rotor work - change of energy - dissipation| over the energy turned over",
+    ),
+}
+
+
+def impacts_of(**columns):
+    """An array of IMPACT from columns of the same length, by name."""
+    rows = np.zeros(len(columns["time"]), IMPACT)
+    for name, values in columns.items():
+        rows[name] = values
+    return rows
+
+
+def snapshot_times(deck):
+    """When the maps want the balls [s]: all of them within the window of `deck`, a milltools.deck.Deck."""
+    begin, end = deck.number("run.sample_from", 0.0), deck.number("run.time")
+    if not end > begin:
+        return np.empty(0)
+    step = min(1e-3, (end - begin) / 100)
+    times = begin + (np.arange(int((end - begin) / step) + 2) + 0.5) * step
+    return times[times <= end]
+
+
+def _bytes(text):
+    return text.encode("utf-8", "surrogateescape")  # command lines may hold any byte
+
+
+class Digest:
+    """Takes a run of `deck` (milltools.deck.Deck, read from its path) and writes the file `output`; a context manager.
+
+    The facts come first, then states, impacts and accounts in the order of time; `end` makes the file whole, and without it
+    the file is one of a run that has failed. apart [s]: no sample of the observers is farther than this from the nearest
+    state; springs: whether accounts tell `elastic_energy`; force: overwrites. UserError with the line that millsim says.
+    """
+
+    def __init__(self, deck, output, apart=0.0, springs=False, force=False):
+        self.motions, self.kinds = deck.motions, deck.kinds
+        self.balls, self.springs = len(deck.species_of_ball), springs
+        sets = [word for override in deck.overrides for word in ("--set", override)]
+        words = [program(), "--digest", "--quiet", "-o", output, *["-f"] * force, *sets, "--", deck.path]  # fmt: skip
+        self.said = tempfile.TemporaryFile()  # a pipe that nobody reads may fill
+        self.engine = subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self.said,
+            start_new_session=True,  # Ctrl-C is for the program that makes the run
+        )  # fmt: skip
+        self._write(b"millsim stream 1\n")
+        counts = self.balls, len(self.kinds), len(self.motions)
+        self._record("begin", struct.pack("<3QdQ", *counts, apart, springs))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def facts(self, run):
+        """Facts of /run by name, each a value or (value, unit, meaning); they may be told again, and the last ones count. Needed
+        from the beginning: program, version, command, started, wall_time, cpu_time."""
+        for name, fact in run.items():
+            if not isinstance(fact, tuple):
+                if name not in FACTS:
+                    raise ValueError(f"run: {name}: expected (value, unit, description)")
+                fact = (fact, *FACTS[name])
+            value, unit, meaning = fact
+            if isinstance(value, str):
+                kind, value = "text", _bytes(value)
+            elif isinstance(value, (int, np.integer)):
+                kind, value = "u8", struct.pack("<Q", value)
+            else:
+                kind, value = "f8", struct.pack("<d", value)
+            head = b"".join(_bytes(text) + b"\0" for text in (name, unit, meaning, kind))
+            self._record("fact", head + value)
+
+    def state(self, time, place, velocity, spin):
+        """The balls (N, 3) in the laboratory at `time`, which is none before that of the last state."""
+        values = np.empty((3, self.balls, 3), "<f8")
+        for to, given in zip(values, (place, velocity, spin), strict=True):
+            if np.shape(given) != to.shape:
+                raise ValueError(f"expected an array {to.shape}, got {np.shape(given)}")
+            to[:] = given
+        self._record("state", struct.pack("<d", time), values)
+
+    def impacts(self, rows):
+        """Impacts in order of time, an array of IMPACT (see impacts_of): none before those of the last call, or the last account.
+
+        kind: index into deck.kinds; partner: the other ball, the number of blade, end wall or copy, or -1; position [m] and
+        normal, into the ball `ball`, in the laboratory; dissipation [J]: its normal part."""
+        for first in range(0, len(rows), MOST):
+            part = np.ascontiguousarray(rows[first : first + MOST], IMPACT)
+            self._record("impacts", part.view(np.uint8))
+
+    def account(self, time, values):
+        """What has been done and lost up to `time`, since t = 0: all impacts and states before have been given.
+
+        values: `motion_work/MOTION` and `motion_impulse/MOTION` (about its axis), `dissipation/KIND` and
+        `dissipation_normal/KIND`, `elastic_energy`; what is not given is NaN in the file."""
+        left = dict(values)
+        told = [time, left.pop("elastic_energy", math.nan)]
+        for names, what in ((self.motions, ("motion_work", "motion_impulse")), (self.kinds, ("dissipation", "dissipation_normal"))):  # fmt: skip
+            told += [left.pop(f"{one}/{name}", math.nan) for name in names for one in what]
+        if left:
+            raise ValueError(f"{min(left)}: nothing of that name is in an account")
+        self._record("account", np.array(told, "<f8"))
+
+    def publish(self):
+        """The file is as of now from here on, brought to the disk."""
+        self._record("publish")
+        self._flush()
+
+    def end(self, status="complete", time=None):
+        """The run has ended at `time`, `complete`, `stopped` or `failed`: the file is whole when this returns."""
+        self._record("end", struct.pack("<d", time), status.encode())
+        self._flush()
+        with contextlib.suppress(BrokenPipeError):
+            self.engine.stdin.close()
+        self._check()
+
+    def close(self):
+        """Without an end: the run has failed; its file is as it was told so far. Nothing is awaited but the engine's end."""
+        with contextlib.suppress(BrokenPipeError):
+            self.engine.stdin.close()
+        self.engine.wait()
+        self.said.close()
+
+    # ---- the stream
+
+    def _record(self, kind, *parts):
+        parts = [memoryview(part).cast("B") for part in parts]
+        size = sum(len(part) for part in parts)
+        self._write(struct.pack("<8sQ", kind.ljust(8).encode(), size))
+        for part in parts:
+            self._write(part)
+
+    def _write(self, data):
+        try:
+            self.engine.stdin.write(data)
+        except BrokenPipeError:
+            self._check()
+
+    def _flush(self):
+        try:
+            self.engine.stdin.flush()
+        except BrokenPipeError:
+            self._check()
+
+    def _check(self):
+        """Awaits the engine; UserError with what it said if it failed."""
+        status = self.engine.wait()
+        self.said.seek(0)
+        lines = self.said.read().decode(errors="replace").splitlines()
+        if status != 0:
+            line = lines[-1] if lines else f"millsim --digest ended with status {status}"
+            raise UserError(line.removeprefix("millsim: "), status if status > 0 else 1)
