@@ -59,9 +59,7 @@ def begin(balls=N, kinds=5, motions=1, apart=1e-3, springs=0):
 
 def fact(name, value, unit=""):
     kind, data = ("text", value.encode()) if isinstance(value, str) else ("f8", struct.pack("<d", value))  # fmt: skip
-    return record(
-        "fact", b"\0".join(word.encode() for word in (name, unit, "said", kind, "")), data
-    )
+    return record("fact", b"\0".join(word.encode() for word in (name, unit, "said", kind, "")), data)
 
 
 def facts(**other):
@@ -379,9 +377,7 @@ def test_a_signal_ends_it_with_what_it_has_been_told(write_deck, tmp_path):
         time.sleep(0.01)
     engine.send_signal(signal.SIGTERM)
     assert engine.wait(20) == 128 + signal.SIGTERM  # though its input is still open
-    assert (
-        engine.stderr.read() == b"millsim: stopped by signal 15; out.h5 holds the run up to 0.1 s\n"
-    )
+    assert engine.stderr.read() == b"millsim: stopped by signal 15; out.h5 holds the run up to 0.1 s\n"
     engine.stdin.close()
     with h5py.File(tmp_path / "out.h5") as file:
         assert file["run/status"].asstr()[()] == "stopped"

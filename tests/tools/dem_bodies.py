@@ -50,25 +50,30 @@ def deck_of(text, **changes):
 
 
 class Recorder:
-    """In the place of milltools.results.Results: keeps all that it is given."""
-
-    snapshot_times = ()
+    """In the place of milltools.foreign.digest.Digest: keeps all that it is given."""
 
     def __init__(self):
-        self.rows, self.told, self.frames = [], [], []
+        self.rows, self.told, self.states = [], [], []
 
-    def row(self, time, values):
+    def account(self, time, values):
         self.rows.append({"time": time, **values})
 
-    def impacts(self, **columns):
-        self.told.append(columns)
+    def impacts(self, rows):
+        self.told.append(rows)
 
-    def frame(self, time, *state):
-        self.frames.append((time, *state))
+    def state(self, time, *state):
+        self.states.append((time, *(values.copy() for values in state)))
 
     def column(self, name):
-        """Of the rows."""
+        """Of the accounts."""
         return np.array([row[name] for row in self.rows])
+
+    def kinetic(self, mass):
+        """Kinetic energy [J] of the balls at the accounts."""
+        velocity = {time: velocity for time, _, velocity, _ in self.states}
+        times = np.array(list(velocity))
+        at = [velocity[times[np.argmin(np.abs(times - row["time"]))]] for row in self.rows]
+        return np.array([0.5 * mass @ np.einsum("ij,ij->i", v, v) for v in at])
 
     def all(self, name):
         """Of all impacts."""

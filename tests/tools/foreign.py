@@ -1,10 +1,9 @@
-"""A run of millsim as if another program had made it: decks, and handing its own output file to milltools.results."""
+"""A run of millsim as if another program had made it: decks, and handing its own output file to `millsim --digest`."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
-from time import process_time
 
 import pytest
 
@@ -15,10 +14,10 @@ ROOT = Path(__file__).resolve().parents[2]
 MILLSIM = Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 sys.path.insert(0, str(ROOT / "tools"))
 
-from milltools.read.deck import Deck as deck_of  # of a text as `millsim --check` prints it
-from milltools.results import Results
+from milltools.foreign.digest import IMPACT, Digest, impacts_of
+from milltools.read.deck import Deck
 
-# The last of four revolutions is cut off; frames at twice the rate of the maps' snapshots, so that they include
+# Frames at twice the rate of the maps' snapshots, so that they include
 # them; a strike window so wide that a good part of the contacts is merged.
 MIXTURE = """
 [run]
@@ -75,14 +74,47 @@ frames = 0.5 ms
 impacts = all
 strike_window = 0 s
 """
+JAR = """
+[run]
+time = 0.2 s
+sample_from = 0.04 s
+[motion.sun]
+kind = turn
+speed = 600 rpm
+[motion.jar]
+kind = turn
+on = sun
+centre = 60 0 0 mm
+speed = -1200 rpm
+[body.jar]
+shape = cylinder
+side = inside
+motion = jar
+centre = 60 0 0 mm
+radius = 20 mm
+length = 30 mm
+[balls]
+count = 30
+diameter = 5 mm
+density = 7800 kg/m^3
+[contact]
+restitution = 0.8
+friction = 0.3
+[output]
+frames = 0.5 ms
+series = 1 ms
+impacts = all
+"""
 DECKS = {
     "friction, mixture": MIXTURE,
-    "smooth, backwards": MIXTURE.replace("friction = 0.3", "").replace("= 1200", "= -1200"),
+    # batches end at rows: three revolutions of 60 ms in twelfths, of which errors are told
+    "smooth, backwards": MIXTURE.replace("friction = 0.3", "").replace("= 1200", "= -1000"),
     "short blocks, late": MIXTURE.replace("= 1200", "= 3000")
     .replace("= 0.02 s", "= 0.15 s")
     .replace("frames = 0.5 ms", "frames = 0.25 ms"),
     "no rotor, no gravity": GAS,
     "wavy drum": MIXTURE.replace("[drum]", "[drum]\nprofile = wavy\nbuckles = 7\nbuckle_height = 3 mm"),
+    "jar on a disk": JAR,
     "falling balls": GAS.replace("0 0 0", "0 0 -9.81").replace("= 0.95", "= 0.7"),
 }
 RUN = {
@@ -98,92 +130,51 @@ RUN = {
 
 
 def simulate(folder, text):
-    """A deck as checked, and millsim's own file of it."""
+    """A deck, and millsim's own file of it."""
     if not MILLSIM.exists():
         pytest.fail(f"{MILLSIM} is not built; run make first")
     (folder / "mill.ini").write_text(text)
-    done = [
-        subprocess.run(
-            [MILLSIM, *options, "mill.ini"],
-            cwd=folder, capture_output=True, text=True, timeout=120, check=True,
-        ).stdout
-        for options in (["--check"], ["-q", "-o", "mill.h5"])
-    ]  # fmt: skip
-    return deck_of(done[0]), folder / "mill.h5"
-
-
-def start(deck, theirs):
-    balls = theirs["particles/trajectory"]
-    names = list(balls["species"].attrs["names"])
-    columns = (balls[name][:] for name in ("diameter", "mass", "species"))
-    return Results(deck, *columns, names)
-
-
-def series(theirs):
-    """(times, {path: rows}) of millsim's time series but those that Results counts."""
-    group, found = theirs["observables"], {}
-    group.visititems(
-        lambda name, item: (
-            found.update({name.removesuffix("/value"): item[:]})
-            if name.endswith("/value") and "collisions" not in name and not name.startswith("pose/")
-            else None
-        )
+    subprocess.run(
+        [MILLSIM, "-q", "-o", "mill.h5", "mill.ini"], cwd=folder, capture_output=True, timeout=120, check=True
     )
-    return group["rotor_work/time"][:], found
+    return Deck.check(folder / "mill.ini"), folder / "mill.h5"
 
 
-ORDER = (
-    "time", "kind", "ball", "partner", "position", "normal",
-    "normal_speed", "tangential_speed", "dissipation",
-)  # fmt: skip
+def accounts(deck, theirs):
+    """(times, {name: rows}) of millsim's time series as accounts name them; what turns evenly has its impulse from its work."""
+    group = theirs["observables"]
+    names = [f"{name}/{kind}" for kind in deck.kinds for name in ("dissipation", "dissipation_normal")]
+    found = {name: group[f"{name}/value"][:] for name in [*names, *(f"motion_work/{name}" for name in deck.motions)]}
+    for name in deck.motions:
+        speed = deck.number("rotor.speed" if name == "rotor" else f"motion.{name}.speed")
+        found[f"motion_impulse/{name}"] = found[f"motion_work/{name}"] / speed
+    return group["kinetic_energy/time"][:], found
 
 
-def feed(results, theirs, batches, until=np.inf):
-    """Hands over millsim's own impacts in batches up to these rows, and whatever is due in between."""
-    log = [theirs["impacts"][name][:] for name in ORDER]
+def feed(digest, deck, theirs, until=np.inf, batches=()):
+    """Hands over millsim's own states, impacts, in batches up to these rows, and accounts; all up to a time."""
+    log = impacts_of(**{name: theirs["impacts"][name][:] for name in IMPACT.names if name != "nothing"})
     balls = theirs["particles/trajectory"]
-    states = [balls[f"{name}/value"][:] for name in ("position", "velocity", "angular_velocity")]
-    frame_times, poses = balls["position/time"][:], theirs["observables"].get("pose", {})
-    for k, time in enumerate(frame_times):
-        if time <= until:
-            where = {name: (g["rotation/value"][k], g["centre/value"][k]) for name, g in poses.items()}  # fmt: skip
-            results.frame(time, *(state[k] for state in states), where)
-    for time in results.snapshot_times[results.snapshot_times <= until]:
-        k = int(np.argmin(np.abs(frame_times - time)))
-        assert abs(frame_times[k] - time) < 1e-9
-        results.snapshot(states[0][k], states[1][k])
-    times, rows = series(theirs)
-    done = k = 0
-    for stop in [*batches, len(log[0])]:
-        part = [column[done:stop] for column in log]
-        results.impacts(*(column[part[0] < until] for column in part))
-        done = stop
-        ahead = log[0][done] if done < len(log[0]) else np.inf
-        while k < len(times) and times[k] <= min(ahead, until):
-            results.row(times[k], {name: values[k] for name, values in rows.items()})
-            k += 1
+    names = ("position", "velocity", "angular_velocity")
+    states = list(zip(balls["position/time"][:], *(balls[f"{name}/value"][:] for name in names), strict=True))
+    done = told = 0
+    times, values = accounts(deck, theirs)
+    ends = [0, *batches, len(log)]
+    for k, time in enumerate(times[times <= until]):
+        while told < len(states) and states[told][0] <= time:
+            digest.state(*states[told])
+            told += 1
+        row = int(np.searchsorted(log["time"], time))
+        for stop in [end for end in ends if done < end < row] + [row]:
+            digest.impacts(log[done:stop])
+            done = stop
+        digest.account(time, {name: column[k] for name, column in values.items()})
 
 
-def random_batches(n, seed):
-    """Ends of batches of all sizes, from none to half of them."""
-    generator = np.random.default_rng(seed)
-    return sorted(generator.integers(0, n, 3).tolist() + generator.integers(0, min(n, 500), 40).tolist())
-
-
-def batch(times, **other):
-    n = len(times)
-    columns = {"kind": np.zeros(n), "point": np.zeros((n, 3)), **other}
-    return (
-        times, columns["kind"].astype(int), np.zeros(n, int), np.ones(n, int), columns["point"],
-        np.zeros((n, 3)), np.ones(n), np.ones(n), np.ones(n),
-    )  # fmt: skip
-
-
-def cost(call):
-    """Processor time of a call [s], the least of three."""
-    seconds = []
-    for _ in range(3):
-        before = process_time()
-        call()
-        seconds.append(process_time() - before)
-    return min(seconds)
+def digested(folder, deck, path, name="ours.h5", **options):
+    """The file at `path` handed over as a whole; what comes out."""
+    with h5py.File(path) as theirs, Digest(deck, folder / name, apart=1e-9) as digest:
+        digest.facts(RUN)
+        feed(digest, deck, theirs, **options)
+        digest.end("complete", deck.number("run.time"))
+    return folder / name

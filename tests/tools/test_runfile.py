@@ -8,6 +8,7 @@ from conftest import SMALL
 from milltools.base.errors import UserError
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
+from milltools.read.schema import deck_entries
 
 PADDLE = """
 [blade.paddle]
@@ -124,3 +125,11 @@ def test_a_truncated_file_is_named(finished):
     finished.write_bytes(content[: len(content) // 2])
     with pytest.raises(UserError, match="deck.h5: not a readable HDF5 file"):
         Run(finished)
+
+
+def test_a_file_name_in_quotes_is_one_value():
+    text = '[balls]\nstart = "a # b.txt"   # random, or a file\nspeed = 0 m/s  # of every ball # at t = 0\n'
+    assert list(deck_entries(text)) == [
+        ("balls", "start", '"a # b.txt"', "random, or a file"),
+        ("balls", "speed", "0 m/s", "of every ball # at t = 0"),
+    ]

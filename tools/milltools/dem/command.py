@@ -24,10 +24,10 @@ from milltools.dem.liggghts import command
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
 from milltools.dem.script import file_of
 from milltools.dem.setup import scene_of
-from milltools.dem.soft_mill import Mill, inputs
+from milltools.dem.soft_mill import HALF_AN_INTERVAL, Mill, inputs
 from milltools.dem.summary import summarize
+from milltools.foreign.digest import Digest
 from milltools.read.deck import Deck
-from milltools.results import Results
 
 SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file it writes
 has millsim's own schema, so './mill compare' and every other reader work on it."""
@@ -138,16 +138,16 @@ class Job:
             until = self.deck.number("run.sample_from", 0.0) - SETTLE
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
         frames = self.deck.number("output.frames", 0.0)
-        interval = self.model.sample_interval
+        self.interval = self.model.sample_interval
         if self.soft_until > 0:
-            interval = max(interval, Model(self.deck, self.soft).sample_interval)
+            self.interval = max(self.interval, Model(self.deck, self.soft).sample_interval)
         elif self.soft is not None:
             self.cautions.append(
                 f"--warm-up has no effect: run.sample_from is not after {SETTLE * 1e3:g} ms, which the stiff run wants"
             )
-        if 0 < frames < interval:
+        if 0 < frames < self.interval:
             raise UserError(
-                f"{self.deck.path}: [output] frames: {frames:g} s is less than the {interval:.3g} s at which LIGGGHTS is "
+                f"{self.deck.path}: [output] frames: {frames:g} s is less than the {self.interval:.3g} s at which LIGGGHTS is "
                 "looked at with this modulus: choose more, or 0 s"
             )
         if arguments.ranks < 1:
@@ -279,17 +279,18 @@ class Job:
         """The command line's words after `mill dem`."""
         return sys.argv[2:] if len(sys.argv) > 2 else [str(self.arguments.deck)]
 
-    def publish(self, mill, status):
-        """Writes the file as of now."""
-        mill.flush()
-        try:
-            # a sample and the row it makes differ by rounding
-            last_row = (mill.rows - 1) * mill.series
-            reached = self.end if status == "complete" else max(mill.time, last_row)
-            self.results.write(self.output, self.facts(mill), status, reached)
-        except OSError as fault:
-            raise UserError(str(fault), 1) from None
+    def publish(self, mill):
+        """Brings the results so far to the disk."""
+        self.results.facts(self.facts(mill))
+        self.results.publish()
         self.published = time.monotonic()
+
+    def finish(self, mill, status):
+        """The file is whole when this returns."""
+        mill.flush()
+        self.results.facts(self.facts(mill))
+        # a sample and the account it makes differ by rounding
+        self.results.end(status, self.end if status == "complete" else max(mill.time, mill.told, 0.0))
 
     def check_singles(self):
         """Throws single balls, so that what LIGGGHTS makes of the deck's contacts is known before it runs for long."""
@@ -332,11 +333,9 @@ class Job:
             raise UserError(f"{self.output}: cannot write into {self.output.parent}", 1)
 
     def gather(self):
-        """The Results of this run, still empty."""
-        species, of = self.deck.species, self.deck.species_of_ball
-        diameter = np.array([kind.diameter for kind in species])[of]
-        mass = np.array([kind.density for kind in species])[of] * np.pi / 6 * diameter**3
-        self.results = Results(self.deck, diameter, mass, of, [kind.name for kind in species])
+        """What takes this run, nothing told yet."""
+        force, apart = self.arguments.force, self.interval * HALF_AN_INTERVAL
+        self.results = Digest(self.deck, self.output, apart, springs=True, force=force)
         return self.results
 
     def follow(self, state):
@@ -346,9 +345,10 @@ class Job:
         def tell(reached):
             progress(self.work(reached), f"LIGGGHTS at {reached * 1e3:.2f} of {self.end * 1e3:g} ms")
             if time.monotonic() - self.published > PUBLISH:
-                self.publish(mill, "running")
+                self.publish(mill)
 
         mill = Mill(self.deck, state, self.damped, self.results, self.arguments.ranks, tell)
+        self.results.facts(self.facts(mill))
         end, status = "stopped", 0
         try:
             self.check_singles()
@@ -365,7 +365,7 @@ class Job:
             raise self.failed(mill, fault) from None
         finally:
             progress.stop()
-        self.publish(mill, end)
+        self.finish(mill, end)
         print(summarize(self.output, self.deck, self.measured), end="")
         if end == "stopped":
             print(
@@ -387,7 +387,7 @@ class Job:
         if not mill.rows:
             return fault
         try:
-            self.publish(mill, "failed")
+            self.finish(mill, "failed")
         except UserError:
             return fault
         return UserError(f"{fault}; results up to {mill.time * 1e3:.4g} ms are in {self.output}", fault.status)

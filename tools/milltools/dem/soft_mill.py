@@ -13,10 +13,10 @@ from milltools.dem.contacts import Contacts
 from milltools.dem.handover import part
 from milltools.dem.liggghts import Process
 from milltools.dem.model import STEPS_PER_SAMPLE, Model
-from milltools.dem.paths import Chain
 from milltools.dem.rubbing import at_walls
 from milltools.dem.setup import scene_of
 from milltools.dem.work import Drive
+from milltools.foreign.digest import impacts_of, snapshot_times
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
@@ -39,7 +39,7 @@ def inputs(folder, deck, model, damped, steps, forces_every, time, state, **opti
 
 
 class Mill:
-    """The mill of a deck; `results` takes what it does (see milltools.results), `watch(time)` is told the progress.
+    """The mill of a deck; `results` takes what it does (see milltools.foreign.digest), `watch(time)` is told the progress.
 
     run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the frame of the
     deck's scene, as all is here but what the results take.
@@ -57,7 +57,8 @@ class Mill:
         self.gravity = np.array(deck.numbers("gravity.acceleration"))
         self.scene, self.walls = scene_of(deck), script.walls_of(deck)
         self.drive = Drive(self.scene, self.mass, self.inertia)
-        self.chains = [Chain(deck, name) for name in deck.motions]
+        self.rotor_impulse, self.told = 0.0, -math.inf  # [N m s]; [s] of the last account
+        self.snapshots, self.end = snapshot_times(deck), deck.number("run.time")
         self.columns = bool(deck.blades) + len(self.scene.driven)
         self.contacts, self.model, self.waiting, self.version = None, None, [], "unknown"
         self.rubs = any(deck.contact(kind).friction > 0 for kind in deck.kinds)
@@ -161,14 +162,17 @@ class Mill:
         if not waiting:
             return
         joined = {name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]}
-        self.results.impacts(**joined)
+        joined["position"] = joined.pop("point")
+        # one that a sample found began no earlier than at the sample before, but for rounding
+        joined["time"] = np.maximum(joined["time"], self.told)
+        self.results.impacts(impacts_of(**joined))
 
     def _outside(self, impacts):
-        """Impacts as the laboratory has them, with their places in the container's own frame."""
-        frame, time, point = self.scene.frame, self.time, impacts["point"]
-        if not frame.is_laboratory or self.scene.spin:
-            impacts["inside"] = self.scene.own(time, point, point)[0]
-            impacts["point"] = point @ frame.rows + frame.track(time)
+        """Impacts as the laboratory has them, at their own times: the frame has gone on since."""
+        frame = self.scene.frame
+        if not frame.is_laboratory:
+            gone = (impacts["time"] - self.time)[:, None] * frame.track(self.time, 1)
+            impacts["point"] = impacts["point"] @ frame.rows + frame.track(self.time) + gone
             impacts["normal"] = impacts["normal"] @ frame.rows
         return impacts
 
@@ -182,16 +186,19 @@ class Mill:
         self.drive.shaft_impulse += torque * interval
 
     def _store(self, process, model, contacts, sample):
-        near = HALF_AN_INTERVAL * model.sample_interval
-        snapshots = self.results.snapshot_times
-        while self.snapshot_count < len(snapshots) and self.time > snapshots[self.snapshot_count] - near:
-            self.results.snapshot(*self.scene.own(self.time, self.state[0], self.state[1]))
+        """The balls whenever the observers want them, at the sample nearest to then; a row's account after them."""
+        after = self.time + HALF_AN_INTERVAL * model.sample_interval
+        row = sample % model.samples_per_row == 0 and after > self.rows * self.series
+        due = row
+        while self.snapshot_count < len(self.snapshots) and after > self.snapshots[self.snapshot_count]:
             self.snapshot_count += 1
-        if self.frames > 0 and self.time > self.frame_count * self.frames - near:
-            state = self.scene.frame.to_laboratory(self.time, *self.state)
-            self.results.frame(self.time, *state, {c.name: c.pose(self.time) for c in self.chains})
+            due = True
+        if self.frames > 0 and after > self.frame_count * self.frames:
             self.frame_count += 1
-        if sample % model.samples_per_row == 0 and self.time > self.rows * self.series - near:
+            due = True
+        if due:
+            self.results.state(self.time, *self.scene.frame.to_laboratory(self.time, *self.state))
+        if row:
             self._row(process, contacts, sample // model.samples_per_row)
 
     def _energies(self, contacts):
@@ -218,12 +225,19 @@ class Mill:
             self.rubbed[0] = missing
         else:
             self.unbalanced = missing
-        values = {**energies, "rotor_work": self.drive.work["rotor"], "rotor_torque": self.drive.torque}  # fmt: skip
+        self.rotor_impulse += self.drive.torque * self.series
+        values = {"elastic_energy": energies["elastic_energy"]}
         for name in self.deck.motions:
-            values[f"motion_work/{name}"] = self.drive.work[name]
+            work, speed = self.drive.work[name], self.deck.number(f"motion.{name}.speed", 0.0)
+            values[f"motion_work/{name}"] = work
+            if name == "rotor":
+                values["motion_impulse/rotor"] = self.rotor_impulse
+            elif speed:
+                values[f"motion_impulse/{name}"] = work / speed
         for k, kind in enumerate(self.deck.kinds):
             values[f"dissipation_normal/{kind}"] = normal[k]
             values[f"dissipation/{kind}"] = normal[k] + self.rubbed[k]
         self.flush()
-        self.results.row(self.rows * self.series, values)
+        self.told = min(self.rows * self.series, self.end)
+        self.results.account(self.told, values)
         self.rows += 1

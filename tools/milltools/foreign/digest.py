@@ -11,8 +11,8 @@ import tempfile
 
 import numpy as np
 
-from milltools.engine import program
-from milltools.errors import UserError
+from milltools.base.engine import program
+from milltools.base.errors import UserError
 
 IMPACT = np.dtype([
     ("time", "<f8"), ("normal_speed", "<f8"), ("tangential_speed", "<f8"), ("dissipation", "<f8"),
@@ -47,7 +47,7 @@ def impacts_of(**columns):
 
 
 def snapshot_times(deck):
-    """When the maps want the balls [s]: all of them within the window of `deck`, a milltools.deck.Deck."""
+    """When the maps want the balls [s]: all of them within the window of `deck`, a milltools.read.deck.Deck."""
     begin, end = deck.number("run.sample_from", 0.0), deck.number("run.time")
     if not end > begin:
         return np.empty(0)
@@ -61,7 +61,7 @@ def _bytes(text):
 
 
 class Digest:
-    """Takes a run of `deck` (milltools.deck.Deck, read from its path) and writes the file `output`; a context manager.
+    """Takes a run of `deck` (milltools.read.deck.Deck, read from its path) and writes the file `output`; a context manager.
 
     The facts come first, then states, impacts and accounts in the order of time; `end` makes the file whole, and without it
     the file is one of a run that has failed. apart [s]: no sample of the observers is farther than this from the nearest

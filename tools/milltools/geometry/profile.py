@@ -20,8 +20,6 @@ import numpy as np
 
 from milltools.base.errors import UserError
 
-RINGS, FEWEST_RINGS = 30, 6  # of the maps of what holds the balls
-
 
 @dataclasses.dataclass(frozen=True)
 class Arc:
@@ -234,39 +232,3 @@ class Profile:
         across = (far * cosine - near) * z - far * sine * (y - near)
         inside = np.where(across >= 0, from_inner > rho, from_outer < rho)
         return np.where(inside, distance, -distance) - radius
-
-
-@dataclasses.dataclass(frozen=True)
-class Rectangle:
-    """The inner cross-section of a box, as far as maps want it: `width` along y, `height` along z [m]."""
-
-    width: float
-    height: float
-    circle = False
-
-    @property
-    def outermost(self) -> float:
-        return math.hypot(self.width, self.height) / 2
-
-    def gap(self, y, z):
-        """How far points are inside, as Profile.gap."""
-        return np.minimum(self.width / 2 - np.abs(y), self.height / 2 - np.abs(z))
-
-
-def section(deck):
-    """(cross-section, length [m], rings of its maps) of what holds the balls of a milltools.read.deck.Deck, across and along its axis; of
-    a mesh the circle and the length that nothing of it can be beyond are not known: a unit's."""
-    inside = [name for name in deck.bodies if deck.value(f"body.{name}.side") == "inside"]
-    if not inside:
-        return Profile.of(deck.value), float(deck.number("drum.length")), RINGS
-    place = f"body.{inside[0]}"
-    if deck.value(f"{place}.shape") == "box":
-        width, height, length = deck.numbers(f"{place}.size")
-        found = Rectangle(width, height)
-    else:
-        found = Profile(deck.number(f"{place}.radius", deck.number(f"{place}.unit", 1.0)))
-        length = deck.number(f"{place}.length", 2 * found.radius)
-    # no finer than the points that a ball is spread over
-    spread = max(kind.diameter for kind in deck.species) / 4
-    rings = math.floor(found.outermost / spread + 0.5)
-    return found, length, min(max(rings, FEWEST_RINGS), RINGS)

@@ -9,8 +9,8 @@ from scipy.spatial import ConvexHull
 
 from milltools.base.text import literal
 from milltools.geometry.bodies import Mill, inverse, moved
+from milltools.geometry.cells import Maps
 from milltools.geometry.profile import Profile
-from milltools.tally import Maps
 
 RAYS = 6  # along each side of a cell, or across a ring
 AROUND = 180  # directions in which rings are looked at
@@ -36,7 +36,7 @@ def axes(runs) -> dict[str, str]:
 
 class _Vessel:
     """`low`, `high`: its ends along x; `outermost`: its largest distance from the axis [m]; `radial` (N, 2): its outline over (x, r)
-    and `across` (M, 2) over (y, z); `noise`: a tally.Maps with the file's cells, None where there is none."""
+    and `across` (M, 2) over (y, z); `noise`: a cells.Maps with the file's cells, None where there is none."""
 
     noise = None
 
@@ -62,7 +62,7 @@ class Drum(_Vessel):
 
     @property
     def noise(self):
-        """A new tally.Maps of its cells; None where the drum moves: frames are the laboratory's."""
+        """A new cells.Maps of its cells; None where the drum moves: frames are the laboratory's."""
         return Maps(self.profile, self._length) if self.still else None
 
     def volume(self, view, edges):
