@@ -114,7 +114,8 @@ void mill_world_free(struct mill_world *world);
 /* [s] between restarts of local time; a power of two, so that the sum is exact */
 #define MILL_WORLD_EPOCH 0.0625
 
-/* Local time, of motions too, begins anew at local time MILL_WORLD_EPOCH; the balls are the caller's.
+/* Local time, of motions too, begins anew at local time MILL_WORLD_EPOCH; the balls are the
+ * caller's.
  */
 void mill_world_restart(struct mill_world *world);
 

@@ -82,7 +82,7 @@ static enum mill_status begin(struct digest *d)
     d->observe.elastic = told.springs ? &d->replay.elastic : NULL;
     if (mill_observers_create(&d->observe, d->world, &d->observers, d->error) != MILL_OK)
         return MILL_FAILED;
-    mill_replay_init(&d->replay, d->world, &d->observers, told.apart);
+    mill_replay_init(&d->replay, d->world, &d->observers, told.apart, d->observe.end);
     d->begun = true;
     return MILL_OK;
 }

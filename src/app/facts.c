@@ -69,35 +69,44 @@ static bool parse(struct mill_fact *fact, char *bytes, size_t length)
            take_value(fact, part[3], at, length - (size_t)(at - bytes));
 }
 
+/* A fact of its own in the list, at the place of an earlier one of its name. false: no memory */
+static bool keep(struct mill_facts_list *facts, const struct mill_fact *fact)
+{
+    size_t i = 0;
+    while (i < facts->count && strcmp(facts->fact[i].name, fact->name) != 0)
+        i++;
+    if (i == facts->count) {
+        struct mill_fact *more = realloc(facts->fact, (i + 1) * sizeof *more);
+        if (!more)
+            return false;
+        facts->fact = more;
+        facts->fact[facts->count++].name = NULL;
+    }
+    free(facts->fact[i].name);
+    facts->fact[i] = *fact;
+    return true;
+}
+
 enum mill_status mill_facts_take(struct mill_facts_list *facts, const char *bytes, size_t length,
                                  struct mill_error *error)
 {
     struct mill_fact fact;
+    enum mill_status status = MILL_OK;
     char *own = malloc(length + 1);
-    struct mill_fact *all = realloc(facts->fact, (facts->count + 1) * sizeof *all);
-    facts->fact = all ? all : facts->fact;
-    if (!own || !all) {
-        free(own);
+    if (!own)
         return mill_error_set(error, MILL_FAILED, "out of memory");
-    }
     memcpy(own, bytes, length);
     own[length] = '\0';
-    if (!parse(&fact, own, length) || facts->count >= MOST) {
-        mill_error_set(error, MILL_FAILED,
-                       "'%.40s': expected a name of /run that is the program's own to give, unit, "
-                       "meaning, type (f8, u8 or text) and value",
-                       own);
+    if (!parse(&fact, own, length) || facts->count >= MOST)
+        status = mill_error_set(error, MILL_FAILED,
+                                "'%.40s': expected a name of /run that is the program's own to "
+                                "give, unit, meaning, type (f8, u8 or text) and value",
+                                own);
+    else if (!keep(facts, &fact))
+        status = mill_error_set(error, MILL_FAILED, "out of memory");
+    if (status != MILL_OK)
         free(own);
-        return MILL_FAILED;
-    }
-    for (size_t i = 0; i < facts->count; i++)
-        if (strcmp(all[i].name, fact.name) == 0) {
-            free(all[i].name);
-            all[i] = fact;
-            return MILL_OK;
-        }
-    all[facts->count++] = fact;
-    return MILL_OK;
+    return status;
 }
 
 enum mill_status mill_facts_check(const struct mill_facts_list *facts, struct mill_error *error)

@@ -9,14 +9,18 @@
 
 #define ROUNDING 1e-12 /* [s] by which a state may be farther from a sample than was said */
 
+#define FAR 1e6   /* sizes of the mill that no place in it is away */
+#define MOST 1e12 /* [m/s], [rad/s], [J] no speed, and no loss of an impact, is more */
+
 enum { NUMBERS = 1 << 29 }; /* of bodies, at most: observe/strikes.h */
 
 void mill_replay_init(struct mill_replay *r, struct mill_world *world,
-                      const struct mill_observers *observers, double apart)
+                      const struct mill_observers *observers, double apart, double end)
 {
     *r = (struct mill_replay){.world = world,
                               .observers = observers,
                               .apart = apart,
+                              .end = end,
                               .at = -INFINITY,
                               .impact_at = -INFINITY,
                               .state_at = -INFINITY};
@@ -82,6 +86,7 @@ static void set_epoch(struct mill_replay *r)
  * of the next. */
 static void reach(struct mill_replay *r, double time, bool impact)
 {
+    time = fmin(time, r->end); /* a time that is a slip costs no more than the run does */
     while (time - r->world->base > MILL_WORLD_EPOCH ||
            (impact && time - r->world->base >= MILL_WORLD_EPOCH))
         set_epoch(r);
@@ -228,25 +233,36 @@ static enum mill_status go_on(struct mill_replay *r, double until, struct mill_e
 
 /* ---- what is given ---- */
 
-/* Places in an array of numbers that are none; count: there is none */
-static size_t find_no_number(size_t count, const double *values)
+/* The first of the values that is no number, or larger than `most`; count: there is none */
+static size_t find_wrong(size_t count, const double *values, double most)
 {
     size_t i = 0;
-    while (i < count && isfinite(values[i]))
+    while (i < count && fabs(values[i]) <= most)
         i++;
     return i;
+}
+
+/* [m] */
+static double farthest(const struct mill_world *world)
+{
+    return FAR * fmin(world->drum_radius, world->drum_length);
 }
 
 enum mill_status mill_replay_state(struct mill_replay *r, double time, const double *values,
                                    struct mill_error *error)
 {
-    const size_t count = 9 * (size_t)r->world->balls, place = find_no_number(count, values);
+    const size_t places = 3 * (size_t)r->world->balls, count = 3 * places;
+    size_t wrong = find_wrong(places, values, farthest(r->world));
+    wrong += wrong < places ? 0 : find_wrong(count - places, values + places, MOST);
     if (!(time >= r->state_at) || !isfinite(time))
         return mill_error_set(error, MILL_FAILED, "its time is %.9g s, that of the one before %.9g",
                               time, r->state_at);
-    if (place < count)
-        return mill_error_set(error, MILL_FAILED, "ball %zu: expected numbers, got %g",
-                              place / 3 % (count / 9), values[place]);
+    if (wrong < count)
+        return mill_error_set(error, MILL_FAILED, "ball %zu: its %s: got %g", wrong % places / 3,
+                              wrong < places       ? "place"
+                              : wrong < 2 * places ? "velocity"
+                                                   : "angular velocity",
+                              values[wrong]);
     char *to = make_room(&r->states, 1);
     if (!to)
         return mill_error_set(error, MILL_FAILED, "out of memory for the states between accounts");
@@ -272,8 +288,13 @@ static enum mill_status check_impact(const struct mill_replay *r, size_t number,
     if ((pair && i->partner == i->ball) || i->partner < -1 || i->partner >= NUMBERS)
         return mill_error_set(error, MILL_FAILED, "impact %zu: ball %ld and partner %ld", number,
                               (long)i->ball, (long)i->partner);
-    if (find_no_number(10, &i->time) < 10)
+    const double some[] = {i->normal_speed, i->tangential_speed, i->dissipation,
+                           i->normal[0],    i->normal[1],        i->normal[2]};
+    if (!isfinite(i->time) || find_wrong(6, some, MOST) < 6)
         return mill_error_set(error, MILL_FAILED, "impact %zu: expected numbers", number);
+    if (find_wrong(3, i->position, farthest(r->world)) < 3)
+        return mill_error_set(error, MILL_FAILED, "impact %zu: at %g %g %g m: is that in the mill?",
+                              number, i->position[0], i->position[1], i->position[2]);
     if (i->time < before)
         return mill_error_set(
             error, MILL_FAILED,

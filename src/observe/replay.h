@@ -39,6 +39,7 @@ struct mill_replay {
     struct mill_world *world;
     const struct mill_observers *observers;
     double apart; /* [s] a sample and its state are, at most */
+    double end;   /* [s] of the run as planned: nobody samples later */
     /* ---- how far it is ---- */
     double now;       /* [s] all before it has been told */
     double at;        /* [s] of the state that the balls are in; -INFINITY: none yet */
@@ -52,7 +53,7 @@ struct mill_replay {
 
 /* Of a world at t = 0; both must outlive it. Free it in any case. */
 void mill_replay_init(struct mill_replay *replay, struct mill_world *world,
-                      const struct mill_observers *observers, double apart);
+                      const struct mill_observers *observers, double apart, double end);
 void mill_replay_free(struct mill_replay *replay);
 
 /* MILL_FAILED, and in one line why what is given cannot be; it is then not taken. */

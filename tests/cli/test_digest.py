@@ -295,7 +295,9 @@ KEPT = "; out.h5 holds the run up to 0.1 s"
 @pytest.mark.parametrize(
     "more, line",
     [
-        (state(0.2, BAD), "record 213 (state): ball 2: expected numbers, got nan"),
+        (state(0.2, BAD), "record 213 (state): ball 2: its place: got nan"),
+        (state(0.2, velocity=math.inf), "record 213 (state): ball 0: its velocity: got inf"),
+        (impacts(impact(0.11, at=(0, 1e6, 0))), "record 213 (impacts): impact 0: at 0 1e+06 0 m: is that in the mill?"),
         (state(0.05), "record 213 (state): its time is 0.05 s, that of the one before 0.1"),
         (state(math.inf), "record 213 (state): its time is inf s, that of the one before 0.1"),
         (impacts(impact(0.11), impact(0.12, kind=5)), "record 213 (impacts): impact 1: kind 5, expected 0 to 4"),
@@ -317,7 +319,7 @@ KEPT = "; out.h5 holds the run up to 0.1 s"
         (b"state  ", "is cut off in record 213: expected more bytes"),
         (account(0.11)[:-1], "is cut off in record 213: expected more bytes"),
     ],
-    ids=range(21),
+    ids=range(23),
 )  # fmt: skip
 def test_a_stream_that_goes_wrong_midway_leaves_what_it_has_told(digest, tmp_path, more, line):
     done = digest(GOOD + more)
