@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The verification ladder: runs every case of this folder and writes RESULTS.md, its figures, and README's short form.
+"""The verification ladder: runs every case of this folder and writes RESULTS.md and its figures.
 
 A case is a folder with a deck, a README.md (claim, source, tolerance) and a check.py whose check(case) runs
 millsim, works out what it measures, and states claims. The first line of check.py's docstring is its title.
@@ -16,7 +16,6 @@ import math
 import multiprocessing
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
@@ -52,7 +51,7 @@ class Claim:
     band: float  # allowed |measured - expected|, or the bound
     error: float | None  # standard error of `measured`
     unit: str
-    headline: bool  # goes into the README
+    headline: bool  # is in the summary at the top of RESULTS.md
     known: str = ""  # why it is known not to hold; then holding it is the surprise
 
     @property
@@ -238,6 +237,10 @@ def write_results(cases: list[dict], path: pathlib.Path) -> None:
         f"Written by `make validate`: {held} of {len(claims)} claims hold. *Band* is what the measured value may be "
         "off, or its bound where nothing is expected but smallness; *error* is its standard error.",
         "",
+        "## In short",
+        "",
+        *summary(cases),
+        "",
     ]
     for case in cases:
         lines += [
@@ -281,22 +284,13 @@ def headlines(claims: list[Claim], link: str) -> list[str]:
     return rows
 
 
-def put_between(path: pathlib.Path, mark: str, writer: str, rows: list[str]) -> None:
-    """Puts a text between the two marks <!-- MARK: written by WRITER --> and <!-- /MARK -->; the rest is left alone."""
-    marks = re.compile(rf"(<!-- {mark}: written by {writer} -->\n).*?(<!-- /{mark} -->)", re.DOTALL)
-    text = path.read_text()
-    if not marks.search(text):
-        raise RuntimeError(f"{path.name}: has no marks <!-- {mark}: written by {writer} -->")
-    path.write_text(marks.sub(lambda m: m.group(1) + "\n" + "\n".join(rows) + "\n\n" + m.group(2), text))
-
-
-def write_short_form(cases: list[dict], path: pathlib.Path) -> None:
-    """Headlines between README's two marks; everything else in README is left alone."""
+def summary(cases: list[dict]) -> list[str]:
+    """The headlines of all cases as a Markdown table."""
     rows = ["| claim | against | expected | measured | case |", "| --- | --- | --- | --- | --- |"]
     for case in cases:
         claims = [Claim(**claim) for claim in case["claims"]]
-        rows += headlines(claims, f"[{case['name']}](validation/{case['name']}/README.md)")
-    put_between(path, "ladder", "make validate", rows)
+        rows += headlines(claims, f"[{case['name']}]({case['name']}/README.md)")
+    return rows
 
 
 def main() -> int:
@@ -337,7 +331,6 @@ def main() -> int:
     good = all(not r["failure"] and r["claims"] and all(Claim(**c).as_known for c in r["claims"]) for r in ordered)
     if not arguments.case:
         write_results(ordered, HERE / "RESULTS.md")
-        write_short_form(ordered, ROOT / "README.md")
         print(f"ladder: {time.monotonic() - started:.0f} s; validation/RESULTS.md written", flush=True)
     return 0 if good else 1
 

@@ -1,4 +1,4 @@
-"""A comparison of several parts: runs them one after another, writes RESULTS.md and the README's short form.
+"""A comparison of several parts: runs them one after another, writes RESULTS.md.
 
 A part is a list of modules with a docstring (its first line is a title) and check(case), which states claims. The
 case also tells sentences with figures and remembers the figures it saved. Used by dem/, study/ and paper/; the ladder
@@ -79,12 +79,16 @@ def counted(claims):
     return f"{sum(claim.holds for claim in claims)} of {len(claims)} claims hold."
 
 
-def write_results(title, writer, introduction, results, path, counted):
+def write_results(title, writer, introduction, results, path, counted, summary):
     claims = [claim for result in results for claim in result["claims"]]
     lines = [
         f"# {title}",
         "",
         f"Written by `{writer}`: {counted(claims)} {introduction}",
+        "",
+        "## In short",
+        "",
+        *summary(results),
         "",
     ]
     for result in results:
@@ -100,11 +104,11 @@ def write_results(title, writer, introduction, results, path, counted):
     path.write_text(text.rstrip() + "\n")
 
 
-def short_form(results, mark):
-    """The headlines as lines of the README's table."""
+def summary(results):
+    """The headlines as lines of a Markdown table."""
     rows = ["| claim | against | expected | measured | part |", "| --- | --- | --- | --- | --- |"]
     for result in results:
-        link = f"[{result['name']}](validation/{mark}/RESULTS.md#{result['name']})"
+        link = f"[{result['name']}](#{result['name']})"
         rows += ladder.headlines(result["claims"], link)
     return rows
 
@@ -118,14 +122,14 @@ def main(
     parts,
     make_case,
     counted=counted,
-    short_form=short_form,
+    summary=summary,
 ):
     """Reads the command line and runs the parts named there (none: all, and only then results are written); the exit status.
 
     description: of the command; kept: what --kept takes whatever version made it; folder: the comparison's, of the name of
-    its marks in README.md and of its target `make validate-NAME`; parts: name -> modules;
+    its target `make validate-NAME`; parts: name -> modules;
     make_case(folder, scratch, kept) gives what check() works with;
-    counted(claims), short_form(results, mark): the first sentence of the results, and the README's table.
+    counted(claims), summary(results): the first sentence of the results, and the table below it.
     """
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md")
@@ -149,8 +153,7 @@ def main(
     if not names:
         writer = f"make validate-{mark}"
         path = folder / "RESULTS.md"
-        write_results(title, writer, introduction, results, path, counted)
-        ladder.put_between(ladder.ROOT / "README.md", mark, writer, short_form(results, mark))
+        write_results(title, writer, introduction, results, path, counted, summary)
         say(f"{mark}: {time.monotonic() - begin:.0f} s; validation/{mark}/RESULTS.md written")
     good = all(not r["failure"] and r["claims"] and all(c.as_known for c in r["claims"]) for r in results)
     return 0 if good else 1

@@ -17,7 +17,7 @@ FAST = {0.5: 0, 1.0: 1, 2.0: 2}  # columns of fast_collisions
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """One thing that is compared: its name, unit, allowed deviation [%], and whether the README tells it."""
+    """One thing that is compared: its name, unit, allowed deviation [%], and whether the summary of RESULTS.md has it."""
 
     key: str
     name: str

@@ -83,7 +83,7 @@ def compare(case, name, what, deck, settings):
     soft = Window(soft_path)
     hard = {law: [Window(path) for path in group] for law, group in paths.items()}
     verdicts = {law: [judge(quantity, [soft], runs) for quantity in STEADY] for law, runs in hard.items()}
-    told = name == "steady"  # README tells of one mill
+    told = name == "steady"  # the summary has one mill
     for verdict in verdicts["deck"]:
         claim(case, verdict, f"LIGGGHTS, steel, {what}", headline=told and verdict.quantity.headline)
     suffix = ", with LIGGGHTS' effective friction"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""millsim held against LIGGGHTS: runs the parts of this folder and writes RESULTS.md, its figures, and README's short form.
+"""millsim held against LIGGGHTS: runs the parts of this folder and writes RESULTS.md and its figures.
 
 validate.py [PART ...] [--kept]      ends with 1 when a claim is outside its band
 """

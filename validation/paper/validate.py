@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every statement of the 2007 paper put to the mill: writes RESULTS.md, figures, and README's short form.
+"""Every statement of the 2007 paper put to the mill: writes RESULTS.md and figures.
 
 validate.py [PART ...] [--kept]      ends with 1 when a question has no answer
 """
@@ -14,7 +14,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 matplotlib.use("Agg")
 
 import parts
-from verdicts import PaperCase, counted, short_form
+from verdicts import PaperCase, counted, summary
 
 # Modules of each part.
 PARTS = {
@@ -42,6 +42,6 @@ if __name__ == "__main__":
             PARTS,
             PaperCase,
             counted,
-            short_form,
+            summary,
         )
     )

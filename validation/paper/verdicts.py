@@ -103,15 +103,15 @@ def counted(questions) -> str:
     )
 
 
-def short_form(results, mark) -> list[str]:
-    """The README's table: a line a statement, with the answer to its first question."""
+def summary(results) -> list[str]:
+    """A table with a line for each statement: the answer to its first question."""
     rows = [
         "| the paper says | asked of the mill | answer | verdict |",
         "| --- | --- | --- | --- |",
     ]
     for result in results:
         for statement, asked in by_statement(result["claims"]).items():
-            link = f"[{overall(asked)}](validation/{mark}/RESULTS.md#{result['name']})"
+            link = f"[{overall(asked)}](#{result['name']})"
             first = next((q for q in asked if q.headline), asked[0])
             cells = (statement, f"{first.what}: {first.asked}".rstrip(": "), first.answer, link)
             rows.append("| " + " | ".join(map(ladder.cell, cells)) + " |")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Design studies of the wavy chamber held against what they are to show: writes RESULTS.md, figures, and README's short form.
+"""Design studies of the wavy chamber held against what they are to show: writes RESULTS.md and figures.
 
 validate.py [PART ...] [--kept]      ends with 1 when a claim is outside its band
 """
