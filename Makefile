@@ -66,6 +66,7 @@ help:
 	@echo 'make validate-dem  millsim against LIGGGHTS, some 80 minutes: validation/dem/RESULTS.md (CASES="ladder": half a minute)'
 	@echo 'make validate-study  the wavy chamber, some 40 minutes: validation/study/RESULTS.md (CASES="figure7": only that)'
 	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
+	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
@@ -180,6 +181,7 @@ lint:
 	cppcheck --quiet --error-exitcode=1 --std=c99 --inline-suppr --enable=warning,portability \
 	    --suppress=normalCheckLevelMaxBranches -Iinclude -Isrc src
 	git ls-files -z | xargs -0 codespell -q 3
+	tools/check-links
 	.venv/bin/ruff check tests tools validation && .venv/bin/ruff format --check tests tools validation
 
 format:
@@ -247,6 +249,13 @@ pictures:
 	    ./mill render $(PICTURES)/$$d.h5 docs/img/$$d.png --size 640x400 || exit 1; done
 	for f in flow speeds axial-rate; do ./mill plot $(PICTURES)/reference.h5 docs/img/figure-$$f.png --figure $$f || exit 1; done
 
+# the pages as a site; a link that leads nowhere fails
+docs:
+	tools/check-links --stage build/docs-source
+	@tools/setup --local docs
+	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
+	@echo 'build/docs/index.html'
+
 # The engine alone: what another program links, with no need of HDF5, UDUNITS or GSL
 ENGINE := $(foreach f,base geometry engine start,$(filter $(BUILD)/src/$(f)/%,$(LIB)))
 $(BUILD)/libmillsim.a: $(ENGINE)
@@ -268,5 +277,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format pictures bench bench-parts \
+.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
         install clean always

@@ -29,20 +29,21 @@ WARNING = "warning: "
 
 
 def run(deck, output=None, *, force=False, resume=False, progress=None, **overrides) -> Result:
-    """Runs millsim on a deck and returns what came out.
+    """Runs millsim on a deck and returns the result.
 
-    deck       path of a deck, the text of one, or a dictionary {"rotor": {"speed": "1500 rpm"}, ...}
-    output     the file to write; by default a temporary one that lives as long as the result
-    force      overwrite an output file that exists; without it that is a UserError
-    resume     go on with an interrupted run of this output file, or start it
-    progress   show how far it is; by default in a terminal or notebook, when it takes longer than 2 s
-    overrides  keys of the deck, section__key=value: rotor__speed="1500 rpm", contact__restitution=0.7; where a name holds
-               more than letters, **{"blade.left-1.pitch": "10 deg"}
+    Values of keys are texts as in a deck, with their units, or numbers where the key is dimensionless. If a text or
+    dictionary names a start file, the name counts from the current folder. A remark of millsim is a warning; a wrong
+    deck is a UserError with its line. An interrupt (Ctrl-C, the notebook's stop button) ends millsim in an orderly way:
+    `output` holds what it has and can be resumed. Then KeyboardInterrupt is raised.
 
-    Values are texts as in a deck, with their units, or numbers where the key is dimensionless. A start file that a text or
-    dictionary names counts from the current folder. What millsim has to remark is a warning; a wrong deck is a UserError
-    with its line. An interrupt (Ctrl-C, the notebook's stop button) ends millsim in good order: what it has is in `output`
-    and can be resumed; then KeyboardInterrupt is raised.
+    Args:
+        deck: path of a deck, the text of one, or a dictionary {"rotor": {"speed": "1500 rpm"}, ...}
+        output: the file to write; by default a temporary one that lives as long as the result
+        force: overwrite an output file that exists; without it that is a UserError
+        resume: continue an interrupted run of this output file, or start it
+        progress: show the progress; by default in a terminal or notebook, when the run takes longer than 2 s
+        overrides: keys of the deck, section__key=value: rotor__speed="1500 rpm", contact__restitution=0.7; names that
+            Python does not allow go into a dictionary, **{"blade.left-1.pitch": "10 deg"}
     """
     sets = [decks.override(name, value) for name, value in overrides.items()]
     if output is not None:

@@ -1,0 +1,32 @@
+"""What mkdocs.yml cannot say: where the public names of milltools live, and that links show titles, not names of files."""
+
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+import milltools
+
+
+def titled(folder: pathlib.Path):
+    """[deck.md](deck.md#keys) becomes [The deck](deck.md#keys)."""
+
+    def link(match):
+        page = folder / match[2].partition("#")[0]
+        first = page.read_text("utf-8").partition("\n")[0] if page.is_file() else ""
+        return f"[{first[2:]}]({match[2]})" if first.startswith("# ") else match[0]
+
+    return link
+
+
+def located(match):
+    """`::: milltools.run` becomes the name's own module, under a heading that users know."""
+    name = match[1]
+    home = milltools._HOMES.get(name) or getattr(milltools, name).__module__
+    return f"::: {home}.{name}\n    options:\n      heading: milltools.{name}\n      toc_label: {name}"
+
+
+def on_page_markdown(markdown, page, **_):
+    markdown = re.sub(r"^::: milltools\.(\w+)$", located, markdown, flags=re.MULTILINE)
+    folder = pathlib.Path(page.file.abs_src_path).parent
+    return re.sub(r"\[([\w./-]+\.md)\]\(([^)]*)\)", titled(folder), markdown)
