@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from milltools.study.search.acquisition import (
-    Plan,
-    Run,
+    Budget,
+    Tried,
     choose,
     eligible,
     fit,
@@ -39,20 +39,20 @@ def search(space, function, plan, workers=1, capped=lambda *_: False, known=True
         design = choose(space, runs, plan) if len(runs) < plan.runs else None
         if design is not None:
             out.append(len(runs))
-            runs.append(Run(design, status="running"))
+            runs.append(Tried(design, status="running"))
         if out and (design is None or len(out) >= workers):
             k = out.pop(0)
             value = function(*runs[k].design)
             status = "capped" if capped(*runs[k].design) else "done"
             noisy = value * (1 + NOISE * rng.standard_normal())
-            runs[k] = Run(runs[k].design, noisy, NOISE * value if known else math.nan, status)
+            runs[k] = Tried(runs[k].design, noisy, NOISE * value if known else math.nan, status)
         elif design is None:
             return runs
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_figure_7_is_within_two_per_cent_of_its_best_after_forty_runs(seed):
-    space, plan = Space([N, H]), Plan(40, seed=seed)
+    space, plan = Space([N, H]), Budget(40, seed=seed)
     runs = search(space, figure7, plan)
     best = fit(space, runs, plan).optimum(eligible(runs))
     top = max(figure7(*design) for design in space.everything())
@@ -63,7 +63,7 @@ def test_figure_7_is_within_two_per_cent_of_its_best_after_forty_runs(seed):
 
 
 def test_four_workers_without_known_errors_and_a_capped_corner_do_as_well():
-    space, plan = Space([N, H]), Plan(40, seed=7)
+    space, plan = Space([N, H]), Budget(40, seed=7)
     runs = search(space, figure7, plan, 4, lambda n, h: n * h < 0.01, known=False)
     best = fit(space, runs, plan).optimum(eligible(runs))
     assert figure7(*best.design) >= 0.98 * max(figure7(*d) for d in space.everything())
@@ -74,38 +74,38 @@ def test_four_workers_without_known_errors_and_a_capped_corner_do_as_well():
 
 def test_words_and_real_keys_are_searched_together():
     space = Space([*LINE, {"key": "profile", "unit": "", "values": ["circle", "wavy"]}])
-    plan = Plan(30, seed=2)
+    plan = Budget(30, seed=2)
     runs = search(space, lambda x, w: 1 + (w == "wavy") * (0.5 - (x - 0.3) ** 2), plan)
     x, word = fit(space, runs, plan).optimum(eligible(runs)).design
     assert word == "wavy" and abs(x - 0.3) < 0.2
 
 
 def test_what_is_minimised_is_found_too():
-    space, plan = Space(LINE), Plan(24, maximise=False, seed=1)
+    space, plan = Space(LINE), Budget(24, maximise=False, seed=1)
     runs = search(space, lambda x: 1 + 2 * (x - 0.7) ** 2, plan)
     assert abs(fit(space, runs, plan).optimum().design[0] - 0.7) < 0.1
 
 
 def test_a_choice_depends_on_runs_seed_and_nothing_else():
-    space, plan = Space([N, H]), Plan(20, seed=3)
+    space, plan = Space([N, H]), Budget(20, seed=3)
     runs = search(space, figure7, plan)
     for count in (0, 5, 9, 14, 18):
         assert choose(space, runs[:count], plan) == runs[count].design
 
 
 def test_the_first_designs_are_spread_and_different():
-    space, plan = Space([N, H]), Plan(40, seed=1)
-    runs = search(space, figure7, Plan(8 * 3, seed=1))[:8]
+    space, plan = Space([N, H]), Budget(40, seed=1)
+    runs = search(space, figure7, Budget(8 * 3, seed=1))[:8]
     assert len({r.design for r in runs}) == 8
     assert min(r.design[0] for r in runs) <= 6 and max(r.design[0] for r in runs) >= 16
-    assert spread(space, [], plan) != spread(space, [], Plan(40, seed=2))
+    assert spread(space, [], plan) != spread(space, [], Budget(40, seed=2))
 
 
 def test_runs_that_are_out_are_not_proposed_again():
-    space, plan = Space(LINE), Plan(40, seed=1)
-    runs = search(space, lambda x: 1 - (x - 0.5) ** 2, Plan(12, seed=1))
+    space, plan = Space(LINE), Budget(40, seed=1)
+    runs = search(space, lambda x: 1 - (x - 0.5) ** 2, Budget(12, seed=1))
     first = choose(space, runs, plan)
-    second = choose(space, [*runs, Run(first, status="running")], plan)
+    second = choose(space, [*runs, Tried(first, status="running")], plan)
     surface = fit(space, runs, plan)
     believed = surface.believing([first])
     assert second != first
@@ -114,7 +114,7 @@ def test_runs_that_are_out_are_not_proposed_again():
 
 
 def test_each_design_gets_its_replicates_before_a_new_one_comes():
-    space, plan = Space([N, H]), Plan(18, replicates=3, seed=1)
+    space, plan = Space([N, H]), Budget(18, replicates=3, seed=1)
     runs = search(space, figure7, plan)
     assert len(runs) >= 12
     for k in range(0, 12, 3):
@@ -122,10 +122,10 @@ def test_each_design_gets_its_replicates_before_a_new_one_comes():
 
 
 def test_capped_and_failed_runs_repel_but_only_near():
-    space, plan = Space(LINE), Plan(40)
-    runs = [Run((0.1 * k,), 1.0 + 0.01 * k, 0.01) for k in range(10)]
-    runs[0] = Run((0.0,), 1.0, 0.05, "capped")
-    runs[1] = Run((0.1,), status="failed")
+    space, plan = Space(LINE), Budget(40)
+    runs = [Tried((0.1 * k,), 1.0 + 0.01 * k, 0.01) for k in range(10)]
+    runs[0] = Tried((0.0,), 1.0, 0.05, "capped")
+    runs[1] = Tried((0.1,), status="failed")
     surface = fit(space, [r for r in runs if r.value == r.value], plan)
     near, far = soundness(surface, runs, [(0.05,), (0.9,)])
     assert near < 0.3 and far > 0.95
@@ -134,12 +134,12 @@ def test_capped_and_failed_runs_repel_but_only_near():
 
 def test_a_design_that_failed_is_never_run_again():
     space = Space([{"key": "n", "unit": "1", "whole": True, "low": 1, "high": 6, "values": None}])
-    runs = [Run((n,), 1.0 + 0.1 * n, 0.05) for n in (1, 2, 3, 4)] + [Run((6,), status="failed")]
-    plan = Plan(30, seed=1)
+    runs = [Tried((n,), 1.0 + 0.1 * n, 0.05) for n in (1, 2, 3, 4)] + [Tried((6,), status="failed")]
+    plan = Budget(30, seed=1)
     for _ in range(10):
         design = choose(space, runs, plan)
         assert design != (6,)
-        runs.append(Run(design, 1.0 + 0.1 * design[0], 0.05))
+        runs.append(Tried(design, 1.0 + 0.1 * design[0], 0.05))
 
 
 # ---- the end: which is the best?
@@ -147,8 +147,8 @@ def test_a_design_that_failed_is_never_run_again():
 
 def verdict(*runs):
     space = Space([{"key": "n", "unit": "1", "values": ["a", "b", "c"]}])
-    runs = [Run((name,), value, error) for name, value, error in runs]
-    return rival(fit(space, runs, Plan(20)), runs)
+    runs = [Tried((name,), value, error) for name, value, error in runs]
+    return rival(fit(space, runs, Budget(20)), runs)
 
 
 def test_a_leader_that_was_run_once_is_run_again():

@@ -161,7 +161,7 @@ def test_workers_without_milltools_are_one_line(case, scheduler):
 def test_workers_with_another_milltools_are_one_line(case, scheduler):
     other = scheduler.folder / "other"
     subprocess.run(["cp", "-r", TOOLS, other], check=True)
-    with open(other / "milltools/study/job.py", "a") as file:
+    with open(other / "milltools/study/plan/job.py", "a") as file:
         file.write("# another version\n")
     scheduler.start(workers=1, tools=str(other))
     done = case.sweep("--dask", str(scheduler.file))

@@ -18,10 +18,10 @@ from studies import MEDIAN, alive, runs
 
 from milltools.base.errors import UserError
 from milltools.study.plan import job
-from milltools.study.plan import sending as drive
+from milltools.study.plan.sending import send
 from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table, Writer
-from milltools.study.search.acquisition import Plan
+from milltools.study.search.acquisition import Budget
 from milltools.study.search.search import Search, plain
 from milltools.study.search.storage import open_storage
 from milltools.study.show import optimum_text as optimum
@@ -72,13 +72,13 @@ def hill(one):
 
 def searched(study, path, executor, plan=None, storage=None, dies=None):
     """One driver's search to its end (or to the executor's or its own death); the table's rows."""
-    plan = plan or Plan(16, seed=1)
+    plan = plan or Budget(16, seed=1)
     with Writer.begin(path, study.about(plan.runs)) as table:
         search = Search(study, table, open_storage(storage, path)[0], plan)
         if dies:
             dies(search)
         try:
-            drive.drive(search.jobs(executor.workers), executor, search.take)
+            send(search.jobs(executor.workers), executor, search.take)
             search.take_over()
         except KeyboardInterrupt:
             pass
@@ -99,7 +99,7 @@ def designs(rows):
 
 def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     path = tmp_path / "t.parquet"
-    rows = searched(study, path, Pretended(hill), Plan(24, seed=1))
+    rows = searched(study, path, Pretended(hill), Budget(24, seed=1))
     text = "\n".join(optimum.lines(Table.open(path)))
     value, low, high = map(float, re.search(r"above_50mm_s: (\S+?)[, ].*95 %: (\S+) \.\. (\S+)", text).groups())
     assert low < 1 < high and (low + high) / 2 == pytest.approx(value, rel=1e-3)
@@ -109,7 +109,7 @@ def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
 
 
 def test_runs_of_one_design_have_seeds_of_their_own(study, tmp_path):
-    rows = searched(study, tmp_path / "t.parquet", Pretended(hill, error=0.05), Plan(20, seed=1))
+    rows = searched(study, tmp_path / "t.parquet", Pretended(hill, error=0.05), Budget(20, seed=1))
     assert len(set(designs(rows))) == len(rows) == len({row["id"] for row in rows})
     again = pandas.DataFrame(rows).groupby("design")["seed"].apply(list)
     assert max(map(len, again)) >= 2
@@ -117,9 +117,9 @@ def test_runs_of_one_design_have_seeds_of_their_own(study, tmp_path):
 
 
 def test_one_worker_and_a_seed_give_the_same_runs(study, tmp_path):
-    one = searched(study, tmp_path / "a.parquet", Pretended(hill), Plan(12, seed=3))
-    two = searched(study, tmp_path / "b.parquet", Pretended(hill), Plan(12, seed=3))
-    other = searched(study, tmp_path / "c.parquet", Pretended(hill), Plan(12, seed=4))
+    one = searched(study, tmp_path / "a.parquet", Pretended(hill), Budget(12, seed=3))
+    two = searched(study, tmp_path / "b.parquet", Pretended(hill), Budget(12, seed=3))
+    other = searched(study, tmp_path / "c.parquet", Pretended(hill), Budget(12, seed=4))
     assert designs(one) == designs(two) != designs(other)
 
 
@@ -127,7 +127,7 @@ def test_a_design_that_fails_does_not_stop_the_search(study, tmp_path):
     def refused(one):
         return "too many balls" if one["values"]["balls.count"] > 14 else hill(one)
 
-    rows = searched(study, tmp_path / "t.parquet", Pretended(refused), Plan(18, seed=1))
+    rows = searched(study, tmp_path / "t.parquet", Pretended(refused), Budget(18, seed=1))
     failed = [row for row in rows if row["status"] == "failed"]
     assert failed and {row["message"] for row in failed} == {"too many balls"}
     assert len({row["design"] for row in failed}) == len(failed) < 9
@@ -143,7 +143,7 @@ def test_several_objectives_end_with_their_front(write_study, tmp_path):
         return [-((count - 10) ** 2), (count - 2) ** 2 + one["values"]["rotor.speed"] / 100]
 
     path = tmp_path / "t.parquet"
-    rows = searched(study, path, Pretended(two, error=1e-6), Plan(50, seed=1))
+    rows = searched(study, path, Pretended(two, error=1e-6), Budget(50, seed=1))
     assert len(rows) == 50
     text = optimum.lines(Table.open(path))
     assert re.match(r"\d+ of \d+ designs are not beaten", text[0])
@@ -223,7 +223,7 @@ def test_the_table_or_the_storage_alone_is_enough_to_go_on(study, tmp_path, lost
     path = tmp_path / "t.parquet"
     before = searched(study, path, Pretended(hill, stop=6))
     (tmp_path / ("t.optuna.journal" if lost == "storage" else "t.parquet")).unlink()
-    rows = searched(study, path, Pretended(hill), Plan(9, seed=1))
+    rows = searched(study, path, Pretended(hill), Budget(9, seed=1))
     assert {row["id"] for row in before} <= {row["id"] for row in rows}
     assert len(rows) == 9
 
@@ -233,11 +233,11 @@ def test_two_drivers_share_a_storage_and_its_runs(study, tmp_path):
     first = Pretended(hill, error=1, stop=5)
     searched(study, tmp_path / "a.parquet", first, storage=storage)  # one is left running
     second = Pretended(hill, error=1)
-    rows = searched(study, tmp_path / "b.parquet", second, Plan(10, seed=1), storage)
+    rows = searched(study, tmp_path / "b.parquet", second, Budget(10, seed=1), storage)
     assert len(second.jobs) == 10 - 6
     assert len(rows) == 9  # the run that is the other driver's is not done by this one
     third = Pretended(hill, error=1)
-    rows = searched(study, tmp_path / "a.parquet", third, Plan(10, seed=1), storage)
+    rows = searched(study, tmp_path / "a.parquet", third, Budget(10, seed=1), storage)
     assert len(third.jobs) == 1 and len(rows) == 10
 
 
@@ -250,7 +250,7 @@ def test_a_sweep_that_is_there_is_knowledge(study, tmp_path):
             one = study.job(number, {"rotor.speed": study.vary[0].values[3], "balls.count": count})
             table.add(executor.submit(None, one).result())
     second = Pretended(hill, error=1)
-    rows = searched(study, path, second, Plan(7, seed=1))
+    rows = searched(study, path, second, Budget(7, seed=1))
     assert len(rows) == 7 and len(second.jobs) == 3
 
 

@@ -407,5 +407,5 @@ def test_options_that_do_not_go_together_are_one_line(queue, words, said, tmp_pa
     parser = argparse.ArgumentParser()
     sweep.add_arguments(parser)
     with pytest.raises(UserError, match=f"^{said}") as raised:
-        executors.open_executor(parser.parse_args(["t.study", *words]))
+        executors.Where(**executors.asked(parser.parse_args(["t.study", *words])))
     assert raised.value.status == 2

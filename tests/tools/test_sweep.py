@@ -19,10 +19,12 @@ from milltools.__main__ import dispatch
 from milltools.base import processes
 from milltools.base.errors import UserError
 from milltools.study.plan import job
-from milltools.study.plan import sending as drive
+from milltools.study.plan.filling import Tracker
+from milltools.study.plan.sending import send
 from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table
 from milltools.study.remote import executors
+from milltools.study.sweep import sweep as sweep_study
 
 WAIT = "while [ ! -e {}/go ]; do sleep 0.02; done"
 SLOW = f"case $speed in 31.4*) ;; *) {WAIT} ;; esac"  # all but 300 rpm
@@ -149,19 +151,41 @@ def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study
 
 
 def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
-    from milltools.study.plan.progress import Watch
-
     study = Study.read(write_study())
     kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
-    with Watch("mill sweep", 6, kept, study.objectives[0]) as watch:
-        watch.row({"status": "done", MEDIAN: 0.5})
-        watch.said -= 60
-        watch.tick()
-        watch.tick()
+    tracker = Tracker("mill sweep", 6, kept, study.objectives[0], quiet=False)
+    tracker.note({"status": "done", MEDIAN: 0.5})
+    tracker.progress.due -= 60
+    tracker.tick()
+    tracker.tick()
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
-    assert lines[0].startswith("mill sweep: 3 of 6 runs, 1 failed, 1 capped, best 0.5, ")
+    assert lines[0].startswith("mill sweep: 3 of 6 runs, 1 failed, 1 capped, best 0.5, 50 %, ")
     assert lines[0].endswith(" left")
+
+
+# ---- from Python
+
+
+def test_a_script_sweeps_and_gets_the_table(write_study, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    table = sweep_study(write_study(), overrides=["rotor.speed=600 rpm"], workers=1, quiet=True)
+    assert table.path.name == "a.parquet" and table.meta["command"] == "milltools.sweep"
+    assert list(table.frame()["status"]) == ["done", "done"] and Table.open("a.parquet").complete
+    again = sweep_study("a.study", "a.parquet", overrides=["rotor.speed=600 rpm"], quiet=True)
+    pandas.testing.assert_frame_equal(again.frame(), table.frame())
+    assert capsys.readouterr() == ("", "")
+    with pytest.raises(UserError, match="--workers: expected 1 or more"):
+        sweep_study("a.study", workers=0)
+
+
+def test_a_table_says_by_which_command_it_was_made(sweep, write_study, tmp_path):
+    write_study()
+    assert sweep("a.study", "-s", "rotor.speed=600 rpm", "-q").returncode == 0
+    assert (
+        Table.open(tmp_path / "a.parquet").meta["command"]
+        == "mill sweep --no-picture a.study -s 'rotor.speed=600 rpm' -q"
+    )
 
 
 # ---- going on
@@ -394,7 +418,7 @@ def test_a_lost_run_is_run_again_and_given_up_after_three_times(one_job, stand_i
         (tmp_path / "runs").write_text("")
         rows = []
         with executors.local(1) as executor:
-            drive.drive([one_job(die)], executor, rows.append)
+            send([one_job(die)], executor, rows.append)
         assert [row["status"] for row in rows] == [status]
         assert len(runs(tmp_path)) == 3
     assert rows[0]["message"] == "lost 3 times: millsim was ended by signal 9"
@@ -435,7 +459,7 @@ def test_no_more_than_a_wave_is_handed_over_and_every_row_is_taken():
             asked.append(number - len(rows))
             yield number
 
-    drive.drive(plan(), executor, take)
+    send(plan(), executor, take)
     assert rows == list(range(1000))
     assert executor.most <= 7 and max(asked) <= 7
 
@@ -449,7 +473,7 @@ def test_a_plan_may_wait_for_rows():
             yield None
         yield "second, knowing the first"
 
-    drive.drive(plan(), executor, rows.append)
+    send(plan(), executor, rows.append)
     assert rows == ["first", "second, knowing the first"]
 
 
@@ -463,9 +487,9 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
     jobs = [made | {"program": str(program), "design": number} for number in range(100)]
     rows = []
     with executors.local(2) as executor:
-        drive.drive(jobs[:2], executor, rows.append)
+        send(jobs[:2], executor, rows.append)
         begin = time.process_time()
-        drive.drive(jobs, executor, rows.append)
+        send(jobs, executor, rows.append)
         spent = time.process_time() - begin
     assert {row["status"] for row in rows} == {"done"}
     assert spent / 100 < 0.05
@@ -484,7 +508,7 @@ def test_a_signal_waits_for_the_row_at_hand_and_a_second_one_does_not():
     for plan, taken in (([1, 2], [1]), ([5, 6], [5])):
         rows.clear()
         with pytest.raises(processes.Stopped) as stop, processes.stops_in_order():
-            drive.drive(plan, executor, take)
+            send(plan, executor, take)
         assert (rows, stop.value.number) == (taken, signal.SIGTERM)
 
 

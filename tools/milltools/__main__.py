@@ -105,6 +105,7 @@ def dispatch(words: list[str]) -> int:
         allow_abbrev=False,
     )
     module.add_arguments(parser)
+    parser.set_defaults(words=["mill", *words])  # for commands that write down how they were called
     return module.run(parser.parse_args(words[1:]))
 
 

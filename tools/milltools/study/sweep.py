@@ -1,130 +1,78 @@
 """`mill sweep`: every design of a study deck, run on all cores or on a cluster, into one table that survives."""
 
-import os
-import pathlib
 import shlex
-import sys
 
-from milltools.base import processes
-from milltools.base.errors import UserError
+from milltools.base.progress import say
 from milltools.study.remote import executors
 
 SUMMARY = (
     "Runs the designs of a study deck and keeps one row a run in a Parquet table. Whatever ends it, the same command goes on: "
     "what is done is not done again."
 )
+NAME = "mill sweep"
 
 
 def add_arguments(parser):
-    parser.add_argument("study", metavar="STUDY", help="the study deck, such as input/figure7.study")
-    add_common(parser)
+    from milltools.study.plan import options
+
+    options.add_arguments(parser)
     parser.add_argument("--retry", action="store_true", help="run again what failed")
     parser.add_argument("--no-picture", action="store_true", help="do not draw one at the end")
     executors.add_arguments(parser)
 
 
-def add_common(parser):
-    """Options of all commands that fill the table of a study."""
-    parser.add_argument("-o", "--output", metavar="FILE", help="the table (default: the study's name with .parquet, here)")  # fmt: skip
-    parser.add_argument(
-        "-s", "--set", action="append", default=[], metavar="KEY=VALUE",
-        help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; may be repeated",
-    )  # fmt: skip
-    parser.add_argument("-f", "--force", action="store_true", help="begin anew, even over the table of another study")  # fmt: skip
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
+def sweep(
+    study, output=None, *, overrides=(), retry=False, force=False, quiet=False, command="milltools.sweep", **where
+):
+    """Runs every design of a study deck that is not in the table yet, and returns the table (table.Table).
 
+    output: the table's file, by default the deck's name with .parquet, here. overrides: as --set takes them. retry: what
+    failed is run again. force: begin anew, even over the table of another study. command: what the table says it was made by.
+    where: the fields of executors.Where (workers, dask, slurm, ...). Ctrl-C is a filling.Interrupted: what was done is kept."""
+    # imported as they are needed: neither --help nor a wrong option waits for pandas
+    where = executors.Where(**where)
+    from milltools.study.plan import designs, filling, options, probe
+    from milltools.study.plan.study_deck import Study
 
-def output_of(arguments) -> pathlib.Path:
-    """The table's name; what cannot be written is said before any run."""
-    path = pathlib.Path(arguments.output or pathlib.Path(arguments.study).stem + ".parquet")
-    folder = path.parent
-    if not folder.is_dir():
-        raise UserError(f"{path}: its folder {folder} does not exist")
-    if path.is_dir():
-        raise UserError(f"{path}: a folder, not a file")
-    if path.exists() and path.samefile(arguments.study):
-        raise UserError(f"{path}: is the study deck itself; -o gives another name")
-    if not os.access(folder, os.W_OK):
-        raise UserError(f"{path}: permission denied", status=1)
-    return path
+    study_deck = Study.read(study, overrides)
+    path = options.output_of(study, output)
+    plan = designs.plan(study_deck)
+    probe.probe(study_deck, plan)
+    numbers = {job["id"]: job["design"] for job in designs.jobs(study_deck, plan)}
+    with filling.filled(path, study_deck.about(len(numbers), command), force, len(numbers)) as table:
+        table.number(numbers)
+        there = table.ids(failed=not retry) & set(numbers)
+        rows = [row for row in table.rows() if row["id"] in there]
+        tracker = filling.Tracker(NAME, len(numbers), rows, study_deck.objectives[0], quiet)
+        if rows:
+            tracker.progress.say(f"{len(rows)} of {len(numbers)} runs are there already")
+        if len(rows) < len(numbers):
+            missing = (job for job in designs.jobs(study_deck, plan) if job["id"] not in there)
+            with executors.open_executor(where, path, force) as executor:
+                filling.fill(missing, executor, table.add, tracker)
+    return table
 
 
 def run(arguments) -> int:
-    # imported as they are needed: neither --help nor a wrong deck waits for pandas
-    from milltools.study.plan import designs
-    from milltools.study.plan.study_deck import Study
+    from milltools.study.plan import filling
 
-    study = Study.read(arguments.study, arguments.set)
-    path = output_of(arguments)
-    plan = designs.plan(study)
-
-    from milltools.study.plan import probe
-    from milltools.study.plan.table import Writer
-
-    probe.probe(study, plan)
-    numbers = {job["id"]: job["design"] for job in designs.jobs(study, plan)}
-    about = study.about(len(numbers), shlex.join(["mill", *sys.argv[1:]]))
-    with Writer.begin(path, about, arguments.force) as table:
-        table.number(numbers)
-        try:
-            with processes.stops_in_order():
-                _fill(arguments, study, plan, numbers, table)
-        except (KeyboardInterrupt, processes.Stopped) as stop:
-            kept = len(table.ids() & set(numbers))
-            print(
-                f"mill sweep: interrupted; {path} has {kept} of {len(numbers)} runs, and the same command goes on",
-                file=sys.stderr,
-            )
-            return 128 + stop.number if isinstance(stop, processes.Stopped) else 130
-    return _end(table, numbers, not arguments.no_picture)
-
-
-def _fill(arguments, study, plan, numbers, table):
-    from milltools.study.plan import designs
-    from milltools.study.plan import sending as drive
-    from milltools.study.plan.progress import Watch
-
-    there = table.ids(failed=not arguments.retry) & set(numbers)
-    kept = [row for row in table.rows() if row["id"] in there]
-    if kept:
-        print(f"mill sweep: {len(kept)} of {len(numbers)} runs are there already", file=sys.stderr)
-    missing = (job for job in designs.jobs(study, plan) if job["id"] not in there)
-    if len(kept) == len(numbers):
-        return
-    with (
-        executors.open_executor(arguments) as executor,
-        Watch("mill sweep", len(numbers), kept, study.objectives[0], arguments.quiet) as watch,
-    ):
-
-        def take(row):
-            table.add(row)
-            watch.row(row)
-
-        drive.drive(missing, executor, take, watch.tick)
-
-
-def _end(table, numbers, picture) -> int:
-    """The last word: what there is, the best of it, and how to see it."""
+    try:
+        table = sweep(
+            arguments.study, arguments.output, overrides=arguments.set, retry=arguments.retry, force=arguments.force,
+            quiet=arguments.quiet, command=shlex.join(arguments.words), **executors.asked(arguments),
+        )  # fmt: skip
+    except filling.Interrupted as stop:
+        say(NAME, str(stop))
+        return stop.status
     from milltools.study.search import sensitivity
     from milltools.study.show import summary
 
-    frame = table.frame()
-    frame = frame[frame["id"].isin(numbers)]
-    count = {name: int((frame["status"] == name).sum()) for name in ("done", "capped", "failed")}
     summary.show(table)
     for line in sensitivity.lines(table):
         print(line)
-    if picture:
+    if not arguments.no_picture:
         _draw(table)
-    words = ", ".join(f"{number} {name}" for name, number in count.items() if number)
-    print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
-    if count["failed"]:
-        message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
-        print(
-            f"mill sweep: {count['failed']} runs failed, most of them so: {message}",
-            file=sys.stderr,
-        )
-    return 1 if count["failed"] == len(frame) else 0
+    return filling.last_words(table, NAME)
 
 
 def _draw(table):
@@ -133,8 +81,8 @@ def _draw(table):
     axes = [v for v in axes if v["values"] is None or len(v["values"]) > 1]
     if len(axes) < 2:
         return
-    from milltools.study.show import outputs as show
+    from milltools.study.show import outputs
 
     path = table.path.with_suffix(".png")
-    show.draw(table, path)
+    outputs.draw(table, path)
     print(f"{path}: the first objective over two of the varied keys")

@@ -48,9 +48,7 @@ def _points(study):
     """Points in the unit cube (N, number of keys)."""
     count, size = study.samples, len(study.vary)
     if study.method == "saltelli":
-        from milltools.study.search import sensitivity
-
-        return sensitivity.saltelli(size, count, study.seed)
+        return saltelli(size, count, study.seed)
     from scipy.stats import qmc
 
     if study.method == "lhs":
@@ -58,6 +56,22 @@ def _points(study):
     with warnings.catch_warnings():  # numbers that are no power of two cost balance, not validity
         warnings.simplefilter("ignore", UserWarning)
         return qmc.Sobol(d=size, scramble=True, seed=study.seed).random(count)
+
+
+def saltelli(size: int, count: int, seed: int):
+    """Shares of the ranges (0..1) at which a study of `size` keys is run: `count` base points, made a power of two (Sobol's
+    sequence is balanced only then), times size + 2. Equal for equal arguments."""
+    from SALib.sample import sobol
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        base = 2 ** max(0, math.ceil(math.log2(count)))
+        return sobol.sample(unit_problem(size), base, calc_second_order=False, seed=seed)
+
+
+def unit_problem(size) -> dict:
+    """A problem of so many keys between 0 and 1, as SALib takes it."""
+    return {"num_vars": size, "names": [str(k) for k in range(size)], "bounds": [[0, 1]] * size}
 
 
 def jobs(study, designs):

@@ -14,7 +14,7 @@ ATTEMPTS = 3  # of a run that is lost
 TICK = 0.2  # [s] between looks at the clock
 
 
-def drive(jobs, executor, take, tick=None):
+def send(jobs, executor, take, tick=None):
     """Runs every job of the iterator `jobs` through the executor; take(row) gets each row, in the main thread.
 
     The iterator is asked only when there is room for one more, after the rows so far were taken; it may yield None: nothing
@@ -22,10 +22,10 @@ def drive(jobs, executor, take, tick=None):
     went, is submitted again, ATTEMPTS times in all, then its row says so.
     """
     with processes.between_steps():
-        _drive(iter(jobs), executor, take, tick)
+        _send(iter(jobs), executor, take, tick)
 
 
-def _drive(jobs, executor, take, tick):
+def _send(jobs, executor, take, tick):
     done, flying, more = queue.SimpleQueue(), 0, True
 
     def submit(job, attempt):

@@ -36,6 +36,7 @@ BEHIND = {
     "worker": pyarrow.string(), "finished": pyarrow.string(),
 }  # fmt: skip
 COLUMNS = (*BEFORE, *BEHIND)
+STATUSES = ("done", "capped", "failed")
 
 
 def schema(meta) -> pyarrow.Schema:
@@ -110,6 +111,9 @@ class Table:
 class Writer(Table):
     """A table that is being filled; a context manager that holds the lock."""
 
+    plan: set | None = None  # ids of the runs that are wanted; None: all that are there
+    elsewhere = 0  # runs that other drivers of the same search have not ended yet
+
     @classmethod
     @contextlib.contextmanager
     def begin(cls, path, meta, force=False):
@@ -134,8 +138,14 @@ class Writer(Table):
         frame = self.frame()
         return set(frame["id"] if failed else frame["id"][frame["status"] != "failed"])
 
+    def of_plan(self) -> pandas.DataFrame:
+        """The rows of the runs that are wanted."""
+        frame = self.frame()
+        return frame if self.plan is None else frame[frame["id"].isin(self.plan)]
+
     def number(self, plan: dict):
         """Gives the rows the design numbers of a plan {id: number}; those outside of it are numbered behind."""
+        self.plan = set(plan)
         frame = self.frame()
         keys = [vary["key"] for vary in self.meta["vary"]]
         outside, numbers, first = {}, [], max(plan.values(), default=-1) + 1

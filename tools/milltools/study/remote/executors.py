@@ -1,7 +1,7 @@
-"""The one door through which runs are sent: a concurrent.futures.Executor, made from the command line.
+"""The one door through which runs are sent: a concurrent.futures.Executor.
 
-    with open_executor(arguments) as executor:
-        drive.drive(jobs, executor, take)
+    with open_executor(Where(workers=4), "a.parquet") as executor:
+        sending.send(jobs, executor, take)
 
 An executor has two more attributes: `workers`, how many runs go on at once (for the time left), and `width`, how many are
 handed over at once (waves). When the block is left by an exception, what runs is ended.
@@ -9,6 +9,8 @@ handed over at once (waves). When the block is left by an exception, what runs i
 
 import concurrent.futures
 import contextlib
+import dataclasses
+import shlex
 
 from milltools.base import processes
 from milltools.base.errors import UserError
@@ -17,10 +19,7 @@ from milltools.base.errors import UserError
 def add_arguments(parser):
     """The options that say where runs are done."""
     parser.add_argument(
-        "--workers",
-        type=int,
-        metavar="N",
-        help="runs at once on this machine (default: one for each core)",
+        "--workers", type=int, metavar="N", help="runs at once on this machine (default: one for each core)"
     )
     parser.add_argument(
         "--dask", metavar="ADDRESS",
@@ -33,37 +32,53 @@ def add_arguments(parser):
     parser.add_argument("--detach", action="store_true", help="when interrupted, leave tasks to Slurm; the same command takes up their results")  # fmt: skip
 
 
-def open_executor(arguments):
-    """A context manager that gives the executor asked for."""
-    for name in ("workers", "bundle", "tasks"):
-        number = getattr(arguments, name)
-        if number is not None and number < 1:
-            raise UserError(f"--{name}: expected 1 or more, got {number}")
-    if not arguments.slurm:
+@dataclasses.dataclass(frozen=True)
+class Where:
+    """Where runs are done: what the options of the same names say. Those that do not go together are a UserError."""
+
+    workers: int | None = None
+    dask: str | None = None
+    slurm: bool = False
+    slurm_options: str | None = None
+    bundle: int | None = None
+    tasks: int | None = None
+    detach: bool = False
+
+    def __post_init__(self):
+        for name in ("workers", "bundle", "tasks"):
+            number = getattr(self, name)
+            if number is not None and number < 1:
+                raise UserError(f"--{name}: expected 1 or more, got {number}")
         for name in ("slurm_options", "bundle", "tasks", "detach"):
-            if getattr(arguments, name):
+            if getattr(self, name) and not self.slurm:
                 raise UserError(f"--{name.replace('_', '-')} goes with --slurm")
-    if arguments.dask and arguments.slurm:
-        raise UserError("--dask or --slurm, not both")
-    if arguments.workers and (arguments.slurm or arguments.dask not in (None, "local")):
-        raise UserError("--workers is for runs on this machine: elsewhere Dask or --tasks says how many")
-    if arguments.dask:
+        if self.dask and self.slurm:
+            raise UserError("--dask or --slurm, not both")
+        if self.workers and (self.slurm or self.dask not in (None, "local")):
+            raise UserError("--workers is for runs on this machine: elsewhere Dask or --tasks says how many")
+        try:
+            shlex.split(self.slurm_options or "")
+        except ValueError as fault:
+            raise UserError(f"--slurm-options: {fault}: {self.slurm_options}") from None
+
+
+def asked(arguments) -> dict:
+    """The fields of Where that a command line gives."""
+    return {field.name: getattr(arguments, field.name) for field in dataclasses.fields(Where)}
+
+
+def open_executor(where, table, force=False):
+    """A context manager that gives the executor asked for; `table`: its path, beside which Slurm's tasks leave their rows."""
+    if where.dask:
         from milltools.study.remote.cluster_dask import DaskExecutor
 
-        return DaskExecutor(arguments.dask, arguments.workers)
-    if arguments.slurm:
+        return DaskExecutor(where.dask, where.workers)
+    if where.slurm:
         from milltools.study.remote.slurm import SlurmExecutor
-        from milltools.study.sweep import output_of
 
-        return SlurmExecutor(
-            f"{output_of(arguments)}.slurm",
-            arguments.slurm_options or "",
-            arguments.bundle,
-            arguments.tasks,
-            arguments.detach,
-            arguments.force,
-        )
-    return local(arguments.workers or processes.cores())
+        options = where.slurm_options or ""
+        return SlurmExecutor(f"{table}.slurm", options, where.bundle, where.tasks, where.detach, force)
+    return local(where.workers or processes.cores())
 
 
 class Local(concurrent.futures.ThreadPoolExecutor):

@@ -14,7 +14,6 @@ wait or run in Slurm are waited for, not submitted twice.
 import collections
 import concurrent.futures
 import math
-import shlex
 import sys
 import threading
 import time
@@ -46,10 +45,6 @@ class SlurmExecutor(concurrent.futures.Executor):
 
     def __init__(self, folder, options="", bundle=None, tasks=None, detach=False, anew=False):
         queue.check()
-        try:
-            shlex.split(options)
-        except ValueError as fault:
-            raise UserError(f"--slurm-options: {fault}: {options}") from None
         self.options, self.bundle, self.tasks, self.detach = options, bundle, tasks, detach
         self.largest = self.allowed = min(ARRAY, queue.largest_array())  # tasks an array, tasks an array now
         self.spool = Spool(folder)

@@ -36,7 +36,7 @@ REPELLED = 0.3  # longest reach of a capped or failed run, in the unit cube
 
 
 @dataclasses.dataclass(frozen=True)
-class Run:
+class Tried:
     """A run: its design; value and standard error (NaN: unknown); done, capped, failed, or running."""
 
     design: tuple
@@ -46,7 +46,7 @@ class Run:
 
 
 @dataclasses.dataclass(frozen=True)
-class Plan:
+class Budget:
     """How many runs there may be, how many of each design at least, which way is better, and the seed."""
 
     runs: int
@@ -64,44 +64,38 @@ class Plan:
         return self.runs - max(2, round(CONFIRM * self.runs)) if self.runs > 4 else self.runs
 
 
-def choose(space: Space, runs: list[Run], plan: Plan) -> tuple | None:
+def choose(space: Space, runs: list[Tried], budget: Budget) -> tuple | None:
     """The design of the next run (number len(runs)); None when the optimum is known well enough to stop."""
     number = len(runs)
-    again = unfinished(runs, plan.replicates)
+    again = unfinished(runs, budget.replicates)
     if again is not None:
         return again
     good = [r for r in runs if math.isfinite(r.value)]
     asked = list(dict.fromkeys(r.design for r in runs))
-    if len(asked) < plan.start(space) or len({r.design for r in good}) < 2:
-        return spread(space, asked, plan)
-    generator = np.random.default_rng([plan.seed, number])
-    surface = fit(space, good, plan)
+    if len(asked) < budget.start(space) or len({r.design for r in good}) < 2:
+        return spread(space, asked, budget)
+    generator = np.random.default_rng([budget.seed, number])
+    surface = fit(space, good, budget)
     pending = [r.design for r in runs if r.status == "running"]
     if pending:
         surface = surface.believing(pending)
-    if number >= plan.confirm_from:
+    if number >= budget.confirm_from:
         return rival(surface, runs, pending)
     return _search(space, surface, runs, generator)
 
 
-def fit(space: Space, runs: list[Run], plan: Plan) -> Surface:
+def fit(space: Space, runs: list[Tried], budget: Budget) -> Surface:
     """The surface through the runs that have a value."""
-    return Surface(
-        space,
-        [r.design for r in runs],
-        [r.value for r in runs],
-        [r.error for r in runs],
-        plan.maximise,
-        plan.seed,
-    )
+    columns = zip(*((r.design, r.value, r.error) for r in runs))
+    return Surface(space, *columns, budget.maximise, budget.seed)
 
 
-def eligible(runs: list[Run]) -> list[tuple]:
+def eligible(runs: list[Tried]) -> list[tuple]:
     """The designs that may be called the best."""
     return candidates([r.design for r in runs], [r.value for r in runs], [r.status for r in runs])
 
 
-def rival(surface: Surface, runs: list[Run], pending=()) -> tuple | None:
+def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
     """The design to run once more so that it becomes clear which is the best, or None when it is: the leader was run twice and
     every other is worse beyond doubt, or certainly within 2 % of it."""
     among = eligible(runs)
@@ -137,7 +131,7 @@ def gain(surface: Surface, designs) -> np.ndarray:
     return risen - mean.max()
 
 
-def soundness(surface: Surface, runs: list[Run], designs) -> np.ndarray:
+def soundness(surface: Surface, runs: list[Tried], designs) -> np.ndarray:
     """Share of runs that are neither capped nor failed to be expected at designs: 1 where nothing is known."""
     ended = [r for r in runs if r.status != "running"]
     bad = np.array([r.status in ("capped", "failed") for r in ended], float)
@@ -158,11 +152,11 @@ def unfinished(runs, replicates) -> tuple | None:
     return next((d for d, n in counts.items() if n < replicates and d not in failed), None)
 
 
-def spread(space: Space, known, plan: Plan, skip=0) -> tuple:
+def spread(space: Space, known, budget: Budget, skip=0) -> tuple:
     """The next point of the Sobol sequence that is not among the known designs, or one `skip` points later."""
     known = set(known)
     count = 2 ** max(6, math.ceil(math.log2(2 * len(known) + 2)))
-    points = space.at(qmc.Sobol(len(space), seed=plan.seed).random(count))
+    points = space.at(qmc.Sobol(len(space), seed=budget.seed).random(count))
     fresh = [point for point in dict.fromkeys(points) if point not in known]
     return fresh[skip % len(fresh)] if fresh else points[len(known) % len(points)]
 

@@ -15,7 +15,7 @@ import optuna
 from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 from optuna.trial import TrialState
 
-from milltools.study.search.acquisition import Plan, Run, choose, spread, unfinished
+from milltools.study.search.acquisition import Budget, Tried, choose, spread, unfinished
 from milltools.study.search.space import Space, Variable
 
 
@@ -67,7 +67,7 @@ def finite(value) -> float:
     return math.nan if value is None else float(value)
 
 
-def run_of(space: Space, trial, paths) -> Run | None:
+def run_of(space: Space, trial, paths) -> Tried | None:
     """The run of a trial, by its first objective; None for one that never got as far as being run."""
     design, row = design_of(space, trial.params), trial.user_attrs.get("row")
     if row is not None:
@@ -75,13 +75,13 @@ def run_of(space: Space, trial, paths) -> Run | None:
         whole = all(map(math.isfinite, values))
         status = row["status"] if whole else "failed" if row["status"] == "done" else row["status"]
         value = values[0] if whole else math.nan
-        return Run(design, value, finite(row[f"{paths[0]}:error"]), status)
+        return Tried(design, value, finite(row[f"{paths[0]}:error"]), status)
     if trial.state == TrialState.RUNNING and "id" in trial.user_attrs:
-        return Run(design, status="running")
+        return Tried(design, status="running")
     return None
 
 
-def runs_of(space: Space, study, paths) -> list[Run]:
+def runs_of(space: Space, study, paths) -> list[Tried]:
     """All runs of a study, in the order of the trials."""
     found = (run_of(space, trial, paths) for trial in study.get_trials(deepcopy=False))
     return [run for run in found if run is not None]
@@ -90,8 +90,8 @@ def runs_of(space: Space, study, paths) -> list[Run]:
 class Sampler(optuna.samplers.BaseSampler):
     """Proposes the next design of a study with one objective or several (`paths`)."""
 
-    def __init__(self, space: Space, plan: Plan, paths):
-        self.space, self.plan, self.paths = space, plan, list(paths)
+    def __init__(self, space: Space, budget: Budget, paths):
+        self.space, self.budget, self.paths = space, budget, list(paths)
         self._ahead = None
         self._evolution = (None, None)
 
@@ -100,9 +100,9 @@ class Sampler(optuna.samplers.BaseSampler):
         objectives: always (), for NSGA-II answers when it is asked."""
         runs = runs_of(self.space, study, self.paths)
         if len(self.paths) > 1:
-            design = unfinished(runs, self.plan.replicates) or ()
+            design = unfinished(runs, self.budget.replicates) or ()
         else:
-            design = choose(self.space, runs, self.plan)
+            design = choose(self.space, runs, self.budget)
         self._ahead = design
         return design
 
@@ -119,7 +119,7 @@ class Sampler(optuna.samplers.BaseSampler):
         found = self._nsga(trial).sample_relative(study, trial, search_space)
         if not found:
             known = [run.design for run in runs_of(self.space, study, self.paths)]
-            found = parameters(self.space, spread(self.space, known, self.plan))
+            found = parameters(self.space, spread(self.space, known, self.budget))
         return found
 
     def sample_independent(self, study, trial, param_name, param_distribution):
@@ -132,10 +132,10 @@ class Sampler(optuna.samplers.BaseSampler):
     def _nsga(self, trial):
         """NSGA-II as it is for this trial: its random numbers come from the seed and the trial's number."""
         if self._evolution[0] != trial.number:
-            population = max(8, min(50, 2 * (self.plan.runs // 10)))
+            population = max(8, min(50, 2 * (self.budget.runs // 10)))
             sampler = optuna.samplers.NSGAIISampler(
                 population_size=population,
-                seed=(self.plan.seed * 1_000_003 + trial.number) % 2**32,
+                seed=(self.budget.seed * 1_000_003 + trial.number) % 2**32,
             )
             self._evolution = (trial.number, sampler)
         return self._evolution[1]

@@ -18,7 +18,7 @@ import optuna
 from optuna.trial import TrialState
 
 from milltools.study.search import sampler as optunas
-from milltools.study.search.acquisition import Plan
+from milltools.study.search.acquisition import Budget
 from milltools.study.search.space import Space
 
 ASKING = datetime.timedelta(minutes=5)  # longest between a trial and its id, which others may be making
@@ -41,12 +41,12 @@ class Search:
     """`study`: the study deck (deck.Study). `table`: a table.Writer. `storage`: Optuna's. Rows that are known to
     the table or to the storage are runs of this search at once. `private`: no other driver has this storage."""
 
-    def __init__(self, study, table, storage, plan: Plan, private=True):
-        self.study, self.table, self.plan = study, table, plan
+    def __init__(self, study, table, storage, budget: Budget, private=True):
+        self.study, self.table, self.budget = study, table, budget
         about = study.about()
         self.space = Space(about["vary"])
         self.paths = [objective.path for objective in study.objectives]
-        self.sampler = optunas.Sampler(self.space, plan, self.paths)
+        self.sampler = optunas.Sampler(self.space, budget, self.paths)
         self.owner = f"{socket.gethostname()}:{table.path.resolve()}"
         self.optuna = optuna.create_study(
             study_name=name_of(study),
@@ -119,7 +119,7 @@ class Search:
     # ---- what is to be run
 
     def jobs(self, workers: int):
-        """The jobs, one by one, for drive.drive: at most `workers` are out; None where it has to wait for a row."""
+        """The jobs, one by one, for sending.send: at most `workers` are out; None where it has to wait for a row."""
         for trial in self._again:
             while len(self._out) >= workers:
                 yield None
@@ -127,7 +127,7 @@ class Search:
         while True:
             while len(self._out) >= workers:
                 yield None
-            if len(self.runs()) >= self.plan.runs:
+            if len(self.runs()) >= self.budget.runs:
                 return
             if self.sampler.propose(self.optuna) is None:
                 if not self._out:

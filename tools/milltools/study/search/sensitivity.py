@@ -15,6 +15,7 @@ import warnings
 
 import numpy as np
 
+from milltools.study.plan.designs import saltelli, unit_problem
 from milltools.study.plan.ranges import Range
 from milltools.study.search import gp
 from milltools.study.search.space import Space
@@ -24,16 +25,6 @@ BATCHES = 6  # of base points: what is due to their choice becomes less
 REALISATIONS = 10  # of the surface, for each of them
 RESAMPLES = 30  # of the base points, for each realisation
 MOST_POINTS = 2000  # at which a surface is realised: their covariance is a matrix
-
-
-def saltelli(size: int, count: int, seed: int) -> np.ndarray:
-    """Shares of the ranges (0..1) at which a study of `size` keys is run: `count` base points, made a power of two (Sobol's
-    sequence is balanced only then), times size + 2. Equal for equal arguments."""
-    from SALib.sample import sobol
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return sobol.sample(_problem(size), _power(count), calc_second_order=False, seed=seed)
 
 
 def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
@@ -69,21 +60,13 @@ def lines(table) -> list[str]:
     return [*text, ""]
 
 
-def _problem(size):
-    return {"num_vars": size, "names": [str(k) for k in range(size)], "bounds": [[0, 1]] * size}
-
-
-def _power(count) -> int:
-    return 2 ** max(0, math.ceil(math.log2(count)))
-
-
 def _analyse(size, values, resamples, seed):
     """SALib's indices of values at saltelli(size, ...): shape (size, 4)."""
     from SALib.analyze import sobol
 
     with warnings.catch_warnings():  # a constant has no variance to divide by
         warnings.simplefilter("ignore")
-        found = sobol.analyze(_problem(size), values, calc_second_order=False, num_resamples=resamples, seed=seed)
+        found = sobol.analyze(unit_problem(size), values, calc_second_order=False, num_resamples=resamples, seed=seed)
     return np.array([found[name] for name in ("S1", "S1_conf", "ST", "ST_conf")]).T
 
 

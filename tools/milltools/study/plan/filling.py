@@ -1,0 +1,82 @@
+"""What `mill sweep` and `mill optimize` share: a table that is filled, its progress, and the end when a signal asks for it."""
+
+import contextlib
+import sys
+
+from milltools.base import processes
+from milltools.base.progress import Progress
+from milltools.base.text import number, spoken_unit
+from milltools.study.plan.sending import send
+from milltools.study.plan.table import STATUSES, Writer
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, SIGTERM or SIGHUP ended a study: what was done is kept. `status` is that of the command."""
+
+    def __init__(self, text, status):
+        super().__init__(text)
+        self.status = status
+
+
+@contextlib.contextmanager
+def filled(path, about, force, planned):
+    """The Writer of a table while it is filled; whatever asks for an end is an Interrupted that says how far it is."""
+    with Writer.begin(path, about, force) as table:
+        try:
+            with processes.stops_in_order():
+                yield table
+        except (KeyboardInterrupt, processes.Stopped) as stop:
+            text = f"interrupted; {path} has {len(table.of_plan())} of {planned} runs, and the same command goes on"
+            raise Interrupted(text, 128 + getattr(stop, "number", 2)) from None
+
+
+class Tracker:
+    """Progress of a study: take(row) keeps each row and says how many runs there are, and the best of `objective`."""
+
+    def __init__(self, command, planned, rows, objective, quiet):
+        self.objective, self.best, self.latest = objective, None, None
+        self.count = dict.fromkeys(STATUSES, 0)
+        self.progress = Progress(command, planned, quiet, kept=len(rows))
+        for row in rows:
+            self.note(row)
+
+    def note(self, row):
+        """Another row is there."""
+        self.count[row["status"]] += 1
+        value = row[self.objective.path]
+        better = self.best is None or (value - self.best) * self.objective.sign > 0
+        if row["status"] == "done" and value == value and better:
+            self.best = value
+
+    def tick(self):
+        """Time goes on."""
+        runs = sum(self.count.values())
+        total = self.progress.total
+        words = [f"{runs} of {total} runs", *(f"{self.count[name]} {name}" for name in ("failed", "capped") if self.count[name])]  # fmt: skip
+        if self.best is not None:
+            words.append(f"best {number(self.best, 4)} {spoken_unit(self.objective.unit)}".rstrip())
+        self.progress(runs, ", ".join(words))
+
+
+def fill(jobs, executor, take, tracker):
+    """Runs the jobs; each row is taken, then counts in the progress."""
+
+    def took(row):
+        take(row)
+        tracker.note(row)
+        tracker.tick()
+
+    with tracker.progress:
+        send(jobs, executor, took, tracker.tick)
+
+
+def last_words(table, command, more=()) -> int:
+    """How many runs there are, how to see them, and what failed most; returns the exit status."""
+    frame = table.of_plan()
+    count = {name: int((frame["status"] == name).sum()) for name in STATUSES}
+    words = "; ".join([", ".join(f"{many} {name}" for name, many in count.items() if many), *more])
+    print(f"{table.path}: {len(frame)} runs ({words}); see them with: mill study {table.path}")
+    if count["failed"]:
+        message = frame.loc[frame["status"] == "failed", "message"].mode()[0]
+        print(f"{command}: {count['failed']} runs failed, most of them so: {message}", file=sys.stderr)
+    return 1 if count["failed"] == len(frame) else 0

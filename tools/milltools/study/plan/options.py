@@ -1,0 +1,23 @@
+"""Options of all commands that fill the table of a study."""
+
+import pathlib
+
+from milltools.base.files import check_writable
+
+
+def add_arguments(parser):
+    parser.add_argument("study", metavar="STUDY", help="the study deck, such as input/figure7.study")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the table (default: the study's name with .parquet, here)")  # fmt: skip
+    parser.add_argument(
+        "-s", "--set", action="append", default=[], metavar="KEY=VALUE",
+        help="override one value: study.KEY=VALUE, vary.SECTION.KEY=RANGE, or SECTION.KEY=VALUE for all runs; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("-f", "--force", action="store_true", help="begin anew, even over the table of another study")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
+
+
+def output_of(study, output, end="") -> pathlib.Path:
+    """The table's name, by default that of the study deck; what cannot be written is said before any run."""
+    path = pathlib.Path(output or f"{pathlib.Path(study).stem}{end}.parquet")
+    check_writable(path, [study])
+    return path
