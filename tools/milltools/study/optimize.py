@@ -58,7 +58,7 @@ def optimize(
     space = Space(study_deck.about()["vary"])
     probe.probe(study_deck, [dict(zip(space.keys, spread(space, [], budget, k), strict=True)) for k in range(5)])
     kept = open_storage(storage, path) if storage else None
-    with filling.filled(path, study_deck.about(runs, command), force, runs) as table:
+    with filling.filled(NAME, path, study_deck.about(runs, command), force, runs) as table:
         kept, place = kept or open_storage(None, path)
         if force:
             forget(study_deck, kept)

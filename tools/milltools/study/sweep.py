@@ -39,7 +39,7 @@ def sweep(
     plan = designs.plan(study_deck)
     probe.probe(study_deck, plan)
     numbers = {job["id"]: job["design"] for job in designs.jobs(study_deck, plan)}
-    with filling.filled(path, study_deck.about(len(numbers), command), force, len(numbers)) as table:
+    with filling.filled(NAME, path, study_deck.about(len(numbers), command), force, len(numbers)) as table:
         table.number(numbers)
         there = table.ids(failed=not retry) & set(numbers)
         rows = [row for row in table.rows() if row["id"] in there]

@@ -4,10 +4,11 @@ import contextlib
 import sys
 
 from milltools.base import processes
-from milltools.base.progress import Progress
-from milltools.base.text import number, spoken_unit
+from milltools.base.progress import Progress, say
+from milltools.base.text import number, plural, spoken_unit
+from milltools.study.plan.sealed import STATUSES
 from milltools.study.plan.sending import send
-from milltools.study.plan.table import STATUSES, Writer
+from milltools.study.plan.table import Writer, journal_of
 
 
 class Interrupted(KeyboardInterrupt):
@@ -19,9 +20,14 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextlib.contextmanager
-def filled(path, about, force, planned):
+def filled(command, path, about, force, planned):
     """The Writer of a table while it is filled; whatever asks for an end is an Interrupted that says how far it is."""
     with Writer.begin(path, about, force) as table:
+        if table.damaged:
+            what = (
+                f"{plural(table.damaged, 'damaged line')} left out; what {'it' if table.damaged == 1 else 'they'} held"
+            )
+            say(command, f"{journal_of(path)}: {what} is run again")
         try:
             with processes.stops_in_order():
                 yield table

@@ -7,16 +7,20 @@
 
 Each row is appended to the journal as one JSON line and synced before `add` returns; the Parquet file is rewritten whole and
 renamed into place now and then, and at the end, when the journal goes. So whatever is killed, no row that was added is
-lost, and the Parquet file can be opened at any moment. Opening reads both; a line that was torn is left out, a run that
-is in both (same `id`) counts once, the later one.
+lost, and the Parquet file can be opened at any moment. Opening reads both; a run that is in both (same `id`) counts once, the
+later one. Lines, pages, all rows and the metadata have checksums. A line that is damaged is left out and counted in `damaged`;
+a Parquet file that is damaged is a UserError. Files of earlier versions have no checksums: they are held to the columns, names
+and kinds of values of their study, and get checksums when they are written next.
 """
 
 import contextlib
 import fcntl
 import json
 import math
+import numbers
 import os
 import pathlib
+import stat
 import time
 
 import pandas
@@ -24,6 +28,8 @@ import pyarrow
 import pyarrow.parquet
 
 from milltools.base.errors import UserError
+from milltools.base.files import faults, whole
+from milltools.study.plan import sealed
 
 METADATA = b"millsim"
 FOLD = 5.0  # [s] between rewritings of the Parquet file, at least
@@ -36,7 +42,8 @@ BEHIND = {
     "worker": pyarrow.string(), "finished": pyarrow.string(),
 }  # fmt: skip
 COLUMNS = (*BEFORE, *BEHIND)
-STATUSES = ("done", "capped", "failed")
+MOST_ROWS = 10_000_000  # of a table that is read
+MOST_PACKED = 1000  # times that its pages may grow when they are unpacked
 
 
 def schema(meta) -> pyarrow.Schema:
@@ -61,20 +68,22 @@ def journal_of(path) -> pathlib.Path:
 
 
 class Table:
-    """The rows of a study and its metadata (a dict: file-format in docs/studies.md)."""
+    """The rows of a study and its metadata (a dict: file-format in docs/studies.md). `damaged`: lines of the journal that
+    were left out."""
 
-    def __init__(self, path, meta, stored, fresh):
+    def __init__(self, path, meta, stored, fresh=(), damaged=0):
         self.path, self.meta = pathlib.Path(path), meta
-        self._stored, self._fresh = stored, fresh  # pyarrow.Table; list of rows
+        self._stored, self._fresh, self.damaged = (
+            stored,
+            list(fresh),
+            damaged,
+        )  # pyarrow.Table; a list of them, of a row each
         self._frame = None
 
     @classmethod
     def open(cls, path) -> "Table":
         """Reads a table; never changes it, so a study may run meanwhile."""
-        # the journal first: what is folded into the file meanwhile is then in both, not in neither
-        fresh = _read_journal(journal_of(path))
-        stored = _read_parquet(path)
-        return cls(path, _metadata(stored, path), stored, fresh)
+        return cls(path, *_read(path))
 
     @property
     def complete(self) -> bool:
@@ -100,10 +109,7 @@ class Table:
     def _arrow(self):
         """Both parts, each run once, the later of two."""
         kind = schema(self.meta)
-        stored = self._stored.select(kind.names).replace_schema_metadata(kind.metadata)
-        if self._fresh:
-            fresh = pyarrow.Table.from_pylist(self._fresh, kind)
-            stored = pyarrow.concat_tables([stored, fresh])
+        stored = pyarrow.concat_tables([self._stored, *self._fresh]).select(kind.names).combine_chunks()
         last = {name: place for place, name in enumerate(stored["id"].to_pylist())}
         return stored if len(last) == len(stored) else stored.take(sorted(last.values()))
 
@@ -120,12 +126,13 @@ class Writer(Table):
         """Makes the table, or goes on with one of the same study (equal `fingerprint`); another is refused, or
         with `force` begun anew. A second driver on the same table is refused."""
         with _locked(path) as journal:
+            meta = {**meta, "command": sealed.hidden_command(meta.get("command", ""))}
             if force or not pathlib.Path(path).exists():
-                stored, fresh = schema(meta).empty_table(), []
+                table = cls(path, meta, schema(meta).empty_table())
             else:
-                fresh, stored = _read_journal(journal_of(path)), _read_parquet(path)
-                _check_same(path, _metadata(stored, path), meta)
-            table = cls(path, meta, stored, fresh)
+                old, *rows = _read(path)
+                _check_same(path, old, meta)
+                table = cls(path, meta, *rows)
             table._journal, table._folded, table._cost = journal, 0.0, 0.0
             table.fold()
             try:
@@ -156,14 +163,18 @@ class Writer(Table):
             numbers.append(number)
         if numbers != list(frame["design"]):
             frame = frame.assign(design=numbers)
-            self._stored, self._fresh = pyarrow.Table.from_pandas(frame, schema(self.meta), preserve_index=False), []  # fmt: skip
+            self._stored, self._fresh = pyarrow.Table.from_pandas(frame, schema(self.meta), preserve_index=False), []
             self._frame = None
             self._write()
 
     def add(self, row: dict):
         """Keeps a row: it is on the disk when this returns."""
         clean = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
-        line = json.dumps(clean, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        try:
+            made = _made(clean, schema(self.meta))
+            line = sealed.seal(clean) + b"\n"
+        except ValueError as fault:
+            raise UserError(f"{self.path}: a row that cannot be of this study: {fault}", status=1) from None
         try:
             written = os.write(self._journal, line)
             os.fsync(self._journal)
@@ -171,7 +182,7 @@ class Writer(Table):
             raise UserError(f"{journal_of(self.path)}: {fault.strerror}", status=1) from None
         if written != len(line):
             raise UserError(f"{journal_of(self.path)}: No space left on device", status=1)
-        self._fresh.append(_whole(clean))
+        self._fresh.append(made)
         self._frame = None
         now = time.monotonic()
         if now - self._folded > max(FOLD, SHARE * self._cost):
@@ -182,66 +193,120 @@ class Writer(Table):
         begin = time.monotonic()
         self._stored, self._fresh = self._arrow(), []
         if tidy:
-            order = [("design", "ascending"), ("replicate", "ascending")]
-            self._stored = self._stored.sort_by(order)
+            self._stored = self._stored.sort_by([("design", "ascending"), ("replicate", "ascending")])
         self._write()
         self._folded = time.monotonic()
         self._cost = self._folded - begin
 
     def _write(self):
-        part = pathlib.Path(f"{self.path}.part")
-        try:
-            with open(part, "wb") as file:
-                pyarrow.parquet.write_table(self._stored, file, compression="zstd")
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, self.path)
+        text = sealed.seal({**self.meta, "content": sealed.content(self._stored)})
+        stored = self._stored.replace_schema_metadata({METADATA: text})
+        with whole(self.path) as draft, open(draft, "wb") as file:
+            pyarrow.parquet.write_table(stored, file, compression="zstd", write_page_checksum=True)
+            file.flush()
+            os.fsync(file.fileno())
+        with faults(journal_of(self.path)):
             os.ftruncate(self._journal, 0)
-        except OSError as fault:
-            part.unlink(missing_ok=True)
-            raise UserError(f"{self.path}: {fault.strerror or fault}", status=1) from None
 
 
-def _whole(row):
-    """A row as the journal has it: what is not known is NaN where numbers stand."""
-    return {k: math.nan if v is None else v for k, v in row.items()}
-
-
-def _read_journal(path) -> list[dict]:
-    """Its rows; a line that is no JSON object was torn when its writer was killed."""
-    rows = []
+def _made(values: dict, kind) -> pyarrow.Table:
+    """A row as a table of one; ValueError where it has other columns, or values of other types."""
+    if values.keys() != set(kind.names):
+        odd = sorted(values.keys() ^ set(kind.names))
+        raise ValueError(f"its columns are others, such as {odd[0][:80]}")
+    known = {}
+    for name, value in values.items():
+        wanted = kind.field(name).type
+        if wanted == pyarrow.int64() and (isinstance(value, bool) or not isinstance(value, numbers.Integral)):
+            raise ValueError(f"{name} is no whole number")
+        # what is not known is NaN where numbers stand
+        known[name] = math.nan if value is None and wanted == pyarrow.float64() else value
     try:
-        text = path.read_bytes()
+        return pyarrow.Table.from_pylist([known], kind)
+    except (pyarrow.ArrowException, OverflowError, TypeError, ValueError) as fault:
+        raise ValueError(str(fault)) from None
+
+
+def _read(path):
+    """(metadata, rows of the Parquet file, rows of the journal, lines of it that are damaged)"""
+    # the journal first: what is folded into the file meanwhile is then in both, not in neither
+    lines = _lines(journal_of(path))
+    stored = _read_parquet(path)
+    text = (stored.schema.metadata or {}).get(METADATA)
+    if text is None:
+        raise UserError(f"{path}: a Parquet file, but not the table of a study")
+    try:
+        meta = _metadata(text, stored)
+        stored = stored.select(schema(meta).names)
+    except ValueError as fault:
+        raise UserError(f"{path}: damaged: {fault}; take a copy of it, or begin anew (--force)") from None
+    kind, fresh, damaged = schema(meta), [], 0
+    for place, line in enumerate(lines, 1):
+        try:
+            made = _made(sealed.unseal(line)[0], kind)
+            if sealed.wrong_rows(made, meta["vary"])[0]:
+                raise ValueError("no run of this study")
+            fresh.append(made)
+        except ValueError:
+            damaged += place < len(lines)  # the last one was torn when its writer was killed
+    return meta, stored, fresh, damaged
+
+
+def _lines(path) -> list[bytes]:
+    """Those of a journal; what stands behind the last end of a line is the last."""
+    try:
+        with _opened(path) as file:
+            *whole_lines, rest = file.read().split(b"\n")
     except FileNotFoundError:
-        return rows
+        return []
     except OSError as fault:
         raise UserError(f"{path}: {fault.strerror}", status=1) from None
-    for line in text.split(b"\n"):
-        with contextlib.suppress(ValueError):
-            row = json.loads(line) if line else None
-            if isinstance(row, dict):
-                rows.append(_whole(row))
-    return rows
+    return [*filter(None, whole_lines), rest]
+
+
+def _opened(path):
+    """A file that is one, and no pipe that is never answered."""
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise UserError(f"{path}: no ordinary file, not the table of a study")
+    return open(handle, "rb")
 
 
 def _read_parquet(path) -> pyarrow.Table:
     try:
-        with open(path, "rb") as file:
+        with _opened(path) as file:
             # a table is small, and pyarrow's threads may abort a program that ends while they start
-            return pyarrow.parquet.read_table(file, use_threads=False, pre_buffer=False)
-    except IsADirectoryError:
-        raise UserError(f"{path}: a folder, not the table of a study") from None
+            source = pyarrow.parquet.ParquetFile(file, page_checksum_verification=True, pre_buffer=False)
+            about = source.metadata
+            groups = [about.row_group(number).total_byte_size for number in range(about.num_row_groups)]
+            if about.num_rows > MOST_ROWS or sum(groups) > MOST_PACKED * (os.fstat(file.fileno()).st_size + 10**6):
+                raise UserError(f"{path}: not the table of a study: it says that it has {about.num_rows} rows")
+            stored = source.read(use_threads=False)
+            stored.validate(full=True)
+            return stored
     except FileNotFoundError:
         raise UserError(f"{path}: no such file") from None
-    except (pyarrow.ArrowException, OSError) as fault:
+    except (pyarrow.ArrowException, OSError, ValueError, KeyError, TypeError, OverflowError, MemoryError) as fault:
         raise UserError(f"{path}: not a readable Parquet file: {fault}") from None
 
 
-def _metadata(stored, path) -> dict:
-    text = (stored.schema.metadata or {}).get(METADATA)
-    if text is None:
-        raise UserError(f"{path}: a Parquet file, but not the table of a study")
-    return json.loads(text)
+def _metadata(text, stored) -> dict:
+    """The metadata of a table from their text; ValueError where they, or the rows, are not what was written."""
+    meta, has_sum = sealed.unseal(text)
+    written = meta.pop("content", None) if has_sum else None
+    sealed.check_metadata(meta, known_only=not has_sum)
+    meta["command"] = sealed.hidden_command(meta.get("command", ""))
+    kind = schema(meta)
+    if len(kind) != len(COLUMNS) + len(meta["vary"]) + 2 * len(paths(meta)):
+        raise ValueError("two of its columns have one name")
+    sealed.check_columns(stored, kind)
+    stored = stored.select(kind.names)
+    if has_sum and sealed.content(stored) != written:
+        raise ValueError("the checksum of its rows is that of others")
+    if sealed.wrong_rows(stored, meta["vary"]).any():
+        raise ValueError("it has rows that cannot be of a study")
+    return meta
 
 
 def _check_same(path, old, new):
@@ -268,7 +333,7 @@ def _locked(path):
     name = journal_of(path)
     while True:
         try:
-            journal = os.open(name, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            journal = os.open(name, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o666)
         except OSError as fault:
             raise UserError(f"{name}: {fault.strerror}", status=1) from None
         try:

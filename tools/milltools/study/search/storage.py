@@ -18,6 +18,7 @@ import optuna
 from optuna.storages.journal import JournalFileBackend, JournalStorage
 
 from milltools.base.errors import UserError
+from milltools.study.plan.sealed import hidden
 
 SCHEMES = ("sqlite", "postgresql")
 
@@ -94,7 +95,7 @@ def _database(url, scheme):
         place = sqlalchemy.engine.make_url(url)
         if place.drivername == "postgresql":
             place = place.set(drivername="postgresql+psycopg")
-        shown = place.render_as_string(hide_password=True).replace("+psycopg", "")
+        shown = hidden(place.render_as_string().replace("+psycopg", ""))
         # a network connection that has gone is found before it is used
         storage = optuna.storages.RDBStorage(
             place.render_as_string(hide_password=False), engine_kwargs={"pool_pre_ping": True}
@@ -108,5 +109,5 @@ def _database(url, scheme):
         while cause.__cause__ is not None:
             cause = cause.__cause__
         text = (str(cause).strip().splitlines() or [type(cause).__name__])[0]
-        raise UserError(f"--storage: {scheme}: {text}", status=1) from None
+        raise UserError(f"--storage: {scheme}: {hidden(text)}", status=1) from None
     return storage, shown

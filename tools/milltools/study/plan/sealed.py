@@ -1,0 +1,164 @@
+"""How far the file of a table is believed: lines of JSON with a checksum, metadata and rows of the kinds they must be."""
+
+import hashlib
+import json
+import math
+import re
+import shlex
+
+import numpy as np
+import pyarrow
+from pyarrow import compute
+
+STATUSES = ("done", "capped", "failed")
+SUM = re.compile(rb'(\{.*), "sum": "([0-9a-f]{16})"\}', re.S)
+SECRETS = re.compile(r"(\w://[^:/@]*:).*(?=@)|([?&][^=&]*(?:pass|pwd|secret|token)[^=&]*=)[^&]*", re.I | re.S)
+NONE = type(None)
+META = {
+    "study": str, "file": str, "deck": str, "fingerprint": str, "common": dict, "objectives": list, "record": list, "vary": list,
+    "method": str, "samples": (int, NONE), "seed": int, "replicates": int, "planned": (int, NONE), "command": str, "version": str,
+}  # fmt: skip
+OBJECTIVE = {"path": str, "goal": str, "unit": (str, NONE), "description": (str, NONE)}
+VARY = {
+    "key": str, "unit": (str, NONE), "meaning": (str, NONE), "kind": str, "whole": bool, "log": bool,
+    "low": (int, float, NONE), "high": (int, float, NONE), "values": (list, NONE), "choices": list,
+}  # fmt: skip
+OF_KIND = {"number": (int, float), "whole": int, "choice": str, "vector": str, "file": str}
+
+
+def hidden(address: str) -> str:
+    """An address such as --storage takes, without its passwords."""
+    return SECRETS.sub(lambda found: f"{found[1] or found[2]}***", address)
+
+
+def hidden_command(line: str) -> str:
+    """A command line without the passwords of its addresses."""
+    try:
+        words = shlex.split(line)
+    except ValueError:
+        words = [line]
+    plain = [hidden(word) for word in words]
+    return line if plain == words else shlex.join(plain)
+
+
+# ---- lines of JSON
+
+
+def seal(values: dict) -> bytes:
+    """One line of JSON that ends with a checksum of all before it."""
+    text = json.dumps(values, ensure_ascii=False, allow_nan=False).encode()[:-1]
+    return text + f', "sum": "{_sum(text)}"}}'.encode()
+
+
+def unseal(line: bytes) -> tuple[dict, bool]:
+    """The values of a line, and whether it has a checksum. ValueError where it is damaged."""
+    found = SUM.fullmatch(line)
+    if found and _sum(found[1]) != found[2].decode():
+        raise ValueError("its checksum is that of another text")
+    try:
+        values = json.loads(found[1] + b"}" if found else line, parse_constant=_refused)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if not isinstance(values, dict):
+        raise ValueError("no JSON object")
+    return values, bool(found)
+
+
+def _sum(text: bytes) -> str:
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def _refused(word):
+    raise ValueError(f"{word} is no number")
+
+
+# ---- metadata
+
+
+def check_metadata(meta: dict, known_only: bool):
+    """ValueError where the metadata of a table are not of the kinds they must be; `known_only`: nothing else is there."""
+    _check_kinds(meta, META, ("objectives", "record", "vary"), known_only)
+    for one in meta["objectives"]:
+        _check_kinds(one, OBJECTIVE, ("path", "goal"), known_only)
+        if one["goal"] not in ("maximise", "minimise"):
+            raise ValueError(f"the goal '{one['goal'][:40]}' is unknown")
+    for one in meta["vary"]:
+        _check_kinds(one, VARY, ("key", "kind"), known_only)
+        _check_vary(one)
+    if not meta["objectives"] or not meta["vary"]:
+        raise ValueError("nothing is varied, or nothing is wanted")
+    if not all(isinstance(path, str) for path in [*meta["record"], *meta.get("common", {}).values()]):
+        raise ValueError("'record' or 'common' holds something else than texts")
+
+
+def _check_kinds(values, kinds, needed, known_only):
+    if not isinstance(values, dict):
+        raise ValueError(f"expected {' and '.join(needed)}, got a {type(values).__name__}")
+    for name in needed:
+        if name not in values:
+            raise ValueError(f"'{name}' is missing")
+    for name, value in values.items():
+        if name not in kinds:
+            if known_only:
+                raise ValueError(f"'{name[:40]}' is unknown")
+        elif not isinstance(value, kinds[name]) or (isinstance(value, bool) and kinds[name] is not bool):
+            raise ValueError(f"'{name}' is a {type(value).__name__}")
+
+
+def _check_vary(one):
+    kind = OF_KIND.get(one["kind"])
+    if kind is None:
+        raise ValueError(f"the kind '{one['kind'][:40]}' of {one['key'][:80]} is unknown")
+    values, ends = one.get("values"), (one.get("low"), one.get("high"))
+    said = [*(values or ()), *(end for end in ends if end is not None)]
+    good = all(isinstance(value, kind) and not isinstance(value, bool) for value in said)
+    good = good and all(abs(value) < math.inf for value in said if kind is not str)
+    if not good or values == [] or (values is None and (None in ends or ends[0] > ends[1])):
+        raise ValueError(f"the values of {one['key'][:80]} are none")
+
+
+# ---- rows
+
+
+def check_columns(table: pyarrow.Table, kind: pyarrow.Schema):
+    """ValueError where the columns of a schema are not all there once, each of its type."""
+    for field in kind:
+        places = table.schema.get_all_field_indices(field.name)
+        if len(places) != 1 or table.schema.field(places[0]).type != field.type:
+            raise ValueError(f"the column {field.name} is not there as {field.type}")
+
+
+def wrong_rows(table: pyarrow.Table, vary: list[dict]) -> np.ndarray:
+    """Which rows cannot be of a study: no run's name or status, no number where there must be one, infinite ones."""
+    finite = {"cpu", "wall", *(one["key"] for one in vary)}
+    wrong = ~_true(compute.is_in(table["status"], pyarrow.array(STATUSES)))
+    wrong |= ~_true(compute.match_substring_regex(table["id"], r"^[0-9a-f]{16}$"))
+    for field in table.schema:
+        column = table[field.name]
+        if pyarrow.types.is_floating(field.type):
+            values = column.to_numpy()
+            wrong |= ~np.isfinite(values) if field.name in finite else np.isinf(values)
+        elif column.null_count:
+            wrong |= _true(compute.is_null(column))
+        if field.name in ("design", "replicate", "seed", "collisions"):
+            wrong |= ~_true(compute.greater_equal(column, 0))
+    return wrong
+
+
+def _true(column) -> np.ndarray:
+    return column.fill_null(False).to_numpy().astype(bool)
+
+
+def content(table: pyarrow.Table) -> str:
+    """A checksum of all that the columns hold."""
+    total = hashlib.sha256()
+    for name in table.schema.names:
+        column = table[name]
+        total.update(json.dumps(name).encode())
+        if pyarrow.types.is_string(column.type):
+            total.update(json.dumps(column.to_pylist()).encode())
+        else:
+            values = column.to_numpy()
+            values = np.where(np.isnan(values), np.nan, values) if values.dtype.kind == "f" else values
+            total.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
+    return total.hexdigest()[:16]
