@@ -403,6 +403,15 @@ def test_a_run_over_its_limit_of_cpu_time_is_stopped_keeps_what_it_has_and_is_ca
     assert row[MEDIAN] > 0 and 0 < row["time"] < 1000
 
 
+def test_where_cpu_time_is_not_told_the_wall_clock_ends_a_run(one_job, monkeypatch):
+    monkeypatch.setattr(job, "PROC", "/nowhere/{pid}")
+    long = one_job(limit=2)
+    long["set"] += ["run.time=1000 s", "output.series=1 s", "balls.count=200"]
+    row = job.run(long)
+    assert row["status"] == "capped" and row["message"].startswith("stopped after 2 s of wall clock time")
+    assert row[MEDIAN] > 0 and 0 < row["time"] < 1000
+
+
 def test_a_run_leaves_no_folder(one_job, tmp_path, monkeypatch):
     (tmp_path / "work").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "work"))

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 
 
 @functools.cache
@@ -44,7 +45,11 @@ _patient = False  # then a second signal does not end a step either
 @contextlib.contextmanager
 def stops_in_order():
     """Within it SIGINT raises KeyboardInterrupt, SIGTERM and SIGHUP raise Stopped: within between_steps() between two of
-    them, otherwise, and for an impatient second signal, at once."""
+    them, otherwise, and for an impatient second signal, at once. Outside of the main thread, which alone may take signals,
+    nothing changes."""
+    if threading.current_thread() is not threading.main_thread():  # signals are the business of who owns it
+        yield
+        return
     global _asked
     _asked = None
 

@@ -14,6 +14,7 @@ import socket
 import subprocess
 import tempfile
 import threading
+import time
 
 from milltools.base import processes
 from milltools.base.errors import UserError
@@ -58,18 +59,8 @@ def run(job, reader=None) -> dict:
         deck.write_text(job["text"], encoding="utf-8")
         words = [word for text in job["set"] for word in ("-s", text)]
         # relative names: a message shows the deck's, and none is too long
-        command = [
-            *processes.guard(),
-            job["program"],
-            "-q",
-            "-o",
-            "run.h5",
-            "-s",
-            "output.frames=0 s",
-            *words,
-            "--",
-            deck.name,
-        ]
+        options = ["-q", "-o", "run.h5", "-s", "output.frames=0 s", *words]
+        command = [*processes.guard(), job["program"], *options, "--", deck.name]
         status, said, cut = _execute(command, folder, job["limit"])
         if status < 0 or (status > 128 and not cut):
             raise Lost(f"millsim was ended by signal {abs(status) % 128}")
@@ -77,7 +68,7 @@ def run(job, reader=None) -> dict:
             return empty(job, "failed", said or f"millsim ended with status {status}")
         row = (reader or read)(job, folder / "run.h5")
         if cut:
-            row.update(status="capped", message=f"stopped after {job['limit']:g} s of CPU time")
+            row.update(status="capped", message=f"stopped after {job['limit']:g} s of {cut}")
         return row
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -86,7 +77,8 @@ def run(job, reader=None) -> dict:
 # ---- the process
 
 
-_running: set[subprocess.Popen] = set()
+PROC = "/proc/{pid}/stat"
+_running: dict[int, subprocess.Popen] = {}  # thread -> what it runs
 _lock = threading.Lock()
 _ended = False
 
@@ -96,12 +88,20 @@ def end_all():
     global _ended
     with _lock:
         _ended = True
-        for process in _running:
+        for process in _running.values():
             process.kill()
 
 
+def end_of(threads):
+    """Ends what these threads run."""
+    with _lock:
+        for thread in threads:
+            if thread in _running:
+                _running[thread].kill()
+
+
 def _execute(command, folder, limit):
-    """Status, the last line said, and whether it was stopped by us at `limit` seconds of CPU time."""
+    """Status, the last line said, and of what it had its `limit` of seconds when we stopped it ("": we did not)."""
     with _lock:
         if _ended:
             raise Lost("the study is being ended")
@@ -113,21 +113,22 @@ def _execute(command, folder, limit):
             stderr=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C is the driver's business
         )
-        _running.add(process)
-    cut = False
+        _running[threading.get_ident()] = process
+    cut, begin = "", time.monotonic()
     try:
         while True:
-            left = None if limit is None or cut else max(limit - _cpu(process.pid), 0.01)
+            left = None if limit is None or cut else max(limit - _spent(process.pid, begin)[0], 0.01)
             try:
                 said = process.communicate(timeout=left)[1]
                 break
             except subprocess.TimeoutExpired:
-                if _cpu(process.pid) >= limit:
-                    cut = True
+                spent, what = _spent(process.pid, begin)
+                if spent >= limit:
+                    cut = what
                     process.send_signal(signal.SIGTERM)  # it keeps what it has
     finally:
         with _lock:
-            _running.discard(process)
+            del _running[threading.get_ident()]
         if process.poll() is None:
             process.kill()
             process.wait()
@@ -135,14 +136,15 @@ def _execute(command, folder, limit):
     return process.returncode, lines[-1].removeprefix("millsim: ") if lines else "", cut
 
 
-def _cpu(pid) -> float:
-    """CPU time of a process so far [s]; 0 if it cannot be told."""
+def _spent(pid, begin) -> tuple[float, str]:
+    """What a process has used so far [s], and of what: CPU time, or the wall clock, which is never less, where the system does
+    not tell (no /proc)."""
     try:
-        with open(f"/proc/{pid}/stat") as file:
+        with open(PROC.format(pid=pid)) as file:
             fields = file.read().rpartition(")")[2].split()
     except OSError:
-        return 0.0
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return time.monotonic() - begin, "wall clock time (CPU time is not told here)"
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"), "CPU time"
 
 
 # ---- the results

@@ -40,7 +40,7 @@ PATIENCE = 15  # [s] for a scheduler to answer
 # ---- what workers do
 
 
-_threads = collections.defaultdict(set)  # of this worker, at work: study -> threads (as the kernel numbers them)
+_threads = collections.defaultdict(set)  # of this worker, at work: study -> threads
 _ended = set()  # studies whose runs are not wanted any more
 
 
@@ -64,7 +64,7 @@ def perform(call, job, study, expected):
             return {
                 "refused": f"{name} is another one on {socket.gethostname()} ({here.get(name)}) than here ({version})"
             }
-    thread = threading.get_native_id()
+    thread = threading.get_ident()
     if study in _ended:
         return {"lost": "the study was ended"}
     _threads[study].add(thread)
@@ -80,12 +80,7 @@ def perform(call, job, study, expected):
 def end_runs(study):
     """Ends the runs of a study on this worker; those of others go on."""
     _ended.add(study)
-    for thread in list(_threads[study]):
-        with contextlib.suppress(OSError):
-            words = pathlib.Path(f"/proc/self/task/{thread}/children").read_text().split()
-            for process in words:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(int(process), signal.SIGKILL)
+    one_job.end_of(list(_threads[study]))
 
 
 # ---- the driver

@@ -7,7 +7,6 @@ hand; what was finished is kept.
 """
 
 import collections
-import contextlib
 import importlib
 import os
 import pathlib
@@ -19,7 +18,7 @@ import tempfile
 import threading
 import time
 
-from milltools.study.plan.job import Lost
+from milltools.study.plan.job import Lost, end_all
 from milltools.study.remote.spool import Array, Listener, Sayer, one_line
 
 MOMENT = 1.0  # [s] a run and its task are struck together, but one may feel it before the other
@@ -41,15 +40,6 @@ def script(array):
 def _function(call):
     module, name = call.split(":")
     return getattr(importlib.import_module(module), name)
-
-
-def _children():
-    """The processes that this one has started and that still run."""
-    found = []
-    for path in pathlib.Path("/proc/self/task").glob("*/children"):
-        with contextlib.suppress(OSError):
-            found += [int(word) for word in path.read_text().split()]
-    return found
 
 
 class Task:
@@ -100,9 +90,7 @@ class Task:
     def stop(self):
         """Ends the runs in hand and takes no other job."""
         self.ended.set()
-        for process in _children():
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(process, signal.SIGKILL)
+        end_all()
 
 
 def _cores():
