@@ -65,7 +65,7 @@ def write_csv(path, head, rows):
     """Writes rows of texts and numbers under the names of their columns: numbers to the last digit, what is not known empty."""
     with whole(path) as draft, open(draft, "w", newline="", encoding="utf-8", errors="replace") as file:
         out = csv.writer(file, lineterminator="\n")
-        out.writerow(head)
+        out.writerow(map(cell, head))
         out.writerows([_cell(value) for value in row] for row in rows)
 
 

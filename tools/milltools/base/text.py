@@ -55,6 +55,14 @@ def plural(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def columns(rows, left=()) -> list[str]:
+    """Rows of texts as lines, `plain`, each column as wide as its widest cell; those in `left` are flush left."""
+    rows = [[plain(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    aligned = [[f"{c:<{w}}" if k in left else f"{c:>{w}}" for k, (c, w) in enumerate(zip(row, widths))] for row in rows]
+    return ["  ".join(row).rstrip() for row in aligned]
+
+
 # ---- numbers
 
 
@@ -114,10 +122,12 @@ def decade(value: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """42 s, 12 min, 3.5 h."""
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+    """42 s, 12 min, 3.5 h, 2.5 days; "?" if nobody knows."""
+    if not math.isfinite(seconds):
+        return "?"
+    scales = ((120, 1, 0, "s"), (7200, 60, 0, "min"), (360_000, 3600, 1, "h"), (math.inf, 86_400, 1, "days"))
+    size, digits, unit = next(scale for most, *scale in scales if seconds < most)
+    return f"{seconds / size:.{digits}f} {unit}"
 
 
 def size(count: float) -> str:
