@@ -14,9 +14,9 @@ import pandas
 from parts import Part, say
 
 from milltools.base.engine import program, version
-from milltools.study.command import opened
 from milltools.study.plan.study_deck import Study
-from milltools.study.show import optimum as show_optimum
+from milltools.study.show import optimum
+from milltools.study.show.data import opened
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "study"
@@ -80,7 +80,7 @@ class StudyCase(Part):
         """The designs of a kept table expected within 2 % of the best, by the surface through all runs: list of (n, h [m])."""
         _, view = opened(str(KEPT / f"{name}.parquet"))
         objective = next(o for o in view.objectives if o.path == MEDIAN)
-        found = show_optimum.find(view, objective)
+        found = optimum.find(view, objective)
         chosen = view.designs[found.alike]
         return list(zip(chosen[N].astype(int), chosen[H].astype(float)))
 

@@ -24,8 +24,7 @@ from milltools.study.plan.table import Table, Writer
 from milltools.study.search.acquisition import Budget
 from milltools.study.search.search import Search, plain
 from milltools.study.search.storage import open_storage
-from milltools.study.show import optimum_text as optimum
-from milltools.study.show import stats as show_stats
+from milltools.study.show import stats, summary
 
 STUDY = """\
 [study]
@@ -100,7 +99,7 @@ def designs(rows):
 def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     path = tmp_path / "t.parquet"
     rows = searched(study, path, Pretended(hill), Budget(24, seed=1))
-    text = "\n".join(optimum.lines(Table.open(path)))
+    text = "\n".join(summary.of_search(Table.open(path)))
     value, low, high = map(float, re.search(r"above_50mm_s: (\S+?)[, ].*95 %: (\S+) \.\. (\S+)", text).groups())
     assert low < 1 < high and (low + high) / 2 == pytest.approx(value, rel=1e-3)
     count = int(re.search(r"balls.count +(\d+)", text).group(1))
@@ -145,7 +144,7 @@ def test_several_objectives_end_with_their_front(write_study, tmp_path):
     path = tmp_path / "t.parquet"
     rows = searched(study, path, Pretended(two, error=1e-6), Budget(50, seed=1))
     assert len(rows) == 50
-    text = optimum.lines(Table.open(path))
+    text = summary.of_search(Table.open(path))
     assert re.match(r"\d+ of \d+ designs are not beaten", text[0])
     front = [line.split() for line in text[3:-1]]
     counts = [int(line[1]) for line in front]
@@ -156,8 +155,8 @@ def test_several_objectives_end_with_their_front(write_study, tmp_path):
 
 def test_a_front_is_what_no_other_beats():
     values = np.array([[1, 1], [2, 0], [0, 2], [0.5, 0.5], [1, 1], [2, -1]])
-    assert list(show_stats.pareto(values)) == [True, True, True, False, True, False]
-    assert list(show_stats.pareto(values * [1, -1])) == [False, False, False, False, False, True]
+    assert list(stats.pareto(values)) == [True, True, True, False, True, False]
+    assert list(stats.pareto(values * [1, -1])) == [False, False, False, False, False, True]
 
 
 # ---- whatever ends it

@@ -3,7 +3,6 @@ in the map's order, nothing from a study steers terminal or page."""
 
 import csv
 import html.parser
-import io
 import math
 import os
 import re
@@ -19,23 +18,15 @@ from conftest import ROOT
 
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
-from milltools.study.show import contour as show_contour
-from milltools.study.show import draw as show_draw
-from milltools.study.show import optimum as show_optimum
-from milltools.study.show import outputs as show
-from milltools.study.show import pair as show_beside
-from milltools.study.show import slices as show_slices
-from milltools.study.show import stats as show_stats
-from milltools.study.show import study_page as show_page
-from milltools.study.show import terminal as show_text
-from milltools.study.show.data import View, spoken
+from milltools.study.show import canvas, contour, data, optimum, outputs, pair, slices, stats, summary
+from milltools.study.show.data import StudyView
 
 SPEED, POWER = made.SPEED, made.POWER
 VIRIDIS = plt.get_cmap("viridis")(np.linspace(0, 1, 256))[:, :3]
 
 
 def view(rows, meta, name="made"):
-    return View(name, meta, rows)
+    return StudyView(name, meta, rows)
 
 
 def line_of(values, errors=None, replicates=1, **options):
@@ -73,7 +64,7 @@ def test_replicates_without_errors_have_students_interval():
 
 def test_the_table_shows_that_interval():
     shown = with_replicates([1.0, 1.1, 1.3])
-    _, (line,) = show_text.best_table(shown, shown.objectives[0])
+    _, (line,) = summary.best_table(shown, shown.objectives[0])
     assert line[2:5] == ["1.13", "+- 0.38", "3"]  # 4.3027 * 0.15275 / sqrt(3) = 0.379
 
 
@@ -92,19 +83,19 @@ def test_errors_are_enlarged_where_replicates_scatter_more():
 def test_a_single_run_without_error_has_no_interval():
     shown = with_replicates([1.0])
     assert math.isnan(shown.estimate(SPEED).half[0])
-    _, (line,) = show_text.best_table(shown, shown.objectives[0])
+    _, (line,) = summary.best_table(shown, shown.objectives[0])
     assert line[3] == "?"
 
 
 def test_where_no_error_is_known_nothing_is_claimed():
     shown = view(*line_of([1.0, 1.2, 1.5], [math.nan] * 3, noise=False))
-    said = "\n".join(show_text.optimum_lines(shown, shown.objectives[0]))
+    said = "\n".join(summary.optimum_lines(shown, shown.objectives[0]))
     assert "nothing tells how sure that is" in said
     assert "95 %" not in said and "as good" not in said
-    _, lines = show_text.best_table(shown, shown.objectives[0])
+    _, lines = summary.best_table(shown, shown.objectives[0])
     assert [line[-1] for line in lines] == ["best", "", ""]
-    assert "95 %" not in show_contour.best_words(shown, shown.objectives[0])[1]
-    (told, *_) = show_beside.sentences([shown, shown], shown.objectives[0], {"rotor.speed": 60.0})
+    assert "95 %" not in contour.best_words(shown, shown.objectives[0])[1]
+    (told, *_) = pair.sentences([shown, shown], shown.objectives[0], {"rotor.speed": 60.0})
     assert told.endswith("100 % of the gain is left; how sure that is nothing tells")
 
 
@@ -124,40 +115,24 @@ def test_scatter_without_errors_is_pooled_over_designs():
     assert found.half[1] == pytest.approx(4.302653 * found.error[1], rel=1e-5)  # 2 degrees of freedom
 
 
-@pytest.mark.parametrize(
-    "stored, shown",
-    [
-        ("m s-1", "m/s"),
-        ("m/s", "m/s"),
-        ("s-1", "1/s"),
-        ("kg m-3", "kg/m^3"),
-        ("W", "W"),
-        ("1", "1"),
-        ("m2", "m^2"),
-    ],
-)
-def test_units_are_written_as_people_do(stored, shown):
-    assert spoken(stored) == shown
-
-
 def test_the_subset_holds_the_best_of_equal_designs_in_95_percent():
     random, designs, error = np.random.default_rng(3), 20, 0.02
     held = 0
     for _ in range(2000):
         mean = 1 + error * random.standard_normal(designs)
-        found = show_stats.estimate(np.arange(designs), mean, np.full(designs, error), designs)
-        held += show_stats.not_told_apart(found, 1, np.ones(designs, bool))[0]
+        found = stats.estimate(np.arange(designs), mean, np.full(designs, error), designs)
+        held += stats.not_told_apart(found, 1, np.ones(designs, bool))[0]
     assert 0.94 < held / 2000 < 0.975  # any one of them may be called the best
 
 
 def test_the_subset_of_two_is_a_one_sided_test():
-    assert show_stats.subset_quantile(2) == pytest.approx(1.644854, abs=1e-4)
+    assert stats.subset_quantile(2) == pytest.approx(1.644854, abs=1e-4)
 
 
 def test_the_pareto_front_is_that_of_brute_force():
     scores = np.random.default_rng(5).integers(0, 12, (150, 3)).astype(float)
     scores[7] = np.nan
-    front = show_stats.pareto(scores)
+    front = stats.pareto(scores)
     for k, line in enumerate(scores):
         beaten = ((scores >= line).all(axis=1) & (scores > line).any(axis=1)).any()
         assert front[k] == (not beaten and k != 7)
@@ -167,39 +142,39 @@ def test_the_pareto_front_is_that_of_brute_force():
 
 
 def test_the_regions_hold_what_the_truth_says(figure7):
-    optimum = show_optimum.find(figure7, figure7.objectives[0])
+    best = optimum.find(figure7, figure7.objectives[0])
     n, h = (figure7.designs[key].to_numpy() for key in ("drum.buckles", "drum.buckle_height"))
     truth = made.wavy(n, h)
     alike = truth > 0.98 * truth.max()
-    assert truth[optimum.design] > 0.98 * truth.max()
-    assert abs(optimum.value - truth[optimum.design]) < 1.5 * optimum.half
-    assert optimum.open[np.argmax(truth)]
-    both, either = (alike & optimum.alike).sum(), (alike | optimum.alike).sum()
+    assert truth[best.design] > 0.98 * truth.max()
+    assert abs(best.value - truth[best.design]) < 1.5 * best.half
+    assert best.open[np.argmax(truth)]
+    both, either = (alike & best.alike).sum(), (alike | best.alike).sum()
     assert both > 0.6 * either
-    assert not optimum.open[truth < 0.9 * truth.max()].any()
+    assert not best.open[truth < 0.9 * truth.max()].any()
 
 
 def test_words_of_the_region_cover_it(figure7):
-    optimum = show_optimum.find(figure7, figure7.objectives[0])
-    inside = figure7.designs[optimum.open]
+    best = optimum.find(figure7, figure7.objectives[0])
+    inside = figure7.designs[best.open]
     low, high = inside["drum.buckles"].min(), inside["drum.buckles"].max()
     floor, roof = 1e3 * inside["drum.buckle_height"].min(), 1e3 * inside["drum.buckle_height"].max()
-    text = "\n".join(show_text.lines(figure7))
+    text = "\n".join(summary.lines(figure7))
     assert f"n {low}..{high}, h {floor:g}..{roof:g} mm cannot be told from the best" in text
 
 
 def test_capped_and_failed_designs_are_never_the_best():
     rows, meta = line_of([1.0, 2.0, 3.0], [0.01] * 3, status=np.array(["done", "done", "capped"], object))
     shown = view(rows, meta)
-    optimum = show_optimum.find(shown, shown.objectives[0])
-    assert optimum.design == 1 and not optimum.open[2] and not optimum.alike[2]
+    best = optimum.find(shown, shown.objectives[0])
+    assert best.design == 1 and not best.open[2] and not best.alike[2]
 
 
 def test_minimised_objectives_are_best_at_the_least():
     rows, meta = line_of([3.0, 1.0, 2.0], [0.01] * 3)
     meta["objectives"][0]["goal"] = "minimise"
     shown = view(rows, meta)
-    assert show_optimum.find(shown, shown.objectives[0]).design == 1
+    assert optimum.find(shown, shown.objectives[0]).design == 1
 
 
 # ---- progress
@@ -209,18 +184,18 @@ def test_the_time_left_is_the_pace_of_the_last_runs():
     rows, meta = line_of([1.0] * 11, [0.01] * 11)  # one ends every second
     meta["planned"] = 51
     shown = view(rows, meta)
-    now = show_text.finished_times(shown).max() + 1
-    progress = show_text.progress(shown, now)
+    now = summary.progress(shown)["ended"] + 1
+    progress = summary.progress(shown, now)
     assert progress["left"] == pytest.approx(40) and not progress["complete"]
-    assert "11 of 51 runs: 11 done; 40 s left" in show_text.progress_lines(shown, now)[0]
-    assert "nothing new for 2 h" in show_text.progress_lines(shown, now + 7200)[0]
+    assert "11 of 51 runs: 11 done; 40 s left" in summary.progress_lines(shown, now)[0]
+    assert "nothing new for 2.0 h" in summary.progress_lines(shown, now + 7200)[0]
 
 
 def test_messages_are_counted_and_cannot_steer_a_terminal():
     status = np.array(["done", "failed", "failed"], object)
     rows, meta = line_of([1.0] * 3, [0.01] * 3, status=status)
     rows["message"] = ["", "bad \x1b[31m deck", "bad \x1b[31m deck"]
-    text = "\n".join(show_text.lines(view(rows, meta)))
+    text = "\n".join(summary.lines(view(rows, meta)))
     assert "2 x bad ?[31m deck" in text and "\x1b" not in text
 
 
@@ -240,7 +215,7 @@ def place_in_map(image, ax, x, y):
 
 
 def test_colours_are_in_the_order_of_the_values(figure7):
-    figure = show_contour.draw(figure7, figure7.objectives[0])
+    figure = contour.draw(figure7, figure7.objectives[0])
     image, ax = pixels(figure), figure.axes[0]
     spots = [(18.2, 0.3), (18.2, 4.2), (13.2, 4.2), (7.3, 5.2)]  # values rise
     found = [place_in_map(image, ax, *spot) for spot in spots]
@@ -250,7 +225,7 @@ def test_colours_are_in_the_order_of_the_values(figure7):
 
 
 def test_the_contour_names_keys_units_marks_and_best(figure7):
-    figure = show_contour.draw(figure7, figure7.objectives[0])
+    figure = contour.draw(figure7, figure7.objectives[0])
     ax, labels = figure.axes[0], [t.get_text() for t in figure.legends[0].get_texts()]
     said = [a.get_ylabel() for a in figure.axes]
     plt.close(figure)
@@ -261,7 +236,7 @@ def test_the_contour_names_keys_units_marks_and_best(figure7):
     for wanted in (
         f"capped ({capped})",
         "failed (1)",
-        "within 2 % of the best",
+        "at most 2 % worse than the best",
         "cannot be told from the best (95 %)",
     ):
         assert wanted in labels
@@ -271,7 +246,7 @@ def test_the_contour_names_keys_units_marks_and_best(figure7):
 def test_outlines_enclose_just_the_cells():
     mask = np.random.default_rng(1).random((9, 7)) < 0.4
     area = 0.0
-    for loop in show_draw.outline(mask, np.arange(8.0), np.arange(10.0)):
+    for loop in canvas.outline(mask, np.arange(8.0), np.arange(10.0)):
         assert (loop[0] == loop[-1]).all()
         x, y = loop.T
         area += 0.5 * np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])
@@ -282,14 +257,14 @@ def test_a_fine_grid_is_averaged_and_says_so():
     rows, meta = made.figure7(noise=0.02, heights=241)
     shown = view(rows, meta)
     shown._optima = {SPEED: None}  # no surface needed
-    plane = show_contour.plane(shown, shown.objectives[0], *shown.axes)
+    plane = contour.plane(shown, shown.objectives[0], *shown.axes)
     assert plane.value.shape == (81, 19) and plane.others == "means of 3 neighbours along h"
-    assert np.nanmedian(show_contour.relative_errors(plane)) == pytest.approx(2 / math.sqrt(3), rel=0.02)
+    assert np.nanmedian(contour.relative_errors(plane)) == pytest.approx(2 / math.sqrt(3), rel=0.02)
 
 
 def test_angular_speeds_are_si_with_rpm_beside():
     shown = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3))
-    figure = show_slices.draw(shown, shown.objectives[0])
+    figure = slices.draw(shown, shown.objectives[0])
     ax = figure.axes[0]
     second = ax.child_axes[0].get_xlabel()
     plt.close(figure)
@@ -297,9 +272,43 @@ def test_angular_speeds_are_si_with_rpm_beside():
     assert shown.tell(0) == "rotor speed = 572.96 rpm"
 
 
+def test_the_unit_of_the_study_deck_is_that_of_words_and_axes():
+    lines = "[vary]\nrotor.speed = 600..1200 rpm step 300 rpm\n"
+    shown = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3, study=lines))
+    figure = slices.draw(shown, shown.objectives[0])
+    ax = figure.axes[0]
+    assert (ax.get_xlabel(), ax.child_axes[0].get_xlabel()) == ("rotor speed [rpm]", "[rad/s]")
+    assert ax.get_xlim()[1] > 1100
+    both = view(*line_of([1.0, 2.0, 1.5], [0.1] * 3, study=lines.replace("rpm", "rad/s")))
+    assert (shown.tell(0), both.tell(0)) == ("rotor speed = 572.96 rpm", "rotor speed = 60 rad/s")
+
+
+@pytest.mark.parametrize(
+    "line, unit",
+    [
+        ("600, 800, 1000 rpm", "rpm"),
+        ("10..20 rad/s in 5 log", "rad/s"),
+        ("600..1200 rpm step 100 rpm", "rpm"),
+        ("600..1200", None),
+        ("600..1200 lightyears", None),
+    ],
+)
+def test_the_unit_is_read_from_the_line_of_the_deck(line, unit):
+    meta = {"study": f"[vary]\nrotor.speed = {line}  # why\n", "vary": [made.vary("rotor.speed", [1.0, 2.0])]}
+    assert {key: scale.unit for key, scale in data.deck_scales(meta).items()} == ({"rotor.speed": unit} if unit else {})
+
+
+def test_nothing_is_worse_and_within_two_percent_of_the_best_without_saying_so():
+    shown = view(*line_of([1.0, 0.99, 0.5], [1e-4] * 3, noise=False))
+    _, lines = summary.best_table(shown, shown.objectives[0])
+    assert [line[-1] for line in lines] == ["best", "at most 2 % worse", "worse"]
+    text = "\n".join(summary.lines(shown))
+    assert "rotor speed 572.96..859.44 rpm: at most 2 % worse than the best (2 designs)" in text
+
+
 def test_slices_have_an_error_bar_on_every_point():
     shown = view(*line_of([1.0, 2.0, 1.5], [0.1, 0.2, 0.3]))
-    figure = show_slices.draw(shown, shown.objectives[0])
+    figure = slices.draw(shown, shown.objectives[0])
     (bars,) = figure.axes[0].containers[0][2]
     halves = [np.ptp(segment[:, 1]) / 2 for segment in bars.get_segments()]
     plt.close(figure)
@@ -323,13 +332,13 @@ def test_scattered_studies_of_words_and_two_objectives_are_drawn():
     shown = view(*made.made(designs, entries, objectives, errors))
     sensitivities = [(key, 0.3, 0.1, 0.4, 0.1, "made") for key in designs]
     kinds = {}
-    for kind, _, _, make in show.figures(shown, shown.objectives[0], sensitivities):
+    for kind, _, _, make in outputs.figures(shown, shown.objectives[0], sensitivities):
         figure = make()
         kinds[kind] = len(np.unique(pixels(figure).reshape(-1, 3), axis=0))
         plt.close(figure)
     assert set(kinds) == {"contour", "slices", "pareto", "sensitivity"}
     assert all(colours > 8 for colours in kinds.values())
-    text = "\n".join(show_text.lines(shown, sensitivities))
+    text = "\n".join(summary.lines(shown, sensitivities))
     assert "drum profile = wavy" in text and "Pareto front: " in text and "which key matters" in text
 
 
@@ -340,17 +349,17 @@ def test_what_is_left_of_the_gain_is_what_was_put_in(figure7):
     rows, meta = made.figure7(noise=0.01, gain=0.35, seed=4)
     meta["study"] += "[set]\ncontact.friction = 0.3\n"
     both = [figure7, view(rows, meta, "friction")]
-    gains = [show_beside.gain_of(v, v.objectives[0]) for v in both]
-    share, error = show_beside.left(*gains)
+    gains = [pair.gain_of(v, v.objectives[0]) for v in both]
+    share, error = pair.left(*gains)
     assert share == pytest.approx(0.35, abs=3 * error) and error < 0.03
-    line = show_beside.sentences(both, figure7.objectives[0])[0]
+    line = pair.sentences(both, figure7.objectives[0])[0]
     assert re.search(r"over the circular drum \(h = 0\): .* % higher in figure7, .* of the gain is left", line)
-    assert show_beside.differences(both) == [("contact.friction", "not given", "0.3")]
+    assert pair.differences(both) == [("contact.friction", "not given", "0.3")]
 
 
 def test_one_colour_scale_for_both(figure7):
     low = view(*made.figure7(noise=0.01, gain=0.35, seed=4), "friction")
-    figure = show_beside.draw([figure7, low], figure7.objectives[0])
+    figure = pair.draw([figure7, low], figure7.objectives[0])
     image = pixels(figure)
     first, second = (place_in_map(image, ax, 7.3, 5.2)[0] for ax in figure.axes[:2])
     plt.close(figure)
@@ -375,21 +384,38 @@ def test_the_page_escapes_everything_and_needs_no_network():
     bad = "<script>alert(1)</script><img src=http://x.example/>"
     rows["message"] = bad
     meta |= {"study": bad, "deck": bad, "command": bad, "version": bad}
-    page = show_page.render(view(rows, meta, bad), view(rows, meta).objectives[0])
+    page = outputs.page(view(rows, meta, bad), view(rows, meta).objectives[0])
     reader = Reader()
     reader.feed(page)
     assert "script" not in reader.tags and bad not in page and "&lt;script&gt;" in page
     assert reader.links and all(link.startswith("data:image/") for link in reader.links)
 
 
-def test_csv_reads_back_with_units(figure7):
-    rows = list(csv.DictReader(io.StringIO(show.csv(figure7))))
+def csv_of(shown, folder):
+    outputs.csv(shown, folder / "runs.csv")
+    with open(folder / "runs.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_csv_reads_back_with_units(figure7, tmp_path):
+    rows = csv_of(figure7, tmp_path)
     assert len(rows) == len(figure7.rows)
     for k in (0, 50, 200):
         assert float(rows[k]["drum.buckle_height [m]"]) == figure7.rows["drum.buckle_height"][k]
         assert float(rows[k][f"{SPEED} [m/s]"]) == figure7.rows[SPEED][k]
         assert float(rows[k][f"{SPEED}:error [m/s]"]) == figure7.rows[f"{SPEED}:error"][k]
     assert rows[0]["drum.buckles"] == "2" and rows[0]["cpu [s]"] == "1.5"
+    failed = next(row for row in rows if row["status"] == "failed")
+    assert failed[f"{SPEED} [m/s]"] == ""
+
+
+def test_words_of_a_study_are_no_formulas_of_a_spreadsheet(tmp_path):
+    rows, meta = line_of([1.0, 2.0])
+    rows["message"] = ["=HYPERLINK(1)", "+1\x1b[31m"]
+    rows["@column"] = 1.0
+    found = csv_of(view(rows, meta), tmp_path)
+    assert [row["message"] for row in found] == ["'=HYPERLINK(1)", "'+1?[31m"]
+    assert "'@column" in found[0]
 
 
 # ---- the command
@@ -434,7 +460,7 @@ def test_wrong_usage_is_one_line_and_status_2(mill):
         (["made.parquet", "--x", "drum.radius"], "--x drum.radius: expected one of rotor.speed"),
         (["made.parquet", "--objective", "rate"], f"--objective rate: expected one of {SPEED}"),
         (["made.parquet", "--png", "a.gif"], "a.gif: expected a name that ends in .png"),
-        (["made.parquet", "--png", "no/a.png"], "no/a.png: No such file or directory"),
+        (["made.parquet", "--png", "no/a.png"], "no/a.png: there is no folder no"),
         (["made.parquet", "--reference", "rotor.speed=1"], "--reference: only with --beside"),
     ],
 )
@@ -493,7 +519,17 @@ def mill_started(tmp_path):
     yield start
     for process in started:
         process.kill()
-        process.communicate()
+        process.wait()
+        process.stdout.close()
+
+
+def test_files_are_written_though_nobody_reads_the_text(mill_started, tmp_path):
+    small(tmp_path / "made.parquet")
+    process = mill_started("study", "made.parquet", "--csv", "my.csv", "--html", "my.html")
+    process.stdout.close()  # as `| head` does
+    process.wait(timeout=60)
+    assert len((tmp_path / "my.csv").read_text().splitlines()) == 4
+    assert (tmp_path / "my.html").exists()
 
 
 def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
@@ -514,6 +550,6 @@ def test_sweep_gets_text_and_picture(tmp_path):
     from milltools.study.plan.table import Table
 
     table = Table.open(small(tmp_path / "made.parquet"))
-    show.draw(table, tmp_path / "made.png")
+    outputs.draw(table, tmp_path / "made.png")
     assert (tmp_path / "made.png").read_bytes().startswith(b"\x89PNG")
-    assert "optimum    rotor speed" in show.text(table)
+    assert "the largest" in summary.of_sweep(table)[0]

@@ -1,12 +1,15 @@
 """What all pages of the mill command share: one style, templates that escape everything."""
 
+import base64
+import io
 import pathlib
 
 import jinja2
 
-from milltools.base.text import plain
+from milltools.base.text import lines, plain
 
 FOLDER = pathlib.Path(__file__).resolve().parent
+LARGE = 600_000  # bytes of an SVG
 
 
 def style(*more) -> str:
@@ -23,5 +26,16 @@ def environment(*folders) -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters["plain"] = plain
+    found.filters |= {"plain": plain, "lines": lines}
     return found
+
+
+def embedded(figure, dots: int = 150) -> str:
+    """A matplotlib figure as a data address: of an SVG, or of a PNG of so many dots per inch where an SVG would be a large one."""
+    stores = {}
+    for kind, mime in (("svg", "svg+xml"), ("png", "png")):
+        store = io.BytesIO()
+        figure.savefig(store, format=kind, dpi=dots, metadata={"Date": None} if kind == "svg" else None)
+        stores[mime] = store.getvalue()
+    mime = "svg+xml" if len(stores["svg+xml"]) < LARGE else "png"
+    return f"data:image/{mime};base64,{base64.b64encode(stores[mime]).decode()}"

@@ -87,9 +87,9 @@ def run(arguments) -> int:
     except filling.Interrupted as stop:
         say(NAME, str(stop))
         return stop.status
-    from milltools.study.show import optimum_text
+    from milltools.study.show import summary
 
-    print("\n".join(optimum_text.lines(table)))
+    print("\n".join(summary.of_search(table)))
     spared = arguments.runs - len(table) - table.elsewhere
     more = [f"{spared} were not needed"] if spared > 0 else []
     if table.elsewhere:

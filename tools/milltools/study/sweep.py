@@ -67,9 +67,7 @@ def run(arguments) -> int:
     from milltools.study.search import sensitivity
     from milltools.study.show import summary
 
-    summary.show(table)
-    for line in sensitivity.lines(table):
-        print(line)
+    print("\n".join([*summary.of_sweep(table), *sensitivity.lines(table)]))
     if not arguments.no_picture:
         _draw(table)
     return filling.last_words(table, NAME)

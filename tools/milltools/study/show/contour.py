@@ -8,16 +8,14 @@ the optimum, or the mean over the others.
 import dataclasses
 import math
 
-import matplotlib.pyplot as plt
+import matplotlib
 import numpy as np
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 
-from milltools.study.show import draw as show_draw
-from milltools.study.show import optimum as show_optimum
-from milltools.study.show import terminal as show_text
+from milltools.study.show import canvas, optimum
 from milltools.study.show.data import Axis
 
 LEVELS = 18
@@ -27,13 +25,14 @@ HATCHES = {
     "capped": {"fc": "none", "ec": "0.75", "hatch": "xxxxx"},
     "failed": {"fc": "0.9", "ec": "0.4", "hatch": "////"},
 }
+WIDTH = 1.3  # of the outlines of regions
 AVERAGED = 64  # of the other keys' values, for a mean over them
 
 
 @dataclasses.dataclass
 class Plane:
     """Two keys' plane of a study. Arrays are [y, x] over xs, ys (shown scale); `value`, `error` in the objective's shown
-    scale, `state` "done" | "capped" | "failed" | "" (not there)."""
+    scale, `state` "done" | "capped" | "failed" | "" (not there); `star`: where the best design stands."""
 
     x: Axis
     y: Axis
@@ -44,7 +43,7 @@ class Plane:
     state: np.ndarray
     open: np.ndarray
     alike: np.ndarray
-    best: tuple | None
+    star: tuple | None
     grid: bool
     others: str = ""
     points: list = dataclasses.field(default_factory=list)  # scattered: (x, y, value, state) of each design
@@ -71,30 +70,27 @@ def main_keys(view, objective, x=None, y=None, sensitivities=()) -> tuple[Axis, 
 
 def plane(view, objective, x: Axis, y: Axis, average=False) -> Plane:
     """The plane of two keys; with `average` the mean over the others instead of a cut through the optimum."""
-    optimum = show_optimum.find(view, objective)
-    if view.is_grid():
-        return _grid_plane(view, objective, x, y, average, optimum)
-    return _surface_plane(view, objective, x, y, average, optimum)
+    make = _grid_plane if view.is_grid() else _surface_plane
+    return make(view, objective, x, y, average, optimum.find(view, objective))
 
 
-def _others(view, x, y, optimum, average) -> str:
+def _others(view, x, y, best, average) -> str:
     rest = [a for a in view.axes if a.key not in (x.key, y.key)]
     if not rest:
         return ""
-    if average or optimum is None:
+    if average or best is None:
         return "mean over " + ", ".join(a.words for a in rest)
-    line = view.designs.iloc[optimum.design]
+    line = view.designs.iloc[best.design]
     return "at " + ", ".join(f"{a.words} = {a.tell(line[a.key])}" for a in rest)
 
 
-def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
-    scale, found = show_draw.value_scale(objective), view.estimate(objective.path)
-    frame = view.designs
+def _grid_plane(view, objective, x, y, average, best) -> Plane:
+    found, frame = view.estimate(objective.path), view.designs
     take = np.ones(len(frame), bool)
-    if optimum is not None and not average:
+    if best is not None and not average:
         for axis in view.axes:
             if axis.key not in (x.key, y.key):
-                take &= (frame[axis.key] == frame[axis.key][optimum.design]).to_numpy()
+                take &= (frame[axis.key] == frame[axis.key][best.design]).to_numpy()
     (columns, xs, more_x), (rows, ys, more_y) = (_cells(a, frame[a.key][take]) for a in (x, y))
     shape = len(ys), len(xs)
     at, size = rows * shape[1] + columns, shape[0] * shape[1]
@@ -105,7 +101,7 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
             return (np.bincount(at[keep], values[keep], size) / count).reshape(shape)
 
     which, done = np.flatnonzero(take), (frame["state"][take] == "done").to_numpy()
-    value, error = found.mean[which] / scale.size, found.error[which] / scale.size
+    value, error = found.mean[which], found.error[which]
     value[np.isin(at, at[done]) & ~done] = np.nan  # in a cell of several, those that ended are taken
     sound = np.isfinite(value)
     several = np.sqrt(np.bincount(at[sound], minlength=size)).reshape(shape)
@@ -115,19 +111,17 @@ def _grid_plane(view, objective, x, y, average, optimum) -> Plane:
     for what in ("failed", "capped", "done"):
         state[at[(frame["state"][take] == what).to_numpy()]] = what
     marks = []
-    for mask in (optimum.open, optimum.alike) if optimum else (None, None):
+    for mask in (best.open, best.alike) if best else (None, None):
         cells = np.zeros(size, bool)
         if mask is not None:
             cells = 2 * np.bincount(at[mask[which]], minlength=size) >= np.bincount(at, minlength=size)
             cells &= np.bincount(at, minlength=size) > 0
         marks.append(cells.reshape(shape))
-    best = None
-    if optimum is not None and not (average and len(view.axes) > 2):
-        best = _place(view, optimum, x, y)
-    others = [_others(view, x, y, optimum, average)]
+    star = None if average and len(view.axes) > 2 else _place(view, best, x, y)
+    others = [_others(view, x, y, best, average)]
     others += [f"means of {more} neighbours along {a.short}" for a, more in ((x, more_x), (y, more_y)) if more > 1]
     return Plane(
-        x, y, xs, ys, mean(value, sound), errors, state.reshape(shape), *marks, best, True,
+        x, y, xs, ys, mean(value, sound), errors, state.reshape(shape), *marks, star, True,
         ", ".join(filter(None, others)), count=frame["state"][take].value_counts().to_dict(),
     )  # fmt: skip
 
@@ -136,13 +130,15 @@ def _cells(axis, found):
     """Of a grid's key: the cell of each value found, where the cells stand on the axis, how many values make a cell."""
     more = -(-len(axis.values) // FINEST)
     cell = np.searchsorted(axis.values, found.to_numpy(float)) // more
-    spots = show_draw.places(axis, axis.values)
+    spots = canvas.places(axis, axis.values)
     return cell, np.array([spots[k : k + more].mean() for k in range(0, len(spots), more)]), more
 
 
-def _place(view, optimum, x, y):
-    line = view.designs.iloc[optimum.design]
-    return tuple(float(show_draw.places(a, [line[a.key]])[0]) for a in (x, y))
+def _place(view, best, x, y):
+    if best is None:
+        return None
+    line = view.designs.iloc[best.design]
+    return tuple(float(canvas.places(a, [line[a.key]])[0]) for a in (x, y))
 
 
 def _span(axis) -> np.ndarray:
@@ -155,43 +151,31 @@ def _span(axis) -> np.ndarray:
     return np.geomspace(low, high, FINE) if axis.log and low > 0 else np.linspace(low, high, FINE)
 
 
-def _surface_plane(view, objective, x, y, average, optimum) -> Plane:
-    scale, found = show_draw.value_scale(objective), view.estimate(objective.path)
-    xs, ys = _span(x), _span(y)
+def _surface_plane(view, objective, x, y, average, best) -> Plane:
+    found, xs, ys = view.estimate(objective.path), _span(x), _span(y)
     shape = len(ys), len(xs)
     value = error = np.full(shape, np.nan)
     open_ = alike = np.zeros(shape, bool)
-    if optimum is not None and optimum.surface is not None:
+    if best is not None and best.surface is not None:
         mesh = [m.ravel() for m in np.meshgrid(xs, ys)]
-        line = view.designs.iloc[optimum.design]
-        ask = np.flatnonzero(show_optimum.usable(view))[:AVERAGED] if average else [optimum.design]
-        total, square = np.zeros(shape[0] * shape[1]), np.zeros(shape[0] * shape[1])
+        named = {x.key: mesh[0].tolist(), y.key: mesh[1].tolist()}
+        ask = np.flatnonzero(view.usable)[:AVERAGED] if average else [best.design]
+        told = []
         for k in ask:
             line = view.designs.iloc[k]
-            named = {x.key: mesh[0].tolist(), y.key: mesh[1].tolist()}
-            columns = [named.get(a.key, [line[a.key]] * len(mesh[0])) for a in view.axes]
-            designs = list(zip(*columns))
-            m, s = optimum.surface.predict(designs)
-            total, square = total + m / len(ask), square + s / len(ask)
-        value, error = (total / scale.size).reshape(shape), (square / scale.size).reshape(shape)
+            designs = list(zip(*(named.get(a.key, [line[a.key]] * len(mesh[0])) for a in view.axes)))
+            told.append(best.surface.predict(designs))
+        value, error = np.mean(told, axis=0).reshape(2, *shape)
         if not (average and len(view.axes) > 2):
-            best = show_optimum.tuples(view, [optimum.design])[0]
-            _, width = optimum.surface.gaps(designs, best)
-            gap = objective.sign * (optimum.value - total)
-            open_ = (gap <= show_optimum.REACH * width).reshape(shape)
-            alike = (gap <= show_optimum.ALIKE * abs(optimum.value)).reshape(shape)
-    points = list(
-        zip(
-            show_draw.places(x, view.designs[x.key]),
-            show_draw.places(y, view.designs[y.key]),
-            found.mean / scale.size,
-            view.designs["state"],
-        )
-    )
-    best = _place(view, optimum, x, y) if optimum is not None else None
+            _, width = best.surface.gaps(designs, optimum.tuples(view, [best.design])[0])
+            gap = objective.sign * (best.value - value)
+            open_ = gap <= optimum.REACH * width.reshape(shape)
+            alike = gap <= optimum.ALIKE * abs(best.value)
+    spots = [canvas.places(a, view.designs[a.key]) for a in (x, y)]
     return Plane(
-        x, y, show_draw.places(x, xs), show_draw.places(y, ys), value, error,
-        np.full(shape, "done"), open_, alike, best, False, _others(view, x, y, optimum, average), points,
+        x, y, canvas.places(x, xs), canvas.places(y, ys), value, error, np.full(shape, "done"), open_, alike,
+        _place(view, best, x, y), False, _others(view, x, y, best, average),
+        list(zip(*spots, found.mean, view.designs["state"])),
     )  # fmt: skip
 
 
@@ -218,21 +202,23 @@ def _boxes(cells, xe, ye) -> list:
     for c in range(cells.shape[1]):
         ends = np.flatnonzero(np.diff(np.pad(cells[:, c].astype(int), 1)))
         for low, high in ends.reshape(-1, 2):
-            boxes.append(plt.Rectangle((xe[c], ye[low]), xe[c + 1] - xe[c], ye[high] - ye[low]))
+            boxes.append(Rectangle((xe[c], ye[low]), xe[c + 1] - xe[c], ye[high] - ye[low]))
     return boxes
 
 
-def _lines(ax, mask, xs, ys, **look):
-    made = LineCollection(show_draw.outline(mask, xs, ys), zorder=4, **look)
-    made.set_path_effects([Stroke(linewidth=look["linewidths"] + 1.6, foreground="white"), Normal()])
+def _lines(ax, mask, xs, ys, label, **look):
+    """Outlines of a region; returns the handle of a legend."""
+    made = LineCollection(canvas.outline(mask, xs, ys), zorder=4, linewidths=WIDTH, **look)
+    made.set_path_effects([Stroke(linewidth=WIDTH + 1.6, foreground="white"), Normal()])
     ax.add_collection(made)
+    return Line2D([], [], c=look["colors"], lw=WIDTH, ls=look.get("linestyles", "-"), label=label)
 
 
 def paint(ax, plane: Plane, levels):
     """One plane on one axes; returns what a colour bar wants, and the handles of a legend."""
-    xe, ye = (show_draw.edges(v, a.log) for v, a in ((plane.xs, plane.x), (plane.ys, plane.y)))
-    colours = plt.get_cmap(show_draw.COLOURS)
-    norm = plt.matplotlib.colors.BoundaryNorm(levels, colours.N)
+    xe, ye = (canvas.edges(v, a.log) for v, a in ((plane.xs, plane.x), (plane.ys, plane.y)))
+    colours = matplotlib.colormaps[canvas.COLOURS]
+    norm = matplotlib.colors.BoundaryNorm(levels, colours.N)
     handles = []
     # cells first, so that next to a hole they reach as far as they do; lines join the means of neighbours
     image = ax.pcolormesh(xe, ye, np.ma.masked_invalid(plane.value), cmap=colours, norm=norm, rasterized=True)
@@ -256,50 +242,40 @@ def paint(ax, plane: Plane, levels):
         handles.append(Line2D([], [], ls="", marker="o", mfc="0.5", mec="white", label=label))
         for what, mark in (("capped", "x"), ("failed", "+")):
             if (these := state == what).any():
-                ax.scatter(px[these], py[these], 26, show_draw.INK, marker=mark, linewidths=1.1, zorder=3)
-                handles.append(Line2D([], [], ls="", marker=mark, c=show_draw.INK, label=f"{what} ({these.sum()})"))
+                ax.scatter(px[these], py[these], 26, canvas.INK, marker=mark, linewidths=1.1, zorder=3)
+                handles.append(Line2D([], [], ls="", marker=mark, c=canvas.INK, label=f"{what} ({these.sum()})"))
     if plane.alike.any():
-        _lines(ax, plane.alike, xe, ye, colors=show_draw.INK, linewidths=1.3)
-        handles.append(Line2D([], [], c=show_draw.INK, lw=1.3, label="within 2 % of the best"))
+        label = f"at most {100 * optimum.ALIKE:g} % worse than the best"
+        handles.append(_lines(ax, plane.alike, xe, ye, label, colors=canvas.INK))
     if plane.open.any():
-        _lines(ax, plane.open, xe, ye, colors="#d5006d", linewidths=1.3, linestyles=(0, (2.2, 1.6)))
-        handles.append(
-            Line2D(
-                [],
-                [],
-                c="#d5006d",
-                lw=1.3,
-                ls=(0, (2.2, 1.6)),
-                label="cannot be told from the best (95 %)",
-            )
-        )
-    if plane.best:
-        ax.plot(*plane.best, "*", ms=13, mfc="white", mec=show_draw.INK, mew=1, zorder=6, clip_on=False)
+        look = {"colors": "#d5006d", "linestyles": (0, (2.2, 1.6))}
+        handles.append(_lines(ax, plane.open, xe, ye, "cannot be told from the best (95 %)", **look))
+    if plane.star:
+        ax.plot(*plane.star, "*", ms=13, mfc="white", mec=canvas.INK, mew=1, zorder=6, clip_on=False)
     ax.set_xlim(_limits(plane.xs, xe))
     ax.set_ylim(_limits(plane.ys, ye))
-    show_draw.dress(ax, plane.x, "x")
-    show_draw.dress(ax, plane.y, "y", second=False)
+    canvas.dress(ax, plane.x, "x")
+    canvas.dress(ax, plane.y, "y", second=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
     return image, handles
 
 
 def best_words(view, objective) -> tuple[str, str]:
-    optimum = show_optimum.find(view, objective)
-    scale = show_draw.value_scale(objective)
-    value = show_text.pair(optimum.value, optimum.half, scale)
-    known = " (95 %)" if math.isfinite(optimum.half) else ""
-    return f"best: {view.tell(optimum.design)}", (value + known).replace("+-", "\N{PLUS-MINUS SIGN}")
+    best = optimum.find(view, objective)
+    known = " (95 %)" if math.isfinite(best.half) else ""
+    value = objective.scale.pair(best.value, best.half) + known
+    return f"best: {view.tell(best.design)}", value.replace("+-", "\N{PLUS-MINUS SIGN}")
 
 
 def levels_of(planes) -> np.ndarray:
     low, high = limits(planes)
-    return plt.matplotlib.ticker.MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+    return matplotlib.ticker.MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
 
 
 def star(view, objective):
-    label = "\n".join(show_draw.broken(line, 50) for line in best_words(view, objective))
-    return Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=show_draw.INK, label=label)
+    label = "\n".join(canvas.broken(line, 50) for line in best_words(view, objective))
+    return Line2D([], [], ls="", marker="*", ms=11, mfc="white", mec=canvas.INK, label=label)
 
 
 def relative_errors(plane) -> np.ndarray:
@@ -311,32 +287,28 @@ def relative_errors(plane) -> np.ndarray:
 def draw(view, objective, x=None, y=None, average=False, sensitivities=()):
     """The figure of one study: the plane, and beside it its relative standard errors."""
     shown = plane(view, objective, *main_keys(view, objective, x, y, sensitivities), average)
-    figure = show_draw.new(8.2, 4.6)
+    figure = canvas.new(8.2, 4.6)
     left, right = figure.subplots(1, 2, width_ratios=(2.1, 1), sharey=True)
     image, handles = paint(left, shown, levels_of([shown]))
-    figure.colorbar(image, ax=left, label=show_draw.value_label(objective, 60), pad=0.015, aspect=28)
-    if shown.best:
+    figure.colorbar(image, ax=left, label=canvas.value_label(objective, 60), pad=0.015, aspect=28)
+    if shown.star:
         handles.insert(0, star(view, objective))
-    figure.suptitle(show_draw.broken(title(view, shown), 110), fontsize=9.5, x=0.01, ha="left")
+    canvas.title(figure, title(view, shown))
     draw_errors(right, shown)
-    figure.legend(handles=handles, loc="outside lower left", ncols=3, frameon=False)
+    canvas.legend(figure, handles, 3)
     return figure
 
 
 def title(view, shown) -> str:
-    parts = [
-        view.name,
-        shown.others,
-        "" if shown.grid else "surface through all runs (Gaussian process)",
-    ]
-    return ", ".join(filter(None, parts))
+    how = "" if shown.grid else "surface through all runs (Gaussian process)"
+    return ", ".join(filter(None, (view.name, shown.others, how)))
 
 
 def draw_errors(ax, shown):
     """How sure each point of the plane is."""
     share = relative_errors(shown)
-    xe, ye = (show_draw.edges(v, a.log) for v, a in ((shown.xs, shown.x), (shown.ys, shown.y)))
-    show_draw.dress(ax, shown.x, "x")
+    xe, ye = (canvas.edges(v, a.log) for v, a in ((shown.xs, shown.x), (shown.ys, shown.y)))
+    canvas.dress(ax, shown.x, "x")
     ax.set_xlim(_limits(shown.xs, xe))
     ax.set_title("how sure" if shown.grid else "how sure the surface is", loc="left", fontsize=8.5)
     if not np.isfinite(share).any():

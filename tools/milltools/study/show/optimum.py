@@ -2,26 +2,26 @@
 
 Neighbouring designs know of each other: a Gaussian process through all runs (`gp.py`) averages out the noise that lifts the luckiest
 of hundreds of designs above the truly best one. Where there are too few runs for it, or no scikit-learn, each design
-stands for itself and Gupta's subset says which may be best (`show_stats.not_told_apart`).
+stands for itself and Gupta's subset says which may be best (`stats.not_told_apart`).
 """
 
 import dataclasses
 
 import numpy as np
-from scipy import stats
+from scipy.stats import norm
 
-from milltools.study.show import stats as show_stats
+from milltools.study.show import stats
 
 LEAST = 8  # designs with a value, below which no surface is fitted
 MOST = 420  # values given to the surface: neighbours of larger grids are averaged first
 ALIKE = 0.02  # "as good": within this share of the best value
-REACH = float(stats.norm.ppf((1 + show_stats.LEVEL) / 2))
+REACH = float(norm.ppf((1 + stats.LEVEL) / 2))
 
 
 @dataclasses.dataclass(frozen=True)
-class Optimum:
+class Best:
     """`design`: index of the best design; `value` +- `half` (95 %, NaN if unknown), SI. Over designs: `open` those that
-    cannot be told from the best, `alike` those within ALIKE of it. `surface`: the gp.Surface, None if each
+    cannot be told from the best, `alike` those at most ALIKE worse. `surface`: the gp.Surface, None if each
     design stood for itself. `mean`, `spread`: what the surface says of each design (else its own mean and error)."""
 
     design: int
@@ -35,13 +35,7 @@ class Optimum:
 
     @property
     def how(self) -> str:
-        if self.surface is None:
-            return "each design by its own runs"
-        return "Gaussian process through all runs"
-
-
-def usable(view) -> np.ndarray:
-    return (view.designs["state"] == "done").to_numpy()
+        return "each design by its own runs" if self.surface is None else "Gaussian process through all runs"
 
 
 def tuples(view, which) -> list[tuple]:
@@ -80,7 +74,7 @@ def surface_of(view, objective):
     if any(not e.get("choices") for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
         return None  # files, vectors: no distance between them
     found = view.estimate(objective.path)
-    which = usable(view) & np.isfinite(found.mean)
+    which = view.usable & np.isfinite(found.mean)
     values = found.mean[which]
     if which.sum() < LEAST or np.ptp(values) == 0:
         return None
@@ -89,7 +83,7 @@ def surface_of(view, objective):
     return gp.Surface(room, designs, mean, error, maximise=objective.sign > 0)
 
 
-def find(view, objective) -> Optimum | None:
+def find(view, objective) -> Best | None:
     """The optimum of an objective among the designs that were run; None if none has a value."""
     cache = view.__dict__.setdefault("_optima", {})
     if objective.path not in cache:
@@ -98,25 +92,19 @@ def find(view, objective) -> Optimum | None:
 
 
 def _find(view, objective):
-    found, which, sign = view.estimate(objective.path), usable(view), objective.sign
-    best = show_stats.best_of(found, sign, which)
+    found, sign = view.estimate(objective.path), objective.sign
+    which = view.usable & np.isfinite(found.mean)
+    best = stats.best_of(found, sign, which)
     if best is None:
         return None
     surface = surface_of(view, objective)
     if surface is None:
-        return Optimum(
-            best,
-            float(found.mean[best]),
-            float(found.half[best]),
-            show_stats.not_told_apart(found, sign, which),
-            show_stats.within(found, sign, which, ALIKE),
-            found.mean,
-            found.error,
-        )
-    which = which & np.isfinite(found.mean)
+        with np.errstate(invalid="ignore"):
+            alike = which & (sign * (found.mean[best] - found.mean) <= ALIKE * abs(found.mean[best]))
+        value, half = float(found.mean[best]), float(found.half[best])
+        return Best(best, value, half, stats.not_told_apart(found, sign, which), alike, found.mean, found.error)
     mean, spread = np.full(len(which), np.nan), np.full(len(which), np.nan)
-    designs = tuples(view, which)
-    mean[which], spread[which] = surface.predict(designs)
+    mean[which], spread[which] = surface.predict(tuples(view, which))
     best = int(np.flatnonzero(which)[np.argmax(sign * mean[which])])
     value = float(mean[best])
     # the error of a difference is at most the sum of both: only those that may pass are asked in pairs
@@ -127,7 +115,7 @@ def _find(view, objective):
     _, width = surface.gaps(tuples(view, near), tuples(view, [best])[0])
     open_ = np.zeros(len(which), bool)
     open_[near] = gap[near] <= np.maximum(REACH * width, 1e-12 * abs(value))
-    return Optimum(best, value, float(REACH * spread[best]), open_, alike, mean, spread, surface)
+    return Best(best, value, float(REACH * spread[best]), open_, alike, mean, spread, surface)
 
 
 def spans(view, mask) -> str:
@@ -135,11 +123,24 @@ def spans(view, mask) -> str:
     parts = []
     for axis in view.axes:
         found = view.designs[axis.key][mask]
-        if not axis.numeric:
-            kept = [str(c) for c in axis.choices if (found == c).any()]
-            parts.append(f"{axis.short} {' or '.join(kept)}")
-        elif found.min() == found.max():
-            parts.append(f"{axis.short} {axis.tell(found.min())}")
-        else:
-            parts.append(f"{axis.short} {axis.tell(found.min(), False)}..{axis.tell(found.max())}")
+        words = [word for word in axis.choices or () if (found == word).any()]
+        parts.append(f"{axis.short} {axis.reach(found.min(), found.max(), words)}")
     return ", ".join(parts)
+
+
+def front(view) -> np.ndarray:
+    """Indices of the designs on the Pareto front of all objectives, best of the first one first."""
+    means = [view.estimate(o.path).mean for o in view.objectives]
+    scores = np.column_stack([np.where(view.usable, o.sign * m, np.nan) for o, m in zip(view.objectives, means)])
+    which = np.flatnonzero(stats.pareto(scores))
+    return which[np.argsort(-scores[which, 0], kind="stable")]
+
+
+def indices(table, view, objective) -> list:
+    """sensitivity.indices of an objective, from the surface that is there already; nothing where they cannot be had."""
+    best = find(view, objective)
+    if len(view.axes) < 2 or best is None or best.surface is None:
+        return []
+    from milltools.study.search import sensitivity
+
+    return sensitivity.indices(table, view.objectives.index(objective), surface=best.surface)

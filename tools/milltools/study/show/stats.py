@@ -19,7 +19,7 @@ LEVEL = 0.95
 
 
 @dataclasses.dataclass(frozen=True)
-class Estimate:
+class Means:
     """Per design: mean, standard error (NaN if unknown), degrees of freedom of the latter (inf: normal), runs that made it.
     `factor` is by how much the errors were enlarged."""
 
@@ -35,8 +35,8 @@ class Estimate:
         return stats.t.ppf((1 + LEVEL) / 2, self.dof) * self.error
 
 
-def estimate(group, value, error, count) -> Estimate:
-    """Runs (group 0..count-1, value, standard error; NaN: not known) -> `Estimate` of each group."""
+def estimate(group, value, error, count) -> Means:
+    """Runs (group 0..count-1, value, standard error; NaN: not known) -> `Means` of each group."""
     good = np.isfinite(value)
     group, value, error = group[good], value[good], error[good]
     runs = np.bincount(group, minlength=count)
@@ -61,7 +61,7 @@ def estimate(group, value, error, count) -> Estimate:
         share = math.sqrt(float(np.sum((off[pool] / size[group][pool]) ** 2)) / free)
         scatter[runs > 0] = share * size[runs > 0] / np.sqrt(runs[runs > 0])
         dof[~known] = free
-    return Estimate(mean, np.where(known, factor * told, scatter), dof, runs, factor)
+    return Means(mean, np.where(known, factor * told, scatter), dof, runs, factor)
 
 
 @functools.lru_cache
@@ -80,13 +80,13 @@ def subset_quantile(count: int, level: float = LEVEL) -> float:
     return optimize.brentq(lacking, 0.0, 12.0)
 
 
-def best_of(found: Estimate, sign: int, usable) -> int | None:
+def best_of(found: Means, sign: int, usable) -> int | None:
     """The design that looks best among the usable ones, None if there is none."""
     score = np.where(usable & np.isfinite(found.mean), sign * found.mean, -np.inf)
     return int(np.argmax(score)) if np.isfinite(score).any() else None
 
 
-def not_told_apart(found: Estimate, sign: int, usable) -> np.ndarray:
+def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
     """Which designs hold the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu, Ann. Statist. 9
     (1981) 1026). A design without known error counts by its mean alone."""
     best = best_of(found, sign, usable)
@@ -101,15 +101,6 @@ def not_told_apart(found: Estimate, sign: int, usable) -> np.ndarray:
     reach = quantile * np.hypot(error, error[best])
     with np.errstate(invalid="ignore"):
         return inside & (sign * (found.mean[best] - found.mean) <= reach)
-
-
-def within(found: Estimate, sign: int, usable, share: float = 0.02) -> np.ndarray:
-    """Which designs' means are within a share of the best mean."""
-    best = best_of(found, sign, usable)
-    if best is None:
-        return np.zeros(len(found.mean), bool)
-    with np.errstate(invalid="ignore"):
-        return usable & (sign * (found.mean[best] - found.mean) <= share * abs(found.mean[best]))
 
 
 def pareto(scores: np.ndarray) -> np.ndarray:

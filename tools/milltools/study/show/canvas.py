@@ -5,39 +5,43 @@ import re
 import textwrap
 
 import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
 
-from milltools.base.errors import UserError
+from milltools.base.files import whole
 from milltools.base.text import literal
 from milltools.figures import style
-from milltools.figures.command import save
-from milltools.study.show.data import Scale, scale_of
+from milltools.study.show.data import TURNING, Scale
 
-FORMATS = (".png", ".svg", ".pdf")
 COLOURS = "viridis"  # even for the eye, in grey, and for all kinds of colour vision
-# told apart by all kinds of colour vision (Okabe and Ito)
-LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+LINES = (*style.COLOURS[1:], style.COLOURS[0])
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
-INK = "#1a1a1a"
+INK = style.INK
 STYLE = {**style.STYLE, "svg.fonttype": "path"}
 
 
-def new(width: float, height: float):
-    """An empty figure [inch] in the style of all."""
-    plt.rcParams.update(STYLE)
-    return plt.figure(figsize=(width, height), layout="constrained")
+def new(width: float, height: float) -> Figure:
+    """An empty figure [inch] in the style of all, in no window."""
+    matplotlib.rcParams.update(STYLE)
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
 
 
-def value_scale(objective) -> Scale:
-    return scale_of(objective.unit, (1.0,), turning=False)
+def title(figure, text):
+    figure.suptitle(broken(text.replace("+-", "\N{PLUS-MINUS SIGN}"), 110), fontsize=9.5, x=0.01, ha="left")
+
+
+def legend(figure, handles, columns: int):
+    """Below everything; `handles` with their labels."""
+    figure.legend(handles=list(handles), loc="outside lower left", ncols=columns, frameon=False)
 
 
 def value_label(objective, width: int = 30) -> str:
     """Its name and unit, broken into lines."""
-    return broken(objective.words + value_scale(objective).bracket, width)
+    return broken(objective.words + objective.scale.bracket, width)
 
 
 def broken(text, width: int) -> str:
@@ -48,39 +52,35 @@ def broken(text, width: int) -> str:
     return "\n".join(lines[:4])
 
 
-def axis_scale(axis) -> Scale:
-    """SI or its multiples, on every axis of every picture."""
-    return scale_of(axis.unit, axis.span, turning=False) if axis.numeric else Scale()
-
-
 def places(axis, values) -> np.ndarray:
     """Where values of a key stand on its axis: in its scale, words by their number."""
     if not axis.numeric:
         return np.array([axis.choices.index(v) for v in values], float)
-    return np.asarray(values, float) / axis_scale(axis).size
+    return np.asarray(values, float) / axis.drawn.size
 
 
 def dress(ax, axis, which: str, second: bool = True):
-    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; angular speeds get rpm on the other side."""
-    line = ax.xaxis if which == "x" else ax.yaxis
-    set_label = ax.set_xlabel if which == "x" else ax.set_ylabel
-    set_label(literal(axis.words + (axis_scale(axis).bracket if axis.numeric else "")))
+    """Label, unit, ticks and logarithm of a varied key on "x" or "y"; angles and angular speeds have the other unit, SI or rpm,
+    on the other side."""
+    line = getattr(ax, f"{which}axis")
+    ax.set(**{f"{which}label": literal(axis.words + (axis.drawn.bracket if axis.numeric else ""))})
     if not axis.numeric:
         line.set_ticks(range(len(axis.choices)), [literal(c, 20) for c in axis.choices])
         return
     if axis.log:
-        (ax.set_xscale if which == "x" else ax.set_yscale)("log")
+        ax.set(**{f"{which}scale": "log"})
         line.set_minor_formatter(matplotlib.ticker.NullFormatter())
         line.set_major_locator(matplotlib.ticker.LogLocator(10, (1, 2, 5)))
         line.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
     elif axis.whole:
         line.set_major_locator(matplotlib.ticker.MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    friendly = axis.scale
-    if second and friendly.unit != axis_scale(axis).unit:
-        ratio = friendly.size / axis_scale(axis).size
-        make = ax.secondary_xaxis if which == "x" else ax.secondary_yaxis
-        other = make("top" if which == "x" else "right", functions=(lambda v: v / ratio, lambda v: v * ratio))
-        (other.set_xlabel if which == "x" else other.set_ylabel)(f"[{friendly.unit}]")
+    if second and axis.unit in TURNING:
+        other = axis.scale if axis.drawn.unit == axis.unit else Scale(unit=axis.unit)
+        ratio = other.size / axis.drawn.size
+        make, side = (ax.secondary_xaxis, "top") if which == "x" else (ax.secondary_yaxis, "right")
+        if other.unit != axis.drawn.unit:
+            beside = make(side, functions=(lambda v: v / ratio, lambda v: v * ratio))
+            beside.set(**{f"{which}label": f"[{other.unit}]"})
 
 
 def edges(values, log: bool = False) -> np.ndarray:
@@ -121,11 +121,6 @@ def outline(mask, x, y) -> list[np.ndarray]:
     return loops
 
 
-def check_name(path: str):
-    if pathlib.Path(path).suffix.lower() not in FORMATS:
-        raise UserError(f"{path}: expected a name that ends in {', '.join(FORMATS)}")
-
-
 def beside(path: str, kind: str) -> str:
     """NAME-kind.png for NAME.png."""
     path = pathlib.Path(path)
@@ -133,18 +128,11 @@ def beside(path: str, kind: str) -> str:
 
 
 def write(figure, path: str):
-    save(figure, path, dpi=200)
+    style.save(figure, path, dpi=200)
 
 
 def write_pages(makers, path: str):
     """Figures, one a page of a PDF."""
-    from matplotlib.backends.backend_pdf import PdfPages
-
-    try:
-        with PdfPages(path) as pages:
-            for make in makers:
-                figure = make()
-                pages.savefig(figure)
-                plt.close(figure)
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
+    with whole(path) as draft, PdfPages(draft, metadata={"CreationDate": None}) as pages:
+        for make in makers:
+            pages.savefig(make())
