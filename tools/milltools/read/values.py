@@ -1,6 +1,8 @@
 """What values of deck keys are, as millsim itself tells (`millsim --value`): Python reads no units."""
 
+import contextlib
 import dataclasses
+import math
 import subprocess
 
 from milltools.base.engine import program
@@ -51,6 +53,49 @@ def tell(orders) -> list[Value]:
             key, kind, text, unit, meaning, choices = line.split("\t")
             found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))
     return found
+
+
+def seconds(asked: dict, negative: bool = False) -> list:
+    """[s] of options' texts {"--from": "120 ms", "--to": None}, in their order; a plain number is in seconds, None stays None.
+    A wrong one, or one below 0 unless `negative`, is a UserError that names its option."""
+    return _read(asked, "output.frames", "a time such as '120 ms'", negative)
+
+
+def metres(asked: dict) -> list:
+    """`seconds` for lengths [m]."""
+    return _read(asked, "rotor.shaft_radius", "a length such as '0.1 mm'", False)
+
+
+def _read(asked, key, expected, negative):
+    """`key`: one of a deck that takes any such value from 0 on."""
+    found, with_unit = {}, {}
+    for option, text in asked.items():
+        if text is None:
+            continue
+        try:
+            found[option] = float(text)
+        except ValueError:
+            with_unit[option] = text
+    try:
+        values = _tell_each(with_unit, key)
+    except UserError as fault:
+        if fault.status != 2:
+            raise
+        values = {}
+        for option, text in with_unit.items():  # which of them is wrong
+            with contextlib.suppress(UserError):
+                values |= _tell_each({option: text}, key)
+    for option, text in asked.items():
+        value = (found | values).get(option, math.nan)
+        if text is not None and not (math.isfinite(value) and (negative or value >= 0)):
+            raise UserError(f"{option}: expected {expected}, got '{text}'")
+    return [(found | values).get(option) for option in asked]
+
+
+def _tell_each(texts, key):
+    told = tell(f"{key}={text.strip().removeprefix('-')}" for text in texts.values())
+    signs = (-1 if text.strip().startswith("-") else 1 for text in texts.values())
+    return {option: sign * one.value for option, sign, one in zip(texts, signs, told, strict=True)}
 
 
 def _plain(done) -> str:
