@@ -10,10 +10,10 @@ import pytest
 from films import ENVIRONMENT, MILL, SMALLEST, STEP, frames, off, picture, probe
 from PIL import Image
 
+from milltools.base import text
 from milltools.geometry.trajectory import stored
 from milltools.read.runfile import Run
-from milltools.render import states as motion
-from milltools.render import times
+from milltools.render import states, times
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,8 @@ def runs(tmp_path_factory):
 
 def test_a_still_is_of_the_last_frame_and_has_the_balls_colours(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "last.png", *SMALLEST)
-    size = (tmp_path / "last.png").stat().st_size / 1e6
-    said = f"last.png: 160 x 120 pixels at 0.05 s, {size:.3g} MB\n"
+    size = (tmp_path / "last.png").stat().st_size
+    said = f"last.png: 160 x 120 pixels at 0.05 s, {text.size(size)}\n"
     assert (done.returncode, done.stdout, done.stderr) == (0, said, "")
     assert mill("render", runs / "run.h5", "then.png", "--time", "50 ms", *SMALLEST).returncode == 0
     assert (tmp_path / "last.png").read_bytes() == (tmp_path / "then.png").read_bytes()
@@ -73,8 +73,8 @@ def test_a_film_shows_every_stored_frame(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "film.mp4", *SMALLEST)
     assert done.returncode == 0, done.stderr
     line = "mill render: 11 pictures at 25 a second, 8 times slower than real time"
-    size = (tmp_path / "film.mp4").stat().st_size / 1e6
-    said = f"film.mp4: 11 pictures, 0.44 s, {size:.3g} MB\n"
+    size = (tmp_path / "film.mp4").stat().st_size
+    said = f"film.mp4: 11 pictures, 0.44 s, {text.size(size)}\n"
     assert (done.stdout, done.stderr.splitlines()[0]) == (said, line)
     assert probe(tmp_path / "film.mp4") == ("h264", "yuv420p", 160, 120, 11, 0.44)
     assert mill("render", runs / "run.h5", "last.png", *SMALLEST).returncode == 0
@@ -124,9 +124,9 @@ def test_a_moving_picture_for_pages_has_every_frame_and_repeats_for_ever(mill, r
 # ---- states
 
 
-def states(path, plan, impacts=False, allowed=True):
+def told(path, plan, impacts=False, allowed=True):
     said = []
-    with Run(path) as run, motion.of(run, plan, impacts, allowed, said.append, None) as moving:
+    with Run(path) as run, states.of(run, plan, impacts, allowed, said.append, None) as moving:
         return list(moving.states(plan.times)), moving.guessed, " ".join(said)
 
 
@@ -137,7 +137,7 @@ def plan_of(path, step=STEP):
 
 
 def test_a_deck_run_again_gives_the_states_of_a_finer_run_to_the_bit(runs, the_program):
-    found, guessed, _ = states(runs / "run.h5", plan_of(runs / "run.h5"))
+    found, guessed, _ = told(runs / "run.h5", plan_of(runs / "run.h5"))
     assert guessed == 0 and len(found) > 100
     with Run(runs / "fine.h5") as fine:
         for index, state in enumerate(found, start=1):
@@ -147,7 +147,7 @@ def test_a_deck_run_again_gives_the_states_of_a_finer_run_to_the_bit(runs, the_p
 
 
 def test_without_the_deck_flights_are_shown_and_what_is_not_known_is_said(runs, the_program):
-    found, guessed, _ = states(runs / "run.h5", plan_of(runs / "run.h5"), allowed=False)
+    found, guessed, _ = told(runs / "run.h5", plan_of(runs / "run.h5"), allowed=False)
     more = np.zeros(10)  # share of the balls with more than one contact in each gap
     with Run(runs / "log.h5") as run:
         log = {n: run.read(f"impacts/{n}") for n in ("time", "ball", "partner", "kind")}
@@ -180,7 +180,7 @@ def test_what_is_another_run_is_not_taken_for_this_one(runs, the_program, tmp_pa
             del file["deck/text"]
             file["deck/text"] = text
             reason = "(run again, its "
-    found, guessed, said = states(path, plan_of(path))
+    found, guessed, said = told(path, plan_of(path))
     assert "between stored frames balls are where their flights say" in said and reason in said
     assert len(found) == len(plan_of(path).times) and guessed > 0.02
 
@@ -190,9 +190,9 @@ def test_the_last_impact_of_every_ball_is_that_of_the_log(runs, the_program):
     with Run(runs / "log.h5") as run:
         log = [run.read(f"impacts/{n}") for n in ("time", "ball", "partner", "kind", "normal_speed")]
     right, row = np.full(20, np.nan), 0
-    again, _, said = states(runs / "run.h5", plan, impacts=True)  # which has no log
+    again, _, said = told(runs / "run.h5", plan, impacts=True)  # which has no log
     assert "for exact states and impacts" in said
-    stored_log, _, _ = states(runs / "log.h5", plan, impacts=True)
+    stored_log, _, _ = told(runs / "log.h5", plan, impacts=True)
     assert len(again) == len(stored_log) > 10
     for one, two in zip(again, stored_log):
         while row < len(log[0]) and log[0][row] < one.time:
@@ -204,13 +204,13 @@ def test_the_last_impact_of_every_ball_is_that_of_the_log(runs, the_program):
         np.testing.assert_array_equal(one.value, right)
         np.testing.assert_array_equal(two.value, right)
     with Run(runs / "log.h5") as run:  # looked for from a late moment backwards
-        np.testing.assert_array_equal(motion.LastImpacts(run).until(one.time), right)
+        np.testing.assert_array_equal(states.LastImpacts(run).until(one.time), right)
 
 
 def test_a_run_without_frames_is_run_again_for_them(runs, the_program):
     with Run(runs / "none.h5") as run:
         plan = times.still(run, "10 ms", True)
-    (state,), _, _ = states(runs / "none.h5", plan)
+    (state,), _, _ = told(runs / "none.h5", plan)
     with Run(runs / "fine.h5") as fine:
         assert (state.position == stored(fine, 25).position).all()
 

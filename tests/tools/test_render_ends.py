@@ -1,6 +1,7 @@
 """mill render is ended, fails, or is asked what cannot be: one line, no file, no process."""
 
 import os
+import resource
 import signal
 import subprocess
 import time
@@ -52,7 +53,7 @@ def drawing(process, folder):
     """The children of a film that is being drawn; waits until it is."""
     for _ in range(600):
         found = children(process.pid)
-        if (folder / "long.mp4.part").exists() and sum("render.worker" in a for a in found.values()) == 2:  # fmt: skip
+        if any(folder.glob(".long.mp4.*.part")) and sum("render.worker" in a for a in found.values()) == 2:  # fmt: skip
             return found
         assert process.poll() is None
         time.sleep(0.1)
@@ -89,11 +90,19 @@ def test_a_helper_that_dies_is_one_line(start_mill, runs, tmp_path, victim):
 
 
 def test_a_full_disk_is_one_line(mill, runs, tmp_path):
-    (tmp_path / "film.mp4.part").symlink_to("/dev/full")
-    done = mill("render", runs / "run.h5", "film.mp4", "--to", "10 ms", *SMALLEST)
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == "mill render: film.mp4: No space left on device"
-    assert list(tmp_path.iterdir()) == []
+    full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))}
+    for name, words in (("film.mp4", ("--to", "10 ms")), ("still.png", ()), ("still.pov", ("--pov",))):
+        done = mill("render", runs / "run.h5", name, *words, *SMALLEST, **full)
+        assert done.returncode == 1
+        assert done.stderr.splitlines()[-1] == f"mill render: {name}: File too large"
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_what_ffmpeg_is_to_write_follows_no_link(mill, runs, tmp_path):
+    (tmp_path / "other").write_text("kept")
+    (tmp_path / "film.mp4.part").symlink_to("other")
+    assert mill("render", runs / "run.h5", "film.mp4", "--to", "10 ms", *SMALLEST).returncode == 0
+    assert (tmp_path / "other").read_text() == "kept" and (tmp_path / "film.mp4.part").is_symlink()
 
 
 def test_without_ffmpeg_it_is_said_before_anything_is_drawn(mill, runs, tmp_path):
@@ -118,7 +127,7 @@ BESIDE = (*FILM, "--beside", "camera.mp4")
         (("none-there.h5", "a.png"), "none-there.h5: no such file"),
         (("run.h5", "a.avi"), "a.avi: expected a name ending in .png, .mp4, .webm, .webp, .gif"),
         (("run.h5", "a.pov"), "a.pov: expected a name ending in .png, .mp4, .webm, .webp, .gif; --pov writes scenes"),
-        (("run.h5", "nowhere/a.png"), "nowhere/a.png: its folder nowhere does not exist"),
+        (("run.h5", "nowhere/a.png"), "nowhere/a.png: there is no folder nowhere"),
         (("run.h5", "a.png", "--time", "1 kg"), "--time: expected a time such as '120 ms', got '1 kg'"),
         (("run.h5", "a.png", "--time", "51 ms"), "--time: the run's balls are known up to 0.05 s, asked for 0.051 s"),
         (("run.h5", "a.png", "--slow", "5"), "--slow: only for .mp4 and .webm"),

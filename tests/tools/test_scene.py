@@ -309,19 +309,30 @@ def test_an_orbit_goes_around_once_without_coming_nearer(runs):
 
 
 def test_a_free_camera_stands_where_it_is_put(runs):
-    view = camera.of("eye=0.3,-0.2,0.1 target=0.01,0,0 angle=20", runs("one")).placed((640, 360))
+    view = camera.of(camera.free((0.3, -0.2, 0.1), (0.01, 0, 0), angle=20), runs("one")).placed((640, 360))
     assert view.eye == pytest.approx([0.3, -0.2, 0.1]) and view.angle == 20
     assert view.project([[0.01, 0, 0]], (640, 360))[0, :2] == pytest.approx([320, 180])
 
 
+def test_a_camera_that_is_not_there_is_refused(runs):
+    with pytest.raises(UserError, match="^camera: expected one of front"):
+        camera.of("side", runs("one"))
+
+
 @pytest.mark.parametrize(
-    "text",
-    ["side", "eye=1,2", "eye=a,b,c", "target=0,0,0", "eye=0,0,1", "eye=0,0,0", "eye=1,0,0 angle=0",
-     "eye=1,0,0 up=0,0,0", "eye=1,0,0 lens=3", "eye=nan,0,0"],
-)  # fmt: skip
-def test_a_camera_that_sees_nothing_is_refused(runs, text):
+    "given",
+    [
+        {"eye": (1, 2)},
+        {"eye": (0, 0, 1)},
+        {"eye": (0, 0, 0)},
+        {"eye": (1, 0, 0), "angle": 0},
+        {"eye": (1, 0, 0), "up": (0, 0, 0)},
+        {"eye": (float("nan"), 0, 0)},
+    ],
+)
+def test_a_camera_that_sees_nothing_is_refused(given):
     with pytest.raises(UserError, match="^camera: "):
-        camera.of(text, runs("one"))
+        camera.free(**given)
 
 
 # ---- colours
@@ -439,7 +450,7 @@ def test_a_missing_povray_is_one_line_and_hinders_no_scene(runs, tmp_path, monke
     monkeypatch.setenv("PATH", str(tmp_path))
     path = written(runs("one"), stored(runs("one")), tmp_path)
     with pytest.raises(UserError, match="apt-get install povray") as fault:
-        pov.trace(path, tmp_path / "picture.png", SIZE)
+        pov.trace(path.read_text(), SIZE)
     assert fault.value.status == 1
     assert sorted(p.name for p in tmp_path.iterdir()) == ["scene.pov"]
 
@@ -473,11 +484,9 @@ def test_a_traced_picture_is_seen_as_the_drawn_one(runs, tmp_path):
 
 
 @povray
-def test_what_povray_cannot_read_is_told_in_one_line(tmp_path):
-    (tmp_path / "bad.pov").write_text("sphere { 1 }\n")
+def test_what_povray_cannot_read_is_told_in_one_line():
     with pytest.raises(UserError, match="Parse Error"):
-        pov.trace(tmp_path / "bad.pov", tmp_path / "picture.png", SIZE)
-    assert not (tmp_path / "picture.png").exists()
+        pov.trace("sphere { 1 }\n", SIZE)
 
 
 # ---- what is drawn beside the balls

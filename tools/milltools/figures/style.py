@@ -18,6 +18,7 @@ INK = "#1a1a1a"  # lines and letters; the page's own ink in an inline SVG
 # told apart by all kinds of colour vision (Okabe and Ito), and by the line
 COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 LINES = ("-", "--", "-.", ":")
+SPEEDS = "turbo"  # the colour map of the balls, in every picture of them
 # near them, with a contrast of 3 and more on white as on #111; grey for what is rare
 KIND_LOOK = {
     "ball_ball": ("#1f86c9", "-"),

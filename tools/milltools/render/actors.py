@@ -13,8 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, v
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLSphereMapper
 
 from milltools.geometry.bodies import inverse, moved
-from milltools.render.camera import Camera
-from milltools.render.lamps import FILL, MAIN, light
+from milltools.render.camera import FILL, MAIN, Camera
 from milltools.render.shade import View
 
 SHARP = 35.0  # degrees between faces, from which on their edge is one
@@ -49,7 +48,7 @@ class Eye:
         """Sets the view for a camera.Camera; returns its shade.View."""
         self._camera = camera
         clipping = aim(self.renderer, camera, mill)
-        self.renderer.GetLights().GetItemAsObject(0).SetPosition(*light(camera))
+        self.renderer.GetLights().GetItemAsObject(0).SetPosition(*camera.lamp)
         return View(camera, tuple(self._count * side for side in self._tile), clipping)
 
     def tiles(self):
@@ -131,7 +130,7 @@ class Shadow:
     def look(self, camera):
         """Sets the lamp for a camera.Camera; returns its shade.View."""
         right, up, forward = camera.axes
-        towards = light(camera) @ np.array([right, up, -forward])
+        towards = camera.lamp @ np.array([right, up, -forward])
         reach = self._mill.reach * 1.05
         lamp = Camera(2 * reach * towards, np.zeros(3), up, 0.0, 2 * reach)
         clipping = aim(self.renderer, lamp, self._mill)

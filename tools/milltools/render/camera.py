@@ -19,9 +19,10 @@ PRESETS = {
     "end": (0.0, 0.0, 0.0),
     "orbit": (-32.0, 20.0, 26.0),
 }
-FREE = ("eye", "target", "up", "angle")
 FREE_ANGLE = 30.0  # degrees, if not said
 MIN_ANGLE, MAX_ANGLE = 1.0, 150.0  # degrees
+# strengths of the lamps of every picture: the main one throws shadows (Camera.lamp), the others are at places right, up, towards the eye
+MAIN, FILL = 0.62, (((-0.75, 0.65, 0.55), 0.42), ((0.9, -0.1, 0.5), 0.12))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,6 +55,15 @@ class Camera:
         right = np.cross(forward, self.up)
         right = right / np.linalg.norm(right)
         return np.array([right, np.cross(right, forward), forward])
+
+    @property
+    def lamp(self) -> np.ndarray:
+        """Towards the main lamp (right, up, towards the eye), a unit vector: over the camera's shoulder and into the drum's open
+        end. It changes smoothly as the camera goes around."""
+        right, up, forward = self.axes
+        into = -forward[0] * np.array([right[0], up[0], -forward[0]])
+        towards = np.array([-0.12, 0.42, 1.0]) + 0.55 * into
+        return towards / np.linalg.norm(towards)
 
     def placed(self, size, frame=(0.0, 0.0, 1.0, 1.0)) -> "Camera":
         """The camera moved, not turned, until its hull fills `frame` (left, top, right, bottom; shares of a picture of `size`
@@ -108,18 +118,15 @@ class Camera:
         return np.stack([size[0] / 2 + seen[:, 0] * scale, size[1] / 2 - seen[:, 1] * scale, seen[:, 2]], axis=1)
 
 
-def of(text: str, run, fraction: float = 0.0, poses=None) -> Camera:
+def of(view: str | Camera, run, fraction: float = 0.0, poses=None) -> Camera:
     """A camera by name, one of PRESETS, for a milltools.read.runfile.Run; at `fraction` 0..1 of a film (orbit has gone once around
-    by 1). Or a free one, as "eye=0.3,-0.2,0.1 target=0,0,0 up=0,0,1 angle=30" ([m], [degrees]; eye must be there). With `poses`
-    it rides on the container, which is where these say."""
+    by 1). Or a free one. With `poses` it rides on the container, which is where these say."""
     mill = bodies.Mill.of(run)
     riding = poses is not None and bool(mill.carrier)
-    if "=" in text:
-        view = _free(text)
-    elif text in PRESETS:
-        view = _preset(text, mill, mill.swept(mill.poses[:1]) if riding else mill.hull, fraction)
-    else:
-        raise UserError(f"camera: expected one of {', '.join(PRESETS)}, or eye=x,y,z; got {text!r}")
+    if isinstance(view, str):
+        if view not in PRESETS:
+            raise UserError(f"camera: expected one of {', '.join(PRESETS)}; got {view!r}")
+        view = _preset(view, mill, mill.swept(mill.poses[:1]) if riding else mill.hull, fraction)
     if not riding:
         return view
     return view.carried(bodies.after(*(mill.pose(mill.carrier, p) for p in (poses, mill.poses[0]))))
@@ -168,22 +175,3 @@ def free(eye, target=(0.0, 0.0, 0.0), up=(0.0, 0.0, 1.0), angle=FREE_ANGLE) -> C
     if not up.any():
         raise UserError("camera: up has no direction")
     return Camera(eye, target, up, float(angle))
-
-
-def _free(text):
-    """From words key=value."""
-    found = {}
-    for word in text.split():
-        key, _, value = word.partition("=")
-        if key not in FREE:
-            raise UserError(f"camera: unknown {key!r}; one of {', '.join(FREE)}")
-        try:
-            numbers = [float(part) for part in value.split(",")]
-        except ValueError:
-            raise UserError(f"camera: {key}: expected numbers, got {value!r}") from None
-        if len(numbers) != (1 if key == "angle" else 3):
-            raise UserError(f"camera: {key}: wrong number of numbers in {value!r}")
-        found[key] = numbers[0] if key == "angle" else numbers
-    if "eye" not in found:
-        raise UserError("camera: a free camera needs eye=x,y,z")
-    return free(**found)

@@ -7,11 +7,11 @@ import matplotlib
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.text import prefix
+from milltools.figures.style import SPEEDS
 
-MAP = "turbo"
 SHARE = 0.995  # of the balls are within the limits, if not said otherwise
 LOOKED_AT = 12  # frames that the limits are found from
-PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 
 
 def _speed(state, run):
@@ -56,7 +56,7 @@ class Colour:
 
     quantity: str
     limits: tuple[float, float]
-    cmap: str = MAP
+    cmap: str = SPEEDS
 
     def values(self, state, run) -> np.ndarray:
         """The value of every ball (N,) [SI]; NaN where a ball has none yet."""
@@ -78,10 +78,8 @@ class Colour:
         unit, top = QUANTITIES[self.quantity].unit, max(map(abs, self.limits))
         if unit != "J":
             return 1.0, unit
-        for factor, prefix in PREFIXES:
-            if top >= factor:
-                return factor, prefix + unit
-        return PREFIXES[-1][0], PREFIXES[-1][1] + unit
+        factor, letter = prefix(top)
+        return factor, letter + unit
 
     @property
     def title(self) -> str:
@@ -94,7 +92,7 @@ def _table(cmap):
     return (matplotlib.colormaps[cmap](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
 
 
-def of(run, quantity: str, limits=None, cmap: str = MAP) -> Colour:
+def of(run, quantity: str, limits=None, cmap: str = SPEEDS) -> Colour:
     """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
     within them, from 0 on."""
     if quantity not in QUANTITIES:

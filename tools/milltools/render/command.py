@@ -1,15 +1,16 @@
 """`mill render`: pictures and films of a run in 3D, off-screen.
 
-One way through: when (times.py) -> states of the balls then (motion.py, from trajectory.py or rerun.py) -> pictures (look.py, by
-team.py in several processes) -> a file (a still here, a film by encode.py, beside a camera's by beside.py).
+One way through, in film.py: when (times.py) -> states of the balls then (states.py) -> pictures (settings.py, by team.py in several
+processes) -> a file (a film by encode.py, beside a camera's by footage.py).
 """
 
 import argparse
-import os
 import pathlib
 
 from milltools.base.errors import UserError
-from milltools.base.files import keep_apart
+from milltools.base.files import check_writable
+from milltools.base.processes import Stopped, stops_in_order
+from milltools.base.progress import say
 
 SUMMARY = """Pictures (FILE.png) and films (FILE.mp4, FILE.webm; FILE.webp and FILE.gif for
 pages, where they repeat) of a run in 3D; no display is needed. Without --slow a film shows every stored
@@ -76,31 +77,19 @@ def _whole(text):
     return value
 
 
-_positive.__name__, _whole.__name__ = (
-    "positive number",
-    "number of processes",
-)  # argparse's errors name them
+_positive.__name__, _whole.__name__ = "positive number", "number of processes"  # argparse's errors name them
 
 
 def run(arguments) -> int:
-    from milltools.base.processes import Stopped, stops_in_order
-
-    suffix = _suffix(arguments)
-    path = _output(arguments)
+    suffix, path = _suffix(arguments), pathlib.Path(arguments.file)
+    check_writable(path, [other for other in (arguments.run, arguments.beside) if other])
     try:
         with stops_in_order():
-            if suffix in STILLS:
-                from milltools.render import still
+            from milltools.render import film
 
-                still.make(arguments, path)
-            else:
-                from milltools.render import film
-
-                film.make(arguments, path)
+            (film.still if suffix in STILLS else film.film)(arguments, path)
     except Stopped as stop:
-        from milltools.render.progress import say
-
-        say("stopped")
+        say("mill render", "stopped")
         return 128 + stop.number
     return 0
 
@@ -132,16 +121,3 @@ def _go_together(arguments, words, needed):
     for word in words:
         if getattr(arguments, word) is not None and getattr(arguments, needed) is None:
             raise UserError(f"--{word.replace('_', '-')}: only with --{needed}")
-
-
-def _output(arguments) -> pathlib.Path:
-    """The file's path; what cannot be written is said before anything is drawn."""
-    path = pathlib.Path(arguments.file)
-    if not path.parent.is_dir():
-        raise UserError(f"{path}: its folder {path.parent} does not exist")
-    if path.is_dir():
-        raise UserError(f"{path}: a folder, not a file")
-    keep_apart(path, [other for other in (arguments.run, arguments.beside) if other])
-    if not os.access(path.parent, os.W_OK):
-        raise UserError(f"{path}: permission denied", status=1)
-    return path

@@ -1,18 +1,22 @@
 """Pictures into a film, by ffmpeg; and what its sibling ffprobe says of one.
 
-ffmpeg gets raw pictures on its standard input and writes beside the film's name; the name is given to a whole film only.
+ffmpeg gets raw pictures on its standard input.
 """
 
+import contextlib
+import errno
 import fractions
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 import tempfile
 
+import numpy as np
+
 from milltools.base import processes
 from milltools.base.errors import UserError
+from milltools.base.files import whole
 
 # screens' red, green and blue as the video standard of HD has them, said so in the file
 COLOURS = [
@@ -31,7 +35,7 @@ FORMATS = {
               "-f", "webp"],
     ".gif": ["-filter_complex", PALETTE, "-loop", "0", "-f", "gif"],
 }  # fmt: skip
-NO_ROOM = "No space left on device"
+NO_ROOM = errno.ENOSPC, errno.EDQUOT, errno.EFBIG
 
 
 def program(name="ffmpeg") -> str:
@@ -47,76 +51,57 @@ def rate(fps) -> str:
     return str(fractions.Fraction(fps).limit_denominator(100_000))
 
 
-class Encoder:
-    """A film being written; a context manager. Leaving it without an exception completes the film."""
+@contextlib.contextmanager
+def encoder(path, size, fps):
+    """A function that adds a picture, uint8 (height, width, 3), top row first, to the film that is at `path` afterwards.
 
-    def __init__(self, path, size, fps):
-        """path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
-        self.path = pathlib.Path(path)
-        self.size, self.fps = size, fps
-        self.draft = self.path.with_name(f"{self.path.name}.part")
-        self._process = self._said = None
-
-    def __enter__(self):
-        width, height = self.size
-        self._said = tempfile.TemporaryFile()
+    path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
+    width, height = size
+    with whole(path) as draft, tempfile.TemporaryFile() as said:
         command = [
             *processes.guard(), program(), "-v", "error", "-nostdin", "-xerror", "-y",
-            "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate(self.fps), "-i", "pipe:0",
+            "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate(fps), "-i", "pipe:0",
             "-an", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1",
-            *FORMATS[self.path.suffix.lower()], f"file:{self.draft}",
+            *FORMATS[path.suffix.lower()], f"file:{draft}",
         ]  # fmt: skip
-        self._process = subprocess.Popen(
+        process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
-            stderr=self._said,
+            stderr=said,
             start_new_session=True,  # Ctrl-C is ours to handle
+            restore_signals=False,  # what it may not write it shall say, not die of
         )
-        return self
 
-    def write(self, picture):
-        """One more picture: uint8 (height, width, 3), top row first."""
-        width, height = self.size
-        if picture.shape != (height, width, 3) or picture.dtype != "uint8":
-            raise ValueError(f"expected {width} x {height} pictures, got {picture.shape}")
-        try:
-            self._process.stdin.write(picture.data if picture.flags.c_contiguous else picture.tobytes())  # fmt: skip
-        except BrokenPipeError:
-            self._process.wait()
-            raise self._fault() from None
+        def add(picture):
+            if picture.shape != (height, width, 3) or picture.dtype != "uint8":
+                raise ValueError(f"expected {width} x {height} pictures, got {picture.shape}")
+            process.stdin.write(np.ascontiguousarray(picture).data)
 
-    def __exit__(self, kind, *_):
         try:
-            if kind is None:
-                self._finish()
+            try:
+                yield add
+                process.stdin.close()
+            except BrokenPipeError:
+                process.wait()
+                raise _fault(path, process, said) from None
+            if process.wait() != 0:
+                raise _fault(path, process, said)
         finally:
-            if self._process.poll() is None:
-                self._process.kill()
-                self._process.wait()
-            self._said.close()
-            self.draft.unlink(missing_ok=True)
+            process.kill()
+            process.wait()
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.close()
 
-    def _finish(self):
-        try:
-            self._process.stdin.close()
-        except BrokenPipeError:
-            pass  # its status tells more
-        if self._process.wait() != 0:
-            raise self._fault()
-        try:
-            os.replace(self.draft, self.path)
-        except OSError as fault:
-            raise UserError(f"{self.path}: {fault.strerror}", status=1) from None
 
-    def _fault(self):
-        self._said.seek(0)
-        text = self._said.read().decode(errors="replace")
-        if NO_ROOM in text:
-            return UserError(f"{self.path}: {NO_ROOM}", status=1)
-        lines = text.strip().splitlines()
-        last = lines[0] if lines else f"it ended with status {self._process.returncode}"
-        return UserError(f"{self.path}: ffmpeg: {last}", status=1)
+def _fault(path, process, said):
+    said.seek(0)
+    text = said.read().decode(errors="replace")
+    for reason in map(os.strerror, NO_ROOM):
+        if reason in text:
+            return UserError(f"{path}: {reason}", status=1)
+    lines = text.strip().splitlines() or [f"it ended with status {process.returncode}"]
+    return UserError(f"{path}: ffmpeg: {lines[0]}", status=1)
 
 
 def probe(path) -> dict:

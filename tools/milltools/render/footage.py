@@ -4,6 +4,7 @@ Picture k of the camera was taken at offset + k / (its frames a second) of the r
 so the rate at which pictures were taken and the rate at which the file plays are two things.
 """
 
+import contextlib
 import dataclasses
 import re
 import subprocess
@@ -15,6 +16,7 @@ from PIL import Image, ImageDraw
 from milltools.base import processes
 from milltools.base.errors import UserError
 from milltools.render import encode
+from milltools.render.overlay import font
 
 GAP = 4  # pixels between the two
 INK, GROUND = (255, 255, 255), (38, 46, 58)
@@ -103,26 +105,28 @@ def size(ours, film) -> tuple[int, int]:
     return ours[0] + GAP + film.width(ours[1]), ours[1]
 
 
-class Joiner:
-    """Puts two pictures beside each other and writes over each what it is."""
+def beside(ours, film, skip):
+    """A function of the simulation's pictures, of size `ours`, that gives each joined with the film's next one, from number `skip`
+    on; it ends when either does. On both stands what they are."""
+    height = ours[1]
+    labels = [_label(name, height) for name in ("simulation", "camera")]
+    gap = np.full((height, GAP, 3), GROUND, np.uint8)
 
-    def __init__(self, height, names=("simulation", "camera")):
-        self.labels = [_label(name, height) for name in names]
-        self.gap = np.full((height, GAP, 3), GROUND, np.uint8)
+    def join(mine):
+        theirs = pictures(film, height, skip)
+        with contextlib.closing(theirs):
+            for left, right in zip(mine, theirs):
+                joined = np.concatenate([left, gap, right], axis=1)
+                for label, end in zip(labels, (left.shape[1], joined.shape[1])):
+                    rows, columns = label.shape[:2]
+                    begin = max(0, end - columns)  # the upper right corner: the scene writes nothing there
+                    joined[:rows, begin:end] = label[:, columns - (end - begin) :]
+                yield joined
 
-    def join(self, left, right):
-        """One picture of two of the same height."""
-        joined = np.concatenate([left, self.gap, right], axis=1)
-        for label, end in zip(self.labels, (left.shape[1], joined.shape[1])):
-            rows, columns = label.shape[:2]
-            begin = max(0, end - columns)  # the upper right corner: the scene writes nothing there
-            joined[:rows, begin:end] = label[:, columns - (end - begin) :]
-        return joined
+    return join
 
 
 def _label(text, height):
-    from milltools.render.overlay import font
-
     pixels = max(12, round(height / 32))
     shape = font(pixels)
     box = shape.getbbox(text)

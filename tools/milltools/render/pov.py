@@ -1,6 +1,6 @@
 """A state as a scene for POV-Ray: true shadows and reflections, the look of the paper's Figure 4.
 
-write() makes the scene, trace() has povray make a picture of it, finish() writes colour bar and time over that; draw() is all three.
+scene() is its text, trace() has povray make a picture of that; draw() is both, with colour bar and time written over it.
 POV-Ray takes any right, up and direction, so the scene keeps the deck's right-handed frame. Colours are linear light there
 (assumed_gamma 1). Only numbers go into a scene, no text of a deck.
 """
@@ -15,8 +15,9 @@ import numpy as np
 from PIL import Image
 
 from milltools.base.errors import UserError
+from milltools.base.files import write_text
 from milltools.geometry.bodies import Mill, moved
-from milltools.render.lamps import FILL, light
+from milltools.render.camera import FILL
 from milltools.render.overlay import Overlay
 from milltools.render.scene import BACKGROUNDS, caption
 
@@ -50,7 +51,12 @@ sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball 
 
 
 def write(run, state, path, camera, colour, size):
-    """Writes the scene of a trajectory.State of a milltools.read.runfile.Run to `path`, for a picture of `size` pixels."""
+    """Writes a scene() to `path`."""
+    write_text(path, scene(run, state, camera, colour, size))
+
+
+def scene(run, state, camera, colour, size) -> str:
+    """The scene of a trajectory.State of a milltools.read.runfile.Run, for a picture of `size` pixels."""
     mill = Mill.of(run)
     placed = camera.placed(size, _overlay(run, camera, colour, size).frame)
     head = HEAD.format(
@@ -62,7 +68,7 @@ def write(run, state, path, camera, colour, size):
         lights=_lights(placed, mill),
     )
     parts = [head, *_bodies(mill, state.poses or {}), *_balls(run, state, colour)]
-    _replace(path, "\n".join(parts).encode() + b"\n")
+    return "\n".join(parts) + "\n"
 
 
 def _vector(values):
@@ -87,7 +93,7 @@ def _lights(camera, mill):
     """The lamps of the other pictures: the main one throws shadows, two fill."""
     axes = camera.axes * np.array([[1], [1], [-1]])
     reach = 12 * mill.reach
-    lines = [f"light_source {{ {_vector(reach * (light(camera) @ axes))} rgb {POV_MAIN} }}"]
+    lines = [f"light_source {{ {_vector(reach * (camera.lamp @ axes))} rgb {POV_MAIN} }}"]
     for place, strength in FILL:
         lines.append(
             f"light_source {{ {_vector(reach * (np.array(place) @ axes))} rgb {POV_FILL * strength:.3g} shadowless }}"
@@ -125,17 +131,6 @@ def _balls(run, state, colour):
     return ["B(" + ",".join(f"{v:.6g}" for v in row) + ")" for row in rows]
 
 
-def _replace(path, content):
-    path = pathlib.Path(path)
-    draft = path.with_name(f"{path.name}.part")
-    try:
-        draft.write_bytes(content)
-        os.replace(draft, path)
-    except OSError as fault:
-        draft.unlink(missing_ok=True)
-        raise UserError(f"{path}: {fault.strerror or fault}", status=1) from None
-
-
 # ---- the picture
 
 
@@ -147,39 +142,24 @@ def program() -> str:
     return found
 
 
-def trace(path, png, size, background="studio"):
-    """Has povray make the picture `png` of `size` pixels of the scene at `path`, on a `background` of scene.BACKGROUNDS."""
+def trace(scene, size, background="studio") -> np.ndarray:
+    """povray's picture (h, w, 3 or 4) uint8 of the text of a scene, of `size` pixels on a `background` of scene.BACKGROUNDS."""
     width, height = size
-    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-        # povray reads its words as an INI file: under names of ours nothing in a path can be taken for one
-        raw = pathlib.Path(folder) / "traced.png"
-        try:
-            shutil.copyfile(path, pathlib.Path(folder) / "scene.pov")
-        except OSError as fault:
-            raise UserError(f"{path}: {fault.strerror or fault}") from None
+    with tempfile.TemporaryDirectory(prefix="mill-") as name:
+        folder = pathlib.Path(name)
+        (folder / "scene.pov").write_text(scene)
         words = [program(), "+Iscene.pov", "+Otraced.png", f"+W{width}", f"+H{height}", *FLAGS]
         if os.environ.get(THREADS, "").isdigit():
             words.append(f"+WT{os.environ[THREADS]}")
-        process = subprocess.Popen(
-            words,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            cwd=folder,
+        # run() ends povray with us, on Ctrl-C too
+        done = subprocess.run(
+            words, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace"
         )
-        try:
-            said = process.communicate()[1].decode(errors="replace")
-        except BaseException:  # Ctrl-C: povray goes with us
-            process.kill()
-            process.wait()
-            raise
-        if process.returncode != 0 or not raw.exists():
-            raise UserError(f"{path}: povray ended with status {process.returncode}: {_reason(said)}", 1)
-        with Image.open(raw) as image:
+        if done.returncode != 0 or not (folder / "traced.png").exists():
+            raise UserError(f"povray ended with status {done.returncode}: {_reason(done.stderr)}", 1)
+        with Image.open(folder / "traced.png") as image:
             picture = np.array(image.convert("RGBA"))
-    if background != "transparent":
-        picture = _over(picture, BACKGROUNDS[background][:2])
-    _save(picture, png)
+    return picture if background == "transparent" else _over(picture, BACKGROUNDS[background][:2])
 
 
 def _reason(said):
@@ -200,33 +180,12 @@ def _over(picture, colours):
     return np.round(picture[..., :3] * alpha + behind * (1 - alpha)).astype(np.uint8)
 
 
-def _save(picture, png):
-    png = pathlib.Path(png)
-    draft = png.with_name(f"{png.name}.part")
-    try:
-        Image.fromarray(picture).save(draft, format="PNG")
-        os.replace(draft, png)
-    except OSError as fault:
-        draft.unlink(missing_ok=True)
-        raise UserError(f"{png}: {fault.strerror or fault}", status=1) from None
-
-
 def _overlay(run, camera, colour, size):
     return Overlay(size, colour, caption(run, camera), run.quantity("run/time", 1.0))
 
 
-def finish(picture, run, state, camera, colour):
-    """Writes colour bar and time over a traced picture (h, w, 3 or 4) uint8, in place."""
-    _overlay(run, camera, colour, (picture.shape[1], picture.shape[0])).paste(picture, state.time)
-
-
 def draw(run, state, camera, colour, size, background="studio") -> np.ndarray:
     """The finished picture (h, w, 3) uint8 of a state, as scene.Scene.draw gives it."""
-    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-        scene, png = pathlib.Path(folder) / "scene.pov", pathlib.Path(folder) / "scene.png"
-        write(run, state, scene, camera, colour, size)
-        trace(scene, png, size, background)
-        with Image.open(png) as image:
-            picture = np.array(image)
-    finish(picture, run, state, camera, colour)
+    picture = trace(scene(run, state, camera, colour, size), size, background)
+    _overlay(run, camera, colour, size).paste(picture, state.time)
     return picture

@@ -6,14 +6,15 @@ Everything is made once; a frame only moves what moves. One Scene per process: O
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.text import plural
 from milltools.geometry.bodies import Mill
 from milltools.read import motions
 from milltools.render import window as windows
 from milltools.render.overlay import DARK, LIGHT, Overlay
 from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
-from milltools.render.shade import Look, Shade
+from milltools.render.shade import Shade
 
-SIZES = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}
+SIZES, DEFAULT = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}, "1080p"
 LEAST, MOST = 16, 8192  # pixels of a side
 
 BACKGROUNDS = {  # colours below and above, and the ink of what is written there
@@ -24,11 +25,7 @@ BACKGROUNDS = {  # colours below and above, and the ink of what is written there
 }
 TILE = 2_100_000  # pixels that VTK draws at a time; each costs it some 60 bytes
 EDGE = 0.4  # neighbours this much deeper are behind an edge; in radii of a ball
-# larger by `over` and averaged down for clean edges
-QUALITIES = {
-    "draft": {"over": 1, "look": Look(pairs=2)},
-    "final": {"over": 2, "look": Look(pairs=2)},
-}
+QUALITIES = {"draft": 1, "final": 2}  # how many times larger it is drawn, and averaged down for clean edges
 
 METAL, RIM, GLASS = (0.74, 0.76, 0.79), (0.20, 0.25, 0.33), (0.80, 0.87, 0.94)
 
@@ -69,14 +66,14 @@ class Scene:
         ):
             if name not in known:
                 raise UserError(f"{what}: expected one of {', '.join(known)}, got {name!r}")
-        self._how = QUALITIES[quality]
+        self._larger = QUALITIES[quality]
         self._transparent = background == "transparent"
         self._over = None
         ink = BACKGROUNDS[background][2]
         if overlay:
             self._over = Overlay(self.size, colour, caption(run, camera), run.quantity("run/time", 1.0), ink)
         self.mill = Mill.of(run)
-        tile, count = tiles(self.size, self._how["over"])
+        tile, count = tiles(self.size, self._larger)
         self._window = windows.open_window(tile)
         from milltools.render import actors  # imports vtk, which asks for the kind of window
 
@@ -109,7 +106,7 @@ class Scene:
         frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
         self.camera = camera.placed(self.size, frame)
         eye, lamp = self._eye.look(self.camera, self.mill), self._shadow.look(self.camera)
-        self._shade = Shade(eye, lamp, self._radius, self._how["look"])
+        self._shade = Shade(eye, lamp, self._radius)
 
     def draw(self, state) -> np.ndarray:
         """The picture of a trajectory.State: (h, w, 3) uint8, top row first; (h, w, 4) on a transparent background."""
@@ -121,7 +118,7 @@ class Scene:
         lamp = self._shadow.render()
         picture, depth = self._see()
         light, grid = self._shade.light(depth, lamp), self._shade.grid
-        if self._how["over"] == 2:
+        if self._larger == 2:
             light, grid = halved_light(light), max(1, grid // 2)
         else:
             soften(picture, self._shade.eye.depth(depth), EDGE * self._radius)
@@ -134,7 +131,7 @@ class Scene:
 
     def _see(self):
         """The picture without shade, and the depth buffer behind it (of the larger picture where there is one)."""
-        over, (width, height) = self._how["over"], self.size
+        over, (width, height) = self._larger, self.size
         picture = np.empty((height, width, 4 if self._transparent else 3), np.uint8)
         depth = np.empty((over * height, over * width), np.float32)
         for place, colours, buffer in self._eye.tiles():
@@ -152,7 +149,5 @@ class Scene:
 
 def caption(run, camera) -> str:
     """What the picture is of, as in "4000 balls, 1000 rpm"."""
-    count = len(run.balls("mass"))
-    words = f"{count} ball{'s' if count != 1 else ''}"
     seen = ["camera on the container"] if camera.riding else []
-    return ", ".join([words, *motions.speeds(run), *seen])
+    return ", ".join([plural(len(run.balls("mass")), "ball"), *motions.speeds(run), *seen])

@@ -10,7 +10,6 @@ behind the surface, summed over lines along the view; half of it is, on a plane.
 nearer there.
 """
 
-import dataclasses
 import math
 
 import numpy as np
@@ -18,20 +17,15 @@ import numpy as np
 GOLDEN = math.pi * (3 - math.sqrt(5))  # angle between places of a sunflower's seeds
 GRID = 4
 COARSE = 2.0  # depths of the lamp's picture are this many of its pixels off, on what is seen aslant
+# How dark it gets, and how that is found; lengths in radii of a ball
+PAIRS = 2  # of lines through the air about a place, in each of the small pictures
+REACH = 2.4  # of the air about a place
+DARK = 1.7
+BLUR = 0.45  # radius over which the looks into the lamp's picture are spread
+BIAS = 0.35  # what the lamp sees as near as this throws no shadow
+SOFT = 0.3
+SHADOW = 0.42  # share of light that a shadow takes
 LEAST_REACH = 3.0  # pixels of a small picture that the air about a place must reach; else the grid is made coarser
-
-
-@dataclasses.dataclass(frozen=True)
-class Look:
-    """How dark it gets, and how that is found; lengths in radii of a ball."""
-
-    pairs: int = 2  # of lines through the air about a place, in each of the small pictures
-    reach: float = 2.4  # of the air about a place
-    dark: float = 1.7
-    blur: float = 0.45  # radius over which the looks into the lamp's picture are spread
-    bias: float = 0.35  # what the lamp sees as near as this throws no shadow
-    soft: float = 0.3
-    shadow: float = 0.42  # share of light that a shadow takes
 
 
 class View:
@@ -98,9 +92,9 @@ class View:
 class Shade:
     """Shade for pictures of a View `eye`, with a lamp's View `lamp`; `radius` of a ball [m]."""
 
-    def __init__(self, eye, lamp, radius, look=Look()):
-        self.eye, self.lamp, self.radius, self.look = eye, lamp, radius, look
-        self.reach = look.reach * radius
+    def __init__(self, eye, lamp, radius):
+        self.eye, self.lamp, self.radius = eye, lamp, radius
+        self.reach = REACH * radius
         self.grid = GRID
         while self.grid > 1 and eye.pixels(self.reach) < LEAST_REACH * self.grid:
             self.grid //= 2
@@ -123,16 +117,16 @@ class Shade:
 
     def _open(self, depth, index):
         """Ambient light. Lines come in pairs, opposite each other: on a plane seen aslant they cancel."""
-        reach, pairs = self.reach, self.look.pairs
+        reach = self.reach
         pixels = self.eye.pixels(reach) / self.grid
         margin = math.ceil(pixels) + 1
         padded = np.pad(depth, margin, mode="edge")
         height, width = depth.shape
         total, weight = np.zeros_like(depth), 0.0
         part, other, near = (np.empty_like(depth) for _ in range(3))
-        for k in range(pairs):
+        for k in range(PAIRS):
             # every small picture has a line near the middle and one near the edge of the air
-            share = math.sqrt((k + (index + 0.5) / len(self.phases)) / pairs)
+            share = math.sqrt((k + (index + 0.5) / len(self.phases)) / PAIRS)
             angle = (k * len(self.phases) + index) * GOLDEN
             dx, dy = (round(share * pixels * f(angle)) for f in (math.cos, math.sin))
             half = np.float32(reach * math.sqrt(1 - share * share))
@@ -151,14 +145,13 @@ class Shade:
             part *= near
             total += part
             weight += 2 * half
-        total *= np.float32(-self.look.dark / weight)
+        total *= np.float32(-DARK / weight)
         total += 1
         return np.clip(total, 0.1, 1, out=total)
 
     def _lit(self, depth, lamp, index):
         """The lamp's light."""
-        look = self.look
-        spread = look.blur * self.radius / self.lamp.scale
+        spread = BLUR * self.radius / self.lamp.scale
         away = spread * math.sqrt((index + 0.5) / len(self.phases))
         column, row, far = self.eye.places(self._into, depth, self.phases[index], self.grid)
         column += np.float32(away * math.cos(index * GOLDEN))
@@ -168,7 +161,7 @@ class Shade:
         at *= side
         at += np.clip(column, 0, side - 1, out=column).astype(np.int32)
         far -= lamp.ravel().take(at)
-        far -= np.float32(look.bias * self.radius + COARSE * self.lamp.scale)
-        far *= np.float32(-look.shadow / (look.soft * self.radius))
+        far -= np.float32(BIAS * self.radius + COARSE * self.lamp.scale)
+        far *= np.float32(-SHADOW / (SOFT * self.radius))
         far += 1
-        return np.clip(far, 1 - look.shadow, 1, out=far)
+        return np.clip(far, 1 - SHADOW, 1, out=far)

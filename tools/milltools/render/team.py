@@ -1,8 +1,8 @@
-"""Pictures drawn by several processes at once, handed out in their order.
+"""Work done by several processes at once, handed out and taken back in its order.
 
-Each has a scene of its own and draws on one core. It gets states and gives pictures through a pair of sockets; few of
-either are on the way at any time, so memory does not grow with the film. A process ends when its socket does, so none
-outlives the command that started it, whatever ends that.
+Each process has what it needs to itself (a scene has a context of its own, and draws on one core). It gets tasks and gives results
+through a pair of sockets; few of either are on the way at any time, so memory does not grow with the film. A process ends when its
+socket does, so none outlives the command that started it, whatever ends that.
 """
 
 import contextlib
@@ -14,118 +14,98 @@ import subprocess
 import sys
 import tempfile
 
-import numpy as np
-
 from milltools.base import processes
 from milltools.base.errors import UserError
 
 ONE_CORE = {
     "LP_NUM_THREADS": "1",
     "MILL_POVRAY_THREADS": "1",
-}  # the other cores have their own process
-AHEAD = 2  # states a process may have: one in hand, one that waits
+}  # of Mesa's and POV-Ray's: the other cores have their own process
+AHEAD = 2  # tasks a process may have: one in hand, one that waits
 
 
 class Worker:
-    """One process that draws."""
+    """One process, in which `opens()` is entered: what it yields is called with the arguments of every task."""
 
-    def __init__(self, look, folder):
-        """folder: for what it writes for itself; whoever draws removes it."""
+    def __init__(self, opens):
         self.here, there = multiprocessing.Pipe()
         self.busy = 0
         self.said = tempfile.TemporaryFile()
-        environment = {
-            **os.environ,
-            "LP_NUM_THREADS": "1",
-        }  # of Mesa's: the other cores have their own process
-        environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+        path = os.pathsep.join(folder for folder in sys.path if folder)
         with there:
             self.process = subprocess.Popen(
-                [
-                    *processes.guard(),
-                    sys.executable,
-                    "-m",
-                    "milltools.render.worker",
-                    str(there.fileno()),
-                ],
+                [*processes.guard(), sys.executable, "-m", "milltools.render.worker", str(there.fileno())],
                 pass_fds=[there.fileno()],
-                env=environment,
+                env={**os.environ, **ONE_CORE, "PYTHONPATH": path},
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=self.said,
                 start_new_session=True,  # Ctrl-C is ours to handle
             )
-        self.give(look)
+        self.give(opens)
 
     def give(self, thing):
-        """Sends a state (or, first, the look)."""
+        """Sends a task: (number, *arguments)."""
         try:
             self.here.send(thing)
         except (BrokenPipeError, ConnectionResetError):
             raise self._fault() from None
 
     def take(self):
-        """(number, picture) that is ready; the worker's UserError is raised here."""
+        """(number, result) that is ready; the process's UserError is raised here."""
         try:
             kind, *rest = self.here.recv()
-            if kind == "error":
-                raise UserError(*rest)
-            number, shape = rest
-            return number, np.frombuffer(self.here.recv_bytes(), np.uint8).reshape(shape)
         except (EOFError, ConnectionResetError):
             raise self._fault() from None
+        if kind == "error":
+            raise UserError(*rest)
+        return rest
 
     def _fault(self):
         status = self.process.wait()
-        how = f"status {status}"
-        if status < 0:
-            how = f"signal {-status} ({signal.Signals(-status).name})"
+        how = f"signal {-status} ({signal.Signals(-status).name})" if status < 0 else f"status {status}"
         self.said.seek(0)
         lines = self.said.read().decode(errors="replace").strip().splitlines()
-        return UserError(f"a drawing process died of {how}{': ' + lines[-1] if lines else ''}", status=1)  # fmt: skip
+        return UserError(f"a drawing process died of {how}{': ' + lines[-1] if lines else ''}", status=1)
 
-    def end(self):
+    def kill(self):
         """Ends the process, whatever it does, and what it has started."""
-        self.here.close()
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)  # its session is its own
         self.process.wait()
+
+    def end(self):
+        self.kill()
+        self.here.close()
         self.said.close()
 
 
-def draw(looks, tasks):
-    """Yields the picture of every task (fraction, state) of the iterable, in order, uint8 (h, w, 3), drawn by one
-    process for each of the `looks`."""
-    workers = []
-    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
-        try:
-            for look in looks:
-                workers.append(Worker(look, folder))
-            yield from _draw(workers, enumerate(tasks))
-        finally:
-            for worker in workers:
-                worker.end()
-
-
-def _draw(workers, tasks):
+def results(opens, count, tasks):
+    """Yields the result of every task (tuples of arguments) of an iterable, in order, by `count` processes."""
+    workers, tasks = [], enumerate(tasks)
     ready, given, shown = {}, 0, 0
-    while True:
-        while tasks and given - shown < AHEAD * len(workers):
-            worker = min(workers, key=lambda one: one.busy)
-            task = next(tasks, None)
-            if task is None:
-                tasks = None
-                break
-            worker.give((task[0], *task[1]))
-            worker.busy += 1
-            given += 1
-        if shown == given:
-            return
+    try:
+        for _ in range(count):
+            workers.append(Worker(opens))  # one by one: those there are end whatever happens
         sockets = {worker.here: worker for worker in workers}
-        for socket in multiprocessing.connection.wait(list(sockets)):
-            number, picture = sockets[socket].take()
-            sockets[socket].busy -= 1
-            ready[number] = picture
-        while shown in ready:
-            yield ready.pop(shown)
-            shown += 1
+        while True:
+            while tasks and given - shown < AHEAD * len(workers):
+                if (task := next(tasks, None)) is None:
+                    tasks = None
+                    break
+                worker = min(workers, key=lambda one: one.busy)
+                worker.give((task[0], *task[1]))
+                worker.busy += 1
+                given += 1
+            if shown == given:
+                return
+            for socket in multiprocessing.connection.wait(list(sockets)):
+                number, result = sockets[socket].take()
+                sockets[socket].busy -= 1
+                ready[number] = result
+            while shown in ready:
+                yield ready.pop(shown)
+                shown += 1
+    finally:
+        for worker in workers:
+            worker.end()

@@ -1,14 +1,13 @@
 """When the pictures of a film are taken, and how fast it plays."""
 
 import dataclasses
-import re
 
 import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.geometry.trajectory import SAME_TIME
+from milltools.read.values import seconds
 
-UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 FPS = 25.0
 MOST = 1_000_000  # pictures of a film
 FINER = 20  # a re-run has at most that many frames a picture
@@ -23,18 +22,6 @@ class Plan:
     fps: float
     slow: float
     step: float = 0.0
-
-
-def seconds(text, what, least=0.0) -> float:
-    """[s] from '123 ms', '1e-3 s', '0.1'; UserError that names `what`."""
-    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([A-Za-z]*)\s*", text)
-    try:
-        value = float(found[1]) * UNITS[found[2]]
-    except (TypeError, KeyError, ValueError):
-        value = np.nan
-    if not least <= value < np.inf:
-        raise UserError(f"{what}: expected a time such as '120 ms', got '{text}'")
-    return value
 
 
 def last_time(run, again) -> float:
@@ -52,7 +39,7 @@ def still(run, text, again) -> Plan:
         if not len(times):
             raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s); --time says when")  # fmt: skip
         return Plan(times[-1:], FPS, np.inf)
-    time, last = seconds(text, "--time"), last_time(run, again)
+    (time,), last = seconds({"--time": text}), last_time(run, again)
     if time > last + SAME_TIME:
         raise UserError(f"--time: the run's balls are known up to {last:.6g} s, asked for {time:.6g} s")
     time = min(time, last)
@@ -62,8 +49,8 @@ def still(run, text, again) -> Plan:
 def film(run, arguments, again) -> Plan:
     """The pictures of a film: every stored frame, or with --slow at times of their own."""
     last = last_time(run, again)
-    begin = seconds(arguments.begin, "--from") if arguments.begin else 0.0
-    end = seconds(arguments.end, "--to") if arguments.end else last
+    begin, end = seconds({"--from": arguments.begin, "--to": arguments.end})
+    begin, end = begin or 0.0, last if end is None else end
     if not begin <= end:
         raise UserError(f"--to: must be after --from, {begin:.6g} s; got {end:.6g} s")
     if begin > last + SAME_TIME:

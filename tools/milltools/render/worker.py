@@ -1,7 +1,7 @@
-"""A process that draws: `python -m milltools.render.worker SOCKET`, started by team.py and by nobody else.
+"""A process that does what another one asks: `python -m milltools.render.worker SOCKET`, started by team.py and by nobody else.
 
-It gets a look, then (number, fraction, state) again and again, and gives ("picture", number, shape) and its bytes, or
-("error", line, status). The end of the socket is its own.
+It gets a function that opens a context manager, which yields another function; then (number, *arguments) of that one again and
+again, and gives ("done", number, result), or ("error", line, status). The end of the socket is its own.
 """
 
 import queue
@@ -13,7 +13,7 @@ from milltools.base.errors import UserError
 
 
 def _listen(socket, tasks):
-    """Takes what comes while a picture is drawn: whoever sends must not wait for it, for it may be waited for itself."""
+    """Takes what comes while one task is being done: whoever sends must not wait for it, for it may be waited for itself."""
     try:
         while True:
             tasks.put(socket.recv())
@@ -25,19 +25,17 @@ def main() -> int:
     socket = Connection(int(sys.argv[1]))
     tasks = queue.Queue()
     try:
-        look = socket.recv()
+        opens = socket.recv()
         threading.Thread(target=_listen, args=(socket, tasks), daemon=True).start()
-        with look.open() as drawing:
+        with opens() as do:
             while (task := tasks.get()) is not None:
-                number, fraction, state = task
-                picture = drawing.draw(state, fraction)
-                socket.send(("picture", number, picture.shape))
-                socket.send_bytes(picture.tobytes())
+                number, *arguments = task
+                socket.send(("done", number, do(*arguments)))
     except UserError as fault:
         socket.send(("error", str(fault), fault.status))
         return 1
     except (EOFError, BrokenPipeError, ConnectionResetError):
-        pass  # nobody wants the picture any more
+        pass  # nobody wants the result any more
     return 0
 
 
