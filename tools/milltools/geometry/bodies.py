@@ -15,8 +15,8 @@ import weakref
 import numpy as np
 
 from milltools.geometry import rerun
+from milltools.read.deck import Deck
 from milltools.read.runfile import Run
-from milltools.read.schema import deck_entries
 
 STILL = np.eye(3, 4)
 INSTANT = 1e-6  # [s] a deck is run so far for its bodies alone
@@ -71,8 +71,7 @@ def bare(text, time=0.0):
     step = time if time > 0 else INSTANT
     changes = rerun.frames_only(step, step)
     changes["balls.start"] = "random"
-    sections = {section for section, *_ in deck_entries(text)}
-    kinds = [section for section in sections if section.startswith("balls.")] or ["balls"]
+    kinds = [section for section in Deck(text).sections if section.startswith("balls.")] or ["balls"]
     changes |= {f"{kind}.count": "1" for kind in kinds}
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
         folder = pathlib.Path(name)

@@ -14,11 +14,11 @@ class Built:
 
     def named(self, what: str) -> list[str]:
         """NAME of every section [what.NAME], in the deck's order: of "body", "motion"."""
-        return [s.removeprefix(f"{what}.") for s in self.sections() if s.startswith(f"{what}.")]
+        return self.as_deck.named(what)
 
     def kind_of(self, body: str) -> str:
         """The kind of contact with the body of a section [body.NAME]."""
-        return self.text(f"body.{body}/kind", "") or f"ball_{body}"
+        return self.as_deck.kind_of(body)
 
     @property
     def vessel(self) -> str:

@@ -4,17 +4,22 @@ Python never reads units or defaults itself: there is one reader of decks, and i
 """
 
 import dataclasses
+import math
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 import numpy as np
 
 from milltools.base.engine import program
 from milltools.base.errors import UserError
-from milltools.read import blades
+from milltools.base.text import plain
+from milltools.read.deck_text import entries
 from milltools.read.kinds import KINDS
-from milltools.read.schema import deck_entries
+
+MOST_BLADES = 10000  # as in the engine
+SIZES = {"radius", "length", "diameter", "density", "tip_radius", "width", "thickness"}  # above 0, but of bodies
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,6 +30,19 @@ class Species:
     count: int
     diameter: float
     density: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Blade:
+    """A box on the rotor: `position` of its centre along x [m], `angle` at t = 0 from +y to +z [rad], reach `tip_radius` from
+    the axis, `width` along and `thickness` around it [m], `pitch` [rad]."""
+
+    position: float
+    angle: float
+    tip_radius: float
+    width: float
+    thickness: float
+    pitch: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,13 +66,25 @@ def _ask(path, overrides, *options):
 
 
 class Deck:
-    """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts."""
+    """A deck in SI. `text` is the full deck as `millsim --check` prints it, `sections` its entries as texts: those of the text where
+    none are given. `place` names a value in messages, as in "mill.h5: damaged: /deck/drum/radius"."""
 
-    def __init__(self, text, path=None, overrides=()):
-        self.text, self.path, self.overrides = text, path, tuple(overrides)
-        self.sections = {}
-        for section, key, value, _ in deck_entries(text):
-            self.sections.setdefault(section, {})[key] = value
+    def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}"):
+        self.text, self.path, self.overrides, self.place = text, path, tuple(overrides), place
+        self.sections = {} if sections is None else sections
+        if sections is None:
+            for entry in entries(text, path):
+                self.sections.setdefault(entry.section, {})[entry.key] = entry.value
+        for section, keys in self.sections.items():
+            sized = section == "drum" or section.startswith(("ball", "blade"))
+            for key in SIZES.intersection(keys) if sized else ():
+                if not self.number(f"{section}.{key}") > 0:
+                    raise self._fault(f"{section}.{key}", "expected more than 0")
+
+    def _fault(self, key, why):
+        section, _, name = key.rpartition(".")
+        where = self.place.format(path=self.path, section=section, key=name)
+        return UserError(f"{where}: {why}, got {plain(self.value(key))!r}")
 
     @classmethod
     def check(cls, path, overrides=()):
@@ -77,19 +107,32 @@ class Deck:
         return self.sections.get(section, {}).get(name, default)
 
     def numbers(self, key):
-        """The numbers of `section.key`, SI, without their unit."""
+        """The numbers of `section.key`, SI, without their unit: all finite."""
         found = []
         for word in self.value(key, "").split():
             try:
                 found.append(float(word))
             except ValueError:
                 break
+        if not all(map(math.isfinite, found)):
+            raise self._fault(key, "expected a number")
         return found
 
     def number(self, key, default=None):
-        """The number of `section.key`, SI; `default` where the deck has none."""
+        """The number of `section.key`, SI; `default` where the deck has none, UserError where it has something else."""
+        if default is not None and self.value(key) is None:
+            return default
         found = self.numbers(key)
-        return found[0] if found else default
+        if not found:
+            raise self._fault(key, "expected a number")
+        return found[0]
+
+    def count(self, key, most=sys.maxsize):
+        """The whole number of `section.key`, 0 where there is none."""
+        found = self.number(key, 0.0)
+        if not (0 <= found <= most and found == int(found)):
+            raise self._fault(key, f"expected a whole number from 0 to {most}")
+        return int(found)
 
     @property
     def species(self):
@@ -98,7 +141,7 @@ class Deck:
         return [
             Species(
                 name.removeprefix("balls."),
-                int(self.number(f"{name}.count")),
+                self.count(f"{name}.count"),
                 self.number(f"{name}.diameter"),
                 self.number(f"{name}.density"),
             )
@@ -146,7 +189,17 @@ class Deck:
     @property
     def blades(self):
         """All blades, numbered as millsim numbers them: those of [blades], then each [blade.NAME]."""
-        return blades.of(self.sections, lambda key: self.number(key, 0.0), self.number("rotor.angle", 0.0))
+        found, turn = [], self.number("rotor.angle", 0.0)
+        for section in sorted(self.sections, key=lambda name: name != "blades"):
+            size = (self.number(f"{section}.{key}", 0.0) for key in ("tip_radius", "width", "thickness", "pitch"))
+            if section == "blades":
+                size, count, length = tuple(size), self.count("blades.count", MOST_BLADES), self.number("drum.length")
+                step = self.number("blades.angle_step", 0.0)
+                found += [Blade((k + 0.5) * length / count - length / 2, turn + k * step, *size) for k in range(count)]
+            elif section.startswith("blade."):
+                place, angle = (self.number(f"{section}.{key}", 0.0) for key in ("position", "angle"))
+                found.append(Blade(place, turn + angle, *size))
+        return found
 
     def contact(self, kind):
         """The contact law of `kind`, one of KINDS."""

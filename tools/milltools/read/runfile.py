@@ -9,15 +9,17 @@ Everything is read when it is asked for, so opening a file of gigabytes costs no
 a UserError that names the file, the part, and what it would take to have it.
 """
 
+import functools
 import re
 
 import h5py
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.read import blades
-from milltools.read.blades import Blade
+from milltools.read import rules
 from milltools.read.built import Built
+from milltools.read.deck import Blade, Deck
+from milltools.read.hdf5 import Store
 from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
 from milltools.read.schema import THRESHOLDS
 
@@ -45,104 +47,27 @@ def estimates(kinds) -> dict[str, tuple]:
     return found
 
 
-def _is_text(path) -> bool:
-    """Whether a file begins as a deck does."""
-    with open(path, "rb") as file:
-        begin = file.read(4096).lstrip()
-    return begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
-
-
-class Run(Built):
-    """An open output file. A context manager; close() does as well."""
+class Run(Built, Store):
+    """An open output file: a Store whose values are those of a run."""
 
     def __init__(self, path):
-        self.path = str(path)
-        try:
-            with open(self.path, "rb"):  # its words for "no such file" are better than HDF5's
-                pass
-            self._file = h5py.File(self.path, "r")
-        except IsADirectoryError:
-            raise UserError(f"{self.path}: a folder, not an output file") from None
-        except FileNotFoundError:
-            raise UserError(f"{self.path}: no such file") from None
-        except PermissionError:
-            raise UserError(f"{self.path}: permission denied") from None
-        except OSError as fault:
-            why = "if it is a deck, './millsim DECK' runs it" if _is_text(self.path) else fault
-            raise UserError(f"{self.path}: not a readable HDF5 file: {why}") from None
-        if not all(isinstance(self._file.get(name), h5py.Group) for name in ("deck", "run")):
+        super().__init__(path)
+        if not all(isinstance(self.find(name), h5py.Group) for name in ("deck", "run")):
             self.close()
             raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exception):
-        self.close()
-
-    def close(self):
-        self._file.close()
-
-    @property
-    def closed(self) -> bool:
-        return not self._file
-
-    # ---- reading
-
-    def has(self, path: str) -> bool:
-        return path in self._file
+    def _expect(self, path, thing):
+        rules.check_layout(self, path, thing)
 
     def read(self, path: str, index=(), why: str = ""):
-        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
-        thing = self._dataset(path, why)
-        try:
-            return thing.asstr()[index] if thing.dtype.kind == "O" else thing[index]
-        except (OSError, UnicodeDecodeError) as fault:
-            raise UserError(f"{self.path}: /{path} is damaged: {fault}") from None
-
-    def length(self, path: str) -> int:
-        """Rows of the dataset at a path, without reading it. Missing, or a scalar: UserError."""
-        shape = self.layout(path)[0]
-        if not shape:
-            raise UserError(f"{self.path}: /{path} has no rows: it is one value")
-        return shape[0]
-
-    def attribute(self, path: str, name: str, default=None):
-        thing = self._file.get(path)
-        value = default if thing is None else thing.attrs.get(name, default)
-        return value.decode() if isinstance(value, bytes) else value
-
-    def datasets(self, group: str) -> list[tuple[str, str, str]]:
-        """(path, unit, description) of all datasets below a group, in the order of their paths."""
-        found = []
-
-        def note(name, thing):
-            if isinstance(thing, h5py.Dataset):
-                path = f"{group}/{name}"
-                unit, words = (self.attribute(path, key, "") for key in ("unit", "description"))
-                found.append((path, unit, words))
-
-        if self.has(group):
-            self._file[group].visititems(note)
-        return found
-
-    def names(self, path: str) -> list[str]:
-        """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
-        thing = None if self.closed else self._file.get(path)
-        return sorted(thing) if isinstance(thing, h5py.Group) else []
-
-    def layout(self, path: str) -> tuple[tuple[int, ...], np.dtype]:
-        """(shape, type) of the dataset at a path, without reading it. Missing: UserError."""
-        thing = self._dataset(path)
-        return thing.shape, thing.dtype
-
-    def _dataset(self, path: str, why: str = ""):
-        if self.closed:
-            raise UserError(f"{self.path}: was closed: load it again")
-        thing = self._file.get(path)
-        if not isinstance(thing, h5py.Dataset):
-            raise UserError(f"{self.path}: has no /{path}{': ' + why if why else ''}")
-        return thing
+        """As Store.read: values that a run can have."""
+        values = super().read(path, index, why)
+        rule = rules.of(path)
+        if rule and rule.shape == () and np.ndim(values) == 1:  # some writers have no scalars
+            values = values[0]
+        with self._reading(path):
+            rules.check_values(rule, values)
+        return values
 
     # ---- who, what, how far
 
@@ -180,52 +105,48 @@ class Run(Built):
 
     # ---- the deck
 
+    @functools.cached_property
+    def as_deck(self) -> Deck:
+        """The deck as run, its sections in the order of its text."""
+        heads = [line.strip()[1:-1] for line in self.deck_text().splitlines() if line.startswith("[")]
+        names = [name for name in self.names("deck") if isinstance(self.find(f"deck/{name}"), h5py.Group)]
+        names.sort(key=lambda n: (heads.index(n) if n in heads else len(heads), n))
+        found = {name: {key: self.read(f"deck/{name}/{key}") for key in self.names(f"deck/{name}")} for name in names}
+        return Deck(self.deck_text(), self.path, (), found, "{path}: damaged: /deck/{section}/{key}")
+
     def deck(self) -> dict[str, str]:
         """Every value of the deck as run, "section.key": text with its SI unit."""
-        found = {}
-        for section, keys in self._file["deck"].items():
-            if isinstance(keys, h5py.Group):
-                for key in keys:
-                    found[f"{section}.{key}"] = self.read(f"deck/{section}/{key}")
-        return found
+        return {f"{s}.{key}": value for s, keys in self.as_deck.sections.items() for key, value in keys.items()}
 
     def sections(self) -> list[str]:
         """The deck's sections, in the order of its text."""
-        names = [n for n, item in self._file["deck"].items() if isinstance(item, h5py.Group)]
-        heads = [line.strip()[1:-1] for line in self.deck_text().splitlines() if line.startswith("[")]
-        return sorted(names, key=lambda n: (heads.index(n) if n in heads else len(heads), n))
+        return list(self.as_deck.sections)
 
     def deck_text(self) -> str:
         """The deck as run, itself a deck."""
         return self.read("deck/text") if self.has("deck/text") else ""
 
     def text(self, path: str, default: str | None = None) -> str:
-        """A value of the deck as its text, path as in "drum/profile"."""
-        if default is not None and not self.has(f"deck/{path}"):
-            return default
-        return self.read(f"deck/{path}")
+        """A value of the deck as its text, path as in "drum/profile"; the default, if one is given, where it is not there."""
+        found = self.as_deck.value(path.replace("/", "."), default)
+        if found is None:
+            raise UserError(f"{self.path}: has no /deck/{path}")
+        return found
 
     def vector(self, path: str) -> np.ndarray:
         """The numbers of a value, as in "gravity/acceleration" [SI]."""
-        numbers = []
-        for word in self.text(path).split():
-            try:
-                numbers.append(float(word))
-            except ValueError:
-                break  # the unit
-        if not numbers:
-            raise UserError(f"{self.path}: /deck/{path}: expected a number, got {self.text(path)!r}")
-        return np.array(numbers)
+        self.quantity(path)
+        return np.array(self.as_deck.numbers(path.replace("/", ".")))
 
     def quantity(self, path: str, default: float | None = None) -> float:
         """A value of the deck as a number [SI], as in "drum/radius"; the default, if one is given, where it is not there."""
-        if default is not None and not self.has(f"deck/{path}"):
-            return default
-        return float(self.vector(path)[0])
+        if default is None:
+            self.text(path)
+        return self.as_deck.number(path.replace("/", "."), default)
 
     @property
     def has_rotor(self) -> bool:
-        return self.has("deck/rotor")
+        return "rotor" in self.as_deck.sections
 
     @property
     def rotor_speed(self) -> float:
@@ -237,8 +158,8 @@ class Run(Built):
         return self.quantity("rotor/angle") + self.rotor_speed * time if self.has_rotor else 0.0
 
     def blades(self) -> list[Blade]:
-        """All blades, numbered as in the file; the rotor's own angle is not in theirs."""
-        return blades.of(self.sections(), lambda key: self.quantity("/".join(key.rsplit(".", 1)), 0.0))
+        """All blades, numbered as in the file, at their angles at t = 0."""
+        return self.as_deck.blades
 
     # ---- time series
 
@@ -248,22 +169,13 @@ class Run(Built):
     def series(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """(time [s] (S,), value (S, ...) as float64) of a time series, as in "dissipation/ball_drum"."""
         value = self.read(f"observables/{name}/value").astype(float)
-        time = self.read(f"observables/{name}/time")
-        if len(time) != len(value):
-            raise UserError(f"{self.path}: /observables/{name}: {len(value)} values, {len(time)} times")
-        return time, value
+        return self.read(f"observables/{name}/time"), value
 
     def series_names(self) -> list[str]:
         """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses, which go
         with the frames."""
-        found, left = [], [""]
-        while left:
-            name = left.pop()
-            group = self._file.get(f"observables/{name}")
-            if isinstance(group, h5py.Group):
-                if "value" in group:
-                    found.append(name.strip("/"))
-                left += [f"{name}/{member}".strip("/") for member in group if member not in ("value", "pose")]
+        paths = (path.split("/")[1:] for path, *_ in self.datasets("observables"))
+        found = {"/".join(parts[:-1]) for parts in paths if parts[-1] == "value" and parts[0] != "pose"}
         empty = self.absent
         if not self.has_rotor and (self.named("body") or self.named("motion")):
             empty |= {"rotor_work", "rotor_torque"}
@@ -351,9 +263,7 @@ class Run(Built):
 
     def species_names(self) -> list[str]:
         """Names of the kinds of balls, by the numbers in balls("species")."""
-        names = self.attribute("particles/trajectory/species", "names", ())
-        names = [name.decode() if isinstance(name, bytes) else str(name) for name in names]
-        return names or ["balls"]
+        return list(self.attribute("particles/trajectory/species", "names", ())) or ["balls"]
 
     def frame_times(self) -> np.ndarray:
         """Times of the stored frames [s]; empty where output.frames = 0 s."""

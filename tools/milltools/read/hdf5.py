@@ -1,0 +1,268 @@
+"""An HDF5 file that may come from anybody, read so that it does no harm: it leads to no other file, nothing larger is read than it
+can hold, and whatever HDF5 or h5py make of damaged bytes is a UserError, "FILE: damaged: /path: ...".
+"""
+
+import contextlib
+import math
+import os
+import stat
+import zlib
+
+import h5py
+import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.base.text import plain
+
+RATIO = 1032  # deflate makes nothing smaller than by this
+ROOM = 1 << 26  # [bytes] one read may take, whatever little is stored of it; beyond
+PACKED = 8  # times what is stored
+SMALL = 1 << 20  # [bytes] a dataset may have of which nothing is stored
+HOPS = 16  # soft links on the way to one thing
+TEXTS, MOST_TEXT = (
+    512,
+    1 << 32,
+)  # of variable length in one attribute; beyond, their number times the file's size [bytes]
+FILTERS = {
+    h5py.h5z.FILTER_DEFLATE,
+    h5py.h5z.FILTER_SHUFFLE,
+    h5py.h5z.FILTER_FLETCHER32,
+    h5py.h5z.FILTER_SZIP,
+    h5py.h5z.FILTER_LZF,
+}
+# what h5py raises where bytes are not as HDF5 has them
+FAULTS = (
+    OSError,
+    RuntimeError,
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    MemoryError,
+    zlib.error,
+)
+
+
+class Store:
+    """An open file. A context manager; close() does as well."""
+
+    def __init__(self, path):
+        self.path = str(path)
+        self._sound = {}  # datasets by path that were looked at
+        try:
+            with open(self.path, "rb") as file:  # its words for "no such file" are better than HDF5's
+                self._size = os.fstat(file.fileno()).st_size
+                begin = file.read(4096).lstrip() if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else b""
+            self._file = h5py.File(self.path, "r")
+        except IsADirectoryError:
+            raise UserError(f"{self.path}: a folder, not an output file") from None
+        except FileNotFoundError:
+            raise UserError(f"{self.path}: no such file") from None
+        except PermissionError:
+            raise UserError(f"{self.path}: permission denied") from None
+        except FAULTS as fault:
+            text = begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
+            why = "if it is a deck, './millsim DECK' runs it" if text else fault
+            raise UserError(f"{self.path}: not a readable HDF5 file: {why}") from None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.close()
+
+    def close(self):
+        self._file.close()
+
+    @property
+    def closed(self) -> bool:
+        return not self._file
+
+    def damaged(self, path: str, why) -> UserError:
+        """What to raise where the thing at a path is not as files of runs have it."""
+        return UserError(f"{self.path}: damaged: /{plain(path)}: {plain(why)}")
+
+    @contextlib.contextmanager
+    def _reading(self, path: str):
+        try:
+            yield
+        except UserError:
+            raise
+        except FAULTS as fault:
+            raise self.damaged(path, str(fault) or type(fault).__name__) from None
+
+    # ---- links
+
+    def find(self, path: str):
+        """The group or dataset at a path; None where there is none. Links into other files are refused."""
+        if self.closed:
+            raise UserError(f"{self.path}: was closed: load it again")
+        with self._reading(path):
+            here, hops = self._file, 0
+            left = path.split("/")[::-1]
+            while left:
+                name = left.pop()
+                if name in ("", "."):
+                    continue
+                if not isinstance(here, h5py.Group) or name not in here.id:
+                    return None
+                links = here.id.links
+                kind = links.get_info(name.encode()).type
+                if kind == h5py.h5l.TYPE_SOFT:
+                    hops += 1
+                    if hops > HOPS:
+                        raise ValueError("its links go round in a circle")
+                    target = links.get_val(name.encode()).decode()
+                    here = self._file if target.startswith("/") else here
+                    left += target.split("/")[::-1]
+                elif kind == h5py.h5l.TYPE_HARD:
+                    here = here[name]
+                else:
+                    raise ValueError("a link into another file, which is not followed")
+            return here
+
+    def has(self, path: str) -> bool:
+        return self.find(path) is not None
+
+    def names(self, path: str) -> list[str]:
+        """Names of what is in the group at a path, in alphabetical order; none where there is no such group."""
+        thing = None if self.closed else self.find(path)
+        with self._reading(path):
+            return sorted(thing) if isinstance(thing, h5py.Group) else []
+
+    def datasets(self, group: str) -> list[tuple[str, str, str]]:
+        """(path, unit, description) of all datasets below a group, each once, in the order of their paths."""
+        found, top = [], self.find(group)
+        with self._reading(group):
+            if isinstance(top, h5py.Group):
+                top.visititems(lambda name, thing: found.append(name) if isinstance(thing, h5py.Dataset) else None)
+        paths = [f"{group}/{name}" for name in found]
+        return [(p, self.attribute(p, "unit", ""), self.attribute(p, "description", "")) for p in paths]
+
+    # ---- datasets
+
+    def dataset(self, path: str, why: str = "") -> h5py.Dataset:
+        """The dataset at a path, sound as far as can be told without reading it. Missing: UserError, with `why`."""
+        thing = self._sound.get(path) or self.find(path)
+        if not isinstance(thing, h5py.Dataset):
+            raise UserError(f"{self.path}: has no /{plain(path)}{': ' + why if why else ''}")
+        if path not in self._sound:
+            with self._reading(path):
+                self._check(thing)
+                self._expect(path, thing)
+            self._sound[path] = thing
+        return thing
+
+    def _expect(self, path, thing):
+        """ValueError where the dataset at a path is not what it should be: for those who know."""
+
+    def _check(self, thing):
+        """ValueError where a dataset says it holds what this file cannot hold."""
+        text = h5py.check_string_dtype(thing.dtype)
+        if not text and thing.dtype.kind not in "iufb":
+            raise ValueError(f"values of a type that no run has ({thing.dtype})")
+        plan = thing.id.get_create_plist()
+        if plan.get_layout() == h5py.h5d.VIRTUAL or plan.get_external_count():
+            raise ValueError("its values are elsewhere, perhaps in another file, which is not read")
+        if text and text.length is None and thing.size != 1:
+            raise ValueError(f"expected one text, got {thing.size}")
+        filters = [plan.get_filter(k)[0] for k in range(plan.get_nfilters())]
+        if not FILTERS.issuperset(filters) or len(set(filters)) < len(filters):
+            raise ValueError(f"packed by filters {filters}; repack it: 'h5repack -f GZIP=1 FILE NEW'")
+        stored, largest = thing.id.get_storage_size(), 0
+        size = math.prod(thing.shape) * thing.dtype.itemsize
+        if filters and stored:
+            stored, largest = self._look_at_chunks(thing)
+        if stored > self._size or size > max(RATIO * stored, SMALL):
+            raise ValueError(f"{size} bytes, of which the file, with {self._size} bytes, holds {stored}")
+        chunk = math.prod(thing.chunks or ()) * thing.dtype.itemsize
+        if chunk > max(ROOM, PACKED * largest):
+            raise ValueError(f"in pieces of {chunk} bytes")
+
+    def _look_at_chunks(self, thing):
+        """Bytes of all chunks and of the largest one as they are stored; ValueError where one is more when unpacked than it should be:
+        HDF5 unpacks it all before it looks."""
+        sizes, suspects = [], []
+        whole = math.prod(thing.chunks) * thing.dtype.itemsize
+
+        def note(chunk):
+            sizes.append(chunk.size)
+            if chunk.size * RATIO > ROOM and chunk.size <= self._size:
+                suspects.append(chunk.chunk_offset)
+
+        thing.id.chunk_iter(note)
+        for offset in suspects:
+            _, packed = thing.id.read_direct_chunk(offset)
+            with contextlib.suppress(zlib.error):  # not packed
+                if len(zlib.decompressobj().decompress(packed, 2 * whole + 1)) > 2 * whole:
+                    raise ValueError(f"a piece of {whole} bytes is more when unpacked")
+        return sum(sizes), max(sizes, default=0)
+
+    def layout(self, path: str) -> tuple[tuple[int, ...], np.dtype]:
+        """(shape, type) of the dataset at a path, without reading it. Missing: UserError."""
+        thing = self.dataset(path)
+        return thing.shape, thing.dtype
+
+    def length(self, path: str) -> int:
+        """Rows of the dataset at a path, without reading it. Missing, or a scalar: UserError."""
+        shape = self.layout(path)[0]
+        if not shape:
+            raise UserError(f"{self.path}: /{path} has no rows: it is one value")
+        return shape[0]
+
+    def read(self, path: str, index=(), why: str = ""):
+        """The dataset at a path, or its part `index`: arrays as numpy's, texts as str. Missing: UserError, with `why`."""
+        thing = self.dataset(path, why)
+        keys = index if isinstance(index, tuple) else (index,)
+        with self._reading(path):
+            rows = (
+                len(range(*k.indices(n))) if isinstance(k, slice) else n if k is Ellipsis else np.size(k)
+                for n, k in zip(thing.shape, keys)
+            )
+            size = math.prod([*rows, *thing.shape[len(keys) :]]) * thing.dtype.itemsize
+            if size > max(ROOM, PACKED * thing.id.get_storage_size()):
+                raise ValueError(f"{size} bytes, packed into {thing.id.get_storage_size()}")
+            return thing.asstr()[index] if h5py.check_string_dtype(thing.dtype) else thing[index]
+
+    # ---- attributes
+
+    def attribute(self, path: str, name: str, default=None):
+        """An attribute: a number, a str, or an array of these, of the kind that the default is; the default where there is none."""
+        thing = self.find(path)
+        with self._reading(path):
+            if thing is None or name not in thing.attrs:
+                return default
+            about = thing.attrs.get_id(name)
+            text = h5py.check_string_dtype(about.dtype)
+            count = math.prod(about.shape)
+            if not text and about.dtype.kind not in "iufb":
+                raise ValueError(f"its attribute '{name}' has values of a type that no run has ({about.dtype})")
+            free = text and text.length is None
+            if count * about.dtype.itemsize > self._size or free and count > TEXTS and count * self._size > MOST_TEXT:
+                raise ValueError(f"its attribute '{name}' has {count} values")
+            value = thing.attrs[name]
+            return _like(default, _decoded(value) if text else value, name)
+
+
+def _decoded(value):
+    if isinstance(value, np.ndarray):
+        return np.array([_decoded(v) for v in value.ravel()], object).reshape(value.shape)
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _like(default, value, name):
+    """An attribute as its default is: one text, one number, or several of either; else ValueError."""
+    if default is None:
+        return value
+    several = not isinstance(default, str | int | float)
+    first = next(iter(default), "") if several else default
+    texts = isinstance(first, str)
+    if not several and np.size(value) == 1:
+        value = np.ravel(value)[0]
+    if np.ndim(value) != several or np.size(value) and isinstance(np.ravel(value)[0], str) != texts:
+        wanted = ("number", "text")[texts]
+        raise ValueError(
+            f"its attribute '{name}': expected {f'{wanted}s' if several else f'one {wanted}'}, got {value!r:.60}"
+        )
+    return value

@@ -1,0 +1,129 @@
+"""What the datasets of an output file must be for readers to go by them (docs/file-format.md): type, shape, values."""
+
+import functools
+import re
+import typing
+from collections.abc import Callable
+
+import numpy as np
+
+TEXT, NUMBER, WHOLE, EITHER = "SO", "iufb", "iub", "SOiufb"  # kinds of numpy's types
+
+
+def _finite(values):
+    return np.isfinite(values).all()
+
+
+def _no_infinity(values):
+    return not np.isinf(values).any()
+
+
+def _positive(values):
+    return (np.isfinite(values) & (values > 0)).all()
+
+
+def _not_negative(values):
+    return (np.isfinite(values) & (values >= 0)).all()
+
+
+def _rising(values):
+    return not np.isnan(values).any() and (np.diff(values) > 0).all()
+
+
+def _rising_or_level(values):
+    return np.isfinite(values).all() and (np.diff(values) >= 0).all()
+
+
+class Rule(typing.NamedTuple):
+    """What the datasets at paths must be."""
+
+    pattern: re.Pattern
+    kinds: str  # of numpy's types
+    shape: tuple  # a number; None: any; "PATH": as long as that dataset, "PATH -1": one less
+    check: Callable | None  # of the values
+
+
+SAID = {
+    _finite: "a value that is no finite number",
+    _no_infinity: "an infinite value",
+    _positive: "a value that is not above 0",
+    _not_negative: "a value below 0, or that is no number",
+    _rising: "values that do not ascend",
+    _rising_or_level: "values that descend, or are no numbers",
+}
+BALLS = "particles/trajectory/id"
+FRAMES = "particles/trajectory/position/time"
+# NaN stands for what is not known: a median of no impacts, a velocity where no ball ever was
+RULES = [
+    Rule(re.compile(pattern), kinds, shape, check)
+    for pattern, kinds, shape, check in (
+        (r"deck/.*", TEXT, (), None),
+        (r"run/(program|version|command|started|status|notes)", TEXT, (), None),
+        (r"run/(time|price|cpu_time|wall_time)", NUMBER, (), _not_negative),
+        (r"run/(events|reach|floored)/.*", NUMBER, (), _no_infinity),
+        (r"run/.*", EITHER, (), None),
+        (r"particles/trajectory/id", WHOLE, (None,), None),
+        (r"particles/trajectory/species", WHOLE, (BALLS,), _not_negative),
+        (r"particles/trajectory/(mass|diameter)", NUMBER, (BALLS,), _positive),
+        (r"particles/trajectory/\w+/value", NUMBER, (FRAMES, BALLS, 3), _finite),
+        (r"particles/trajectory/\w+/time", NUMBER, (None,), _rising),
+        (r"particles/trajectory/\w+/step", NUMBER, (FRAMES,), _not_negative),
+        (r"observables/pose/.*/centre/value", NUMBER, (FRAMES, 3), _finite),
+        (r"observables/pose/.*/rotation/value", NUMBER, (FRAMES, 3, 3), _finite),
+        (r"observables/(fast_collisions/.*)/value", NUMBER, (r"observables/\1/time", None), _no_infinity),
+        (r"observables/(.*)/value", NUMBER, (r"observables/\1/time",), _no_infinity),
+        (r"observables/.*/time", NUMBER, (None,), _rising_or_level),
+        (r"impacts/time", NUMBER, (None,), _finite),
+        (r"impacts/(position|normal)", NUMBER, ("impacts/time", 3), _no_infinity),
+        (r"impacts/(kind|ball|partner)", WHOLE, ("impacts/time",), None),
+        (r"impacts/.*", NUMBER, ("impacts/time",), _no_infinity),
+        (r"statistics/duration", NUMBER, (), _not_negative),
+        (r"statistics/maps/samples", NUMBER, (), _not_negative),
+        (r"statistics/maps/\w+/\w_edges", NUMBER, (None,), _rising),
+        (r"statistics/maps/(cross_section)/\w+", NUMBER, (r"statistics/maps/\1/y_edges -1", r"statistics/maps/\1/z_edges -1"), _no_infinity),
+        (r"statistics/maps/(axial)/\w+", NUMBER, (r"statistics/maps/\1/x_edges -1", r"statistics/maps/\1/r_edges -1"), _no_infinity),
+        (r"statistics/(.*)/histogram/edges", NUMBER, (None,), _rising),
+        (r"statistics/(.*)/histogram/count", NUMBER, (r"statistics/\1/histogram/edges -1",), _not_negative),
+        (r"statistics/(.*)/histogram/\w+", NUMBER, (r"statistics/\1/histogram/edges -1",), _no_infinity),
+        (r"statistics/energies/edges", NUMBER, (None,), _rising),
+        (r"statistics/energies/ball_ball/.*", NUMBER, (None, None, "statistics/energies/edges -1"), _no_infinity),
+        (r"statistics/energies/.*", NUMBER, (None, "statistics/energies/edges -1"), _no_infinity),
+        (r"statistics/(.*/quantiles\w*|rotor/block_(power|torque))", NUMBER, (None,), _no_infinity),
+        (r"statistics/precision/fast_rate/.*", NUMBER, (None,), None),
+        (r"statistics/precision/.*", NUMBER, (), None),  # what is exact has infinitely many degrees of freedom
+        (r"statistics/impacts/.*/(count|rate)", NUMBER, (), _not_negative),
+        (r"statistics/.*", NUMBER, (), _no_infinity),
+    )
+]  # fmt: skip
+
+
+@functools.lru_cache(maxsize=4096)
+def of(path: str) -> Rule | None:
+    """The first rule for a path."""
+    return next((rule for rule in RULES if rule.pattern.fullmatch(path)), None)
+
+
+def check_layout(run, path: str, thing):
+    """ValueError where a dataset is not of the type and shape that its path wants."""
+    rule = of(path)
+    if not rule:
+        return
+    if thing.dtype.kind not in rule.kinds:
+        raise ValueError(f"expected {'a text' if rule.kinds == TEXT else 'numbers'}, got {thing.dtype}")
+    shape = () if not rule.shape and thing.size == 1 else thing.shape
+    if len(shape) != len(rule.shape):
+        raise ValueError(f"expected {len(rule.shape)} dimensions, got {len(shape)}")
+    for have, want in zip(shape, rule.shape):
+        if isinstance(want, str):
+            other, _, less = rule.pattern.fullmatch(path).expand(want).partition(" ")
+            want = run.length(other) + int(less or 0)
+            if have != want:
+                raise ValueError(f"{have} rows, where /{other} makes it {want}")
+        elif want not in (None, have):
+            raise ValueError(f"{have} columns, expected {want}")
+
+
+def check_values(rule: Rule | None, values):
+    """ValueError where these are no values for a dataset of a rule."""
+    if rule and rule.check and not rule.check(np.atleast_1d(values)):
+        raise ValueError(SAID[rule.check])
