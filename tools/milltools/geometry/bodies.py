@@ -249,17 +249,20 @@ def outermost(points):
 def read(run) -> list[Body]:
     """The bodies in a run's /VTKHDF, in its order of blocks."""
     poses, found = run.first_poses(), []
-    names = sorted(run.names("VTKHDF"), key=lambda name: run.attribute(f"VTKHDF/{name}", "Index", 0))  # fmt: skip
+    names = sorted(run.names("VTKHDF"), key=lambda name: run.attribute(f"VTKHDF/{name}", "Index", 0))
     for name in names:
         place = f"VTKHDF/{name}"
         if name == "balls" or not run.has(f"{place}/CellData/kind"):
             continue
-        count = int(run.read(f"{place}/NumberOfPoints")[0])
-        first = int(run.read(f"{place}/Steps/PointOffsets", 0))
+        count = int(run.read(f"{place}/NumberOfPoints", slice(0, 1)).sum())
+        first = int(run.read(f"{place}/Steps/PointOffsets", slice(0, 1)).sum())
         points = run.read(f"{place}/Points", slice(first, first + count)).astype(float)
-        corners = run.read(f"{place}/Polygons/Connectivity").reshape(-1, 3)
-        kinds = [str(kind) for kind in run.attribute(f"{place}/CellData/kind", "kinds")]
+        corners = run.read(f"{place}/Polygons/Connectivity")
+        kinds = list(run.attribute(f"{place}/CellData/kind", "kinds", run.kinds))
         kind, number = (run.read(f"{place}/CellData/{what}") for what in ("kind", "number"))
+        if len(corners) != 3 * len(kind) or corners.max(initial=0) >= len(points) or kind.max(initial=0) >= len(kinds):
+            raise run.damaged(place, f"no triangles: {len(points)} points, {len(corners)} corners, {len(kind)} kinds")
+        corners = corners.reshape(-1, 3)
         motion = name if name in poses else ""
         triangles = moved(inverse(Mill.pose(motion, poses)), points)[corners]
         for k in dict.fromkeys(kind.tolist()):
