@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from milltools.compare import agreement as errors
 from milltools.compare.agreement import Estimate
@@ -99,3 +100,9 @@ def test_four_replicates_are_trusted_more_than_blocks():
     for steady in (True, False):
         assert errors.combine(first, [Estimate(100, 50, 10)], steady)[0].error < 1
     assert errors.combine(first[:2], [Estimate(100, 50, 10)], True)[0].error == pytest.approx(50 / math.sqrt(2))
+
+
+@pytest.mark.parametrize("freedom", [1, 1.3, 2, 6.5, 40, 9e4, 2e5, 1e9])
+@pytest.mark.parametrize("share", [0.9, 0.975, 0.995])
+def test_students_quantile_is_that_of_scipy(freedom, share):
+    assert errors.student(freedom, share) == pytest.approx(stdtrit(freedom, share), rel=1e-8)

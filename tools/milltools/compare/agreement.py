@@ -11,14 +11,16 @@ A transient has no mean that its blocks could be samples of; only replicates (ot
 """
 
 import dataclasses
+import functools
 import math
+import statistics
 
 import numpy as np
-from scipy.special import stdtrit
 
 NORMAL = 1.96  # a told error is widened so that this many of it are the 95 % interval
 CONFIDENCE = 0.99  # two-sided: one row in a hundred of equal runs is said to differ
 FEWEST_FOR_CORRELATION = 8
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
 COARSE = 0.10  # a comparison that would not notice this relative difference says so
 
 
@@ -41,7 +43,29 @@ class Estimate:
 
 def _widening(dof: float) -> float:
     """Student's quantile for 95 % over that of the normal distribution."""
-    return float(stdtrit(dof, 0.975)) / NORMAL if math.isfinite(dof) else 1.0
+    return student(dof, 0.975) / NORMAL if math.isfinite(dof) else 1.0
+
+
+@functools.lru_cache(4096)
+def student(freedom: float, share: float) -> float:
+    """The quantile of Student's t with `freedom` >= 1, of a share of 0.5 to 1; NaN for less freedom.
+
+    With t = sqrt(freedom) tan(angle) the density is cos(angle)**(freedom - 1): it falls, so Newton's steps from 0 never pass the root.
+    """
+    if not freedom >= 1:
+        return math.nan
+    if freedom > 1e5:  # the logarithms of gamma below cancel; the next term of this series is of order 1/freedom**2
+        z = statistics.NormalDist().inv_cdf(share)
+        return z + (z**3 + z) / (4 * freedom)
+    quarter = math.sqrt(math.pi) / 2 * math.exp(math.lgamma(freedom / 2) - math.lgamma((freedom + 1) / 2))
+    angle = 0.0
+    for _ in range(100):
+        density = np.cos(angle * (1 + NODES) / 2) ** (freedom - 1)
+        step = ((2 * share - 1) * quarter - angle / 2 * WEIGHTS @ density) / math.cos(angle) ** (freedom - 1)
+        angle += step
+        if abs(step) <= 1e-14 * angle:
+            break
+    return math.sqrt(freedom) * math.tan(angle)
 
 
 def lag_correlation(blocks: np.ndarray) -> float:
@@ -144,7 +168,7 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     dof = a.dof if a.pooled else float(_welch(share, [a, b]))
     told = math.hypot(*share) * _widening(dof)
     freedom = a.dof if a.pooled else float(_welch(errors, [a, b]))
-    reach = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2)) * error  # if nothing differs
+    reach = student(freedom, 0.5 + CONFIDENCE / 2) * error  # if nothing differs
     if abs(off) > reach:
         verdict, mood = f"differ by {abs(off) / told:.1f} standard errors", "differ"
     elif not reach < COARSE * scale:

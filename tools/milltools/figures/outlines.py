@@ -8,7 +8,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 
 from milltools.figures.style import INK
 from milltools.geometry import vessel
-from milltools.geometry.bodies import Mill, inverse, moved, outermost
+from milltools.geometry.bodies import Mill, inverse, moved, outline
 
 STEEL = "#8c8c8c"  # stands out on white and on black
 # a line that is seen on every colour of a field: light upon dark; neither may turn with the page's ink
@@ -74,12 +74,10 @@ def stand(ax, run, poses, moving=True):
     """Outlines over (y, z) of the bodies where motions are at `poses`; without `moving` of those alone that the container carries."""
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
-            points = outermost(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
-            middle = points.mean(axis=0)
-            order = np.argsort(np.arctan2(*(points - middle).T[::-1]))
+            points = outline(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
             ax.add_patch(
                 Polygon(
-                    points[order],
+                    points,
                     fc=STEEL,
                     ec=INK,
                     lw=0.6,

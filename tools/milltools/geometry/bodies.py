@@ -28,6 +28,18 @@ FLAT = 0.04  # of the container's surface in one plane: a flat wall
 SAME = 1e-6  # of a mill's size: corners closer than this are one
 
 
+def _around(count):
+    """Unit vectors in all directions, evenly: a spiral of golden angles; and those of the axes."""
+    k = np.arange(count) + 0.5
+    angle, height = np.pi * (1 + 5**0.5) * k, 1 - 2 * k / count
+    flat = np.sqrt(1 - height**2)
+    return np.concatenate(
+        [np.column_stack([flat * np.cos(angle), flat * np.sin(angle), height]), np.eye(3), -np.eye(3)]
+    )
+
+
+DIRECTIONS = _around(1000)
+
 _KEPT = weakref.WeakKeyDictionary()  # the Mill of every open run that was asked for
 
 
@@ -231,19 +243,27 @@ def bars(edges, width):
     return np.concatenate([np.stack(face, axis=2).reshape(-1, 3, 3) for face in faces])
 
 
-def outermost(points):
-    """Of points (N, 3) or (N, 2) the corners of their convex hull."""
-    from scipy.spatial import (  # not at the top: processes that draw import in two threads
-        ConvexHull,
-        QhullError,
-    )
+def outline(points):
+    """The corners of the convex hull of points (N, 2), against the clock."""
+    points = np.unique(points, axis=0)
+    sides = []
+    for way in (points, points[::-1]):
+        side = []
+        for x, y in way.tolist():
+            while len(side) > 1 and (side[-1][0] - side[-2][0]) * (y - side[-2][1]) <= (x - side[-2][0]) * (
+                side[-1][1] - side[-2][1]
+            ):
+                side.pop()
+            side.append((x, y))
+        sides += side[:-1] or side
+    return np.array(sides)
 
-    if len(points) < 5:
-        return points
-    try:
-        return points[ConvexHull(points).vertices]
-    except QhullError:  # flat
-        return points
+
+def outermost(points):
+    """Of points (N, 3) those farthest along one of many directions: along the axes they reach as far as all do, else within 0.5 %."""
+    points = np.unique(points, axis=0)
+    far = [np.argmax(points @ some.T, axis=0) for some in np.array_split(DIRECTIONS, 20)]
+    return points[np.unique(np.concatenate(far))]
 
 
 def read(run) -> list[Body]:

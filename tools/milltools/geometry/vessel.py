@@ -5,10 +5,9 @@ import functools
 
 import numpy as np
 from matplotlib.patches import Polygon
-from scipy.spatial import ConvexHull
 
 from milltools.base.text import literal
-from milltools.geometry.bodies import Mill, inverse, moved
+from milltools.geometry.bodies import Mill, inverse, moved, outline
 from milltools.geometry.cells import Maps
 from milltools.geometry.profile import Profile
 
@@ -86,9 +85,9 @@ class Body(_Vessel):
         self.low, self.high = points[:, 0].min(), points[:, 0].max()
         away = np.hypot(points[:, 1], points[:, 2])
         self.outermost = away.max()
-        self.across = _hull(points[:, 1:])
+        self.across = outline(points[:, 1:])
         both = np.concatenate([away, -away])
-        self.radial = _hull(np.column_stack([np.tile(points[:, 0], 2), both]))
+        self.radial = outline(np.column_stack([np.tile(points[:, 0], 2), both]))
         self.radial[:, 1] = np.maximum(self.radial[:, 1], 0)
 
     def volume(self, view, edges):
@@ -135,7 +134,3 @@ def _between(edges):
     """RAYS places within each of the cells between edges, not quite even: on no edge of a triangle but by chance."""
     share = (np.arange(RAYS) + 0.5 + 0.013) / RAYS
     return (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
-
-
-def _hull(points):
-    return points[ConvexHull(points).vertices]
