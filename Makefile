@@ -252,7 +252,7 @@ pictures:
 # the pages as a site; a link that leads nowhere fails
 docs:
 	tools/check-links --stage build/docs-source
-	@tools/setup --local docs
+	@tools/setup --local --python docs
 	NO_MKDOCS_2_WARNING=1 .venv/bin/python -m mkdocs build --strict --quiet -f docs/mkdocs.yml
 	@echo 'build/docs/index.html'
 

@@ -1,1 +1,5 @@
 """A deck as soft spheres in LIGGGHTS."""
+
+from milltools.base.extras import needs
+
+needs("dem")

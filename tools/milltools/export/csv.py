@@ -6,10 +6,13 @@ import csv
 import os
 
 import numpy as np
+
+from milltools.base.extras import needs
+from milltools.export import source, whole
+
+needs("export", "pyarrow")
 import pyarrow as pa
 from pyarrow.csv import CSVWriter, WriteOptions
-
-from milltools.export import source, whole
 
 BLOCK = 65536  # rows held at once
 XYZ = "xyz"

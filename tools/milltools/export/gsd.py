@@ -8,17 +8,16 @@ walls are no neighbours.
 
 import numpy as np
 
-from milltools.base.errors import UserError
+from milltools.base.extras import needs
 from milltools.export import source, whole
 from milltools.geometry.bodies import Mill
 
 
 def write(arguments):
-    try:
-        import gsd.fl
-        import gsd.hoomd
-    except ImportError:
-        raise UserError("the Python package gsd is missing: tools/setup python", status=1) from None
+    needs("export", "gsd")
+    import gsd.fl
+    import gsd.hoomd
+
     with source.open_run(arguments) as run:
         chosen = source.many(run, arguments)
         first, times = _still(run, gsd.hoomd.Frame()), source.stored(run)

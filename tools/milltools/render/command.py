@@ -8,6 +8,7 @@ import argparse
 import pathlib
 
 from milltools.base.errors import UserError
+from milltools.base.extras import needs
 from milltools.base.files import check_writable
 from milltools.base.processes import Stopped, stops_in_order
 from milltools.base.progress import say
@@ -83,6 +84,7 @@ _positive.__name__, _whole.__name__ = "positive number", "number of processes"  
 def run(arguments) -> int:
     suffix, path = _suffix(arguments), pathlib.Path(arguments.file)
     check_writable(path, [other for other in (arguments.run, arguments.beside) if other])
+    needs("render")
     try:
         with stops_in_order():
             from milltools.render import film

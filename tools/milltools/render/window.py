@@ -7,6 +7,7 @@ import ctypes
 import os
 
 from milltools.base.errors import UserError
+from milltools.base.extras import needs
 
 # How VTK calls a kind of window, and the library it loads for it
 WINDOWS = (
@@ -43,7 +44,8 @@ def open_window(size):
         from vtkmodules.vtkCommonCore import vtkObject, vtkVersion
         from vtkmodules.vtkRenderingCore import vtkRenderWindow
     except ImportError as fault:
-        raise UserError(f"pictures need VTK: {fault}; install it with tools/setup", 1) from None
+        needs("render", "vtkmodules")
+        raise UserError(f"pictures need VTK: {fault}", 1) from None
     if (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) < (9, 4):
         raise UserError(f"pictures need VTK 9.4 or later, this is {vtkVersion.GetVTKVersion()}", 1)
     vtkObject.GlobalWarningDisplayOff()  # VTK's own words go to the terminal; ours are below

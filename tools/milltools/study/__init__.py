@@ -1,1 +1,5 @@
 """Many runs in one table: docs/studies.md."""
+
+from milltools.base.extras import needs
+
+needs("study")

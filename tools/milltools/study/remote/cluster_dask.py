@@ -25,6 +25,7 @@ import uuid
 
 from milltools.base import processes
 from milltools.base.errors import UserError
+from milltools.base.extras import needs
 from milltools.study.plan import job as one_job
 from milltools.study.plan.job import Lost
 from milltools.study.remote.spool import one_line
@@ -117,10 +118,9 @@ class DaskExecutor(concurrent.futures.Executor):
     `workers` processes, all cores if None)."""
 
     def __init__(self, address, workers=None):
-        try:
-            import distributed
-        except ImportError:
-            raise UserError("--dask: the package 'distributed' is missing: run 'make'", 1) from None
+        needs("cluster", "dask", "distributed")
+        import distributed
+
         self.address, self.cluster = address, None
         self.lock = threading.RLock()
         self.waiting, self.sent = (

@@ -18,6 +18,7 @@ import optuna
 from optuna.storages.journal import JournalFileBackend, JournalStorage
 
 from milltools.base.errors import UserError
+from milltools.base.extras import needs
 from milltools.study.plan.sealed import hidden
 
 SCHEMES = ("sqlite", "postgresql")
@@ -94,6 +95,7 @@ def _database(url, scheme):
     try:
         place = sqlalchemy.engine.make_url(url)
         if place.drivername == "postgresql":
+            needs("cluster", "psycopg")
             place = place.set(drivername="postgresql+psycopg")
         shown = hidden(place.render_as_string().replace("+psycopg", ""))
         # a network connection that has gone is found before it is used

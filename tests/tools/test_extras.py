@@ -1,0 +1,94 @@
+"""What only some commands need: without it all others work, and theirs is one line that says what to install."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from conftest import PROGRAM, ROOT
+
+from milltools.base import extras
+
+# as a site's hook it is there in every process of the command
+BLOCKER = """\
+import sys
+
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {blocked!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Blocked())
+"""
+
+
+@pytest.fixture
+def without(tmp_path):
+    """without(modules, *words) runs `mill WORDS`, or Python with -c, where the modules are not installed."""
+
+    def run(modules, *words):
+        (tmp_path / "site").mkdir(exist_ok=True)
+        (tmp_path / "site/sitecustomize.py").write_text(BLOCKER.format(blocked=set(modules)))
+        environment = {
+            **os.environ,
+            "PYTHONPATH": f"{tmp_path}/site{os.pathsep}{ROOT / 'tools'}",
+            "MILLSIM": str(PROGRAM),
+        }
+        program = [] if words[0] == "-c" else ["-m", "milltools"]
+        words = [sys.executable, *program, *map(str, words)]
+        return subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+
+    return run
+
+
+ALL = {module for modules in extras.EXTRAS.values() for module in modules}
+
+
+def test_the_core_works_without_extras(without, millsim, write_study, tmp_path):
+    write_study()
+    assert millsim("-q", "deck.ini", "-o", "a.h5").returncode == 0
+    assert millsim("-q", "deck.ini", "-s", "run.seed=2", "-o", "b.h5").returncode == 0
+    for words in (
+        ("plot", "a.h5", "a.png"),
+        ("report", "a.h5"),
+        ("compare", "a.h5", "b.h5", "--html", "c.html"),
+        ("export", "deck.ini", "mill.stl"),
+        ("export", "a.h5", "a.vtp"),
+    ):
+        done = without(ALL, *words)
+        assert (done.returncode, done.stderr.count("Traceback")) == (0, 0), done.stderr
+    code = "import milltools; r = milltools.load('a.h5'); print(r.power, r.series, r.impacts)"
+    done = without(ALL, "-c", code)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    "extra, module, words",
+    [
+        ("render", "vtkmodules", ("render", "a.h5", "a.png")),
+        ("study", "sklearn", ("sweep", "a.study")),
+        ("study", "optuna", ("optimize", "a.study")),
+        ("study", "pyarrow", ("study", "a.parquet")),
+        ("cluster", "distributed", ("sweep", "a.study", "--dask", "local")),
+        ("cluster", "psycopg", ("optimize", "a.study", "--storage", "postgresql://x@127.0.0.1:1/y")),
+        ("export", "gsd", ("export", "a.h5", "a.gsd")),
+        ("export", "pyarrow", ("export", "a.h5", "a.csv")),
+        ("dem", "scipy", ("dem", "deck.ini", "-o", "a.soft.h5")),
+    ],
+)
+def test_a_missing_package_is_one_line(without, millsim, write_study, tmp_path, extra, module, words):
+    write_study()
+    assert millsim("-q", "deck.ini", "-o", "a.h5").returncode == 0
+    done = without([module], *words)
+    package = extras.EXTRAS[extra][module]
+    mend = f"run 'make mill EXTRAS={extra}' in {ROOT}"
+    assert done.stderr == f"mill {words[0]}: this needs the Python package {package}: {mend}\n"
+    assert done.returncode == 1
+
+
+def test_outside_of_a_checkout_pip_is_told(monkeypatch, tmp_path):
+    monkeypatch.setattr(extras, "ROOT", tmp_path)
+    monkeypatch.setattr(extras, "_found", lambda module: False)
+    with pytest.raises(extras.UserError, match=re.escape("psutil, vtk: pip install 'milltools[render]'")):
+        extras.needs("render")
