@@ -24,7 +24,9 @@ balls.count = 10..{last}
 rotor.speed = 300, 600 rpm
 """
 
-# Runs are slowed down by the number in the file `pause`; looks at a deck are no runs.
+# The file `hold` says which start of a task is the first that is held (of all starts, where there are no tasks), or, with
+# "only", which of all starts is held alone: such a run goes on when the file is gone, so that no test needs a clock. Looks at a
+# deck are no runs.
 COUNTED = """\
 #!{python} -SE
 import os, sys, time
@@ -32,30 +34,37 @@ words = sys.argv[1:]
 if "run.h5" in words and "run.time=1 ns" not in words:
     count, speed = ([w for w in words if w.startswith(k)][-1] for k in ("balls.count", "rotor.speed"))
     task = os.environ.get("SLURM_ARRAY_JOB_ID", "-") + "_" + os.environ.get("SLURM_ARRAY_TASK_ID", "-")
-    with open({log!r}, "a") as log:
-        log.write(f"{{count}},{{speed}}\\t{{task}}\\t{{os.getpid()}}\\n")
-    time.sleep(float(open({pause!r}).read()))
+    try:
+        first, *only = open({hold!r}).read().split()
+    except FileNotFoundError:
+        first, only = 10**9, []
+    with open({log!r}, "a+") as log:
+        log.seek(0)
+        tasks = [line.split("\\t")[1] for line in log]
+        held = len(tasks) + 1 == int(first) if only else tasks.count(task) + 1 >= int(first)
+        log.write(f"{{count}},{{speed}}\\t{{task}}\\t{{os.getpid()}}\\t{{held:d}}\\n")
+    while held and os.path.exists({hold!r}):
+        time.sleep(0.02)
 os.execv({program!r}, [{program!r}, *words])
 """
 
 
 class Case:
     """A folder with a study NAME.study of 2 x (last - 9) designs. sweep() runs it, start() starts it; starts() says what
-    was run."""
+    was run; between hold() and release() runs wait."""
 
     def __init__(self, folder, last=15, environment=None, name="t"):
         self.name, self.designs = name, 2 * (last - 9)
         self.folder = pathlib.Path(folder)
-        self.log, self.program = self.folder / "starts", self.folder / "counted"
+        self.log, self.program, self.held = (self.folder / name for name in ("starts", "counted", "hold"))
         (self.folder / "deck.ini").write_text(SMALL)
         (self.folder / f"{name}.study").write_text(STUDY.format(last=last))
         (self.folder / "scratch").mkdir()
-        self.pause(0)
         self.program.write_text(
             COUNTED.format(
                 python=sys.executable,
                 log=str(self.log),
-                pause=str(self.folder / "pause"),
+                hold=str(self.held),
                 program=str(PROGRAM.resolve()),
             )
         )
@@ -69,8 +78,14 @@ class Case:
         }
         self.started = []
 
-    def pause(self, seconds):
-        (self.folder / "pause").write_text(str(seconds))
+    def hold(self, first, only=""):
+        """Holds this start of each task and those behind it, from now on; "only": this one of all starts, and no other."""
+        draft = self.folder / "hold.part"
+        draft.write_text(f"{first} {only}")
+        draft.replace(self.held)
+
+    def release(self):
+        self.held.unlink()
 
     def start(self, *words):
         """`mill sweep NAME.study ...` as a process; stop() ends it if it still runs."""
@@ -86,7 +101,7 @@ class Case:
         self.started.append(process)
         return process
 
-    def sweep(self, *words, timeout=60):
+    def sweep(self, *words, timeout=120):
         """The same, to its end: status, stdout, stderr."""
         process = self.start(*words)
         said = process.communicate(timeout=timeout)
@@ -100,9 +115,11 @@ class Case:
 
     def starts(self):
         """[(design, ARRAY_TASK, pid)] of all runs so far."""
-        if not self.log.exists():
-            return []
-        return [tuple(line.split("\t")) for line in self.log.read_text().splitlines()]
+        return [line[:3] for line in self._lines()]
+
+    def _lines(self):
+        text = self.log.read_text() if self.log.exists() else ""
+        return [tuple(line.split("\t")) for line in text.split("\n")[:-1]]
 
     def runs(self):
         """{design: how often it was run}"""
@@ -112,14 +129,20 @@ class Case:
         """How many rows the table has, whatever became of its driver."""
         return len(Table.open(self.folder / f"{self.name}.parquet"))
 
-    def await_starts(self, count, timeout=30):
-        wait(lambda: len(self.starts()) >= count, f"{count} runs", timeout)
+    def await_held(self, count):
+        """Those runs that are held, as starts() gives them, when there are so many."""
+
+        def held():
+            return [line[:3] for line in self._lines() if line[3] == "1"]
+
+        wait(lambda: len(held()) >= count, f"{count} runs that are held")
+        return held()
 
     def table(self):
         return pandas.read_parquet(self.folder / f"{self.name}.parquet").sort_values("design")
 
 
-def wait(ready, what, timeout=30):
+def wait(ready, what, timeout=90):
     end = time.monotonic() + timeout
     while not ready():
         assert time.monotonic() < end, f"waited in vain for {what}"

@@ -101,36 +101,37 @@ def test_dask_gives_the_rows_that_this_machine_gives(case, pool):
 
 
 def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, scheduler):
-    case.pause(0.3)
+    case.hold(5)
     scheduler.start()
     sweep = case.start("--dask", str(scheduler.file))
-    case.await_starts(5)
-    design, _, pid = case.starts()[-1]
+    design, _, pid = case.await_held(2)[-1]
     victim = worker_of(case, pid)
     assert victim in [worker.pid for worker in scheduler.workers]
     os.kill(victim, signal.SIGKILL)
-    assert sweep.wait(60) == 0, sweep.stderr.read()
+    wait(lambda: not alive(pid), "the end of the run: it outlives its worker")
+    case.release()
+    assert sweep.wait(90) == 0, sweep.stderr.read()
     runs = case.runs()
     assert len(runs) == case.designs
     assert runs.pop(design) == 2
     assert set(runs.values()) == {1}
     assert list(case.table()["status"]) == ["done"] * case.designs
-    assert not alive(pid), "a run outlives its worker"
 
 
 def test_a_dead_scheduler_is_one_line_and_the_same_command_goes_on(case, scheduler):
-    case.pause(0.3)
+    case.hold(5)
     scheduler.start()
     sweep = case.start("--dask", str(scheduler.file))
-    case.await_starts(5)
+    case.await_held(2)
+    wait(case.kept, "a row")
     scheduler.scheduler.kill()
-    _, said = sweep.communicate(timeout=60)
+    _, said = sweep.communicate(timeout=90)
     assert sweep.returncode == 1
     assert said.startswith(f"mill sweep: the Dask scheduler at {scheduler.file} is gone")
     assert len(said.splitlines()) == 1
     kept, before = case.kept(), len(case.starts())
     assert kept >= 1
-    case.pause(0)
+    case.release()
     done = case.sweep("--dask", "local")
     assert done.returncode == 0, done.stderr
     assert list(case.table()["status"]) == ["done"] * case.designs
@@ -172,30 +173,29 @@ def test_workers_with_another_milltools_are_one_line(case, scheduler):
 
 
 def test_ctrl_c_ends_the_runs_on_the_workers_and_leaves_the_workers(case, pool):
-    case.pause(30)
+    case.hold(1)
     sweep = case.start("--dask", str(pool.file))
-    case.await_starts(2)
+    case.await_held(2)
     sweep.send_signal(signal.SIGINT)
-    assert sweep.wait(30) == 130
+    assert sweep.wait(90) == 130
     wait(lambda: not any(alive(pid) for _, _, pid in case.starts()), "the runs' end")
-    case.pause(0)
+    case.release()
     done = case.sweep("--dask", str(pool.file))
     assert done.returncode == 0, done.stderr
     assert list(case.table()["status"]) == ["done"] * case.designs
 
 
 def test_dask_local_is_a_cluster_of_ones_own_that_goes_with_the_driver(case):
-    case.pause(0.5)
+    case.hold(3)
     sweep = case.start("--dask", "local", "--workers", "2")
-    case.await_starts(3)
-    pids = [int(pid) for _, _, pid in case.starts() if alive(pid)]
+    pids = [int(pid) for _, _, pid in case.await_held(2)]
     workers = {worker_of(case, pid) for pid in pids}
     assert sweep.pid not in workers
     sweep.kill()
     sweep.wait()
     wait(lambda: not any(alive(pid) for pid in [*pids, *workers]), "the end of all it started")
     kept, before = case.kept(), len(case.starts())
-    case.pause(0)
+    case.release()
     done = case.sweep("--dask", "local")
     assert done.returncode == 0, done.stderr
     assert list(case.table()["status"]) == ["done"] * case.designs

@@ -23,11 +23,9 @@ def limited(tmp_path_factory, slurm):
     """(case, its driver, a task): a study whose one task meets its time limit. Limits are whole minutes, this one is moved to
     now; Slurm looks for it twice a minute. So it begins with the first test and is looked at by the last."""
     case = Case(tmp_path_factory.mktemp("limited"), 11, slurm.environment, "limited")
-    case.pause(100)
+    case.hold(1, "only")
     sweep = case.start("--slurm", "--bundle", "4", "--slurm-options=--time=1")
-    case.await_starts(1)
-    case.pause(0.01)  # the next try is a short one
-    task = case.starts()[0][1]
+    ((_, task, _),) = case.await_held(1)
     slurm.command("scontrol", "update", f"JobId={task}", "EndTime=now")
     yield case, sweep, task
     case.stop()
@@ -57,41 +55,43 @@ def test_slurm_gives_the_rows_that_this_machine_gives_a_bundle_in_a_task(case, s
     assert case.sweep().returncode == 0
     here = case.table()
     case.log.unlink()
-    case.pause(0.1)
+    case.hold(2)
     sweep = case.start("--force", "--slurm", "--bundle", "5", "--tasks", "2")
-    most = 0
+    case.await_held(2)
+    running = [len(slurm.listed("mill-t-", "RUNNING")) for _ in range(10)]
+    case.release()
     while sweep.poll() is None:
-        most = max(most, len(slurm.listed("mill-t-", "RUNNING")))
+        running.append(len(slurm.listed("mill-t-", "RUNNING")))
         time.sleep(0.1)
     assert (sweep.returncode, sweep.stderr.read()) == (0, "")
     assert facts(case.table()).equals(facts(here))
     assert sorted(len(begun) for begun in tasks(case.starts()).values()) == [2, 5, 5]
-    assert set(case.runs().values()) == {1} and most == 2
+    assert set(case.runs().values()) == {1} and max(running) == 2
     assert not slurm.listed("mill-t-")
     assert not list(case.folder.glob("*.slurm")) and not list((case.folder / "scratch").iterdir())
 
 
 def test_a_killed_task_costs_one_more_run_of_what_it_had_in_hand_and_nothing_else(case, slurm):
-    case.pause(0.4)
+    case.hold(2)
     sweep = case.start("--slurm", "--bundle", "4")
-    case.await_starts(6)
-    design, task, pid = case.starts()[-1]
+    design, task, pid = case.await_held(3)[-1]
     slurm.command("scancel", task)
-    case.pause(0)
-    assert sweep.wait(60) == 0, sweep.stderr.read()
+    wait(lambda: not alive(pid), "the end of its run")
+    case.release()
+    assert sweep.wait(90) == 0, sweep.stderr.read()
     runs = case.runs()
     assert len(runs) == case.designs and all_done(case)
     assert [d for d, count in runs.items() if count > 1] == [design] and runs[design] == 2
-    assert not alive(pid)
 
 
 def test_a_driver_killed_and_started_again_waits_for_what_is_under_way(case, slurm):
-    case.pause(0.4)
+    case.hold(2)
     driver = case.start("--slurm", "--bundle", "3")
-    case.await_starts(4)
+    case.await_held(3)
     driver.kill()
     driver.wait()
     assert slurm.listed("mill-t-")
+    case.release()
     done = case.sweep("--slurm", "--bundle", "3")
     assert done.returncode == 0, done.stderr
     assert all_done(case)
@@ -100,15 +100,15 @@ def test_a_driver_killed_and_started_again_waits_for_what_is_under_way(case, slu
 
 
 def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
-    case.pause(0.4)
+    case.hold(2)
     sweep = case.start("--slurm", "--bundle", "3")
-    case.await_starts(6)
+    case.await_held(3)
     sweep.send_signal(signal.SIGINT)
-    assert sweep.wait(30) == 130
+    assert sweep.wait(90) == 130
     wait(lambda: not slurm.listed("mill-t-"), "an empty queue")
     before = case.starts()
     assert not any(alive(pid) for _, _, pid in before) and len(before) < case.designs
-    case.pause(0)
+    case.release()
     done = case.sweep("--slurm")
     assert done.returncode == 0, done.stderr
     assert all_done(case)
@@ -117,13 +117,14 @@ def test_ctrl_c_cancels_the_tasks_and_keeps_their_rows(case, slurm):
 
 
 def test_detached_tasks_go_on_alone_and_their_rows_are_taken_up(case, slurm):
-    case.pause(0.2)
+    case.hold(2)
     sweep = case.start("--slurm", "--bundle", "3", "--detach")
-    case.await_starts(3)
+    case.await_held(3)
     sweep.send_signal(signal.SIGINT)
-    _, said = sweep.communicate(timeout=30)
+    _, said = sweep.communicate(timeout=90)
     assert sweep.returncode == 130
     assert re.search(r"tasks stay in Slurm's queue \(\d+\); the same command takes up", said)
+    case.release()
     wait(lambda: not slurm.listed("mill-t-"), "the tasks")
     assert set(case.runs().values()) == {1} and len(case.runs()) == case.designs
     done = case.sweep("--slurm", "--detach")
@@ -142,10 +143,10 @@ def test_what_sbatch_refuses_is_one_line(case):
 
 def test_a_time_limit_costs_one_more_run_of_what_was_in_hand(limited, slurm):
     case, sweep, task = limited
-    wait(lambda: task not in slurm.listed("limited"), "the limit", 60)
+    wait(lambda: task not in slurm.listed("limited"), "the limit")
     log = (slurm.folder / "slurmctld.log").read_text()
     assert f"Time limit exhausted for JobId={task}" in log
-    assert sweep.wait(60) == 0, sweep.stderr.read()
+    assert sweep.wait(90) == 0, sweep.stderr.read()
     assert all_done(case)
     assert sorted(case.runs().values()) == [1] * (case.designs - 1) + [2]
     assert case.runs()[case.starts()[0][0]] == 2
