@@ -239,7 +239,7 @@ def _read(path):
         meta = _metadata(text, stored)
         stored = stored.select(schema(meta).names)
     except ValueError as fault:
-        raise UserError(f"{path}: damaged: {fault}; take a copy of it, or begin anew (--force)") from None
+        raise UserError(f"{path}: damaged: {fault}; take a copy from a backup, or begin anew with --force") from None
     kind, fresh, damaged = schema(meta), [], 0
     for place, line in enumerate(lines, 1):
         try:
