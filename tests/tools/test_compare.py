@@ -15,9 +15,11 @@ import h5py
 import numpy as np
 import pytest
 from conftest import PROGRAM, ROOT
+from report_page import Reader
 from scipy.special import stdtrit
 
-from milltools.compare import load, rows
+from milltools.compare import load, rows, terminal
+from milltools.compare.agreement import Estimate
 from milltools.read.kinds import KINDS
 
 # Steady from 0.1 s on, and 25 revolutions of it; less than a second to run
@@ -296,22 +298,88 @@ def test_nothing_from_a_run_gets_out_of_its_place(mill, runs, copy, tmp_path):
         "two", to=HOSTILE, deck__balls__start="<script>alert(2)</script>\x1b[2J", run__command="</code><b>"
     )  # fmt: skip
     done = mill("compare", path, runs["one"], "--html", "page.html", "--png", "all.png", "--csv", "t.csv")  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0, done.stderr
     assert "\x1b" not in done.stdout
     page = (tmp_path / "page.html").read_text()
-    for foreign in ("<script", "<img src=x", "</code><b>", "\x1b"):
+    for foreign in ("<script>alert", "<img src=x", "</code><b>", "\x1b"):
         assert foreign not in page
     assert "&lt;script&gt;alert(2)&lt;/script&gt;" in page
     assert "&lt;img src=x onerror=alert(1)&gt;" in page
     assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_page_needs_nothing_but_itself(mill, runs, tmp_path):
-    assert mill("compare", runs["one"], runs["fast"], "--html", "page.html").returncode == 0
-    page = (tmp_path / "page.html").read_text()
-    assert page.count('<img src="data:image/png;base64,') == 4
-    assert re.findall(r"(?:src|href)=\"(?!data:)", page) == []
-    assert re.search(r"https?://", page) is None
+@pytest.fixture(scope="module")
+def page(runs, tmp_path_factory):
+    """The page of two runs: text, Reader."""
+    folder = tmp_path_factory.mktemp("page")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
+    words = [sys.executable, "-m", "milltools", "compare", runs["one"], runs["fast"], "--html", "page.html"]
+    subprocess.run(words, cwd=folder, check=True, capture_output=True, env=environment, timeout=300)
+    text = (folder / "page.html").read_text()
+    return text, Reader(text)
+
+
+def test_the_page_needs_nothing_but_itself(page):
+    text, read = page
+    links = [a[name] for _, a in read.tags for name in ("src", "href") if name in a]
+    assert links and all(link.startswith(("data:", "#")) for link in links)
+    assert text.count('<img src="data:image/') == 4
+    (policy,) = (a["content"] for t, a in read.tags if a.get("http-equiv") == "Content-Security-Policy")
+    assert "default-src 'none'" in policy
+
+
+def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
+    _, read = page
+    assert [a.get("class") for t, a in read.tags if t == "figure"].count("mill-player") == 2
+    assert {"verdict", "notes", "balls", "tables", "pictures", "energy", "spectra", "maps", "deck", "cite"} <= set(
+        read.ids("section")
+    )
+    assert "figure-speeds" in read.ids("figure")
+    assert "B against A: rotor power" in read.text and "save A.ini" in read.text
+    anchors = [a["href"][1:] for t, a in read.tags if t == "a" and a["href"].startswith("#")]
+    assert set(anchors) <= {a["id"] for _, a in read.tags if "id" in a}
+
+
+def test_files_are_written_though_nobody_reads_the_text(runs, tmp_path):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
+    words = [sys.executable, "-m", "milltools", "compare", runs["one"], runs["two"], "--csv", "table.csv"]
+    process = subprocess.Popen(words, cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
+    process.stdout.close()  # as `| head` does
+    process.wait(timeout=60)
+    assert len((tmp_path / "table.csv").read_text().splitlines()) > 40
+
+
+@pytest.mark.parametrize(
+    "stored, shown",
+    [
+        ("0.012700000000000001 m", "0.0127 m"),
+        ("104.71975511965978 rad/s", "1000 rpm"),
+        ("3.1415926535897931 rad", "180 deg"),
+        ("0 0 -9.8100000000000005 m/s^2", "0 0 -9.81 m/s^2"),
+        ("0.29999999999999999", "0.3"),
+        ("12345678901234567", "12345678901234567"),
+        ("wavy", "wavy"),
+        ("", ""),
+    ],
+)
+def test_values_of_decks_are_shown_as_decks_are_written(stored, shown):
+    assert load.usual(stored) == shown
+
+
+def test_rows_that_are_zero_on_both_sides_are_said_once(capsys):
+    from types import SimpleNamespace
+
+    sides = [SimpleNamespace(letter=letter, runs=[SimpleNamespace(path=letter)]) for letter in "AB"]
+    none, some = Estimate(0.01, 0.02, np.inf), Estimate(5.0, 0.1, np.inf)
+    assert rows.is_zero(none) and rows.is_zero(Estimate(0.0)) and not rows.is_zero(some)
+    made = [
+        rows.Row("power", key, key, "W", e, e, 0.1, 0.1, 9, verdict, "open", "")
+        for key, e, verdict in (("shaft", none, rows.ZERO), ("drum", some, "agree"))
+    ]
+    terminal.show([], [rows.Comparison(*sides, made)], [])
+    said = capsys.readouterr().out
+    assert "Zero within their errors in A and in B: shaft." in said
+    assert len(re.findall("^drum", said, re.M)) == 1 and not re.search("^shaft", said, re.M)
 
 
 @pytest.mark.parametrize(
@@ -334,10 +402,7 @@ def test_wrong_input_is_one_line_and_status_2(mill, runs, tmp_path, words, line)
 @pytest.mark.parametrize("option", ["--csv", "--png", "--html"])
 def test_an_output_that_cannot_be_written_is_one_line(mill, runs, option):
     done = mill("compare", runs["one"], runs["one"], option, "nowhere/out.png")
-    assert (done.returncode, done.stderr) == (
-        1,
-        "mill compare: nowhere/out.png: No such file or directory\n",
-    )
+    assert (done.returncode, done.stderr) == (2, "mill compare: nowhere/out.png: there is no folder nowhere\n")
 
 
 @pytest.mark.parametrize("option, picture", [("output.frames=0 s", "--html"), ("output.series=0.5 s", "--png")])
@@ -345,7 +410,7 @@ def test_runs_that_store_little_are_compared_all_the_same(millsim, mill, write_d
     write_deck(MILL)
     assert millsim("deck.ini", "-q", "-s", option).returncode == 0
     done = mill("compare", "deck.h5", "deck.h5", picture, "out.png")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0, done.stderr
     assert "agree: the same data" in done.stdout
 
 

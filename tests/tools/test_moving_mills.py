@@ -12,7 +12,7 @@ from moving_mills import ATTRITOR, PLANETARY
 from test_scene import at, picture, stored
 
 import milltools
-from milltools.compare import load
+from milltools.compare import load, page
 from milltools.compare import rows as compared
 from milltools.figures import FIGURES, account, maps, outlines, spectra
 from milltools.geometry import bodies, vessel
@@ -24,7 +24,6 @@ from milltools.read.runfile import Run
 from milltools.render import camera
 from milltools.report import facts
 from milltools.report import sections as tables
-from milltools.report import sides as beside
 
 pytest_plugins = ["browser"]
 
@@ -324,7 +323,7 @@ def test_drive_power_and_that_of_each_motion_are_compared(files):
         jar = float(run.statistic("motions/jar/power"))
     assert found["motion_power_jar"].a.value == pytest.approx(jar, rel=1e-6)
     assert not {"rotor_power", "rotor_torque"} & set(found)
-    assert "drive power +0.00 " in beside.sentence(table)
+    assert "drive power +0.00 " in page.sentence(table)
 
 
 def test_a_drum_on_a_motion_without_other_bodies_has_a_drive_power_too(tmp_path):

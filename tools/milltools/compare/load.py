@@ -237,12 +237,18 @@ def same(a: str | None, b: str | None) -> bool:
 
 
 def usual(text: str) -> str:
-    """A value of a deck as decks are written: angles in degrees, speeds in rpm."""
-    *numbers, unit = text.split() or [""]
-    if unit not in USUAL:
-        return text
-    name, scale = USUAL[unit]
-    return " ".join([*(f"{float(number) * scale:.10g}" for number in numbers), name])
+    """A value of a deck as decks are written: angles in degrees, speeds in rpm, numbers without the noise of their last digit."""
+    words = text.split()
+    name, scale = USUAL.get(words[-1] if words else "", ("", 1.0))
+
+    def short(word):
+        try:
+            number = float(word) * scale
+        except ValueError:
+            return word
+        return word if name == "" and word.isdigit() else f"{number:.12g}"
+
+    return " ".join([*map(short, words[:-1]), name] if name else map(short, words))
 
 
 def different_keys(a: dict, b: dict) -> list[str]:
@@ -263,6 +269,16 @@ def _check_replicate(first: Measured, other: Measured):
         raise UserError(
             f"{other.path}: no replicate of {first.path}: it sampled {other.duration:.6g} s, not {first.duration:.6g} s"
         )
+
+
+def replicates(argument: str) -> list[str]:
+    """The files of one side; a name that has a comma in it is taken whole if there is such a file."""
+    if pathlib.Path(argument).exists():
+        return [argument]
+    files = [name for name in argument.split(",") if name]
+    if not files:
+        raise UserError(f"'{argument}' names no file")
+    return files
 
 
 def sides(files: list[list[str]]) -> list[Side]:

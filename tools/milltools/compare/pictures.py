@@ -5,18 +5,24 @@ Every drawing function takes a figure or subfigure and the sides; `PICTURES` lis
 
 import math
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from milltools.base.text import literal
 from milltools.compare.load import SPEED_EDGES
 from milltools.compare.map_deviation import LEAST
-from milltools.figures.command import save, spectrum
-from milltools.figures.style import run_style
+from milltools.figures.bins import MERGED
+from milltools.figures.style import run_style, save
 from milltools.read.kinds import label as kind_label
+
+
+def _spectrum(histograms, duration):
+    """(speed [m/s], impacts per second and decade [1/s]), bins put together for a smooth curve; NaN where there were none."""
+    whole = len(histograms[0].count) // MERGED * MERGED
+    edges = histograms[0].edges[: whole + 1 : MERGED]
+    count = sum(one.count[:whole].reshape(-1, MERGED).sum(axis=1) for one in histograms)
+    rate = count / duration / np.diff(np.log10(edges))
+    return np.sqrt(edges[:-1] * edges[1:]), np.where(rate > 0, rate, np.nan)
 
 
 def draw_spectra(figure, sides):
@@ -26,17 +32,10 @@ def draw_spectra(figure, sides):
     for ax, kind in zip(axes, every):
         for number, side in enumerate(sides):
             histograms = [run.impacts[kind] for run in side.runs if kind in run.impacts]
-            if sum(h.count.sum() for h in histograms) < 100:  # too few for a curve
-                continue
-            duration = sum(run.duration for run in side.runs)
-            speed, rate = spectrum(histograms[0], duration)
-            rate = np.nansum([spectrum(h, duration)[1] for h in histograms], axis=0)
-            ax.loglog(
-                speed,
-                np.where(rate > 0, rate, np.nan),
-                **run_style(number),
-                label=literal(side.label, 44),
-            )
+            if sum(h.count.sum() for h in histograms) >= 100:  # else too few for a curve
+                duration = sum(run.duration for run in side.runs)
+                label = literal(side.label, 44)
+                ax.loglog(*_spectrum(histograms, duration), **run_style(number), label=label)
         ax.set_title(kind_label(kind))
         ax.set_xlim(1e-3, 20)
         ax.grid(alpha=0.3)
@@ -55,9 +54,7 @@ def _legend(figure, axes, count):
         for handle, label in zip(*ax.get_legend_handles_labels()):
             found.setdefault(label, handle)
     if found:
-        figure.legend(
-            found.values(), found.keys(), loc="outside upper left", ncols=min(count, 4), frameon=False
-        )  # fmt: skip
+        figure.legend(found.values(), found.keys(), loc="outside upper left", ncols=min(count, 4), frameon=False)
 
 
 def _shade(ax, sides):
@@ -195,37 +192,29 @@ def _map(ax, side, field, colours, low, high):
 # title, what it shows for who cannot see it, function, size [inch] for a number of sides
 PICTURES = (
     (
-        "Impact speeds",
-        "spectra of the normal impact speed by contact kind, all runs overlaid",
-        draw_spectra,
-        lambda n: (15, 4.2),
+        "Impact speeds", "spectra of the normal impact speed by contact kind, all runs overlaid",
+        draw_spectra, lambda n: (15, 4.2),
     ),
     (
-        "Over time",
-        "power of the drive and kinetic energy of the balls over time",
-        draw_power,
-        lambda n: (15, 4.4),
+        "Over time", "power of the drive and kinetic energy of the balls over time",
+        draw_power, lambda n: (15, 4.4),
     ),
     (
-        "Maps",
-        "cross-sections of the mill: solid fraction for each run, speed of the mean flow "
+        "Maps", "cross-sections of the mill: solid fraction for each run, speed of the mean flow "
         f"where it is above {LEAST}, and the differences from the first",
-        draw_maps,
-        lambda n: (3.5 * (2 * n - 1) + 2.5, 7.0),
+        draw_maps, lambda n: (3.5 * (2 * n - 1) + 2.5, 7.0),
     ),
     (
-        "Speeds of the balls, and the price",
-        "distribution of the balls' speeds; CPU seconds per simulated second",
-        draw_speeds,
-        lambda n: (15, 4.2 + 0.15 * max(0, n - 6)),
+        "Speeds of the balls, and the price", "distribution of the balls' speeds; CPU seconds per simulated second",
+        draw_speeds, lambda n: (15, 4.2 + 0.15 * max(0, n - 6)),
     ),
-)
+)  # fmt: skip
 
 
 def figures(sides):
-    """(title, description, figure) of every picture; the caller closes them."""
+    """(title, description, figure) of every picture."""
     for title, words, draw, size in PICTURES:
-        figure = plt.figure(figsize=size(len(sides)), layout="constrained")
+        figure = Figure(figsize=size(len(sides)), layout="constrained")
         draw(figure, sides)
         yield title, words, figure
 
@@ -233,7 +222,7 @@ def figures(sides):
 def write(sides, path):
     """All pictures one below the other."""
     sizes = [size(len(sides)) for *_, size in PICTURES]
-    whole = plt.figure(figsize=(max(w for w, _ in sizes), sum(h + 0.5 for _, h in sizes)), layout="constrained")
+    whole = Figure(figsize=(max(w for w, _ in sizes), sum(h + 0.5 for _, h in sizes)), layout="constrained")
     parts = whole.subfigures(len(PICTURES), 1, height_ratios=[h for _, h in sizes], hspace=0.03)
     for part, (title, _, draw, _) in zip(parts, PICTURES):
         part.suptitle(title, fontweight="bold")

@@ -21,6 +21,7 @@ from milltools.read.schema import THRESHOLDS
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
 IDENTICAL = "agree: the same data"
+ZERO = "zero within the errors of both"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,10 +44,27 @@ class Row:
 
 
 @dataclasses.dataclass(frozen=True)
-class Table:
+class Comparison:
+    """Side b against side a."""
+
     a: Side
     b: Side
     rows: list[Row]
+
+    @property
+    def title(self) -> str:
+        return f"{self.b.letter} against {self.a.letter}"
+
+    @property
+    def shown(self) -> list[Row]:
+        """The rows that say something: not those that are zero on both sides."""
+        return [row for row in self.rows if row.verdict != ZERO]
+
+    @property
+    def zeros(self) -> str:
+        """The other rows in one sentence."""
+        words = ", ".join(row.label.strip() for row in self.rows if row.verdict == ZERO)
+        return f"Zero within their errors in {self.a.letter} and in {self.b.letter}: {words}." if words else ""
 
 
 # ---- what a run has to say, each as measure(run) -> Estimate, or None where the file does not hold it
@@ -173,14 +191,7 @@ def quantities(steady: bool, kinds, first: Measured, second: Measured):
             yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}"), True  # fmt: skip
     if all(run.rotor_speed for run in both):
         yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
-    yield (
-        group,
-        "dissipated_power",
-        "dissipated power, all",
-        "W",
-        power("dissipation/{kind}", "all"),
-        True,
-    )
+    yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}", "all"), True
     yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}", "all"), True  # fmt: skip
     for kind in kinds:
         key = f"normal_dissipation_{kind}"
@@ -212,13 +223,17 @@ def quantities(steady: bool, kinds, first: Measured, second: Measured):
         yield group, key, label, "m/s", ball_speed(2 + k), True
 
 
-def compare(a: Side, b: Side) -> Table:
+def compare(a: Side, b: Side) -> Comparison:
     """The table of side b against side a."""
     steady = a.steady and b.steady
     identical = len(a.runs) == len(b.runs) and all(x.same_data(y) for x, y in zip(a.runs, b.runs))
     kinds = tuple(dict.fromkeys(kind for side in (a, b) for kind in side.first.kinds))
+    unknown = "error unknown: run longer"
+    if not steady:
+        several = any(len(side.runs) > 1 for side in (a, b))
+        unknown = f"error unknown: {'replicates do not tell' if several else 'not steady, no replicates'}"
     rows = []
-    for group, key, label, unit, measure, robust in quantities(steady, kinds, a.first, b.first):
+    for *what, measure, robust in quantities(steady, kinds, a.first, b.first):
         sides = [[measure(run) for run in side.runs] for side in (a, b)]
         held = [all(e is not None for e in side) for side in sides]
         if not any(held) or all(e.value == 0 for s, h in zip(sides, held) if h for e in s):
@@ -226,26 +241,32 @@ def compare(a: Side, b: Side) -> Table:
         if not all(held):
             there, missing = ("A", b.letter) if held[0] else (b.letter, "A")
             value = errors.mean_of(sides[0 if held[0] else 1]).value
-            one, two = (Estimate(value if h else math.nan) for h in held)
+            values = (Estimate(value if h else math.nan) for h in held)
             verdict = f"only in {there}: the file of {missing} does not hold it"
-            rows.append(Row(group, key, label, unit, one, two, math.nan, math.nan, 0, verdict, "open", ""))  # fmt: skip
+            rows.append(Row(*what, *values, math.nan, math.nan, 0, verdict, "open", ""))
             continue
         one, two = errors.combine(*sides, steady)
-        unknown = "error unknown: run longer"
-        if not steady:
-            several = any(len(side.runs) > 1 for side in (a, b))
-            unknown = f"error unknown: {'replicates do not tell' if several else 'not steady, no replicates'}"
         found = errors.difference(one, two, unknown)
         verdict, mood = found.verdict, found.mood
         if identical and two.value == one.value:
             verdict, mood = IDENTICAL, "agree"
         elif not robust and (a.soft or b.soft):
             verdict, mood = (STIFFNESS if a.soft and b.soft else HARD_SOFT), "open"
+        elif is_zero(one) and is_zero(two):
+            verdict, mood = ZERO, "open"
         remark = one.remark or two.remark
-        rows.append(Row(group, key, label, unit, one, two, found.relative, found.error, found.dof, verdict, mood, remark))  # fmt: skip
+        rows.append(Row(*what, one, two, found.relative, found.error, found.dof, verdict, mood, remark))
     rows += map_rows(a, b, steady, identical)
     rows.append(price_row(a, b))
-    return Table(a, b, rows)
+    return Comparison(a, b, rows)
+
+
+def is_zero(found: Estimate) -> bool:
+    return found.value == 0 or abs(found.value) <= errors.NORMAL * found.told
+
+
+def tables(sides: list[Side]) -> list[Comparison]:
+    return [compare(sides[0], side) for side in sides[1:]]
 
 
 def map_rows(a: Side, b: Side, steady: bool, identical: bool):

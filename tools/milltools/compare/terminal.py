@@ -1,30 +1,24 @@
 """The table on the terminal and as CSV."""
 
-import csv
+import itertools
 import math
-import os
 import sys
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from milltools.base.errors import UserError
-from milltools.base.text import plain
+from milltools.base import files, text
+from milltools.base.text import columns, plain
 from milltools.compare.rows import deck_differences
 
 COLOUR = {"agree": "green", "differ": "bold red", "open": "yellow"}
+LEFT = (0, 3, 6)  # columns flush left
 
 
 def number(value: float) -> str:
     """Five digits; nothing for NaN."""
-    if not math.isfinite(value):
-        return ""
-    if value == 0:
-        return "0"
-    if 1e-3 <= abs(value) < 1e5:
-        return f"{value:.{max(0, 4 - math.floor(math.log10(abs(value))))}f}"
-    return f"{value:.4e}"
+    return text.number(value, 5) if math.isfinite(value) else ""
 
 
 def percent(value: float, sign: str = "+") -> str:
@@ -34,24 +28,13 @@ def percent(value: float, sign: str = "+") -> str:
 
 
 def cells(row) -> list[str]:
-    unsigned = row.group == "maps"
-    return [
-        row.label,
-        number(row.a.value),
-        number(row.b.value),
-        row.unit,
-        percent(row.difference, "" if unsigned else "+"),
-        percent(row.difference_error, ""),
-        row.verdict,
-    ]
+    values = [number(row.a.value), number(row.b.value), row.unit]
+    off = percent(row.difference, "" if row.group == "maps" else "+")
+    return [row.label, *values, off, percent(row.difference_error, ""), row.verdict]
 
 
 def heads(table) -> list[str]:
     return ["", table.a.letter, table.b.letter, "unit", "diff. [%]", "+- [%]", "verdict"]
-
-
-def title(table) -> str:
-    return f"{table.b.letter} against {table.a.letter}"
 
 
 def header_lines(sides) -> list[str]:
@@ -60,61 +43,45 @@ def header_lines(sides) -> list[str]:
     for side in sides:
         for k, run in enumerate(side.runs):
             window = f"sampled {run.window[0]:.6g} .. {run.window[1]:.6g} s"
-            lead = side.letter if k == 0 else " "
-            lines.append(f"{lead}  {run.path}: {run.made_by}, {window}, {run.status}")
-    differ = deck_differences(sides)
-    if not differ:
+            lines.append(f"{side.letter if k == 0 else ' '}  {run.path}: {run.made_by}, {window}, {run.status}")
+    if not (differ := deck_differences(sides)):
         return [*lines, "", "The decks are the same."]
-    lines += ["", "The decks differ:"]
-    width = max(len(key) for key, _ in differ)
-    for key, values in differ:
-        lines.append(f"  {key:<{width}}  " + " | ".join(value or "-" for value in values))
-    return lines
+    pairs = [(key, " | ".join(value or "-" for value in values)) for key, values in differ]
+    return [*lines, "", "The decks differ:", *(f"  {line}" for line in columns(pairs, left=(0, 1)))]
 
 
 def show(sides, tables, notes, stream=None):
     """Prints everything: with colours and rules where it is a terminal wide enough, else as aligned text."""
     stream = stream or sys.stdout
-    for line in header_lines(sides):
+    for line in (*header_lines(sides), "", *notes):
         print(plain(line), file=stream)
-    print(file=stream)
-    for note in notes:
-        print(plain(note), file=stream)
     for table in tables:
         print(file=stream)
         if not (stream.isatty() and _show_rich(table, stream)):
-            _show_plain(table, stream)
+            print("\n".join(_plain_table(table)), file=stream)
+        if table.zeros:
+            print(f"\n{plain(table.zeros)}", file=stream)
 
 
-def _show_plain(table, stream):
-    lines = [heads(table)]
-    groups = [None]
-    for row in table.rows:
-        lines.append(cells(row))
-        groups.append(row.group)
-    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]) - 1)]
-    print(title(table), file=stream)
-    for line, group, before in zip(lines, groups, [None, *groups]):
-        if group != before:
-            print(file=stream)
-        fields = [
-            f"{field:<{width}}" if k in (0, 3) else f"{field:>{width}}"
-            for k, (field, width) in enumerate(zip(line, widths))
-        ]
-        print("  ".join([*fields, line[-1]]).rstrip(), file=stream)
+def _plain_table(table) -> list[str]:
+    head, *lines = columns([heads(table), *map(cells, table.shown)], LEFT)
+    found = [table.title, head]
+    for _, group in itertools.groupby(zip(table.shown, lines), key=lambda pair: pair[0].group):
+        found += ["", *(line for _, line in group)]
+    return found
 
 
 def _show_rich(table, stream) -> bool:
     """False, with nothing shown, where the terminal is too narrow for it."""
     console = Console(file=stream, highlight=False)
-    grid = Table(title=Text(title(table)), title_justify="left")
+    grid = Table(title=Text(table.title), title_justify="left")
     for k, head in enumerate(heads(table)):
-        grid.add_column(head, justify="left" if k in (0, 3, 6) else "right", no_wrap=True)
-    for k, row in enumerate(table.rows):
-        if k and row.group != table.rows[k - 1].group:
-            grid.add_section()
-        *fields, verdict = cells(row)
-        grid.add_row(*map(Text, fields), Text(verdict, COLOUR[row.mood]))
+        grid.add_column(head, justify="left" if k in LEFT else "right", no_wrap=True)
+    for _, group in itertools.groupby(table.shown, key=lambda row: row.group):
+        grid.add_section()
+        for row in group:
+            *fields, verdict = map(plain, cells(row))
+            grid.add_row(*map(Text, fields), Text(verdict, COLOUR[row.mood]))
     endless = console.options.update(width=10_000)
     if console.measure(grid, options=endless).maximum > console.width:
         return False
@@ -129,25 +96,13 @@ COLUMNS = (
 
 
 def write_csv(tables, path):
-    """All rows of all tables, numbers with all digits, empty where unknown; replaced as a whole."""
-
-    def digits(value, scale=1):
-        return repr(float(value * scale)) if math.isfinite(value) else ""
-
-    part = f"{path}.part"
-    try:
-        with open(part, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(COLUMNS)
-            for table in tables:
-                names = [",".join(r.path for r in side.runs) for side in (table.a, table.b)]
-                for row in table.rows:
-                    writer.writerow(
-                        [*names, row.group, row.key, row.label.strip(), row.unit]
-                        + [digits(x) for e in (row.a, row.b) for x in (e.value, e.told)]
-                        + [digits(row.difference, 100), digits(row.difference_error, 100)]
-                        + [digits(row.dof) if row.dof else "", row.verdict, row.remark]
-                    )
-        os.replace(part, path)
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+    """All rows of all tables, numbers with all digits, empty where unknown."""
+    rows = []
+    for table in tables:
+        names = [",".join(run.path for run in side.runs) for side in (table.a, table.b)]
+        for row in table.rows:
+            numbers = [x for e in (row.a, row.b) for x in (e.value, e.told)]
+            numbers += [100 * row.difference, 100 * row.difference_error, row.dof or math.nan]
+            known = [value if math.isfinite(value) else None for value in numbers]
+            rows.append([*names, row.group, row.key, row.label.strip(), row.unit, *known, row.verdict, row.remark])
+    files.write_csv(path, COLUMNS, rows)

@@ -6,6 +6,8 @@ import pathlib
 
 import jinja2
 
+from milltools.base import engine
+from milltools.base.errors import UserError
 from milltools.base.text import lines, plain
 
 FOLDER = pathlib.Path(__file__).resolve().parent
@@ -15,6 +17,24 @@ LARGE = 600_000  # bytes of an SVG
 def style(*more) -> str:
     """The house's style sheet, and those of the paths after it."""
     return "\n".join(pathlib.Path(path).read_text("utf-8") for path in (FOLDER / "style.css", *more))
+
+
+def theme() -> str:
+    """The script of the switch between light and dark."""
+    return (FOLDER / "theme.js").read_text("utf-8")
+
+
+def maker() -> str:
+    """The version of the tools; unknown where there is no engine beside them."""
+    try:
+        return engine.version()
+    except UserError:
+        return "?"
+
+
+def data_link(text: str) -> str:
+    """The address of a text that a page holds itself."""
+    return "data:text/plain;charset=utf-8;base64," + base64.b64encode(text.encode()).decode()
 
 
 def environment(*folders) -> jinja2.Environment:

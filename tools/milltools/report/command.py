@@ -8,8 +8,7 @@ import os
 import sys
 
 from milltools.base.errors import UserError
-from milltools.base.files import write_text
-from milltools.compare.command import check_writable, replicates
+from milltools.base.files import check_writable, write_text
 
 RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
@@ -40,23 +39,19 @@ def named_for(files: list[str], compared: bool) -> str:
     return files[0].removesuffix(".h5") + ("-compared.html" if compared else ".html")
 
 
-def check_output(output: str, files: list[str]):
-    """That the page can be written, and is not one of the runs."""
-    for path in files:
-        if os.path.exists(path) and os.path.exists(output) and os.path.samefile(output, path):
-            raise UserError(f"{output}: a run, not a page; choose another name with -o")
-    check_writable(output)
-
-
 def run(arguments) -> int:
     if not arguments.compare and len(arguments.runs) > 1:
         raise UserError("a report is of one run; several go on one page with --compare")
     if arguments.compare and len(arguments.runs) < 2:
         raise UserError("one run is nothing to compare with; give two or more")
-    sides = [replicates(r) if arguments.compare else [r] for r in arguments.runs]
+    sides = [[path] for path in arguments.runs]
+    if arguments.compare:
+        from milltools.compare.load import replicates
+
+        sides = [replicates(side) for side in arguments.runs]
     files = [path for side in sides for path in side]
     output = arguments.output or named_for(files, arguments.compare)
-    check_output(output, files)
+    check_writable(output, files)
     from milltools.base.processes import Stopped, stops_in_order
 
     try:
@@ -73,10 +68,14 @@ def _write(arguments, sides, files, output) -> int:
     from milltools.report.progress import Watch
 
     if arguments.compare:
-        from milltools.report import sides as beside
+        from milltools.base.progress import Progress
+        from milltools.compare import load, page, rows
 
-        with Watch(beside.steps(sides)) as watch:
-            text = beside.render(sides, watch, arguments.rerun)
+        with Progress("mill report", 3 + page.steps(sides)) as watch:
+            with watch.step("reading the runs", 3):
+                compared = load.sides(sides)
+                tables = rows.tables(compared)
+            text = page.render(compared, tables, rows.notes(compared), watch, arguments.rerun)
     else:
         with Run(files[0]) as opened:
             from milltools.report import run_page as page

@@ -1,0 +1,86 @@
+"""Runs side by side on one page that opens from disk: what differs and how sure that is, pictures, the balls of each, decks.
+Everything from the runs is escaped."""
+
+import contextlib
+import math
+import pathlib
+
+from milltools import pages
+from milltools.base.text import lines, plain
+from milltools.compare import pictures, rows, terminal
+from milltools.player import painter, parts, player, policy
+from milltools.read.runfile import Run
+
+MOST_BYTES = 6_000_000  # of all players together
+TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
+CONTENTS = (
+    ("verdict", "Runs"), ("notes", "To know first"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"),
+    *parts.FIGURES, ("deck", "Decks"), ("cite", "Cite"),
+)  # fmt: skip
+
+
+def sentence(table) -> str:
+    """The paragraph at the top: a side against the reference, in the few rows that matter most, and how many verdicts of
+    each kind there are."""
+    words = []
+    for row in table.shown:
+        if row.key in TOLD and math.isfinite(row.difference):
+            error = terminal.percent(row.difference_error, "")
+            error = f" \N{PLUS-MINUS SIGN} {error}" if error else ""
+            words.append(f"{row.label} {terminal.percent(row.difference)}{error} % ({row.verdict})")
+    judged = {mood: sum(row.mood == mood for row in table.shown) for mood in ("agree", "differ", "open")}
+    return (
+        f"{table.title}: {'; '.join(words)}. Of {len(table.shown)} quantities {judged['agree']} agree, "
+        f"{judged['differ']} differ, {judged['open']} are open."
+    )
+
+
+def steps(sides) -> float:
+    """What `render` tells its watch of, all in all."""
+    return 3 * len(sides) + len(pictures.PICTURES) + len(parts.figure_names())
+
+
+def render(sides, tables, notes, watch, rerun: str = "never") -> str:
+    """The page as text; `watch`: a Progress; `rerun`: of the player, see finer.frames_of."""
+    with contextlib.ExitStack() as stack:
+        runs = [stack.enter_context(Run(side.first.path)) for side in sides]
+        drawing = stack.enter_context(painter.Painter(runs, parts.figure_names()))
+        players = []
+        for run in runs if any(len(run.frame_times()) for run in runs) else ():
+            with watch.step("the balls", 3):
+                most = MOST_BYTES // len(runs)
+                players.append(parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text), most))
+        shown = []
+        for title, words, figure in pictures.figures(sides):
+            with watch.step("pictures"):
+                shown.append((title, words, pages.embedded(figure, dots=110)))
+        figures = parts.sections(drawing.all(watch))
+        decks = [run.deck_text() for run in runs]
+        cite = list(dict.fromkeys(line for run in runs for line in parts.cite(run)))
+    scripts, theme = player.scripts(), pages.theme()
+    return (
+        pages.environment(pathlib.Path(__file__).parent)
+        .get_template("page.html")
+        .render(
+            policy=policy.of(*players, scripts, f"<script>{theme}</script>"),
+            maker=pages.maker(),
+            title="Runs compared",
+            kicker=plain(", ".join(side.label for side in sides)),
+            style=pages.style(pages.FOLDER / "report.css"),
+            contents=[entry for entry in CONTENTS if players or entry[0] != "balls"],
+            verdict=[sentence(table) for table in tables],
+            sides=sides,
+            differ=rows.deck_differences(sides),
+            notes=notes,
+            players=zip(sides, players),
+            tables=[
+                (table, terminal.heads(table), [(row, terminal.cells(row)) for row in table.shown]) for table in tables
+            ],
+            pictures=shown,
+            figures=figures,
+            decks=[(side, pages.data_link(text), lines(text)) for side, text in zip(sides, decks)],
+            cite=cite,
+            scripts=scripts,
+            theme=theme,
+        )
+    )
