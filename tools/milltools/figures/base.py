@@ -79,13 +79,7 @@ class Figure:
             figure.set_layout_engine("constrained", h_pad=0.05, w_pad=0.05)
             self.paint(figure, runs, **options)
             if titled:
-                figure.suptitle(
-                    self.heading(runs, **options),
-                    x=0.015,
-                    ha="left",
-                    fontsize=10,
-                    fontweight="bold",
-                )
+                figure.suptitle(self.heading(runs, **options), x=0.015, ha="left", fontsize=10, fontweight="bold")
         return figure
 
     def paint(self, figure, runs, **options):

@@ -56,11 +56,7 @@ def run(arguments) -> int:
         raise UserError("expected a run and the name of a picture; see 'mill plot --help'")
     *paths, target = names
     keep_apart(target, paths)
-    options = {
-        "kinds": arguments.kind,
-        "strikes": arguments.strikes,
-        "per_ball": arguments.per_ball,
-    }
+    options = {"kinds": arguments.kind, "strikes": arguments.strikes, "per_ball": arguments.per_ball}
     options = {name: value for name, value in options.items() if value}
     with contextlib.ExitStack() as stack:
         runs = [stack.enter_context(Run(path)) for path in paths]
@@ -111,10 +107,7 @@ class Watch:
     """How far the reading of a long log is, on standard error: a bar on a terminal, a line now and then elsewhere, nothing
     in the first seconds."""
 
-    QUIET, PLAIN = (
-        2.0,
-        10.0,
-    )  # [s] before anything is said, between lines where there is no terminal
+    QUIET, PLAIN = (2.0, 10.0)  # [s] before anything is said, between lines where there is no terminal
 
     def __enter__(self):
         self.bar, self.begin = None, time.monotonic()
@@ -141,10 +134,7 @@ class Watch:
         if self.bar.disable and share > 0 and now - self.said > self.PLAIN:
             self.said = now
             left = (now - self.begin) * (1 / share - 1)
-            print(
-                f"mill plot: log of impacts, {100 * share:.0f} %, {left:.0f} s left",
-                file=sys.stderr,
-            )
+            print(f"mill plot: log of impacts, {100 * share:.0f} %, {left:.0f} s left", file=sys.stderr)
 
 
 def tell(paths) -> int:
@@ -203,11 +193,7 @@ def draw_power(ax, run, rim):
         ax.set_title("nothing dissipated in the sampled window")
         return
     image = ax.pcolormesh(
-        *edges,
-        np.where(density > 0, density, np.nan).T,
-        norm=LogNorm(),
-        cmap="inferno",
-        rasterized=True,
+        *edges, np.where(density > 0, density, np.nan).T, norm=LogNorm(), cmap="inferno", rasterized=True
     )
     image.set_clip_path(rim)
     part = run.attribute("statistics/maps/cross_section/dissipation", "part", "all")

@@ -103,11 +103,9 @@ def _sink(term, whole, kinds, first) -> sankey.Band:
     if what == "dissipation":
         colour, words = kind_look(kind, kinds)["color"], (label(kind) if first else "", part)
         return sankey.Band(power, colour, PARTS[part], (*words, *_numbers(power, whole)), kind)
-    words = {
-        "rotor": "rotor, braked",
-        "motion": f"{kind}, braked",
-        "residual": "balance error",
-    }.get(what) or f"{ENERGIES[what]} rises"
+    words = {"rotor": "rotor, braked", "motion": f"{kind}, braked", "residual": "balance error"}.get(
+        what
+    ) or f"{ENERGIES[what]} rises"
     return sankey.Band(power, STORED, 0.7, (words, "", *_numbers(power, whole)), what)
 
 

@@ -14,10 +14,7 @@ from milltools.figures.base import WIDTH, Figure, labels, not_sampled, sampled, 
 from milltools.figures.style import log_ticks
 from milltools.geometry import vessel
 
-VIEWS = {
-    "cross_section": ("y", "z", ("x", "y", "z")),
-    "axial": ("x", "r", ("x", "r", "phi")),
-}
+VIEWS = {"cross_section": ("y", "z", ("x", "y", "z")), "axial": ("x", "r", ("x", "r", "phi"))}
 ARROWS = 20  # about so many along the longer side
 ENDS = (0.01, 0.995)  # shares of the volume below and above the ends of a colour scale
 RANGE = 1e4  # a logarithmic scale shows no more than that
@@ -89,10 +86,7 @@ def field(run, view: str) -> Field:
 def _volume(run, view, edges):
     """Of the cells within the container [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
     room = vessel.of(run).volume(view, edges)
-    first, second = (
-        np.diff(edges[0]),
-        np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2),
-    )
+    first, second = (np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2))
     whole = np.outer(first, second)
     if view == "cross_section":
         whole = whole * np.ptp(run.edges("axial")[0])
@@ -233,11 +227,7 @@ class Map(Figure):
                 )[k].ravel()
         inside = found.volume.ravel() > 0
         part = "" if found.part == "all" else f", {found.part} part"
-        table = {
-            **mesh,
-            "volume in the container [m3]": found.volume.ravel(),
-            "impacts [1]": found.count.ravel(),
-        }
+        table = {**mesh, "volume in the container [m3]": found.volume.ravel(), "impacts [1]": found.count.ravel()}
         for name, quantity in QUANTITIES.items():
             head = quantity.head.replace(" per volume", f"{part} per volume") if name == "power" else quantity.head
             table[head] = found.values[name].ravel()
@@ -260,11 +250,7 @@ _WORDS = {
     "velocity": ("mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows."),
 }  # fmt: skip
 _ROUND = {
-    "axial": (
-        "Axial cut",
-        "axial",
-        "Averaged around the container's axis x; r is the distance from it.",
-    ),
+    "axial": ("Axial cut", "axial", "Averaged around the container's axis x; r is the distance from it."),
     "cross_section": (
         "Cross-section",
         "section",
@@ -272,13 +258,7 @@ _ROUND = {
     ),
 }
 FIGURES = tuple(
-    Map(
-        f"{short}-{quantity}",
-        view,
-        quantity,
-        f"{place}: {words}",
-        f"{caption} {where}",
-    )
+    Map(f"{short}-{quantity}", view, quantity, f"{place}: {words}", f"{caption} {where}")
     for view, (place, short, where) in _ROUND.items()
     for quantity, (words, caption) in _WORDS.items()
 )

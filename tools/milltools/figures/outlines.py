@@ -75,16 +75,7 @@ def stand(ax, run, poses, moving=True):
     for body, triangles in reversed(list(bodies(run))):  # the shaft on top
         if moving or body.motion == run.carrier:
             points = outline(_seen(run, body, triangles, poses)[..., 1:].reshape(-1, 2))
-            ax.add_patch(
-                Polygon(
-                    points,
-                    fc=STEEL,
-                    ec=INK,
-                    lw=0.6,
-                    zorder=0.5 if moving else 3,
-                    label="_body",
-                )
-            )
+            ax.add_patch(Polygon(points, fc=STEEL, ec=INK, lw=0.6, zorder=0.5 if moving else 3, label="_body"))
 
 
 def signs(run, view) -> str:

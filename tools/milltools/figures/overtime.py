@@ -184,14 +184,7 @@ class Draw(OverTime):
         if math.isfinite(error):
             words = f"window: {number(mean)} ± {number(error, 2)} {self.unit}"
             ax.fill_between([begin, end], mean - error, mean + error, color=colour, alpha=0.3, lw=0)
-        ax.plot(
-            [begin, end],
-            [mean] * 2,
-            color=colour,
-            lw=1.2,
-            ls=(0, (5, 2)),
-            label=_named(name, words),
-        )
+        ax.plot([begin, end], [mean] * 2, color=colour, lw=1.2, ls=(0, (5, 2)), label=_named(name, words))
 
     def columns(self, run):
         rows = []

@@ -14,16 +14,7 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
 from milltools.figures import energies
-from milltools.figures.base import (
-    LOOK,
-    QUIET,
-    WIDTH,
-    Figure,
-    labels,
-    not_sampled,
-    sampled,
-    subtitle,
-)
+from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, not_sampled, sampled, subtitle
 from milltools.figures.bins import Bins, merged
 from milltools.figures.style import INK, KIND_LOOK, kind_look, log_ticks, run_style
 from milltools.read.kinds import label

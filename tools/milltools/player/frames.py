@@ -146,11 +146,7 @@ class _Balls:
         """Speed [m/s], spin [rad/s], translational kinetic energy [J] of the chosen balls in frame k, (n,) each."""
         speed = np.linalg.norm(self.run.frame(k, "velocity")[self.chosen].astype(float), axis=1)
         spin = self.run.frame(k, "angular_velocity")[self.chosen].astype(float)
-        return {
-            "speed": speed,
-            "spin": np.linalg.norm(spin, axis=1),
-            "energy": self.mass * speed**2 / 2,
-        }
+        return {"speed": speed, "spin": np.linalg.norm(spin, axis=1), "energy": self.mass * speed**2 / 2}
 
     def limits(self, index) -> dict[str, float]:
         """A round number that most of the balls stay below in most of the frames, by quantity."""

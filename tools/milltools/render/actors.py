@@ -58,10 +58,7 @@ class Eye:
             for column in range(self._count):
                 self._turn_to(row, column)
                 self._window.Render()
-                place = (
-                    slice(row * height, (row + 1) * height),
-                    slice(column * width, (column + 1) * width),
-                )
+                place = (slice(row * height, (row + 1) * height), slice(column * width, (column + 1) * width))
                 colours = pixels(self._window, self._tile, self._transparent)
                 yield place, colours, depths(self._window, self._tile)
 

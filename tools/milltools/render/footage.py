@@ -80,11 +80,7 @@ def pictures(film, height, skip=0):
     size = width * height * 3
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=said,
-            start_new_session=True,
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=said, start_new_session=True
         )
         try:
             while len(content := process.stdout.read(size)) == size:

@@ -101,11 +101,7 @@ class Overlay:
         self._arrow(image, strip[0], (left, head), (thick, arrow), upwards=True)
         for label, share in self._ticks():
             y = top + (1 - share) * (length - 1)
-            draw.line(
-                [(left + thick, y), (left + thick + 0.7 * u, y)],
-                fill=self.ink,
-                width=max(1, round(0.15 * u)),
-            )
+            draw.line([(left + thick, y), (left + thick + 0.7 * u, y)], fill=self.ink, width=max(1, round(0.15 * u)))
             draw.text((left + thick + 1.2 * u, y), label, fill=self.ink, font=small, anchor="lm")
         at = self.size[0] - width - round(2.2 * u), (self.size[1] - image.size[1]) // 2
         return at, image

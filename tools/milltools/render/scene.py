@@ -60,10 +60,7 @@ class Scene:
 
     def __init__(self, run, size, quality, camera, colour, background="studio", overlay=True):
         self.run, self.size, self.colour = run, tuple(size), colour
-        for name, known, what in (
-            (quality, QUALITIES, "quality"),
-            (background, BACKGROUNDS, "background"),
-        ):
+        for name, known, what in ((quality, QUALITIES, "quality"), (background, BACKGROUNDS, "background")):
             if name not in known:
                 raise UserError(f"{what}: expected one of {', '.join(known)}, got {name!r}")
         self._larger = QUALITIES[quality]

@@ -68,10 +68,7 @@ class View:
             pixel = scale * (self.slope or self.scale)
             along = scale * (forward @ axis)
             start = offset + scale * ((self.camera.eye - other.camera.eye) @ axis)
-            rows, columns = (
-                row * np.float32(pixel * (up @ axis)),
-                column * np.float32(pixel * (right @ axis)),
-            )
+            rows, columns = (row * np.float32(pixel * (up @ axis)), column * np.float32(pixel * (right @ axis)))
             found.append((rows, columns, np.float32(along), np.float32(start)))
         return found
 

@@ -10,10 +10,7 @@ from milltools.base.errors import UserError
 from milltools.base.extras import needs
 
 # How VTK calls a kind of window, and the library it loads for it
-WINDOWS = (
-    ("vtkOSOpenGLRenderWindow", ("libOSMesa.so.8", "libOSMesa.so")),
-    ("vtkEGLRenderWindow", ("libEGL.so.1",)),
-)
+WINDOWS = (("vtkOSOpenGLRenderWindow", ("libOSMesa.so.8", "libOSMesa.so")), ("vtkEGLRenderWindow", ("libEGL.so.1",)))
 CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 MEND = "install libosmesa6: sudo apt-get install libosmesa6"
 

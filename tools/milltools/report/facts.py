@@ -23,11 +23,7 @@ ANOMALIES = (  # of /run, as shown, what it means
         "A ball was pressed between a moving body, such as a blade, and a wall or other balls, with nowhere to go, or was squeezed "
         "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not in the counts.",
     ),
-    (
-        "smoothed",
-        "contacts made smooth",
-        "Time stood still at a contact with friction; it was carried out without.",
-    ),
+    ("smoothed", "contacts made smooth", "Time stood still at a contact with friction; it was carried out without."),
     ("overlaps", "overlaps", "Balls were found deeper than 1 nm in another body."),
 )
 
@@ -249,11 +245,5 @@ def tiles(run) -> list[tuple[str, str, str]]:
     list_of = anomalies(run)
     if list_of is not None:
         total = sum(a.times.value for a in list_of)
-        found.append(
-            (
-                "anomalies",
-                str(count(total)) if total else "none",
-                "counted, see below" if total else "",
-            )
-        )
+        found.append(("anomalies", str(count(total)) if total else "none", "counted, see below" if total else ""))
     return found
