@@ -1,10 +1,15 @@
 """mill plot draws every run there can be."""
 
+import resource
+import subprocess
+import sys
+
 import numpy as np
 import pytest
-from conftest import SMALL
+from conftest import ROOT, SMALL
+from matplotlib.patches import Polygon
 
-from milltools.figures import command as plot
+from milltools.figures import overview
 from milltools.geometry.profile import Profile
 from milltools.read.runfile import Run
 
@@ -35,15 +40,14 @@ def test_a_wavy_drum_is_drawn_along_its_wall(millsim, write_deck, tmp_path):
     write_deck(WAVY)
     assert millsim("deck.ini", "-q").returncode == 0
     with Run(tmp_path / "deck.h5") as run:
-        figure = plot.draw(run)
+        figure = overview.draw(run)
     profile = Profile(0.03, 12, 0.006)
     for ax in figure.axes[:2]:
-        rim = next(p for p in ax.patches if isinstance(p, plot.plt.Polygon))
+        rim = next(p for p in ax.patches if isinstance(p, Polygon))
         points = rim.get_xy()
         assert abs(profile.gap(*points.T)).max() < 1e-15
         assert len(points) > 100 and np.hypot(*points.T).max() == pytest.approx(0.036)
         assert ax.get_xlim()[1] > 0.036  # all of it is seen
-    plot.plt.close(figure)
 
 
 def test_a_picture_without_a_known_format_is_one_line(millsim, mill, small_deck):
@@ -59,3 +63,18 @@ def test_a_picture_into_a_missing_folder_is_one_line(millsim, mill, small_deck):
     done = mill("plot", "deck.h5", "nowhere/run.png")
     assert done.returncode == 1
     assert done.stderr == "mill plot: nowhere/run.png: No such file or directory\n"
+
+
+def test_help_needs_no_matplotlib():
+    code = "import sys, milltools.figures.command; sys.exit('matplotlib' in sys.modules or 'numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "tools")}).returncode == 0
+
+
+def test_a_full_disk_leaves_the_old_picture(millsim, mill, small_deck, tmp_path):
+    assert millsim("deck.ini", "-q").returncode == 0
+    (tmp_path / "run.png").write_text("old")
+    full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))}
+    done = mill("plot", "deck.h5", "run.png", **full)
+    assert (done.returncode, done.stderr) == (1, "mill plot: run.png: File too large\n")
+    assert (tmp_path / "run.png").read_text() == "old"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["deck.h5", "deck.ini", "run.png"]

@@ -10,12 +10,12 @@
 `draw` and `tables` take one open Run or a list of them. See base.Figure; `mill plot` is this on the command line.
 """
 
-from milltools.figures import flow, maps, overtime, spectra
-from milltools.figures.base import Figure, Table
-from milltools.figures.inline import svg
+__all__ = ["FIGURES", "Columns", "Figure", "svg"]
 
-FIGURES: dict[str, Figure] = {
-    figure.name: figure for figure in (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES, *overtime.FIGURES)
-}
 
-__all__ = ["FIGURES", "Figure", "Table", "svg"]
+def __getattr__(name):
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from milltools.figures import catalogue  # with matplotlib, which 'mill plot --help' does without
+
+    return getattr(catalogue, name)

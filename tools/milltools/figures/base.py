@@ -9,7 +9,7 @@ from matplotlib.figure import Figure as Canvas
 
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
-from milltools.figures.style import INK, STYLE
+from milltools.figures.style import INK, STYLE, save
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
 QUIET = {"color": INK, "alpha": 0.7}  # what stands back; no grey, as a dark page needs a light one
@@ -40,7 +40,7 @@ LOOK = {
 
 
 @dataclasses.dataclass(frozen=True)
-class Table:
+class Columns:
     """Numbers of a figure: `name` of the run, and columns of one length under their heads, "speed [m/s]" or "kind"."""
 
     name: str
@@ -82,6 +82,12 @@ class Figure:
                 figure.suptitle(self.heading(runs, **options), x=0.015, ha="left", fontsize=10, fontweight="bold")
         return figure
 
+    @staticmethod
+    def save(drawing, path, dots: int):
+        """A drawing of this package as .png, .svg or .pdf, on white."""
+        with matplotlib.rc_context(LOOK):
+            save(drawing, path, dots)
+
     def paint(self, figure, runs, **options):
         """Draws into an empty figure and sets its size."""
         raise NotImplementedError
@@ -93,10 +99,10 @@ class Figure:
     def heading(self, runs, **options) -> str:
         return self.title
 
-    def tables(self, runs, **options) -> list[Table]:
+    def tables(self, runs, **options) -> list[Columns]:
         """The numbers drawn, in SI: a table for each run, all with the same heads."""
         runs = self.checked(runs, options)
-        return [Table(name, self.columns(run, **options)) for name, run in zip(labels(runs), runs)]
+        return [Columns(name, self.columns(run, **options)) for name, run in zip(labels(runs), runs)]
 
     def columns(self, run, **options) -> dict[str, np.ndarray]:
         raise NotImplementedError

@@ -2,14 +2,10 @@
 
 import io
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+from matplotlib.figure import Figure as Canvas
 
 from milltools.base.errors import UserError
-from milltools.figures import command as plot
-from milltools.geometry import vessel
+from milltools.figures import overview
 
 SIZE = 960, 540
 
@@ -47,20 +43,12 @@ def _scene(run) -> bytes | None:
 
 def _flat(run) -> bytes:
     """Seen along the axis, the ones in front last."""
-    figure, ax = plt.subplots(figsize=(8, 6.4), layout="constrained")
-    holds = vessel.of(run)
-    ax.add_patch(holds.rim(color="k"))
-    ax.set_aspect("equal")
-    reach = 1.02 * holds.outermost
-    ax.set_xlim(-reach, reach)
-    ax.set_ylim(-reach, reach)
-    words = vessel.axes([run])
-    ax.set_xlabel(words["y"])
-    ax.set_ylabel(words["z"])
-    plot.draw_balls(ax, run)
+    figure = Canvas(figsize=(8, 6.4), layout="constrained")
+    ax = figure.subplots()
+    overview.mill(ax, run)
+    overview.draw_balls(ax, run)
     store = io.BytesIO()
     figure.savefig(store, format="png", dpi=100)
-    plt.close(figure)
     return store.getvalue()
 
 

@@ -1,0 +1,90 @@
+"""The overview of a run: left the mill and the balls of the last stored frame, seen along the drum's axis, coloured by speed; in
+the middle where the energy goes; right how often and how hard the balls meet."""
+
+import numpy as np
+from matplotlib.collections import EllipseCollection
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure as Canvas
+
+from milltools.figures import outlines
+from milltools.figures.bins import merged
+from milltools.figures.style import SPEEDS
+from milltools.geometry import bodies, vessel
+from milltools.read import kinds
+
+
+def draw(run) -> Canvas:
+    """The figure of a run, in no window."""
+    figure = Canvas(figsize=(15, 4.6), layout="constrained")
+    left, middle, right = figure.subplots(1, 3)
+    mill(left, run)
+    draw_balls(left, run)
+    draw_power(middle, run, mill(middle, run))
+    draw_spectra(right, run)
+    return figure
+
+
+def mill(ax, run):
+    """Axes (y, z) with the container's wall in them, which is returned."""
+    holds = vessel.of(run)
+    rim, words, reach = holds.rim(color="k"), vessel.axes([run]), 1.02 * holds.outermost
+    ax.add_patch(rim)
+    ax.set_aspect("equal")
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel=words["y"], ylabel=words["z"])
+    return rim
+
+
+def draw_balls(ax, run):
+    times = run.frame_times()
+    if not len(times):
+        ax.set_title("no ball states stored (output.frames)")
+        return
+    into = bodies.inverse(bodies.container(run, len(times) - 1))
+    position = bodies.moved(into, run.frame(-1, "position").astype(float))
+    speed = np.linalg.norm(run.frame(-1, "velocity"), axis=1)
+    outlines.stand(ax, run, run.poses(len(times) - 1))
+    order = np.argsort(position[:, 0])  # the ones in front last
+    balls = EllipseCollection(
+        *(run.balls("diameter")[order],) * 2, 0, units="x", offsets=position[order, 1:], transOffset=ax.transData,
+        cmap=SPEEDS, edgecolors="k", linewidths=0.1,
+    )  # fmt: skip
+    balls.set_array(speed[order])
+    balls.set_clim(0, np.quantile(speed, 0.99) or 1)
+    ax.add_collection(balls)
+    ax.set_title(f"t = {times[-1]:.4g} s")
+    ax.figure.colorbar(balls, ax=ax, label="speed [m/s]", shrink=0.7, extend="max")
+
+
+def draw_power(ax, run, rim):
+    edges = run.edges()
+    area = np.outer(np.diff(edges[0]), np.diff(edges[1]))
+    with np.errstate(invalid="ignore"):
+        density = run.map("dissipation") / run.duration / area / 1e3
+    if not np.any(density > 0):
+        ax.set_title("nothing dissipated in the sampled window")
+        return
+    seen = np.where(density > 0, density, np.nan).T
+    image = ax.pcolormesh(*edges, seen, norm=LogNorm(), cmap="inferno", rasterized=True)
+    image.set_clip_path(rim)
+    part = run.attribute("statistics/maps/cross_section/dissipation", "part", "all")
+    ax.set_title("dissipated power" + ("" if part == "all" else f", {part} part"))
+    ax.figure.colorbar(image, ax=ax, label="summed along the axis [kW/m$^2$]", shrink=0.7)
+
+
+def draw_spectra(ax, run):
+    ax.set(title="impact speeds", xlabel="normal impact speed [m/s]", ylabel="impacts per second and decade [1/s]")
+    for kind in run.kinds:
+        histogram = run.histogram(kind)
+        if histogram.count.sum() < 100:  # too few for a curve
+            continue
+        found = merged(histogram, run.duration)
+        ax.loglog(found.middle, np.where(found.count > 0, found.rate_density, np.nan), label=kinds.label(kind))
+    if not ax.lines:
+        ax.text(0.5, 0.5, "too few impacts for a spectrum", ha="center", transform=ax.transAxes)
+        return
+    floor = run.quantity("contact/rebound_floor", 0.0)
+    if floor and run.program == "millsim":  # soft spheres have none
+        ax.axvline(floor, color="0.6", lw=1, ls=":", label="rebound floor", zorder=0)
+    ax.set_xlim(1e-3, 20)
+    ax.grid(alpha=0.3)
+    ax.legend(frameon=False)
