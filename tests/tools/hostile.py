@@ -31,7 +31,7 @@ HUGE = 1 << 40  # rows: 8 TiB of float64
 
 DATASETS = (
     "deck/drum/radius", "deck/drum/length", "deck/drum/profile", "deck/rotor/speed", "deck/rotor/shaft_radius", "deck/blades/count",
-    "deck/blades/tip_radius", "deck/gravity/acceleration", "deck/text", "run/program", "run/version", "run/status", "run/time",
+    "deck/blades/tip_radius", "deck/gravity/acceleration", "deck/text", "run/version", "run/status", "run/time",
     "run/notes", "run/command", "run/cpu_time", "run/events/collisions/ball_ball", "run/energy_balance_error", "run/reach/ring/value",
     "observables/kinetic_energy/value", "observables/kinetic_energy/time", "observables/rotor_work/value",
     "observables/dissipation/ball_drum/value", "observables/fast_collisions/ball_ball/value", "observables/pose/rotor/rotation/value",

@@ -3,12 +3,15 @@ back to the last bit."""
 
 import bisect
 import csv
+import io
 import os
 
 import numpy as np
 
 from milltools.base.extras import needs
-from milltools.export import source, whole
+from milltools.base.files import whole
+from milltools.base.text import cell, plural, size, spoken_unit
+from milltools.export import source
 
 needs("export", "pyarrow")
 import pyarrow as pa
@@ -28,40 +31,31 @@ class Table:
         columns = [pa.array(values, from_pandas=True) for values in block.values()]  # NaN: empty
         batch = pa.record_batch(columns, names=list(block))
         if self.writer is None:
-            head = csv.writer(text := _Text(), lineterminator="\n")
-            head.writerow(block)
-            self.file.write(text.line.encode())
+            csv.writer(head := io.StringIO(), lineterminator="\n").writerow(map(cell, block))
+            self.file.write(head.getvalue().encode(errors="replace"))
             self.writer = CSVWriter(self.file, batch.schema, write_options=WriteOptions(include_header=False))
         self.writer.write_batch(batch)
         self.rows += len(batch)
 
 
-class _Text:
-    def write(self, line):
-        self.line = line
-
-
 def table(arguments, blocks, of=""):
     """Writes blocks into the file; says how much."""
-    with whole.file(arguments.file) as draft:
+    with whole(arguments.file) as draft:
         with open(draft, "wb") as file:
             out = Table(file)
             for block in blocks:
                 out.add(block)
-        size = os.path.getsize(draft)
-    return f"{out.rows} rows{of}, {whole.size(size)}"
+        total = os.path.getsize(draft)
+    return f"{plural(out.rows, 'row')}{of}, {size(total)}"
 
 
-def unit(text):
-    """m/s from H5MD's "m s-1"."""
-    words = text.split()
-    above = [word for word in words if not word.endswith("-1")]
-    below = [word.removesuffix("-1") for word in words if word.endswith("-1")]
-    return "/".join([" ".join(above) or "1", *below])
+def cells(names) -> np.ndarray:
+    """Names from a file, for columns of texts."""
+    return np.array([cell(name) for name in names], object)
 
 
 def head(name, text):
-    return name if text in ("", "1") else f"{name} [{unit(text)}]"
+    return name if text in ("", "1") else f"{name} [{spoken_unit(text)}]"
 
 
 def vector(name, values, text):
@@ -74,13 +68,12 @@ def vector(name, values, text):
 def balls(arguments):
     with source.open_run(arguments) as run:
         chosen, times = source.many(run, arguments), source.stored(run)
-        count = len(run.balls("id"))
-        frames = f" ({len(chosen)} frame{'s' if len(chosen) > 1 else ''} of {count} balls)"
-        return table(arguments, _ball_blocks(run, chosen, times, arguments.file), frames)
+        of = f" ({source.count(chosen, len(run.balls('id')))})"
+        return table(arguments, _ball_blocks(run, chosen, times, arguments), of)
 
 
-def _ball_blocks(run, chosen, times, name):
-    names = np.array(run.species_names(), object)
+def _ball_blocks(run, chosen, times, arguments):
+    names = cells(run.species_names())
     still = {
         "id": run.balls("id"),
         "species": names[run.balls("species")],
@@ -88,7 +81,7 @@ def _ball_blocks(run, chosen, times, name):
         "mass [kg]": run.balls("mass"),
     }
     count = len(still["id"])
-    for index in whole.steps(chosen, name):
+    for index in source.steps(chosen, arguments):
         block = {"time [s]": np.full(count, times[index]), "frame": np.full(count, index)} | still
         for letter, what, text in (
             ("", "position", "m"),
@@ -112,8 +105,8 @@ def _between(run, path, arguments, slack=0.0):
     )
 
 
-def _parts(first, end, name):
-    starts = whole.steps(range(first, max(end, first + 1), BLOCK), name)
+def _parts(first, end, arguments):
+    starts = source.steps(range(first, max(end, first + 1), BLOCK), arguments)
     return (slice(start, min(start + BLOCK, end)) for start in starts)
 
 
@@ -125,7 +118,7 @@ def series(arguments):
         first, end = _between(run, path, arguments, source.SLACK * source.interval(times))
 
         def blocks():
-            for part in _parts(first, end, arguments.file):
+            for part in _parts(first, end, arguments):
                 block = {"time [s]": run.read(path, part)}
                 for name in names:
                     block |= _series(run, name, part)
@@ -159,10 +152,10 @@ def impacts(arguments):
         why = "single impacts are kept with output.impacts = all"
         run.read("impacts/time", slice(0, 0), why=why)
         first, end = _between(run, "impacts/time", arguments)
-        kinds = np.array([str(kind) for kind in run.attribute("impacts", "kinds", run.kinds)], object)
+        kinds = cells(run.attribute("impacts", "kinds", run.kinds))
 
         def blocks():
-            for part in _parts(first, end, arguments.file):
+            for part in _parts(first, end, arguments):
                 yield _impacts(run, kinds, part)
 
         return table(arguments, blocks())
@@ -208,7 +201,7 @@ def _spectrum(run, group, kind, speed):
     bins = len(count)
     return {
         "group": np.full(bins, group, object),
-        "kind": np.full(bins, kind, object),
+        "kind": np.full(bins, cell(kind), object),
         "speed": np.full(bins, speed.removesuffix("_speed"), object),
         "from [m/s]": np.concatenate([[0.0], found.edges]),
         "to [m/s]": np.concatenate([found.edges, [np.inf]]),

@@ -6,10 +6,14 @@ frame goes into log/time. GSD's box is always periodic, so it is wider than what
 walls are no neighbours.
 """
 
+import os
+
 import numpy as np
 
 from milltools.base.extras import needs
-from milltools.export import source, whole
+from milltools.base.files import whole
+from milltools.base.text import size
+from milltools.export import source
 from milltools.geometry.bodies import Mill
 
 
@@ -21,13 +25,12 @@ def write(arguments):
     with source.open_run(arguments) as run:
         chosen = source.many(run, arguments)
         first, times = _still(run, gsd.hoomd.Frame()), source.stored(run)
-        with whole.file(arguments.file) as draft:
-            draft.touch()  # with the rights that new files have here; gsd would let nobody else read it
+        with whole(arguments.file) as draft:
             file = gsd.fl.GSDFile(str(draft), "w", f"{run.program} {run.version}", "hoomd", [1, 4])
             with gsd.hoomd.HOOMDTrajectory(file) as out:
-                for index in whole.steps(chosen, arguments.file):
+                for index in source.steps(chosen, arguments):
                     out.append(_move(run, first, index, times[index]))
-        return whole.words(arguments.file, len(chosen), first.particles.N)
+        return f"{source.count(chosen, first.particles.N)}, {size(os.path.getsize(arguments.file))}"
 
 
 def _still(run, frame):

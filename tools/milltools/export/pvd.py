@@ -5,7 +5,9 @@ import re
 from xml.sax.saxutils import quoteattr
 
 from milltools.base.errors import UserError
-from milltools.export import source, vtp, whole
+from milltools.base.files import whole, whole_folder
+from milltools.base.text import plural, size
+from milltools.export import source, vtp
 
 
 def balls(arguments):
@@ -22,7 +24,7 @@ def balls(arguments):
 def mill(arguments):
     if source.about(arguments.source) == "deck":
         raise UserError(f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp")
-    bodies = vtp.Bodies(source.deck_of(arguments.source, arguments.set), arguments)
+    bodies = vtp.Bodies(source.deck_of(arguments), arguments)
     with source.open_run(arguments) as run:
         chosen, times = source.many(run, arguments), source.stored(run)
 
@@ -38,17 +40,16 @@ def collection(arguments, chosen, times, write, of):
     place = path.with_suffix("")
     own = re.compile(re.escape(place.name) + r"_\d+\.vtp")
     digits = max(4, len(str(chosen[-1])))
-    lines, size = [], 0
-    with whole.file(path) as draft:
-        with whole.folder(place, own.fullmatch) as folder:
-            for index in whole.steps(chosen, arguments.file):
+    lines, total = [], 0
+    with whole(path) as draft:
+        with whole_folder(place, own.fullmatch) as folder:
+            for index in source.steps(chosen, arguments):
                 name = f"{place.name}_{index:0{digits}d}.vtp"
-                size += write(index, folder / name)
+                total += write(index, folder / name)
                 link = quoteattr(f"{place.name}/{name}")
                 lines.append(f'<DataSet timestep="{float(times[index])!r}" part="0" file={link}/>')
             draft.write_text(page(lines), encoding="utf-8")
-    count = f"{len(lines)} frame{'s' if len(lines) > 1 else ''}"
-    return f"{count} of {of}, {whole.size(size)} in {place.name}/"
+    return f"{plural(len(lines), 'frame')} of {of}, {size(total)} in {place.name}/"
 
 
 def page(lines):

@@ -1,16 +1,15 @@
 """What is exported: a run or a deck, and which of its frames."""
 
-import re
-
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.progress import Progress
+from milltools.base.text import plural
 from milltools.read.deck import Deck
+from milltools.read.deck_text import read_text
 from milltools.read.runfile import Run
+from milltools.read.values import seconds
 
-HDF5 = b"\x89HDF\r\n\x1a\n"
-LENGTH = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6}
-TIME = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6}
 SLACK = 1e-6  # of the interval of frames: how far a time may be off and still be a frame's
 
 
@@ -21,7 +20,7 @@ def about(path) -> str:
             head = file.read(512)
     except OSError:
         return "deck"  # millsim says it in its own words
-    if head.startswith(HDF5):
+    if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return "run"
     if head.startswith(b"PAR1"):
         raise UserError(f"{path}: a table of a study, not a run or a deck; 'mill study {path}' shows it")
@@ -34,8 +33,7 @@ def open_run(arguments) -> Run:
     """The run that is asked for; a deck is a UserError: its balls have not moved yet."""
     path = arguments.source
     if about(path) == "deck":
-        with open_file(path):
-            pass
+        read_text(path)
         raise UserError(
             f"{path}: expected the output file of a run, got a deck: it has no results before it is run ('millsim {path}')"
         )
@@ -44,51 +42,24 @@ def open_run(arguments) -> Run:
     return Run(path)
 
 
-def open_file(path):
-    try:
-        return open(path, "rb")
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror}") from None
+def deck_of(arguments) -> Deck:
+    """The deck of a run, or the deck that is given."""
+    if about(arguments.source) == "deck":
+        return Deck.check(arguments.source, arguments.set)
+    with open_run(arguments) as run:
+        if not run.deck_text():
+            raise UserError(f"{run.path}: has no /deck/text")
+        return Deck(run.deck_text(), run.path)
 
 
-def deck_of(path, overrides) -> Deck:
-    """The deck of a run, or the one at a path."""
-    if about(path) == "deck":
-        return Deck.check(path, overrides)
-    if overrides:
-        raise UserError(f"{path}: --set: what has been run cannot be changed; give its deck")
-    with Run(path) as run:
-        text = run.deck_text()
-    if not text:
-        raise UserError(f"{path}: has no /deck/text")
-    return Deck(text, path)
+def steps(items, arguments):
+    """The items, one after the other, while standard error says how far it is."""
+    return Progress("mill export", len(items)).each(items, arguments.file)
 
 
-# ---- numbers with units
-
-
-def _number(text, units):
-    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([A-Za-z]*)\s*", text)
-    try:
-        return float(found[1]) * units[found[2]]
-    except (TypeError, KeyError, ValueError):
-        return np.nan
-
-
-def length(text, what):
-    """[m] from '0.1 mm', '1e-4 m', '1e-4'."""
-    value = _number(text, LENGTH)
-    if not 0 < value < np.inf:
-        raise UserError(f"--{what}: expected a length such as '0.1 mm', got '{text}'")
-    return value
-
-
-def moment(text, what):
-    """[s] from '100 ms', '0.1 s', '0.1'; the default, +-inf, for None."""
-    value = _number(text, TIME)
-    if not 0 <= value < np.inf:
-        raise UserError(f"--{what}: expected a time such as '100 ms', got '{text}'")
-    return value
+def count(chosen, balls) -> str:
+    """31 frames of 4000 balls"""
+    return f"{plural(len(chosen), 'frame')} of {plural(balls, 'ball')}"
 
 
 # ---- frames
@@ -119,7 +90,7 @@ def one(run, arguments, default=None) -> int:
         return arguments.frame % len(times)
     if arguments.time is None:
         return last if default is None else default
-    time = moment(arguments.time, "time")
+    (time,) = seconds({"--time": arguments.time})
     slack = SLACK * interval(times)
     if not times[0] - slack <= time <= max(times[-1], run.time) + slack:
         raise UserError(f"--time {arguments.time}: {span}")
@@ -145,8 +116,7 @@ def many(run, arguments) -> np.ndarray:
 
 def window(arguments, slack=0.0) -> tuple[float, float]:
     """--from and --to [s], widened by `slack` [s]; infinite where they are not given."""
-    low = -np.inf if arguments.begin is None else moment(arguments.begin, "from") - slack
-    high = np.inf if arguments.end is None else moment(arguments.end, "to") + slack
-    if low > high:
+    low, high = seconds({"--from": arguments.begin, "--to": arguments.end})
+    if low is not None and high is not None and low > high:
         raise UserError(f"--from {arguments.begin}: is after --to {arguments.end}")
-    return low, high
+    return -np.inf if low is None else low - slack, np.inf if high is None else high + slack

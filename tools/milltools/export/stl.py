@@ -10,10 +10,13 @@ import numpy as np
 
 from milltools.base import engine
 from milltools.base.errors import UserError
-from milltools.export import source, whole
+from milltools.base.files import whole
+from milltools.base.text import size
+from milltools.export import source
 from milltools.geometry import bodies
 from milltools.geometry.profile import Profile
 from milltools.geometry.solids import PARTS
+from milltools.read.values import metres, seconds
 
 MOST_CORNERS = 4000  # of an outline
 FIXED = {"drum": "ball_drum", "walls": "ball_wall", "shaft": "ball_shaft", "blades": "ball_blade"}
@@ -64,15 +67,12 @@ class Parts:
 def _sizes(deck, arguments):
     """Tolerance and thickness of the drum's walls [m]."""
     profile = Profile.of(deck.value)
-    thickness = profile.radius / 20
-    if arguments.thickness:
-        thickness = source.length(arguments.thickness, "thickness")
+    asked = metres({"--thickness": arguments.thickness, "--tolerance": arguments.tolerance})
+    thickness = profile.radius / 20 if asked[0] is None else asked[0]
     least, most = profile.radius / 1000, 10 * profile.radius
     if not least <= thickness <= most:
         raise UserError(f"--thickness: expected {least:.3g} to {most:.3g} m for this drum, got {thickness:.6g} m")
-    tolerance = min(profile.radius / 2000, thickness / 2)
-    if arguments.tolerance:
-        tolerance = source.length(arguments.tolerance, "tolerance")
+    tolerance = min(profile.radius / 2000, thickness / 2) if asked[1] is None else asked[1]
     finest = max(1e-6 * profile.radius, (profile.length / MOST_CORNERS) ** 2 / (8 * profile.arc_radius))
     coarsest = min(profile.radius / 5, thickness / 2)
     if finest > coarsest:
@@ -89,12 +89,12 @@ def asked_time(arguments) -> float:
     if arguments.frame is not None:
         with source.open_run(arguments) as run:
             return float(source.stored(run)[source.one(run, arguments)])
-    return 0.0 if arguments.time is None else source.moment(arguments.time, "time")
+    return seconds({"--time": arguments.time})[0] or 0.0
 
 
 def write(arguments):
     """Binary STL: 80 bytes of head, the number of triangles, 50 bytes a triangle, little-endian."""
-    parts = Parts(source.deck_of(arguments.source, arguments.set), arguments)
+    parts = Parts(source.deck_of(arguments), arguments)
     time = asked_time(arguments)
     ways = parts.ways(time=time)
     corners = np.concatenate(
@@ -111,6 +111,6 @@ def write(arguments):
     names = ", ".join(parts.at_start)
     head = f"millsim {engine.version()}: {names}; metres".encode()[:80].ljust(80)
     content = head + np.uint32(len(rows)).astype("<u4").tobytes() + rows.tobytes()
-    with whole.file(arguments.file) as draft:
+    with whole(arguments.file) as draft:
         draft.write_bytes(content)
-    return f"{names} at {time:.6g} s: {len(rows)} triangles, {whole.size(len(content))}"
+    return f"{names} at {time:.6g} s: {len(rows)} triangles, {size(len(content))}"

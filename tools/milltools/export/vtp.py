@@ -10,7 +10,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from milltools.export import source, stl, whole
+from milltools.base.files import whole
+from milltools.base.text import size
+from milltools.export import source, stl
 from milltools.geometry.bodies import moved
 
 TYPES = {"f4": "Float32", "f8": "Float64", "i4": "Int32", "i8": "Int64"}
@@ -94,10 +96,10 @@ def balls(arguments):
         index = source.one(run, arguments)
         times = source.stored(run)
         kept = still(run)
-        with whole.file(arguments.file) as draft:
-            size = write_balls(run, index, times[index], kept, draft)
+        with whole(arguments.file) as draft:
+            total = write_balls(run, index, times[index], kept, draft)
     which = f"frame {index} of 0 to {len(times) - 1}, {times[index]:.6g} s"
-    return f"{which}, {len(kept['id'])} balls, {whole.size(size)}"
+    return f"{which}, {len(kept['id'])} balls, {size(total)}"
 
 
 # ---- the mill
@@ -130,8 +132,8 @@ class Bodies:
 
 
 def mill(arguments):
-    bodies = Bodies(source.deck_of(arguments.source, arguments.set), arguments)
+    bodies = Bodies(source.deck_of(arguments), arguments)
     time = stl.asked_time(arguments)
-    with whole.file(arguments.file) as draft:
-        size = bodies.write(time, draft)
-    return f"{', '.join(bodies.parts)} at {time:.6g} s: {len(bodies.part)} triangles, {whole.size(size)}"
+    with whole(arguments.file) as draft:
+        total = bodies.write(time, draft)
+    return f"{', '.join(bodies.parts)} at {time:.6g} s: {len(bodies.part)} triangles, {size(total)}"
