@@ -8,7 +8,8 @@ CC ?= cc
 PREFIX ?= /usr/local
 FUZZ_SECONDS ?= 30
 Q = $(if $(V),,@echo "  $(MODE) $(notdir $@)"; )
-PARALLEL := --no-print-directory -j$(shell nproc 2>/dev/null || echo 2)
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+PARALLEL := --no-print-directory -j$(JOBS)
 VERSION := $(shell git describe --tags --always --dirty 2>/dev/null || cat VERSION)
 
 # assertions are for the tests under sanitizers and for `make golden`
@@ -19,6 +20,8 @@ CFLAGS_clang := -O3 -g -DNDEBUG
 WARN_clang := -Wno-double-promotion
 CFLAGS_asan := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 LDFLAGS_asan := -fsanitize=address,undefined
+CFLAGS_cov := -O0 -g --coverage -DNDEBUG
+LDFLAGS_cov := --coverage
 SANITIZERS_fuzz := -fsanitize=address,undefined,float-cast-overflow
 CFLAGS_fuzz := -O1 -g -fno-omit-frame-pointer $(SANITIZERS_fuzz) -fsanitize=fuzzer-no-link -fno-sanitize-recover=all
 LDFLAGS_fuzz := $(SANITIZERS_fuzz)
@@ -48,17 +51,25 @@ C_FILES := $(wildcard src/*/*.[ch] include/millsim/*.h tests/unit/*.[ch] tests/b
 # `make mill`, asked for by name, fails.
 all: millsim
 	@cp -f tools/mill.sh mill
-	@tools/setup --local python || true
+	@tools/setup --local --python core $(EXTRAS) || true
 
 mill: always
 	@cp -f tools/mill.sh mill
-	@tools/setup --local python
+	@tools/setup --local --python core $(EXTRAS)
+
+# The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others say what is missing.
+ALL_PARTS := build test dem slurm render pov browser lint fuzz golden valgrind
+deps:
+	@tools/setup $(or $(PARTS),$(ALL_PARTS))
 
 help:
-	@echo 'make           build ./millsim, and ./mill with its Python packages in .venv'
+	@echo 'make           build ./millsim, and ./mill with the Python packages of plot, report and compare in .venv'
 	@echo 'make millsim   build ./millsim alone'
+	@echo 'make mill EXTRAS="render study"  ./mill with more: render, study, cluster, export, dem; all'
 	@echo 'make run       install what is missing, build, run the reference mill, write its report'
+	@echo 'make check     two minutes of tests that need no more than the compiler (T="tests/tools/test_profile.py": all of that file)'
 	@echo 'make test      install what is missing, build, run every test (MODE=asan: under sanitizers)'
+	@echo 'make deps      install the Debian packages of all targets (PARTS="build test": only of these)'
 	@echo 'make lint      formatting, floors, names, static checks      make format   reformat'
 	@echo 'make golden    the same bits whatever compiler, optimisation and C library, and those frozen in tests/golden'
 	@echo 'make valgrind  tiny decks, right and wrong ones, under valgrind'
@@ -68,6 +79,9 @@ help:
 	@echo 'make validate-paper  the 2007 paper, statement by statement, some 15 minutes: validation/paper/RESULTS.md (CASES="impacts": only that)'
 	@echo 'make docs      the documentation as a site that opens from disk: build/docs/index.html'
 	@echo 'make pictures  make those of the README and docs/figures.md anew'
+	@echo 'make coverage  every test with lines and branches counted: build/coverage (an hour)'
+	@echo 'make lowest    make check with the lowest versions of Python packages that tools/pyproject.toml allows'
+	@echo 'make nightly   ten minutes of fuzzing a target, coverage, and all of the validation: some six hours'
 	@echo 'make fuzz      fuzz every target, FUZZ_SECONDS=$(FUZZ_SECONDS) each: tests/fuzz/README.md'
 	@echo 'make bench     measure speed, some minutes: docs/performance.md (CASES="gas4k simoloyer": only these, QUICK=1: try it)'
 	@echo 'make bench-parts  nanoseconds of root finding, calendar and observers'
@@ -121,20 +135,35 @@ needed:
 	@tools/setup --check build
 
 run:
-	@tools/setup build
-	@tools/setup python || true
+	@$(MAKE) --no-print-directory deps PARTS=build
 	@$(MAKE) $(PARALLEL) all
 	./millsim --force -o reference.h5 input/simoloyer.ini
 	@./mill report reference.h5 || echo 'make run: no report, for the reason above; the run is whole, in reference.h5'
 
 test:
-	@tools/setup build test dem slurm render pov browser
+	@$(MAKE) --no-print-directory deps PARTS='build test dem slurm render pov browser'
+	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim mill
-	@$(MAKE) --no-print-directory unit replay cli
+	@$(MAKE) $(PARALLEL) --output-sync=target unit
+	@$(MAKE) --no-print-directory replay cli
+
+# What needs neither root nor more than a compiler, Check and Python, and no long while. T: files, of Python or tests/unit/test_*.c; all of
+# a file of Python is run, slow tests too
+SLOW_UNIT := facets fill planetary bodies poly_rise wavy
+CHECKED := $(if $(T),$(filter tests/unit/%,$(T)),$(filter-out $(SLOW_UNIT:%=tests/unit/test_%.c),$(wildcard tests/unit/test_*.c)))
+PYTESTS := $(if $(T),$(filter-out tests/unit/%,$(T)),tests)
+check:
+	@tools/setup --local build test --python check study cluster export dem
+	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
+	@$(MAKE) $(PARALLEL) --output-sync=target $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED))
+	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q $(PYTESTS) \
+	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not browser and not slurm and not dem and not render'))
+
+unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 
 # a claim that takes a minute hangs: sanitizers on a busy machine need more than Check's four seconds
-unit: $(UNIT)
-	@set -e; export CK_DEFAULT_TIMEOUT=60; for t in $^; do $$t; done
+unit-%: $(BUILD)/tests/unit/test_%
+	@CK_DEFAULT_TIMEOUT=60 $<
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
@@ -143,14 +172,14 @@ replay: $(FUZZERS)
 # The Python tools are what they are in every mode: tested once, with the release build. Two tests at a time, those of a file one
 # after the other: most keep one core busy, or wait.
 cli: $(BUILD)/millsim millsim
-	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -n 2 --dist loadfile --durations 15 \
+	MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q -rs -n 2 --dist loadfile --durations 15 \
 	    $(if $(filter release,$(MODE)),tests,tests/cli)
 
 # The same program whatever the optimisation, the compiler and the C library's mathematics (MODE=musl: the release build's
 # objects, with musl's in front of glibc's)
 GOLDEN := release debug o2 asan clang musl
 golden:
-	@tools/setup build test golden
+	@tools/setup --local build golden --python core
 	@set -e; for m in $(GOLDEN); do $(MAKE) $(PARALLEL) MODE=$$m build/$$m/millsim; done
 	.venv/bin/python tests/golden/golden.py $(GOLDEN:%=build/%/millsim)
 
@@ -165,7 +194,7 @@ build/musl/libm.a:
 VALGRIND := valgrind --quiet --error-exitcode=99 --leak-check=full --show-leak-kinds=definite \
     --errors-for-leak-kinds=definite build/debug/millsim -q -f -o build/valgrind.h5
 valgrind:
-	@tools/setup build valgrind
+	@tools/setup --local build valgrind
 	@$(MAKE) $(PARALLEL) MODE=debug build/debug/millsim
 	$(VALGRIND) -s 'run.time=60 ms' input/single.ini > /dev/null
 	$(VALGRIND) -j -s balls.count=100 -s 'run.time=20 ms' -s 'run.sample_from=0 s' input/simoloyer.ini > /dev/null
@@ -174,7 +203,7 @@ valgrind:
 	$(VALGRIND) -s balls.count=20000 -s 'run.time=1 s' input/simoloyer.ini -s 'balls.diameter=10 mm'; test $$? = 2
 
 lint:
-	@tools/setup build test lint
+	@tools/setup --local build lint --python core lint
 	clang-format-14 --dry-run -Werror $(C_FILES)
 	tools/check-floors
 	@$(MAKE) $(PARALLEL) BUILD=build/lint WERROR=1 build/lint/millsim && tools/check-names build/lint/src/*/*.o
@@ -183,15 +212,46 @@ lint:
 	git ls-files -z | xargs -0 codespell -q 3
 	tools/check-links
 	.venv/bin/ruff check tests tools validation && .venv/bin/ruff format --check tests tools validation
+	PYTHONPATH=tools .venv/bin/lint-imports --config tools/contracts.toml
+	MYPYPATH=tools .venv/bin/mypy --config-file tools/pyproject.toml
 
 format:
 	clang-format-14 -i $(C_FILES)
 	.venv/bin/ruff format tests tools validation
 
 fuzz:
-	@tools/setup build fuzz
+	@tools/setup --local build fuzz
 	@$(MAKE) $(PARALLEL) MODE=fuzz CC=clang-14 fuzzers
 	@$(MAKE) --no-print-directory -k -j2 MODE=fuzz CC=clang-14 $(addprefix fuzz-,$(FUZZ))
+
+# fuzzing for longer than a push can wait, and all that takes hours: as many steps as there are are tried, and a failed one fails it at the end
+nightly:
+	@status=0; for step in 'fuzz FUZZ_SECONDS=600' coverage lowest validate validate-paper validate-study validate-dem; do \
+	    echo "make $$step"; $(MAKE) --no-print-directory $$step || status=$$?; done; exit $$status
+
+# lines and branches that the tests reach: of C by gcov, of Python by coverage.py in every process that the tests start
+coverage:
+	@tools/setup --local build test --python all check test coverage
+	@$(MAKE) $(PARALLEL) MODE=cov $(UNIT:$(BUILD)/%=build/cov/%) $(FUZZERS:$(BUILD)/%=build/cov/%) build/cov/millsim
+	@$(MAKE) $(PARALLEL) millsim mill
+	@find build/cov -name '*.gcda' -delete; rm -rf build/coverage; mkdir -p build/coverage
+	@status=0; $(MAKE) $(PARALLEL) --output-sync=target MODE=cov unit replay || status=$$?; \
+	MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) --dist loadfile \
+	    $(or $(PYTESTS),tests) || status=$$?; \
+	.venv/bin/python tests/covered.py || status=$$?; exit $$status
+
+# what the tests' lock says of a package, for `make lowest`
+$(foreach p,pytest pytest-timeout pytest-xdist mpmath,$(eval LOCKED_$p := $(shell sed -n 's/^$p==//p' tests/requirements.lock)))
+build/lowest/made: tools/pyproject.toml tests/requirements.lock
+	@rm -rf build/lowest; mkdir -p build; $(or $(PYTHON),python3) -m venv build/lowest
+	build/lowest/bin/python -m pip install -q --disable-pip-version-check uv
+	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct 'tools[study,cluster,export,dem]' \
+	    pytest==$(LOCKED_pytest) pytest-timeout==$(LOCKED_pytest-timeout) pytest-xdist==$(LOCKED_pytest-xdist) mpmath==$(LOCKED_mpmath)
+	@touch $@
+lowest: build/lowest/made
+	@$(MAKE) $(PARALLEL) millsim
+	MILLSIM=$(abspath millsim) build/lowest/bin/python -m pytest -q $(PYTESTS) -n $(JOBS) --dist loadfile \
+	    -m 'not slow and not browser and not slurm and not dem and not render'
 
 fuzzers: $(FUZZERS)
 
@@ -199,31 +259,31 @@ fuzz-%:
 	@tools/fuzz $* $(FUZZ_SECONDS) $(FUZZ_SEED)
 
 validate:
-	@tools/setup build test
+	@tools/setup --local build --python check
 	@$(MAKE) $(PARALLEL) millsim $(PROBES)
 	.venv/bin/python validation/ladder.py $(CASES)
 
 # some 60 minutes, nearly all of them LIGGGHTS at steel stiffness; KEPT=1: kept runs of any version will do
 validate-dem:
-	@tools/setup build test dem
+	@tools/setup --local build dem --python check dem
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/dem/validate.py $(if $(KEPT),--kept) $(CASES)
 
 # some 40 minutes of studies on all cores; KEPT=1: kept tables of any version will do
 validate-study:
-	@tools/setup build test
+	@tools/setup --local build --python check study
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/study/validate.py $(if $(KEPT),--kept) $(CASES)
 
 # some 15 minutes; KEPT=1: what is kept of any version will do
 validate-paper:
-	@tools/setup build test
+	@tools/setup --local build --python check study
 	@$(MAKE) $(PARALLEL) millsim mill
 	.venv/bin/python validation/paper/validate.py $(if $(KEPT),--kept) $(CASES)
 
 # JSON=FILE: where to, instead of build/bench.json (build/bench-quick.json with QUICK=1); REPEATS=N
 bench:
-	@tools/setup build test
+	@tools/setup --local build --python core
 	@$(MAKE) $(PARALLEL) $(BENCH) $(BUILD)/millsim
 	.venv/bin/python tests/bench/bench.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
 	    $(JSON:%=--json %) $(CASES)
@@ -235,7 +295,7 @@ bench-parts: $(PARTS)
 # what the README and docs/figures.md show, by the program itself: some two minutes
 PICTURES := build/pictures
 pictures:
-	@tools/setup build render pov
+	@tools/setup --local build render pov --python render
 	@$(MAKE) $(PARALLEL) millsim mill
 	@mkdir -p $(PICTURES)
 	./millsim -q -f -o $(PICTURES)/reference.h5 input/simoloyer.ini >/dev/null
@@ -277,5 +337,5 @@ clean:
 -include $(patsubst %.o,%.d,$(LIB)) $(BUILD)/src/app/main.d $(addsuffix .d,$(UNIT) $(BENCH) $(PROBES) $(FUZZERS)) \
     $(BUILD)/tests/fuzz/replay.d $(BUILD)/tests/fuzz/units_once.d
 .SECONDARY:
-.PHONY: all help needed run test unit replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
+.PHONY: all help needed deps run check test unit coverage nightly lowest replay fuzz fuzzers cli golden valgrind validate validate-dem validate-study validate-paper lint format docs pictures bench bench-parts \
         install clean always

@@ -63,9 +63,9 @@ balls.count = 40..60 step 20
 @pytest.fixture(autouse=True, scope="session")
 def signals():
     """What nohup or a job in the background ignores, programs would ignore as well; a handler does not reach them."""
-    for number in (signal.SIGHUP, signal.SIGINT):
+    for number, handler in ((signal.SIGHUP, lambda *_: None), (signal.SIGINT, signal.default_int_handler)):
         if signal.getsignal(number) == signal.SIG_IGN:
-            signal.signal(number, lambda *_: None)
+            signal.signal(number, handler)
 
 
 @pytest.fixture

@@ -16,6 +16,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
 from few_balls import census, compare, predict  # noqa: E402
 from mill_decks import BODIES, random_mill  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 SEEDS = range(1, 71)
 
 case_of = cache(random_mill)

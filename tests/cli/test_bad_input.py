@@ -179,6 +179,7 @@ def test_a_start_that_is_no_file_is_named_with_its_key(refused, write_deck, tmp_
     assert complaint.startswith("deck.ini:7: [balls] start: " + words.format(tmp_path))
 
 
+@pytest.mark.slow
 def test_a_start_that_is_a_forgotten_pipe_or_a_socket_is_not_waited_for(refused, write_deck, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with socket.socket(socket.AF_UNIX) as listener:

@@ -7,6 +7,8 @@ import sys
 import pytest
 from conftest import PROGRAM, ROOT
 
+pytestmark = pytest.mark.slow
+
 ENGINE = "tests/bench/bench_engine"
 # beside the program under test, where that stands in a build folder
 BUILD = PROGRAM.parent if (PROGRAM.parent / ENGINE).exists() else ROOT / "build/release"

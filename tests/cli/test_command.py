@@ -329,6 +329,7 @@ def wait_for(condition, seconds=20):
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU])
 def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, tmp_path, number):
     h5py = pytest.importorskip("h5py")
@@ -345,6 +346,7 @@ def test_a_signal_ends_the_run_with_a_readable_file(start_millsim, write_deck, t
         assert len(file["/observables/kinetic_energy/time"]) > 10
 
 
+@pytest.mark.slow
 def test_a_soft_limit_of_processor_time_ends_the_run_in_order(millsim, write_deck, tmp_path):
     """The system sends SIGXCPU with each second from there on."""
     h5py = pytest.importorskip("h5py")
@@ -364,6 +366,7 @@ def test_a_soft_limit_of_processor_time_ends_the_run_in_order(millsim, write_dec
         assert file["/run/status"].asstr()[()] == "stopped"
 
 
+@pytest.mark.slow
 def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
     long_deck(write_deck)
     process = start_millsim("long.ini")
@@ -392,6 +395,7 @@ def read_terminal(master, seconds):
     return out.decode()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [120, 40, 10, 3])
 def test_progress_on_a_terminal_is_one_line_that_fits(write_deck, tmp_path, width):
     long_deck(write_deck)

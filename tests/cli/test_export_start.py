@@ -51,6 +51,7 @@ def rows(path):
     return [[float(word) for word in line.split()] for line in lines[1:]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mill", MILLS)
 def test_a_run_from_the_exported_start_stores_the_same_bits(millsim, write_deck, tmp_path, mill):
     write_deck(MILLS[mill])

@@ -41,7 +41,7 @@ checkpoint = 1 ms
 MOST = 400  # calls of one sort that a run makes, at most
 BUILT_PLAIN = b"__asan_init" not in PROGRAM.read_bytes()
 
-pytestmark = pytest.mark.skipif(not BUILT_PLAIN, reason="sanitizers must be loaded first")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not BUILT_PLAIN, reason="sanitizers must be loaded first")]
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,8 @@ from decks import random_case  # noqa: E402
 from few_balls import census, compare, predict  # noqa: E402
 from oracle import KINDS, wavy_arcs  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 SEEDS = range(1, 41)
 WAVY_SEEDS = range(1, 19)
 

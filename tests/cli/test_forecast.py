@@ -4,6 +4,7 @@ import json
 import re
 
 import h5py
+import pytest
 from conftest import PROGRAM, ROOT
 
 MILL = ROOT / "input/simoloyer.ini"
@@ -54,6 +55,7 @@ def test_a_deck_beyond_the_models_reach_says_so_before_it_is_run(millsim):
     assert "millsim: note: contacts with friction have a restitution of 0.6 (ball_ball)" in said
 
 
+@pytest.mark.slow
 def test_a_bed_so_dense_that_contacts_overlap_says_so_before_it_is_run(millsim):
     said = millsim("--check", *sets("balls.count=14000"), MILL).stderr
     assert "millsim: note: a ball is hit every" in said

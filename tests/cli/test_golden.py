@@ -16,6 +16,7 @@ RELEASE = ROOT / "millsim"
 WHY = "a frozen hash changes only with a reason in CHANGELOG.md: see tests/golden/README.md"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", golden.DECKS)
 @pytest.mark.skipif(not golden.is_reference(), reason="frozen on Debian 12, x86-64, FMA")
 def test_a_golden_deck_stores_the_frozen_values(tmp_path, name):
@@ -23,6 +24,7 @@ def test_a_golden_deck_stores_the_frozen_values(tmp_path, name):
     assert golden.differing(golden.run(PROGRAM, name, tmp_path), frozen) == [], WHY
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", golden.DECKS)
 @pytest.mark.skipif(not RELEASE.exists() or PROGRAM.samefile(RELEASE), reason="this is the release build")
 def test_a_golden_deck_stores_what_the_release_build_stores(tmp_path, name):

@@ -366,6 +366,7 @@ def test_impacts_are_not_logged_unasked(tmp_path):
 # ---- promises ----
 
 
+@pytest.mark.slow
 def test_two_runs_give_the_same_bits(path, tmp_path):
     time.sleep(1)  # HDF5 would note the second in which an object was made
     assert_same(path, run(tmp_path, "again.h5"))
@@ -409,6 +410,7 @@ def test_run_facts(mill):
     assert "-o mill.h5" in facts["command"].asstr()[()]
 
 
+@pytest.mark.slow
 def test_a_stopped_run_leaves_a_readable_file(tmp_path):
     (tmp_path / "mill.ini").write_text(DECK)
     arguments = [

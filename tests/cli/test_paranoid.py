@@ -94,6 +94,7 @@ def counts_of(stderr):
     return dict(zip(KEYS, map(int, found[0])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MILLS)
 def test_every_step_of_a_mill_holds_against_brute_force(name, millsim, write_deck):
     write_deck(deck(MILLS[name]))

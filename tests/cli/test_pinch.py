@@ -75,6 +75,7 @@ def test_a_blade_that_jams_balls_gives_them_no_speeds_beyond_its_own(millsim, tm
 
 
 # gap [mm]; LIGGGHTS has 1.05 and 1.3 times the power, rigid balls that jam 1.8 and 2.6 times
+@pytest.mark.slow
 @pytest.mark.parametrize("gap, most", [(4.9, 1.3), (4.65, 1.5)])
 def test_balls_squeezed_through_a_gap_take_little_more_power_than_those_that_fit(millsim, gap, most):
     powers = []

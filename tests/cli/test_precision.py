@@ -153,6 +153,7 @@ def test_better_known_takes_longer(known, run):
     assert told["rotor_power/standard_error"] <= 0.03 * told["rotor_power/value"]
 
 
+@pytest.mark.slow
 def test_seeds_scatter_no_more_than_told(run):
     """The true errors of five runs: their root mean square is near the 3 % asked for."""
     errors = {"rotor_power": [], "median_above_50mm_s": []}
@@ -366,6 +367,7 @@ def test_one_number_has_one_error(known, run):
     assert summary["statistics"]["precision"]["rotor_power"]["standard_error"] == told["rotor_power/standard_error"]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_short_runs_hold_the_truth_in_their_intervals(run):
     """24 runs of five revolutions: of 95 % chance, fewer than 19 within come once in a thousand times."""
     told = []
@@ -389,6 +391,7 @@ def test_the_summary_says_what_was_cut_and_how_well_it_is_known(known):
     )
 
 
+@pytest.mark.slow
 def test_progress_tells_how_well_it_is_known_by_now(millsim, tmp_path):
     (tmp_path / "mill.ini").write_text(MILL)
     done = millsim("-s", "run.precision=0.4 %", "-s", "run.time=30 s", "-s", "run.max_collisions=3e6", "mill.ini")  # fmt: skip
@@ -400,6 +403,7 @@ def test_progress_tells_how_well_it_is_known_by_now(millsim, tmp_path):
 # ---- interruptions ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kills", [(signal.SIGKILL,) * 3, (signal.SIGTERM, signal.SIGKILL)])
 def test_an_interrupted_run_ends_at_the_same_time_with_the_same_bits(tmp_path, kills):
     """Stopped while it warms up and later; what was kept apart for the cut goes through the file."""

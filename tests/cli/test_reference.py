@@ -39,6 +39,7 @@ def mean_since(run, name, start):
 # What an independent hard-sphere model gave for this mill, and how far two such models may differ.
 
 
+@pytest.mark.slow
 def test_the_rotor_draws_855_watt(reference):
     run, _ = reference
     assert run["statistics/rotor/power"][()] == pytest.approx(855, rel=0.04)
@@ -77,6 +78,7 @@ def test_a_mill_of_4000_balls_needs_less_than_60_megabyte(reference):
     assert reference[1]["peak_memory"] < 60e6
 
 
+@pytest.mark.slow
 @pytest.mark.skipif("asan" in PROGRAM.parts, reason="the sanitizer's own memory counts too")
 def test_256_000_balls_need_at_most_600_byte_each(tmp_path):
     options = ["balls.count=256000", "balls.diameter=1.25mm", "run.time=20us", "run.sample_from=0s"]
@@ -98,6 +100,7 @@ def test_the_books_of_the_single_deck_close(tmp_path):
     check_books(run_deck("single.ini", tmp_path))
 
 
+@pytest.mark.slow
 def test_the_gas_keeps_its_energy_over_a_million_contacts(tmp_path):
     run = run_deck("gas.ini", tmp_path)
     check_books(run)

@@ -171,6 +171,7 @@ def kill_after(folder, seconds, *arguments):
     return process.returncode != 0, said
 
 
+@pytest.mark.slow
 def test_a_run_killed_fifty_times_ends_with_the_same_bits(folder, tmp_path_factory):
     chance = random.Random(20070315)
     whole = undisturbed(tmp_path_factory, MILL)
@@ -207,6 +208,7 @@ def test_a_run_killed_fifty_times_ends_with_the_same_bits(folder, tmp_path_facto
     assert min(resumed_at) > 0 and len(resumed_at) >= 10, resumed_at
 
 
+@pytest.mark.slow
 def test_a_run_killed_with_no_frames_ends_with_the_same_bits(folder, tmp_path_factory):
     deck = SHORT.replace("frames = 5 ms", "frames = 0 s")
     mill = folder(deck)
@@ -216,6 +218,7 @@ def test_a_run_killed_with_no_frames_ends_with_the_same_bits(folder, tmp_path_fa
     assert_same(mill.file, undisturbed(tmp_path_factory, deck))
 
 
+@pytest.mark.slow
 def test_a_run_killed_before_its_first_checkpoint_starts_again(folder, short):
     mill = folder()
     process = mill.start("-q", "-s", "output.checkpoint=1 h")
@@ -243,6 +246,7 @@ def test_what_a_killed_run_leaves_beside_its_file_is_cleared_up(folder, short):
 # ---- signals ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU])
 def test_a_stopped_run_says_how_to_go_on_and_goes_on_to_the_same_bits(folder, short, number):
     mill = folder()
@@ -286,6 +290,7 @@ def test_an_impatient_second_signal_changes_nothing(folder, short):
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed_again_and_again_ends_with_the_same_bits(folder, short):
     mill = folder()
     times = [0.0]
@@ -305,6 +310,7 @@ def test_stopped_and_resumed_again_and_again_ends_with_the_same_bits(folder, sho
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_a_stop_before_the_statistics_begin_is_no_loss(folder, tmp_path_factory):
     deck = SHORT.replace("sample_from = 50 ms", "sample_from = 440 ms")
     mill = folder(deck)
@@ -332,6 +338,7 @@ def test_the_summary_of_a_resumed_run_is_that_of_an_undisturbed_one(folder, tmp_
     assert table("--resume") == whole
 
 
+@pytest.mark.slow
 def test_wall_and_processor_time_are_those_of_all_legs(folder):
     mill = folder(ENDLESS)
     spent = []
@@ -381,6 +388,7 @@ def test_a_quiet_resume_is_quiet(folder):
     assert mill.run("-q", "--resume") == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change, key",
     [
@@ -405,6 +413,7 @@ def test_another_deck_is_refused_by_its_key_and_the_file_left_alone(folder, chan
     assert mill.file.read_bytes() == bytes_
 
 
+@pytest.mark.slow
 def test_another_setting_is_refused_and_the_same_one_is_not(folder, tmp_path_factory):
     setting = ("-s", "contact.ball_drum.restitution=0.6")
     mill = folder()
@@ -626,6 +635,7 @@ def test_a_run_that_failed_is_not_tried_again(folder):
 # ---- others at the same file ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", [None, "--force", "--resume"])
 def test_a_second_run_on_the_same_output_is_refused_and_the_first_unharmed(folder, short, option):
     mill = folder()
@@ -641,6 +651,7 @@ def test_a_second_run_on_the_same_output_is_refused_and_the_first_unharmed(folde
     assert mill.names() == {"mill.ini", "mill.h5"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("victims", [["mill.h5"], ["mill.h5.part"], ["mill.h5.lock"],
                                      ["mill.h5", "mill.h5.part", "mill.h5.lock"]])  # fmt: skip
 def test_files_removed_under_a_run_do_not_hurt_it(folder, short, victims):
@@ -682,6 +693,7 @@ def test_a_folder_made_read_only_ends_the_run_with_one_line(folder, tmp_path):
     mill.finish("--resume")
 
 
+@pytest.mark.slow
 def test_a_reader_sees_a_whole_file_at_any_moment(folder, short):
     mill = folder()
     process = mill.start("-q")
@@ -697,6 +709,7 @@ def test_a_reader_sees_a_whole_file_at_any_moment(folder, short):
     assert_same(mill.file, short)
 
 
+@pytest.mark.slow
 def test_a_linked_output_stays_a_link(folder, tmp_path, short):
     mill = folder()
     (tmp_path / "big").mkdir()
@@ -758,6 +771,7 @@ def test_a_forced_run_on_a_full_disk_leaves_the_old_file(folder, disk):
     assert [entry.name for entry in mill.file.parent.iterdir()] == ["mill.h5"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", ["1m", "2500k", "5m"])
 def test_a_disk_that_fills_up_takes_nothing_and_with_space_the_run_goes_on(folder, disk, short, size):
     mill = folder()
@@ -801,6 +815,7 @@ def spent(path):
         return tuple(run[name][()] for name in ("checkpoints", "checkpoint_time", "wall_time"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kills", [0, 1])
 def test_frequent_checkpoints_take_two_percent_of_the_time_at_most(folder, kills):
     """Each is as far from the next as keeps it so: true at every checkpoint, whatever else the machine does."""

@@ -257,6 +257,7 @@ def snapshots(file):
     return balls["position/value"][:][rows].astype(float), balls["velocity/value"][:][rows]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cross_section", "axial"])
 def test_the_maps_of_the_flow_are_those_of_the_frames(file, snapshots, name):
     edges, group = axes(file, name), file[f"statistics/maps/{name}"]

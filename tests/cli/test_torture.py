@@ -135,6 +135,7 @@ def test_a_start_file_may_overlap_by_the_rounding_of_its_decimals(run):
     run(DRUM, "run.time=1 ms", start=r, balls=len(r))
 
 
+@pytest.mark.slow
 def test_a_rotor_in_a_crystal_of_064_shears_it_and_what_it_lets_go_is_counted(run, tmp_path):
     r = hexagonal(0.040, 0.060, 0.008, 1.5e-3, 1e-6)
     blades = [((k - 1) * 0.020, k * 2 * np.pi / 3, 0.033, 0.008, 0.006, 0) for k in range(3)]
@@ -155,6 +156,7 @@ def tip_radius(gap):
     return np.sqrt((40 - 5 * gap) ** 2 - 3**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [0.1, 0.3, 0.5, 0.7, 0.9, 0.95, 0.99, 1, 1.01, 1.2, 1.5])
 def test_any_gap_between_blade_and_drum_runs_and_a_narrow_one_is_warned_of(run, gap):
     orders = [f"blades.tip_radius={tip_radius(gap):.15g} mm", "rotor.speed=1500 rpm"]
@@ -178,6 +180,7 @@ def test_a_rotor_of_any_speed_runs(run, speed):
     assert done.summary["statistics"]["rotor"]["torque"] * speed > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0, 0.5])
 @pytest.mark.parametrize("restitution", [0, 0.25, 0.5, 0.75, 1])
 def test_balls_of_any_restitution_run(run, restitution, friction):

@@ -377,6 +377,7 @@ def test_vtk_reads_a_mill_without_a_rotor(vtk_step, tmp_path):
     assert set(blocks) == {"balls", "drum"}
 
 
+@pytest.mark.slow
 def test_vtk_reads_a_stopped_run(vtk_step, interrupted):
     assert_vtk_reads(vtk_step, interrupted(signal.SIGTERM))
 
@@ -418,6 +419,7 @@ def test_thousands_of_frames_are_read_fast(vtk_step, tmp_path):
 # ---- very many frames ----
 
 
+@pytest.mark.slow
 def test_a_signal_that_comes_while_very_many_frames_are_added_leaves_complete_results(tmp_path):
     few = ("balls.steel.count=2", "balls.glass.count=1", "run.time=20 ms", "output.frames=0.2 us")
     whole = run(tmp_path, *few, name="whole.h5")

@@ -152,6 +152,7 @@ def member_of(name):
     return lambda p: (p @ planes.T <= levels).all(axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOLIDS)
 def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
     rng = np.random.default_rng(8)
@@ -166,6 +167,7 @@ def test_distance_to_a_solid_is_that_to_its_nearest_point(name):
         assert length(normal[k]) == pytest.approx(1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["box", "cylinder", "cone", "wide end"])
 @pytest.mark.parametrize("rounding", [0.05, 0.25])
 def test_a_rounded_solid_is_all_balls_of_that_radius_that_fit_in_it(name, rounding):
@@ -199,6 +201,7 @@ CONTAINERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONTAINERS)
 def test_distance_within_a_container_is_that_to_its_nearest_wall(name):
     rng = np.random.default_rng(10)

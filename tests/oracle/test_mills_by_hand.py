@@ -150,6 +150,7 @@ def test_a_drum_that_turns_rubs_and_does_not_push():
 # The comparison itself
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed, wavy", [(2, False), (6, False), (7, False), (2, True), (12, True)])
 def test_a_mill_of_drum_and_rotor_runs_as_it_did(seed, wavy):
     case = random_case(seed, wavy)
@@ -159,6 +160,7 @@ def test_a_mill_of_drum_and_rotor_runs_as_it_did(seed, wavy):
     assert agreement(expected, found, case.mill) == (len(expected), [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 8, 12, 14, 26])
 def test_a_finer_sampling_finds_the_same_impacts(seed):
     case = random_mill(seed)
@@ -168,6 +170,7 @@ def test_a_finer_sampling_finds_the_same_impacts(seed):
     assert agreement(expected, found, case.mill) == (len(expected), [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5, 10))
 def test_the_books_balance(seed):
     s = random_mill(seed).simulation()
@@ -181,6 +184,7 @@ def changed(section, key, value):
     return lambda sections: {**sections, section: {**sections[section], key: value}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
     [

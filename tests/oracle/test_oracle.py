@@ -197,6 +197,7 @@ def test_the_books_balance_over_a_busy_run():
 # The comparison itself
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, 6, 17, 27])
 def test_a_finer_sampling_finds_the_same_impacts(seed):
     case = random_case(seed)
@@ -227,6 +228,7 @@ def other_law(**change):
     return change_law
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fault",
     [

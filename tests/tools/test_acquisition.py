@@ -50,6 +50,7 @@ def search(space, function, plan, workers=1, capped=lambda *_: False, known=True
             return runs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_figure_7_is_within_two_per_cent_of_its_best_after_forty_runs(seed):
     space, plan = Space([N, H]), Budget(40, seed=seed)
@@ -72,6 +73,7 @@ def test_four_workers_without_known_errors_and_a_capped_corner_do_as_well():
     assert capped < share * len(runs)
 
 
+@pytest.mark.slow
 def test_words_and_real_keys_are_searched_together():
     space = Space([*LINE, {"key": "profile", "unit": "", "values": ["circle", "wavy"]}])
     plan = Budget(30, seed=2)

@@ -101,6 +101,7 @@ def test_every_name_it_promises_is_there():
 # ---- what a run holds
 
 
+@pytest.mark.slow
 def test_states_are_those_of_the_file_to_the_last_bit(result, file):
     balls = file["particles/trajectory"]
     for name in ("position", "velocity", "angular_velocity"):
@@ -314,6 +315,7 @@ def test_a_state_is_read_when_it_is_used_and_no_more(result, monkeypatch):
     assert [one for one in read if one[0].endswith("/value")] == [("particles/trajectory/position/value", 50 * 3)]
 
 
+@pytest.mark.slow
 def test_a_run_of_gigabytes_opens_and_streams_in_little_memory(tmp_path, millsim, small_deck):
     assert millsim("deck.ini", "-q").returncode == 0
     with h5py.File(tmp_path / "deck.h5", "r+") as file:
@@ -600,6 +602,7 @@ def children(pid):
         return file.read().split()
 
 
+@pytest.mark.slow
 def test_an_interrupt_ends_it_and_what_is_done_can_be_resumed(small_deck, tmp_path):
     said, errors, left = interrupted(small_deck, "'a.h5'", False, after=0.7)
     assert (said, errors, left) == (
@@ -610,6 +613,7 @@ def test_an_interrupt_ends_it_and_what_is_done_can_be_resumed(small_deck, tmp_pa
     assert sorted(os.listdir(tmp_path)) == ["a.h5", "deck.ini"]
 
 
+@pytest.mark.slow
 def test_progress_is_shown_of_long_runs_and_goes_again(small_deck, tmp_path, monkeypatch):
     try:
         for end in os.openpty():

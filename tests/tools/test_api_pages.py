@@ -9,10 +9,12 @@ import subprocess
 import sys
 
 import matplotlib.image
-import notebooks
 import pages
 import pytest
 from conftest import PROGRAM, ROOT
+
+notebooks = pytest.importorskip("notebooks", exc_type=ImportError)
+pytestmark = pytest.mark.slow
 
 NOTEBOOK = ROOT / "docs/first-steps.ipynb"
 ENVIRONMENT = {

@@ -150,6 +150,7 @@ def test_values_are_those_of_the_file(runs):
             assert getattr(found[key], side).value == pytest.approx(value, rel=loose), key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "key, name, column",
     [
@@ -201,6 +202,7 @@ def test_replicates_of_a_transient_tell_its_error(runs):
     assert (row.dof, row.mood) == (pytest.approx(2), "differ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "second, words",
     [
@@ -216,12 +218,14 @@ def test_what_is_no_replicate_is_refused(mill, runs, second, words):
     assert words in done.stderr
 
 
+@pytest.mark.slow
 def test_a_comma_in_a_name_is_no_list(mill, copy):
     path = copy("one", to="a,b.h5")
     done = mill("compare", path, path)
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_three_files_are_compared_with_the_first(mill, runs):
     done = mill("compare", runs["one"], runs["two"], runs["fast"])
     assert done.returncode == 0, done.stderr
@@ -229,6 +233,7 @@ def test_three_files_are_compared_with_the_first(mill, runs):
     assert re.search(r"^  rotor\.speed +1000 rpm \| 1000 rpm \| 1300 rpm$", done.stdout, re.M)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_warnings_name_what_is_not_alike(mill, runs, copy):
     other = copy("two", run__status="stopped", deck__drum__radius="0.031 m")
     done = mill("compare", runs["transient1"], other)
@@ -275,6 +280,7 @@ def test_what_only_one_file_holds_is_said(runs, copy):
     assert np.isfinite(row.a.value) and np.isnan(row.b.value)
 
 
+@pytest.mark.slow
 def test_the_csv_holds_every_row_with_all_digits(mill, runs, tmp_path):
     done = mill("compare", runs["one"], runs["two"], runs["fast"], "--csv", "out.csv")
     assert done.returncode == 0, done.stderr
@@ -293,6 +299,7 @@ def test_the_csv_holds_every_row_with_all_digits(mill, runs, tmp_path):
 HOSTILE = "<img src=x onerror=alert(1)> $_{x^ \x1b[31m.h5"
 
 
+@pytest.mark.slow
 def test_nothing_from_a_run_gets_out_of_its_place(mill, runs, copy, tmp_path):
     path = copy(
         "two", to=HOSTILE, deck__balls__start="<script>alert(2)</script>\x1b[2J", run__command="</code><b>"
@@ -319,6 +326,7 @@ def page(runs, tmp_path_factory):
     return text, Reader(text)
 
 
+@pytest.mark.slow
 def test_the_page_needs_nothing_but_itself(page):
     text, read = page
     links = [a[name] for _, a in read.tags for name in ("src", "href") if name in a]
@@ -328,6 +336,7 @@ def test_the_page_needs_nothing_but_itself(page):
     assert "default-src 'none'" in policy
 
 
+@pytest.mark.slow
 def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
     _, read = page
     assert [a.get("class") for t, a in read.tags if t == "figure"].count("mill-player") == 2
@@ -340,6 +349,7 @@ def test_the_page_has_pictures_figures_and_the_balls_of_both(page):
     assert set(anchors) <= {a["id"] for _, a in read.tags if "id" in a}
 
 
+@pytest.mark.slow
 def test_files_are_written_though_nobody_reads_the_text(runs, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools")}
     words = [sys.executable, "-m", "milltools", "compare", runs["one"], runs["two"], "--csv", "table.csv"]
@@ -382,6 +392,7 @@ def test_rows_that_are_zero_on_both_sides_are_said_once(capsys):
     assert len(re.findall("^drum", said, re.M)) == 1 and not re.search("^shaft", said, re.M)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, line",
     [
@@ -405,6 +416,7 @@ def test_an_output_that_cannot_be_written_is_one_line(mill, runs, option):
     assert (done.returncode, done.stderr) == (2, "mill compare: nowhere/out.png: there is no folder nowhere\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option, picture", [("output.frames=0 s", "--html"), ("output.series=0.5 s", "--png")])
 def test_runs_that_store_little_are_compared_all_the_same(millsim, mill, write_deck, option, picture):
     write_deck(MILL)
@@ -414,6 +426,7 @@ def test_runs_that_store_little_are_compared_all_the_same(millsim, mill, write_d
     assert "agree: the same data" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_mill_without_a_rotor_is_compared(millsim, mill, write_deck):
     gas = re.sub(r"\[rotor\].*?(?=\[contact\])", "", MILL, flags=re.S)
     write_deck(gas + "[gravity]\nacceleration = 0 0 0 m/s^2\n")
@@ -453,6 +466,7 @@ def on_terminal(columns, *words):
     return shown.decode()
 
 
+@pytest.mark.slow
 def test_a_terminal_gets_colours_and_one_too_narrow_keeps_all_figures(runs):
     wide, narrow = (on_terminal(columns, runs["one"], runs["fast"]) for columns in (140, 60))
     assert "\x1b[" in wide and "┃" in wide
@@ -461,6 +475,7 @@ def test_a_terminal_gets_colours_and_one_too_narrow_keeps_all_figures(runs):
     assert all(number in wide for number in figure.groups())
 
 
+@pytest.mark.slow
 def test_the_noise_of_maps_is_known_in_a_wavy_drum_as_well(millsim, mill, write_deck, tmp_path):
     write_deck(MILL.replace("[drum]", "[drum]\nprofile = wavy\nbuckles = 6\nbuckle_height = 3 mm"))
     for seed in (1, 2):

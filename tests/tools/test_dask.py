@@ -11,6 +11,8 @@ import sys
 import pytest
 from cluster_studies import TOOLS, Case, alive, facts, wait
 
+pytestmark = pytest.mark.slow
+
 DASK = [sys.executable, "-m", "dask"]
 
 

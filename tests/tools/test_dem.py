@@ -78,6 +78,7 @@ def sets(*pairs):
     return [word for pair in pairs for word in ("--set", pair)]
 
 
+@pytest.mark.dem
 @pytest.mark.parametrize(
     "words, line",
     [
@@ -123,6 +124,7 @@ def test_a_wrong_line_of_the_deck_is_told_as_millsim_tells_it(dem, millsim):
     assert done.err == said.stderr.replace("millsim:", "mill dem:")
 
 
+@pytest.mark.slow
 def test_a_deck_that_is_not_there_is_named(mill):
     done = mill("dem", "missing.ini")
     assert done.stderr == "mill dem: missing.ini: cannot be read: No such file or directory\n"
@@ -148,6 +150,7 @@ def test_the_help_names_every_option_and_the_default(dem, capsys):
 # ---- what a reader ought to know ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, notes",
     [
@@ -190,6 +193,7 @@ DECKS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DECKS)
 def test_every_deck_runs_from_millsims_own_start(ran, millsim, name, tmp_path):
     text, overrides = DECKS[name]
@@ -213,6 +217,7 @@ def test_every_deck_runs_from_millsims_own_start(ran, millsim, name, tmp_path):
         assert (abs(place[:, 0]) < 0.02 - 0.8 * radius).all()
 
 
+@pytest.mark.dem
 def test_balls_fly_as_started_until_they_meet_something(ran, tmp_path):
     (tmp_path / "start.txt").write_text(START)
     text = SMALL.replace("count = 20", "count = 2\nstart = start.txt")
@@ -242,6 +247,7 @@ def first_impacts(run, end):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [900, -900])
 def test_the_first_impacts_are_millsims_in_partner_time_speed_and_normal(ran, millsim, tmp_path, speed):
     """Up to a ball's first impact both fly freely, so both must meet the same surfaces: geometry, rotor and solving back."""
@@ -296,6 +302,7 @@ def tree(path):
     return found
 
 
+@pytest.mark.slow
 def test_the_file_has_millsims_names_types_and_units(files):
     ours, theirs = map(tree, files)
     millsims = (
@@ -316,6 +323,7 @@ def test_the_file_has_millsims_names_types_and_units(files):
                 assert dataset.attrs["description"]
 
 
+@pytest.mark.dem
 def test_the_facts_of_the_run_are_told(files):
     with Run(files[0]) as run:
         assert (run.read("run/modulus"), run.read("run/ranks")) == (1e8, 1)
@@ -332,6 +340,7 @@ def test_the_facts_of_the_run_are_told(files):
             assert run.read(f"run/measured/{kind}/tangential_restitution") == pytest.approx(0.467, abs=0.01)  # fmt: skip
 
 
+@pytest.mark.dem
 def test_rows_and_log_and_statistics_tell_of_the_same_impacts(files):
     with Run(files[0]) as run:
         time, kind = run.read("impacts/time"), run.read("impacts/kind")
@@ -344,6 +353,7 @@ def test_rows_and_log_and_statistics_tell_of_the_same_impacts(files):
         assert rows == pytest.approx(np.arange(13) * 1e-3, abs=1e-12)
 
 
+@pytest.mark.dem
 def test_work_energies_and_losses_balance_by_construction_and_losses_grow(files):
     with Run(files[0]) as run:
         energies = sum(run.series(name)[1] for name in ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy"))  # fmt: skip
@@ -357,6 +367,7 @@ def test_work_energies_and_losses_balance_by_construction_and_losses_grow(files)
         assert work[-1] > 0
 
 
+@pytest.mark.dem
 def test_the_summary_says_what_the_file_holds(files):
     said = (files[0].parent / "said.txt").read_text()
     with Run(files[0]) as run:
@@ -368,6 +379,7 @@ def test_the_summary_says_what_the_file_holds(files):
     assert "\nfile               deck-dem.h5\nnote: at 1e+08 Pa balls touch several others" in said
 
 
+@pytest.mark.dem
 def test_without_friction_the_energy_account_closes(ran):
     words = sets("contact.friction=0", "balls.count=100", "rotor.speed=3000 rpm")
     with ran(SMALL, "--time", "10 ms", "--modulus", "1e9", *words) as run:
@@ -376,6 +388,7 @@ def test_without_friction_the_energy_account_closes(ran):
         assert run.series("rotational_energy")[1].max() == 0
 
 
+@pytest.mark.dem
 def test_a_rubbing_shaft_turns_the_balls_and_its_torque_is_in_the_series(ran, tmp_path):
     """Two balls that are pressed onto a bare shaft, which slips under them for the first 3 ms."""
     (tmp_path / "start.txt").write_text("-0.008 0 0.0075001\n0.008 0 0.0075001\n")
@@ -400,6 +413,7 @@ def values(path):
     return {name: np.asarray(v).tobytes() for name, v in found.items() if not name.startswith("run/") and np.asarray(v).dtype.kind != "O"}  # fmt: skip
 
 
+@pytest.mark.dem
 def test_two_runs_give_the_same_bits(dem, tmp_path):
     text = SMALL.replace("friction = 0.3", FRICTION)
     for name in ("a.h5", "b.h5"):
@@ -408,6 +422,7 @@ def test_two_runs_give_the_same_bits(dem, tmp_path):
     assert len(one) > 100 and one == two
 
 
+@pytest.mark.slow
 def test_two_ranks_give_the_same_physics(ran):
     words = sets("balls.count=150", "rotor.speed=3000 rpm", "contact.tangential_restitution=0.484")
     told = []
@@ -421,6 +436,7 @@ def test_two_ranks_give_the_same_physics(ran):
     assert told[0][2] > 100
 
 
+@pytest.mark.slow
 def test_a_warm_up_hands_all_balls_over_without_overlaps_and_the_rows_go_on(ran):
     words = [
         "--time",
@@ -438,6 +454,7 @@ def test_a_warm_up_hands_all_balls_over_without_overlaps_and_the_rows_go_on(ran)
         assert run.window == pytest.approx((0.024, 0.028))
 
 
+@pytest.mark.slow
 def test_blades_go_on_from_their_angle_after_a_warm_up(ran, millsim, tmp_path):
     """A ball that floats in the way of a blade, which comes after the hand-over."""
     (tmp_path / "start.txt").write_text("-0.01 0.0 0.016\n")
@@ -461,6 +478,7 @@ def test_blades_go_on_from_their_angle_after_a_warm_up(ran, millsim, tmp_path):
 # ---- LIGGGHTS' own input ----
 
 
+@pytest.mark.dem
 def test_the_script_runs_in_plain_liggghts_and_keeps_every_ball(dem, tmp_path):
     done = dem(MIXTURE + BLADES, *QUICK, "--time", "6 ms", "--script", "by hand")
     assert (done.status, done.err) == (0, "")
@@ -477,6 +495,7 @@ def test_the_script_runs_in_plain_liggghts_and_keeps_every_ball(dem, tmp_path):
     assert sum(path.stat().st_size for path in folder.iterdir()) < 1e6
 
 
+@pytest.mark.dem
 def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
     state = milltools.dem.soft_mill.Process.state
 
@@ -496,6 +515,7 @@ def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
         assert run.time == pytest.approx(0.0024)
 
 
+@pytest.mark.dem
 def test_a_price_that_cannot_be_measured_does_not_fail_the_run(dem, monkeypatch):
     def fail(*_):
         raise UserError("LIGGGHTS failed with status 1", 1)

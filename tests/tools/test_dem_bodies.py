@@ -115,6 +115,7 @@ def test_in_a_corner_of_what_holds_it_a_ball_touches_three_facets():
 # ---- single balls ----
 
 
+@pytest.mark.slow
 @needs_liggghts
 def test_a_ball_rides_on_the_wall_of_a_jar_in_circular_translation():
     """It is pressed outwards by m W^2 (R + l), all the way round."""
@@ -146,6 +147,7 @@ def test_a_ball_on_a_shaken_plate_hits_it_once_a_period():
     assert np.diff(seen.all("time")) == pytest.approx(0.02, rel=0.02)
 
 
+@pytest.mark.slow
 @needs_liggghts
 def test_a_ball_in_a_shaken_box_hits_either_end_once_a_period_and_takes_that_power():
     w, e, size, free = 2 * np.pi * 20, 0.8, 0.004, 0.04
@@ -191,6 +193,7 @@ MOVED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @needs_liggghts
 @pytest.mark.parametrize("name", MOVED)
 def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(name):

@@ -20,6 +20,7 @@ def deck(write_deck, monkeypatch):
     return lambda text=SMALL, *overrides: Deck.check(write_deck(text), overrides)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modulus", [1e8, 1e10, 2.1e11])
 @pytest.mark.parametrize(
     "text, counts",

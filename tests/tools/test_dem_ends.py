@@ -19,6 +19,8 @@ from milltools.__main__ import main
 from milltools.dem.soft_mill import Mill
 from milltools.read.runfile import Run
 
+pytestmark = pytest.mark.slow
+
 MARK = "MILL_DEM_TEST"  # in the environment of all that a test starts
 
 

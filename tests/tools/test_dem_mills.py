@@ -8,7 +8,7 @@ from test_dem import first_impacts
 
 from milltools.read.runfile import Run
 
-pytestmark = pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")
+pytestmark = [pytest.mark.dem, pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")]
 
 BALLS = """\
 [run]

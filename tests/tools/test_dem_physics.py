@@ -14,7 +14,7 @@ from milltools.read.deck import Deck
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
-pytestmark = pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")
+pytestmark = [pytest.mark.dem, pytest.mark.skipif(not shutil.which("liggghts"), reason="LIGGGHTS is not installed")]
 
 MILL = """\
 [run]

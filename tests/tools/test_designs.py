@@ -52,6 +52,7 @@ def test_a_grid_of_more_than_can_be_run_is_refused(write_study):
         designs.plan(Study.read(path))
 
 
+@pytest.mark.slow
 def test_a_latin_hypercube_has_one_design_in_every_layer_of_every_key(study):
     own = study("lhs", 50)
     layers = np.floor(50 * unit_cube(own, designs.plan(own))).astype(int)

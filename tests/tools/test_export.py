@@ -62,6 +62,7 @@ def volume(corners):
     return np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_body_is_closed_and_of_its_volume(mill, write_deck, tmp_path, shape):
     text, profile = SHAPES[shape]
@@ -105,6 +106,7 @@ def test_without_part_all_bodies_are_there(mill, small_deck, tmp_path):
     assert head.startswith(b"millsim ") and b"drum, walls, shaft, blades; metres" in head
 
 
+@pytest.mark.slow
 def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_path):
     order = "rotor.angle=30 deg"
     assert millsim("deck.ini", "-q", "-s", "run.time=1 ms", "-s", order).returncode == 0
@@ -115,6 +117,7 @@ def test_a_run_and_its_deck_are_the_same_mill(millsim, mill, small_deck, tmp_pat
     assert run == deck != other
 
 
+@pytest.mark.slow
 def test_at_a_time_the_rotor_is_turned_and_the_drum_is_not(mill, small_deck, tmp_path):
     found = {}
     for parts in (("drum",), ("shaft", "blades")):
@@ -158,6 +161,7 @@ def test_a_mill_without_a_rotor_has_drum_and_walls(mill, write_deck, tmp_path):
     assert len(bodies(read(tmp_path / "mill.stl")[2])) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, line",
     [

@@ -142,6 +142,7 @@ sys.exit(main())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["a.gsd", "a.vtp", "a.csv"])
 def test_a_file_that_cannot_grow_is_one_line(run_file, tmp_path, root, target):
     words = [sys.executable, "-c", FULL, str(run_file), target]
@@ -217,6 +218,7 @@ def long_run(run_file, tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["a.gsd", "a.pvd", "a.csv"])
 def test_memory_does_not_grow_with_the_frames(long_run, tmp_path, root, target):
     environment = {**os.environ, "PYTHONPATH": str(root / "tools")}

@@ -124,6 +124,7 @@ def ovito():
     return done.stderr.strip().splitlines()[-1] if done.returncode else ""
 
 
+@pytest.mark.slow
 def test_ovito_reads_the_numbers_of_h5py(export, run_file, stored, tmp_path, ovito):
     if ovito:
         pytest.skip(f"ovito: {ovito}")
@@ -153,6 +154,7 @@ def test_ovito_reads_the_numbers_of_h5py(export, run_file, stored, tmp_path, ovi
 # ---- VTP, PVD
 
 
+@pytest.mark.slow
 def test_vtk_reads_one_frame_to_the_last_bit(export, run_file, stored, tmp_path):
     status, out, err = export(run_file, "balls.vtp", "--frame", 7)
     assert (status, err) == (0, "")

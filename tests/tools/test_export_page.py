@@ -10,6 +10,8 @@ import pytest
 from conftest import PROGRAM, ROOT
 from export_run import make
 
+pytestmark = pytest.mark.slow
+
 MDANALYSIS = {
     block.place for block in pages.blocks(ROOT / "docs" / "file-format.md", "python") if "MDAnalysis" in block.text
 }

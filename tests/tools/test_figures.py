@@ -232,6 +232,7 @@ def test_the_log_is_read_by_slices(mixture, monkeypatch, without_energies):
     assert np.array_equal(energies.bins(mixture, "all").count, whole.count)
 
 
+@pytest.mark.slow
 def test_strikes_of_a_mixture_have_no_energies_and_say_why(folder, tmp_path, plot):
     order = [folder / "mixture.h5", "e.svg", "--figure", "energies", "--strikes"]
     done = plot(*order, cwd=tmp_path)
@@ -504,6 +505,7 @@ def test_a_slip_of_nothing_has_no_spectrum(tmp_path):
 # ---- inline SVG
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_inline_svg_is_well_formed_and_stands_alone(plain, name):
     text = figures.svg(FIGURES[name].draw(plain), f"fig-{name}")
@@ -549,6 +551,7 @@ def test_a_prefix_must_be_an_id(plain):
 # ---- the command
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix, begin", [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
 def test_a_figure_becomes_a_file_of_the_names_format(plot, tmp_path, suffix, begin):
     target = tmp_path / f"a.{suffix}"
@@ -561,6 +564,7 @@ def test_a_figure_becomes_a_file_of_the_names_format(plot, tmp_path, suffix, beg
     assert len(list(tmp_path.iterdir())) == 2  # nothing beside them
 
 
+@pytest.mark.slow
 def test_the_csv_holds_the_numbers_drawn(plot, tmp_path, plain):
     assert plot("plain.h5", tmp_path / "a.csv", "--figure", "speeds").returncode == 0
     table = pd.read_csv(tmp_path / "a.csv")
@@ -576,6 +580,7 @@ def test_the_csv_holds_the_numbers_drawn(plot, tmp_path, plain):
     assert np.array_equal(edges[0][1:], edges[1][:-1]) and edges[0][0] == 0 and edges[1][-1] == np.inf
 
 
+@pytest.mark.slow
 def test_the_csv_of_a_map_is_the_map(plot, tmp_path, plain):
     assert plot("plain.h5", tmp_path / "a.csv", "--figure", "axial-rate").returncode == 0
     table = pd.read_csv(tmp_path / "a.csv")
@@ -584,6 +589,7 @@ def test_the_csv_of_a_map_is_the_map(plot, tmp_path, plain):
     assert table["impacts per time and volume [1/(m3 s)]"].isna().equals(table["impacts [1]"] == 0)
 
 
+@pytest.mark.slow
 def test_the_csv_of_several_runs_names_them(plot, tmp_path):
     done = plot("plain.h5", "gas.h5", tmp_path / "a.csv", "--figure", "energy")
     assert done.returncode == 0, done.stderr
@@ -600,6 +606,7 @@ def test_every_csv_has_units_in_its_heads(run):
                 assert len({len(v) for v in table.columns.values()}) == 1
 
 
+@pytest.mark.slow
 def test_list_names_the_figures_and_why_a_run_has_not(plot):
     done = plot("--list", "gas.h5")
     assert done.returncode == 0
@@ -633,6 +640,7 @@ def test_what_cannot_be_drawn_is_one_line(folder, words, says, monkeypatch, caps
     assert not list(folder.glob("a.*"))
 
 
+@pytest.mark.slow
 def test_a_missing_folder_is_an_outside_fault(plot, tmp_path):
     done = plot("plain.h5", tmp_path / "no" / "a.svg", "--figure", "speeds")
     assert done.returncode == 1
@@ -664,6 +672,7 @@ def drawn_or_not(path):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options, missing",
     [

@@ -60,6 +60,7 @@ def test_a_neighbour_is_a_design_of_the_space_and_near():
 # ---- the surface
 
 
+@pytest.mark.slow
 def test_without_noise_it_goes_through_every_run():
     found = surface(12, error=1e-6)
     mean, spread = found.predict(found.designs)

@@ -46,6 +46,7 @@ def test_the_tour_needs_no_package():
     assert (done.returncode, done.stderr) == (0, b"")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c.name)
 def test_every_command_keeps_the_form_of_a_command(mill, command):
     module = importlib.import_module(command.module)
@@ -69,6 +70,7 @@ def test_the_packages_version_is_that_of_the_product():
     assert version == (ROOT / "VERSION").read_text().strip()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, line",
     [
@@ -135,6 +137,7 @@ def checkout(tmp_path):
     return script
 
 
+@pytest.mark.slow
 def test_the_script_works_through_links_from_anywhere(checkout, tmp_path):
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin/relative").symlink_to(f"../{checkout.parent.name}/mill")

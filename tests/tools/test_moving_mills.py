@@ -115,6 +115,7 @@ def test_power_and_torque_over_time_are_those_of_each_motion(runs):
     FIGURES["torque"].draw(list(runs.values()))  # of several runs: a colour each, a line each motion
 
 
+@pytest.mark.slow
 def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
     done = mill("plot", "--list", *files.values())
     assert "not of" not in done.stdout and "rotor" not in done.stdout, done.stdout
@@ -214,6 +215,7 @@ def test_what_a_map_shows_is_named_by_the_mill(runs):
 # ---- pictures and exports
 
 
+@pytest.mark.render
 def test_a_moving_container_is_in_the_picture_at_every_time(runs):
     run = runs["planetary"]
     view = camera.of("end", run)
@@ -227,6 +229,7 @@ def test_a_moving_container_is_in_the_picture_at_every_time(runs):
         assert mirror.min() > 240  # nothing on the other side of the disk
 
 
+@pytest.mark.render
 def test_a_riding_camera_shows_the_container_large_and_at_one_place(runs):
     run = runs["planetary"]
     for name in (*camera.PRESETS, camera.free((0.1, -0.1, 0.05), (0.06, 0, 0))):
@@ -243,6 +246,7 @@ def test_a_riding_camera_shows_the_container_large_and_at_one_place(runs):
     assert np.ptp(rows) > 0.9 * 180
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "words"), [("planetary", ()), ("attritor", ("--ride",))])
 def test_mill_render_rides_where_the_path_is_long_and_says_so(mill, files, tmp_path, name, words):
     shutil.copyfile(files[name], tmp_path / "run.h5")
@@ -257,6 +261,7 @@ def test_mill_render_rides_where_the_path_is_long_and_says_so(mill, files, tmp_p
     assert same == (name == "attritor")  # its tank stands still
 
 
+@pytest.mark.render
 def test_pins_are_where_the_stirrer_is(runs):
     run = runs["attritor"]
     away = stored(run, 0)
@@ -275,6 +280,7 @@ def stl(path):
     return rows["c"]
 
 
+@pytest.mark.slow
 def test_bodies_are_exported_where_they_are_at_any_time(mill, files, tmp_path):
     (tmp_path / "deck.ini").write_text(PLANETARY)
     shutil.copyfile(files["attritor"], tmp_path / "run.h5")
@@ -296,6 +302,7 @@ def test_a_mixtures_bodies_are_exported_too(mill, tmp_path):
     assert done.stdout.startswith("a.stl: jar at 0 s"), done.stderr
 
 
+@pytest.mark.slow
 def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
     capsule = PLANETARY.replace("shape = cylinder", "shape = capsule")
     (tmp_path / "deck.ini").write_text(capsule)
@@ -304,6 +311,7 @@ def test_liggghts_is_not_given_what_it_cannot_run(mill, tmp_path):
     assert done.stderr.startswith("mill dem: deck.ini: [body.jar] shape: expected cylinder, box or mesh")
 
 
+@pytest.mark.slow
 def test_two_runs_of_such_mills_are_compared(mill, files, tmp_path):
     for name, path in files.items():
         shutil.copyfile(path, tmp_path / f"{name}.h5")
@@ -343,6 +351,7 @@ def open_player(open_page, run, tmp_path):
     return page
 
 
+@pytest.mark.slow
 def test_the_player_moves_bodies_and_rides_on_the_container(open_page, runs, tmp_path):
     run = runs["planetary"]
     page = open_player(open_page, run, tmp_path)
@@ -384,6 +393,7 @@ def test_words_of_motions():
     assert motions.words(Told(), "m") == "swings by ±15° at 20 Hz"
 
 
+@pytest.mark.slow
 def test_a_file_of_before_motions_turns_its_rotor(tmp_path):
     """Written without poses: the deck says where the rotor is."""
     path = players.simulate(tmp_path, players.LONE)

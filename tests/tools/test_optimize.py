@@ -96,6 +96,7 @@ def designs(rows):
 # ---- what it finds
 
 
+@pytest.mark.slow
 def test_the_best_is_found_and_told_with_its_intervals(study, tmp_path):
     path = tmp_path / "t.parquet"
     rows = searched(study, path, Pretended(hill), Budget(24, seed=1))
@@ -172,6 +173,7 @@ def test_a_search_that_is_stopped_goes_on_to_the_same_runs(study, tmp_path):
     assert len(first.jobs) + len(second.jobs) == len(whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", ["row not told", "row not in the trial", "trial without its id"])
 def test_a_driver_that_dies_between_two_steps_loses_no_run(study, tmp_path, moment):
     path = tmp_path / "t.parquet"
@@ -227,6 +229,7 @@ def test_the_table_or_the_storage_alone_is_enough_to_go_on(study, tmp_path, lost
     assert len(rows) == 9
 
 
+@pytest.mark.slow
 def test_two_drivers_share_a_storage_and_its_runs(study, tmp_path):
     storage = f"sqlite:///{tmp_path}/both.db"
     first = Pretended(hill, error=1, stop=5)
@@ -256,6 +259,7 @@ def test_a_sweep_that_is_there_is_knowledge(study, tmp_path):
 # ---- the command
 
 
+@pytest.mark.slow
 def test_the_command_runs_the_mill_and_goes_on_with_more_runs(mill, write_study, tmp_path):
     write_study(STUDY.replace("5 ms", "20 ms").replace("2..20", "12..20"))
     done = mill("optimize", "a.study", "--runs", "4", "--workers", "1")
@@ -270,6 +274,7 @@ def test_the_command_runs_the_mill_and_goes_on_with_more_runs(mill, write_study,
     assert len(longer) == 5 and set(frame["id"]) <= set(longer["id"])
 
 
+@pytest.mark.slow
 def test_kill_9_of_the_driver_loses_no_run_and_leaves_none(mill, write_study, stand_in, tmp_path):
     write_study(STUDY)
     program = stand_in(f"[ $(wc -l < $log) -lt 4 ] || while [ ! -e {tmp_path}/go ]; do sleep 0.02; done")  # fmt: skip
@@ -295,6 +300,7 @@ def test_kill_9_of_the_driver_loses_no_run_and_leaves_none(mill, write_study, st
     assert len(pandas.read_parquet(tmp_path / "a-optimize.parquet")) == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words, said",
     [

@@ -11,6 +11,8 @@ import subprocess
 import pandas
 import pytest
 
+pytestmark = pytest.mark.slow
+
 BIN = max(pathlib.Path("/usr/lib/postgresql").glob("*/bin/initdb"), default=None)
 STUDY = """\
 [study]

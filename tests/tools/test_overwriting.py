@@ -3,6 +3,8 @@
 import pytest
 from conftest import SMALL
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     "name, words",

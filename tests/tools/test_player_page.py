@@ -10,6 +10,8 @@ import pytest
 from milltools.player import player
 from milltools.read.runfile import Run
 
+pytestmark = pytest.mark.browser
+
 pytest_plugins = ["browser"]
 
 CANVAS = ".mp-canvas"

@@ -13,6 +13,8 @@ from milltools.figures import overview
 from milltools.geometry.profile import Profile
 from milltools.read.runfile import Run
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     "options",

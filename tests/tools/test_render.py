@@ -15,6 +15,8 @@ from milltools.geometry.trajectory import stored
 from milltools.read.runfile import Run
 from milltools.render import states, times
 
+pytestmark = pytest.mark.render
+
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):

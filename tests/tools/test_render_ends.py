@@ -10,6 +10,8 @@ import films
 import pytest
 from films import ENVIRONMENT, MILL, SMALLEST
 
+pytestmark = pytest.mark.render
+
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):

@@ -17,6 +17,8 @@ from report_page import Reader, report
 
 from milltools.compare.rows import ZERO
 
+pytestmark = pytest.mark.slow
+
 pytest_plugins = ["browser", "reported"]
 
 SECTIONS = ["verdict", "balls", "summary", "energy", "spectra", "maps", "time", "anomalies", "notes", "how", "deck", "cite"]  # fmt: skip

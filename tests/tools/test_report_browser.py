@@ -2,6 +2,10 @@
 
 import re
 
+import pytest
+
+pytestmark = pytest.mark.browser
+
 pytest_plugins = ["browser", "reported"]
 
 

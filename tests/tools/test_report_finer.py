@@ -68,6 +68,7 @@ def test_from_frame_to_frame_the_rotor_turns_by_few_degrees_and_a_ball_hardly_mo
     assert len(times) > 30
 
 
+@pytest.mark.slow
 def test_balls_of_a_jar_that_is_carried_are_within_it_in_all_finer_frames(tmp_path):
     path = players.simulate(tmp_path, PLANETARY, "output.frames=20 ms")
     _, _, html, said = shown(path, room=200_000)  # the last stretch alone

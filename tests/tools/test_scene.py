@@ -19,6 +19,8 @@ from milltools.read.runfile import Run
 from milltools.render import camera, colour, overlay, pov, scene
 from milltools.render.shade import Shade, View
 
+pytestmark = pytest.mark.render
+
 SIZE = (320, 180)
 DRUM = "[drum]\nradius = 30 mm\nlength = 40 mm\n"
 BALLS = "[run]\ntime = 2 ms\n[balls]\ncount = 20\ndiameter = 5 mm\ndensity = 7800 kg/m^3\n"

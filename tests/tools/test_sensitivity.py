@@ -56,11 +56,13 @@ def test_a_saltelli_plan_gives_the_exact_indices_within_its_intervals():
     check(sensitivity.indices(table), "saltelli", 1.5)
 
 
+@pytest.mark.slow
 def test_any_runs_give_them_through_a_surface():
     table = Known(qmc.LatinHypercube(3, seed=1).random(300), ishigami, "lhs", 1, error=0.1)
     check(sensitivity.indices(table), "surface", 2.0)
 
 
+@pytest.mark.slow
 def test_a_plan_that_is_not_complete_goes_through_a_surface():
     table = Known(sensitivity.saltelli(3, 64, 3), ishigami, "saltelli", 3, samples=64)
     table._frame = table._frame.iloc[:-30]

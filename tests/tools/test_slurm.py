@@ -9,7 +9,10 @@ import pytest
 import slurm_cluster
 from cluster_studies import Case, alive, facts, wait
 
-pytestmark = pytest.mark.skipif(slurm_cluster.missing() is not None, reason=slurm_cluster.missing() or "")
+pytestmark = [
+    pytest.mark.slurm,
+    pytest.mark.skipif(slurm_cluster.missing() is not None, reason=slurm_cluster.missing() or ""),
+]
 
 
 @pytest.fixture(scope="module")

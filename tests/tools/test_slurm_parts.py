@@ -21,6 +21,8 @@ from milltools.study.plan.job import Lost
 from milltools.study.remote import bundles, executors, slurm, slurm_queue, slurm_task
 from milltools.study.remote.spool import Array, Listener, Sayer, Spool
 
+pytestmark = pytest.mark.slow
+
 CALL = "small_job:run"
 
 

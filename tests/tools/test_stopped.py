@@ -9,6 +9,8 @@ import time
 import pytest
 from conftest import PROGRAM, ROOT, SMALL
 
+pytestmark = pytest.mark.slow
+
 MILL = (sys.executable, "-m", "milltools")
 
 

@@ -315,6 +315,7 @@ def test_slices_have_an_error_bar_on_every_point():
     assert halves == pytest.approx([0.196, 0.392, 0.588], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_scattered_studies_of_words_and_two_objectives_are_drawn():
     random = np.random.default_rng(2)
     designs = pd.DataFrame(
@@ -447,6 +448,7 @@ def test_a_table_its_journal_and_its_study_deck_mean_the_same(study, tmp_path):
     assert "rotor speed = 859.44 rpm: " in said.pop()
 
 
+@pytest.mark.slow
 def test_wrong_usage_is_one_line_and_status_2(mill):
     said = mill("study", "none.parquet")
     assert said.returncode == 2 and said.stdout == ""
@@ -532,6 +534,7 @@ def test_files_are_written_though_nobody_reads_the_text(mill_started, tmp_path):
     assert (tmp_path / "my.html").exists()
 
 
+@pytest.mark.slow
 def test_following_ends_when_the_study_is_complete(mill_started, tmp_path):
     small(tmp_path / "made.parquet", planned=9)
     process = mill_started("study", "made.parquet", "--follow")

@@ -191,6 +191,7 @@ def test_a_table_says_by_which_command_it_was_made(sweep, write_study, tmp_path)
 # ---- going on
 
 
+@pytest.mark.slow
 def test_what_is_done_is_not_done_again_and_more_may_be_asked_for(sweep, write_study, stand_in, tmp_path):
     write_study()
     program = stand_in("")
@@ -224,6 +225,7 @@ def test_another_base_deck_is_refused_and_force_begins_anew(sweep, write_study, 
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
 
 
+@pytest.mark.slow
 def test_kill_9_loses_nothing_leaves_nothing_running_and_costs_only_what_flew(
     start, mill, write_study, stand_in, tmp_path
 ):
@@ -243,6 +245,7 @@ def test_kill_9_loses_nothing_leaves_nothing_running_and_costs_only_what_flew(
     assert len(runs(tmp_path)) == 6 + 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     start, write_study, stand_in, tmp_path, number, status
@@ -259,6 +262,7 @@ def test_a_signal_ends_what_runs_keeps_what_is_done_and_says_how_to_go_on(
     assert len(pandas.read_parquet(tmp_path / "a.parquet")) == 2
 
 
+@pytest.mark.slow
 def test_two_drivers_on_one_table_are_one_too_many(start, mill, write_study, stand_in, tmp_path):
     write_study()
     program = stand_in(WAIT.format(tmp_path))
@@ -299,6 +303,7 @@ def test_a_study_of_which_no_design_is_taken_ends_at_once(sweep, write_study, st
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "key, path, hint",
     [

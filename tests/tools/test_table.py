@@ -83,6 +83,7 @@ def test_it_is_complete_when_every_planned_run_is_there(path):
     assert Table.open(path).complete
 
 
+@pytest.mark.slow
 def test_rows_in_the_journal_survive_a_kill(path):
     """A writer of its own, killed after its second row."""
     code = (

@@ -81,6 +81,7 @@ def compare(coarse, fine):
         yield impacts_in(fine, times[gap], times[gap + 1]), flights.unknown, *off, close
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "start",
     [

@@ -12,6 +12,8 @@ from conftest import PROGRAM, ROOT
 
 from milltools.__main__ import COMMANDS
 
+pytestmark = pytest.mark.slow
+
 PAGE = ROOT / "docs/tutorial.md"
 DECKS = {  # what makes them short
     "simoloyer.ini": {"time = 0.3 s": "time = 0.2 s", "count = 4000": "count = 300"},

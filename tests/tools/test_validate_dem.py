@@ -75,6 +75,7 @@ def test_a_mill_is_not_off_itself(windows):
         assert abs(verdict.off) < 5 * verdict.error, quantity.key
 
 
+@pytest.mark.slow
 def test_a_rotor_that_turns_a_tenth_slower_is_out_of_band(windows):
     first = windows()[0]
     slow = windows(rotor__speed="1350 rpm")
@@ -84,6 +85,7 @@ def test_a_rotor_that_turns_a_tenth_slower_is_out_of_band(windows):
     assert {"power", "kinetic", "rotational", "normal", "ball_1", "ball_2"} <= set(missed)
 
 
+@pytest.mark.slow
 def test_maps_of_a_rotor_that_turns_the_other_way_are_out_of_band(windows):
     one, other = windows(), windows(rotor__speed="-1500 rpm")
     paths = [window.path for window in one]
