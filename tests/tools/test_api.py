@@ -554,7 +554,7 @@ def test_without_a_millsim_it_says_what_to_do(tmp_path):
         f"""
         import sys; sys.path.insert(0, {str(package)!r})
         import pathlib, milltools
-        from milltools import engine
+        from milltools.base import engine
         engine.ROOT = pathlib.Path({str(tmp_path)!r})
         import os; del os.environ["MILLSIM"]; os.environ["PATH"] = "/nowhere"
         try: milltools.run("a.ini")

@@ -26,6 +26,10 @@ def _not_negative(values):
     return (np.isfinite(values) & (values >= 0)).all()
 
 
+def _known_not_negative(values):
+    return not (np.isinf(values) | (values < 0)).any()
+
+
 def _rising(values):
     return not np.isnan(values).any() and (np.diff(values) > 0).all()
 
@@ -48,6 +52,7 @@ SAID = {
     _no_infinity: "an infinite value",
     _positive: "a value that is not above 0",
     _not_negative: "a value below 0, or that is no number",
+    _known_not_negative: "a value below 0, or an infinite one",
     _rising: "values that do not ascend",
     _rising_or_level: "values that descend, or are no numbers",
 }
@@ -59,7 +64,8 @@ RULES = [
     for pattern, kinds, shape, check in (
         (r"deck/.*", TEXT, (), None),
         (r"run/(program|version|command|started|status|notes)", TEXT, (), None),
-        (r"run/(time|price|cpu_time|wall_time)", NUMBER, (), _not_negative),
+        (r"run/(time|cpu_time|wall_time)", NUMBER, (), _not_negative),
+        (r"run/price", NUMBER, (), _known_not_negative),  # a run too short for it has none
         (r"run/(events|reach|floored)/.*", NUMBER, (), _no_infinity),
         (r"run/.*", EITHER, (), None),
         (r"particles/trajectory/id", WHOLE, (None,), None),
