@@ -107,6 +107,8 @@ def test_a_killed_worker_costs_one_more_run_of_what_it_had_in_hand_and_nothing_e
     scheduler.start()
     sweep = case.start("--dask", str(scheduler.file))
     design, _, pid = case.await_held(2)[-1]
+    # a result that the driver has not fetched dies with its worker
+    wait(lambda: case.kept() == len(case.starts()) - 2, "the rows of all that are not held")
     victim = worker_of(case, pid)
     assert victim in [worker.pid for worker in scheduler.workers]
     os.kill(victim, signal.SIGKILL)

@@ -18,7 +18,7 @@ from cluster_studies import TOOLS, wait
 from milltools.base.errors import UserError
 from milltools.study import sweep
 from milltools.study.plan.job import Lost
-from milltools.study.remote import bundles, executors, slurm, slurm_queue, slurm_task
+from milltools.study.remote import executors, slurm, slurm_queue, slurm_task
 from milltools.study.remote.spool import Array, Listener, Sayer, Spool
 
 pytestmark = pytest.mark.slow
@@ -183,7 +183,7 @@ def test_names_of_studies_that_a_queue_would_not_take_are_made_plain(tmp_path):
     ],
 )
 def test_bundles_take_minutes_and_leave_none_idle(count, cost, tasks, expected):
-    assert bundles.bundle_size(count, cost, tasks) == expected
+    assert slurm.bundle_size(count, cost, tasks) == expected
 
 
 # ---- a task

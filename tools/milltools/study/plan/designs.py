@@ -33,8 +33,7 @@ def _grid(study):
     for r in study.vary:
         if r.values is None:
             raise study.fault(
-                r.key,
-                "expected 'step' or 'in' behind the range, for 'method = grid' needs single values",
+                r.key, "expected 'step' or 'in' behind the range, for 'method = grid' needs single values"
             )
     count = math.prod(len(r.values) for r in study.vary)
     if count * study.replicates > MOST:

@@ -32,12 +32,7 @@ def worker() -> str:
 
 def empty(job, status, message) -> dict:
     """The row of a run without results."""
-    row = {
-        "design": job["design"],
-        "replicate": job["replicate"],
-        "seed": job["seed"],
-        "id": job["id"],
-    }
+    row = {"design": job["design"], "replicate": job["replicate"], "seed": job["seed"], "id": job["id"]}
     row.update(job["values"])
     for path in (*job["objectives"], *job["record"]):
         row[path] = row[f"{path}:error"] = math.nan

@@ -68,11 +68,7 @@ def _row(future, job, attempt):
     """The row of a finished job; None if it is worth another try."""
     try:
         return future.result()
-    except (
-        jobs_of_one.Lost,
-        concurrent.futures.BrokenExecutor,
-        concurrent.futures.CancelledError,
-    ) as fault:
+    except (jobs_of_one.Lost, concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError) as fault:
         if attempt < ATTEMPTS:
             return None
         return jobs_of_one.empty(job, "failed", f"lost {attempt} times: {fault}")

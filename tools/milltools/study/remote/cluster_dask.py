@@ -2,8 +2,8 @@
 
 The scheduler hands a job of a worker that died to another one, up to three times by its own default; after that it is
 `Lost`. Nothing is repeated otherwise. Every worker says, with its first job, which milltools and millsim it has: one
-that has others ends the study with one line. At most WAVE jobs are with the scheduler at once: with millions it does not
-start.
+that has others ends the study with one line. At most WAVE jobs are to be with the scheduler at once (`width`): with
+millions it does not start.
 """
 
 import collections
@@ -35,6 +35,7 @@ TOOLS = pathlib.Path(__file__).resolve().parents[3]
 # What is sent names our functions by words: the scheduler then needs no milltools, and a worker without it says so. (Of a
 # message that it cannot unpack a worker dies, and nobody is told.)
 ASK = f"__import__({__name__!r}, fromlist=['*']).{{}}(*it)"
+SILENT = logging.CRITICAL + 1
 PATIENCE = 15  # [s] for a scheduler to answer
 
 
@@ -87,11 +88,6 @@ def end_runs(study):
 # ---- the driver
 
 
-def name_of(call):
-    """A module-level function in words."""
-    return f"{call.__module__}:{call.__qualname__}"
-
-
 def settle(future, row=None, fault=None):
     """Its result, unless it has one: an answer may come while the study is being ended."""
     with contextlib.suppress(concurrent.futures.InvalidStateError):
@@ -123,16 +119,13 @@ class DaskExecutor(concurrent.futures.Executor):
 
         self.address, self.cluster = address, None
         self.lock = threading.RLock()
-        self.waiting, self.sent = (
-            collections.deque(),
-            {},
-        )  # jobs not with the scheduler; {key: (job, future, Dask's future)}
+        self.sent = {}  # key: (future, Dask's future)
         self.study, self.count, self.fault, self.closed = uuid.uuid4().hex, 0, None, False
         self.idle = threading.Condition(self.lock)
         # what goes wrong is told by us, once; it would write pages
         for name in list(logging.root.manager.loggerDict):
             if name.startswith("distributed"):
-                logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+                logging.getLogger(name).setLevel(SILENT)
         if address == "local":
             self._start(distributed, workers or processes.cores())
         else:
@@ -145,11 +138,7 @@ class DaskExecutor(concurrent.futures.Executor):
         before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
         try:
             self.cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                silence_logs=logging.CRITICAL + 1,
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=SILENT
             )
             self.client = distributed.Client(self.cluster)
         finally:
@@ -183,50 +172,31 @@ class DaskExecutor(concurrent.futures.Executor):
 
     def submit(self, call, job):
         future = concurrent.futures.Future()
+        future.set_running_or_notify_cancel()
+        expected = versions(job["program"]) if "program" in job else {}
         with self.lock:
             if self.closed:
                 raise RuntimeError("cannot schedule new futures after shutdown")
-            self.waiting.append((call, job, future))
-        self._send()
-        return future
-
-    def _send(self):
-        """Hands over what waits, up to a wave."""
-        while True:
-            with self.lock:
-                if self.fault:
-                    left, self.waiting = list(self.waiting), collections.deque()
-                    break
-                if not self.waiting or len(self.sent) >= WAVE:
-                    return
-                call, job, future = self.waiting.popleft()
-                if not future.set_running_or_notify_cancel():
-                    continue
-                self.count += 1
-                key = f"mill-{self.study}-{self.count}"
-                expected = versions(job["program"]) if "program" in job else {}
+            self.count += 1
+            key = f"mill-{self.study}-{self.count}"
+            words = {"it": (f"{call.__module__}:{call.__qualname__}", job, self.study, expected)}
+            theirs = None
+            if not self.fault:
                 try:
-                    theirs = self.client.submit(
-                        eval,
-                        ASK.format("perform"),
-                        {"it": (name_of(call), job, self.study, expected)},
-                        key=key,
-                        pure=False,
-                    )
-                except Exception as fault:
-                    self.fault = self._gone(fault)
-                    self.waiting.appendleft((call, job, future))
-                    continue
-                self.sent[key] = (job, future, theirs)
-            theirs.add_done_callback(self._receive)
-        for _, _, future in left:
-            if future.running() or future.set_running_or_notify_cancel():
+                    theirs = self.client.submit(eval, ASK.format("perform"), words, key=key, pure=False)
+                except Exception:
+                    self.fault = self._gone()
+            if theirs is None:
                 settle(future, fault=self.fault)
+                return future
+            self.sent[key] = (future, theirs)
+        theirs.add_done_callback(self._receive)
+        return future
 
     def _receive(self, theirs):
         """A job has come back: called by Dask in a thread of its own."""
         with self.lock:
-            _, future, _ = self.sent.get(theirs.key, (None, None, None))
+            future, _ = self.sent.get(theirs.key, (None, None))
         if future is None:
             return
         fault = row = None
@@ -244,7 +214,6 @@ class DaskExecutor(concurrent.futures.Executor):
             self.sent.pop(theirs.key, None)
             self.idle.notify_all()
         settle(future, row, fault)
-        self._send()
 
     def _explain(self, raised):
         """What a user or the driver can do something about."""
@@ -263,7 +232,7 @@ class DaskExecutor(concurrent.futures.Executor):
         if isinstance(raised, concurrent.futures.CancelledError | OSError | RuntimeError):
             with self.lock:
                 if not self.closed:
-                    self.fault = self.fault or self._gone(raised)
+                    self.fault = self.fault or self._gone()
                 return self.fault or Lost("cancelled")
         return UserError(f"--dask {self.address}: {one_line(raised)}", 1)
 
@@ -273,12 +242,12 @@ class DaskExecutor(concurrent.futures.Executor):
             self.fault = self.fault or UserError(said, 1)
         return self.fault
 
-    def _gone(self, _):
+    def _gone(self):
         return UserError(f"the Dask scheduler at {self.address} is gone; the same command goes on once there is one again", 1)  # fmt: skip
 
     def _end_runs(self, sent):
         with contextlib.suppress(Exception):
-            self.client.cancel([theirs for _, _, theirs in sent], force=True)
+            self.client.cancel([theirs for _, theirs in sent], force=True)
             if not self.fault:
                 self.client.run(eval, ASK.format("end_runs"), {"it": (self.study,)}, on_error="ignore")
 
@@ -291,21 +260,17 @@ class DaskExecutor(concurrent.futures.Executor):
             if self.closed:
                 return
             self.closed = True
-            waiting, sent = [], []
-            if cancel_futures:
-                waiting, self.waiting = list(self.waiting), collections.deque()
-                sent, self.sent = list(self.sent.values()), {}
-        for _, _, future in waiting:
-            future.cancel()
         if cancel_futures:
+            with self.lock:
+                sent, self.sent = list(self.sent.values()), {}
             # a worker that cannot even read the question does not answer: not waited for
             ending = threading.Thread(target=self._end_runs, args=(sent,), daemon=True)
             ending.start()
             ending.join(PATIENCE)
-            for _, future, _ in sent:
+            for future, _ in sent:
                 settle(future, fault=Lost("interrupted"))
         with self.idle:
-            while (self.sent or self.waiting) and not self.fault:
+            while self.sent and not self.fault:
                 self.idle.wait(1)
         closing = threading.Thread(target=self._leave, daemon=True)
         closing.start()

@@ -13,6 +13,7 @@ wait or run in Slurm are waited for, not submitted twice.
 
 import collections
 import concurrent.futures
+import dataclasses
 import math
 import sys
 import threading
@@ -22,8 +23,12 @@ from milltools.base.errors import UserError
 from milltools.study.plan.job import Lost
 from milltools.study.remote import slurm_queue as queue
 from milltools.study.remote import slurm_task
-from milltools.study.remote.bundles import ARRAY, SPREAD, Entry, Task, bundle_size
-from milltools.study.remote.spool import Spool
+from milltools.study.remote.spool import Listener, Spool
+
+TASK = 300.0  # [s] what a task should take
+GUESS = 20  # jobs in a task while nothing is known of what they cost
+SPREAD = 16  # tasks at least, where there are as many jobs and no other number is asked for
+ARRAY = 1000  # tasks in one array at most, whatever the site allows
 
 QUIET = 0.3  # [s] without a new job: those gathered are submitted
 TARDY = 5.0  # [s] the longest that a job is kept waiting for others
@@ -33,6 +38,39 @@ TRIES = 3  # tasks in a row that end before a job's turn comes: something is wro
 AWAY = 5.0  # [s] until a controller that did not answer is asked again
 FULL = 30.0  # [s] until another task is submitted where the account has as many as it may
 WAVE = 10_000  # jobs under way at once
+
+
+def bundle_size(count, cost, tasks=None, largest=ARRAY):
+    """How many of `count` jobs one task gets. cost: wall time of a job [s], None if not known. A task should take minutes,
+    but all of `tasks` (SPREAD if None) should have something to do, and an array has `largest` tasks at most."""
+    wanted = GUESS if cost is None else max(1, int(TASK / max(cost, 1e-3)))
+    return max(1, min(wanted, math.ceil(count / (tasks or SPREAD))), math.ceil(count / largest))
+
+
+@dataclasses.dataclass(eq=False)
+class SentJob:
+    """A job on its way. `future` is None while nobody has asked for it: it was submitted by an earlier driver."""
+
+    name: str
+    call: str
+    job: dict
+    future: concurrent.futures.Future | None
+    idle: int = 0  # tasks that ended before it began
+
+    def written(self):
+        return {"call": self.call, "job": self.job}
+
+
+class SentTask:
+    """One array task as seen from here."""
+
+    def __init__(self, array, number, entries):
+        self.array, self.number = array, number
+        self.left = {entry.name: entry for entry in entries}  # in their order
+        self.begun = set()
+        self.ended = False
+        self.missed = None  # since when squeue does not list it [monotonic s]
+        self.listener = Listener(array.rows(number))
 
 
 class SlurmExecutor(concurrent.futures.Executor):
@@ -95,7 +133,7 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self.known[name].future = future
                 future.set_running_or_notify_cancel()
             else:
-                self._gather(Entry(name, words, job, future))
+                self._gather(SentJob(name, words, job, future))
         return future
 
     def __exit__(self, kind, fault, trace):
@@ -130,10 +168,10 @@ class SlurmExecutor(concurrent.futures.Executor):
         for array in arrays:
             for number in array.tasks():
                 try:
-                    entries = [Entry(e["job"]["id"], e["call"], e["job"], None) for e in array.entries(number)]
+                    entries = [SentJob(e["job"]["id"], e["call"], e["job"], None) for e in array.entries(number)]
                 except (ValueError, KeyError, TypeError):
                     continue  # its driver died while it wrote this: it was never submitted
-                task = Task(array, number, entries)
+                task = SentTask(array, number, entries)
                 expected = (array.name, number) in there
                 self._hear(task)
                 if task.ended or not expected:
@@ -252,7 +290,7 @@ class SlurmExecutor(concurrent.futures.Executor):
                 self.later = time.monotonic() + AWAY
                 return
         self.told = False
-        tasks = [Task(array, number, bundle) for number, bundle in enumerate(bundles)]
+        tasks = [SentTask(array, number, bundle) for number, bundle in enumerate(bundles)]
         with self.lock:
             self.running += tasks
         self.changed = self.asked = time.monotonic()

@@ -99,11 +99,7 @@ def submit(array, count, script, options="", at_once=None):
     said = one_line(done.stderr)
     if _silent(said):
         raise Away(said)
-    if re.search(
-        r"submit (job )?limit|SubmitJobs?(Per|Limit)|SubmitJobLimit|job limit|temporarily",
-        said,
-        re.I,
-    ):
+    if re.search(r"submit (job )?limit|SubmitJobs?(Per|Limit)|SubmitJobLimit|job limit|temporarily", said, re.I):
         raise Full(said)
     lines = [re.sub(r"^sbatch: (error: )?", "", line) for line in done.stderr.splitlines()]
     raise UserError(f"sbatch: {'; '.join(lines)}", 2 if "option" in said else 1)

@@ -134,8 +134,7 @@ class Sampler(optuna.samplers.BaseSampler):
         if self._evolution[0] != trial.number:
             population = max(8, min(50, 2 * (self.budget.runs // 10)))
             sampler = optuna.samplers.NSGAIISampler(
-                population_size=population,
-                seed=(self.budget.seed * 1_000_003 + trial.number) % 2**32,
+                population_size=population, seed=(self.budget.seed * 1_000_003 + trial.number) % 2**32
             )
             self._evolution = (trial.number, sampler)
         return self._evolution[1]

@@ -102,11 +102,7 @@ def _database(url, scheme):
         storage = optuna.storages.RDBStorage(
             place.render_as_string(hide_password=False), engine_kwargs={"pool_pre_ping": True}
         )
-    except (
-        sqlalchemy.exc.SQLAlchemyError,
-        optuna.exceptions.StorageInternalError,
-        ValueError,
-    ) as fault:
+    except (sqlalchemy.exc.SQLAlchemyError, optuna.exceptions.StorageInternalError, ValueError) as fault:
         cause = fault
         while cause.__cause__ is not None:
             cause = cause.__cause__
