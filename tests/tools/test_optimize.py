@@ -148,7 +148,7 @@ def test_several_objectives_end_with_their_front(write_study, tmp_path):
     text = summary.of_search(Table.open(path))
     assert re.match(r"\d+ of \d+ designs are not beaten", text[0])
     front = [line.split() for line in text[3:-1]]
-    counts = [int(line[1]) for line in front]
+    counts = [int(line[2]) for line in front]
     assert len(counts) >= 5 and all(2 <= count <= 11 for count in counts)
     share = np.mean([row["balls.count"] <= 10 for row in rows[-20:]])
     assert share >= 0.6  # 9 of 19 by chance

@@ -22,7 +22,7 @@ OWN = re.compile(r"run\.seed|balls\.start|output\..*")
 GEOMETRY = re.compile(r"(drum|blades|blade\.[^.]*|body\.[^.]*)\..*|rotor\.shaft_radius")
 
 
-class Measured:
+class Member:
     """One run: deck, facts, window, blocks of time, and everything the rows are made of. The file is closed again."""
 
     def __init__(self, path: str):
@@ -83,7 +83,7 @@ class Measured:
         balls = len(run.balls("diameter"))
         inside = inside[:: max(1, math.ceil(balls * len(inside) / MOST_STATES))]
         block = np.clip(np.searchsorted(self.edges, times[inside], "right") - 1, 0, self.blocks - 1)
-        self.maps = maps.Stored(run)
+        self.maps = maps.StoredMaps(run)
         scatter = maps.Scatter(run, self.vessel, self.blocks)
         self.speed_counts = np.zeros(len(SPEED_EDGES) - 1)
         measures = np.zeros((len(inside), 2 + len(LEVELS)))
@@ -190,7 +190,7 @@ class Measured:
 class Side:
     """One run or several replicates of it, under a letter."""
 
-    def __init__(self, letter: str, runs: list[Measured]):
+    def __init__(self, letter: str, runs: list[Member]):
         self.letter, self.runs = letter, runs
         self.first = runs[0]
         name = pathlib.PurePath(self.first.path).name.removesuffix(".h5")
@@ -219,23 +219,6 @@ class Side:
         return np.mean([r.maps.get(view, name) for r in self.runs], axis=0)
 
 
-def same(a: str | None, b: str | None) -> bool:
-    """Two texts of a deck say the same, numbers to 1e-12."""
-    if a is None or b is None or a == b:
-        return a == b
-    one, two = a.split(), b.split()
-    if len(one) != len(two):
-        return False
-    for x, y in zip(one, two):
-        try:
-            if not math.isclose(float(x), float(y), rel_tol=1e-12):
-                return False
-        except ValueError:
-            if x != y:
-                return False
-    return True
-
-
 def usual(text: str) -> str:
     """A value of a deck as decks are written: angles in degrees, speeds in rpm, numbers without the noise of their last digit."""
     words = text.split()
@@ -253,10 +236,11 @@ def usual(text: str) -> str:
 
 def different_keys(a: dict, b: dict) -> list[str]:
     """Keys of two decks with different values, in the order of the first, then what only the second has."""
-    return [key for key in dict.fromkeys([*a, *b]) if not same(a.get(key), b.get(key))]
+    shown = [{key: usual(value) for key, value in deck.items()} for deck in (a, b)]
+    return [key for key in dict.fromkeys([*a, *b]) if shown[0].get(key) != shown[1].get(key)]
 
 
-def _check_replicate(first: Measured, other: Measured):
+def _check_replicate(first: Member, other: Member):
     if first.program != other.program:
         raise UserError(f"{other.path}: by {other.program}, so no replicate of {first.path}, by {first.program}")
     for key in different_keys(first.deck, other.deck):
@@ -285,4 +269,4 @@ def sides(files: list[list[str]]) -> list[Side]:
     """Reads every run; letters from A on."""
     if len(files) > 26:
         raise UserError(f"{len(files)} runs at a time are more than can be told apart: 26 at most")
-    return [Side(chr(ord("A") + k), [Measured(f) for f in names]) for k, names in enumerate(files)]
+    return [Side(chr(ord("A") + k), [Member(f) for f in names]) for k, names in enumerate(files)]

@@ -21,7 +21,7 @@ FEWEST_FRAMES = 8
 BEYOND = 2  # times the noise that a deviation may be and still be called noise: see above
 
 
-class Stored:
+class StoredMaps:
     """The maps of a file: `get(view, "solid_fraction")`, `get(view, "velocity")` with the components first."""
 
     def __init__(self, run):
@@ -57,7 +57,7 @@ class Scatter:
         self.frames[block] += 1
         self.parts[block].sample(position, velocity, self.radius)
 
-    def noise(self, stored: Stored) -> dict:
+    def noise(self, stored: StoredMaps) -> dict:
         """(view, name) -> (variance of the frames' map, its squared distance from the stored one) by cell, velocity summed
         over its components; empty where frames are too few to tell."""
         if len(self.frames) < 4 or self.frames.min() < 1 or self.frames.sum() < FEWEST_FRAMES:

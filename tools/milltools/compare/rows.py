@@ -6,14 +6,7 @@ import math
 from milltools.compare import agreement as errors
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Estimate
-from milltools.compare.load import (
-    GEOMETRY,
-    LEVELS,
-    Measured,
-    Side,
-    different_keys,
-    usual,
-)  # fmt: skip
+from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, different_keys, usual
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
 from milltools.read.schema import THRESHOLDS
@@ -75,7 +68,7 @@ def told(name, otherwise):
     return lambda run: errors.from_file(run.known[name]) or otherwise(run)
 
 
-def added(run: Measured, name: str, kind: str, column=None):
+def added(run: Member, name: str, kind: str, column=None):
     """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not hold it."""
     names = [name.format(kind=k) for k in (run.kinds if kind == "all" else [kind])]
     if any(n not in run.series for n in names):
@@ -85,19 +78,19 @@ def added(run: Measured, name: str, kind: str, column=None):
 
 
 def power(name, kind="rotor"):
-    def measure(run: Measured):
+    def measure(run: Member):
         found = added(run, name, kind)
         return found and errors.from_blocks(*found)
 
     return measure
 
 
-def drive_power(run: Measured):
+def drive_power(run: Member):
     """Of the rotor, or of all motions together."""
     return told(f"{run.drive}_power", power("drive_work"))(run)
 
 
-def torque(run: Measured):
+def torque(run: Member):
     """A rotor of constant speed does work as its torque goes."""
     found = added(run, "rotor_work", "rotor")
     speed = run.rotor_speed or math.inf
@@ -105,7 +98,7 @@ def torque(run: Measured):
 
 
 def mean(name):
-    def measure(run: Measured):
+    def measure(run: Member):
         return errors.from_blocks(*run.means(name)) if name in run.series else None
 
     return measure
@@ -114,7 +107,7 @@ def mean(name):
 def final(name):
     """At the end of the window; one moment has no error of its own."""
 
-    def measure(run: Measured):
+    def measure(run: Member):
         return Estimate(run.value_at(name, run.span[1])) if name in run.series else None
 
     return measure
@@ -123,7 +116,7 @@ def final(name):
 def fast(kind, column, strikes=False):
     """Rate of impacts (or strikes) at or above a threshold."""
 
-    def measure(run: Measured):
+    def measure(run: Member):
         if kind not in run.impacts:
             return None
         known = errors.from_file(run.known[f"rate_above_{THRESHOLDS[column]:g}/{kind}"])
@@ -152,7 +145,7 @@ def fast(kind, column, strikes=False):
     return measure
 
 
-def all_impacts(run: Measured):
+def all_impacts(run: Member):
     value = run.impacts["all"].above(0.0) / run.duration
     return errors.from_blocks(value, sum(run.rates(f"collisions/{kind}")[1] for kind in run.kinds))
 
@@ -166,7 +159,7 @@ def median(name):
 def ball_speed(column):
     """Of all balls, mean over the frames in the window: column 0 mean, 1 rms, 2... quantiles."""
 
-    def measure(run: Measured):
+    def measure(run: Member):
         if not len(run.speeds):
             return None
         value, blocks = float(run.speeds[:, column].mean()), run.speed_blocks_of(column)
@@ -179,48 +172,44 @@ def ball_speed(column):
     return measure
 
 
-def quantities(steady: bool, kinds, first: Measured, second: Measured):
+def quantities(steady: bool, kinds, first: Member, second: Member):
     """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price, of these
     kinds; `first` and `second` say what drives."""
     group, both = "power", (first, second)
     who = "drive" if any(run.drive == "drive" for run in both) else "rotor"
     yield group, f"{who}_power", f"{who} power", "W", drive_power, True
-    if who == "drive":
-        shared = [name for name in first.motions if name in second.motions]
-        for name in shared if len(shared) > 1 else ():
-            yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}"), True  # fmt: skip
+    shared = [name for name in first.motions if name in second.motions] if who == "drive" else []
+    for name in shared if len(shared) > 1 else ():
+        yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}"), True
     if all(run.rotor_speed for run in both):
         yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
     yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}", "all"), True
-    yield group, "normal_dissipation", "  normal part, all kinds", "W", power("dissipation_normal/{kind}", "all"), True  # fmt: skip
-    for kind in kinds:
-        key = f"normal_dissipation_{kind}"
-        yield group, key, f"  normal part, {label_of(kind)}", "W", power("dissipation_normal/{kind}", kind), True  # fmt: skip
+    for kind in ("all", *kinds):
+        key = "normal_dissipation" + (f"_{kind}" if kind != "all" else "")
+        label = f"  normal part, {_label(kind)}"
+        yield group, key, label, "W", power("dissipation_normal/{kind}", kind), True
     group = "energy"
     for name in ("kinetic", "rotational", "elastic"):
         yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy"), True
         if not steady:
-            yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy"), True  # fmt: skip
+            yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy"), True
     group = "impacts"
-    for kind in ("all", *kinds):
+    merged = [kind for kind in kinds if kind == "ball_blade" or kind not in KINDS]
+    for kind, strikes in [*((kind, False) for kind in ("all", *kinds)), *((kind, True) for kind in merged)]:
         for column, speed in enumerate(THRESHOLDS):
-            key = f"rate_{kind}_above_{speed:g}"
-            label = f"{'all kinds' if kind == 'all' else label_of(kind)} above {speed:g} m/s"
-            yield group, key, label, "1/s", fast(kind, column), True
-    for kind in (k for k in kinds if k == "ball_blade" or k not in KINDS):
-        for column, speed in enumerate(THRESHOLDS):
-            key = f"strike_rate_{kind}_above_{speed:g}"
-            label = f"{label_of(kind)} above {speed:g} m/s, merged"
-            yield group, key, label, "1/s", fast(kind, column, strikes=True), True
+            key = f"{'strike_' if strikes else ''}rate_{kind}_above_{speed:g}"
+            label = f"{_label(kind)} above {speed:g} m/s{', merged' if strikes else ''}"
+            yield group, key, label, "1/s", fast(kind, column, strikes), True
     yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts), False
     yield group, "median", "median v_n, all impacts", "m/s", median("median"), False
-    yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s"), False  # fmt: skip
-    group = "balls"
-    yield group, "ball_speed_mean", "speed of balls, mean", "m/s", ball_speed(0), True
-    yield group, "ball_speed_rms", "speed of balls, rms", "m/s", ball_speed(1), True
-    for k, level in enumerate(LEVELS):
-        key, label = f"ball_speed_{100 * level:g}", f"speed of balls, {100 * level:g} % are slower"
-        yield group, key, label, "m/s", ball_speed(2 + k), True
+    yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s"), False
+    names = [("mean", "mean"), ("rms", "rms"), *((f"{100 * p:g}", f"{100 * p:g} % are slower") for p in LEVELS)]
+    for column, (name, words) in enumerate(names):
+        yield "balls", f"ball_speed_{name}", f"speed of balls, {words}", "m/s", ball_speed(column), True
+
+
+def _label(kind: str) -> str:
+    return "all kinds" if kind == "all" else label_of(kind)
 
 
 def compare(a: Side, b: Side) -> Comparison:
@@ -295,7 +284,9 @@ def price_row(a: Side, b: Side) -> Row:
         verdict = f"{b.letter} costs {ratio:.3g} times as much as A"
     else:
         verdict = f"A costs {1 / ratio:.3g} times as much as {b.letter}"
-    return Row("price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, math.nan, 0, verdict, "open", "")  # fmt: skip
+    return Row(
+        "price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, math.nan, 0, verdict, "open", ""
+    )
 
 
 # ---- what a reader ought to know first

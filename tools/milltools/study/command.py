@@ -25,27 +25,25 @@ FILES = {
 }
 
 
+OPTIONS = (
+    ("objective", "PATH", "which objective, if there are several (default: the first)"),
+    ("x", "KEY", "varied key along x"),
+    ("y", "KEY", "varied key along y"),
+    ("beside", "OTHER", "another study of the same keys, on one scale, and what is left of the gain"),
+    ("reference", "KEY=VALUE,...", "what --beside counts the gain from, such as 'drum.buckle_height=0 mm'"),
+)
+FLAGS = {
+    "average": "mean over the other keys instead of a cut through the best",
+    "follow": "look again every few seconds until the study is complete",
+}
+
+
 def add_arguments(parser):
     parser.add_argument("study", metavar="FILE", help="table of a study (NAME.parquet), its journal, or the study deck")
-    for kind, words in FILES.items():
-        parser.add_argument(f"--{kind}", metavar="FILE", help=words)
-    parser.add_argument(
-        "--objective", metavar="PATH", help="which objective, if there are several (default: the first)"
-    )
-    parser.add_argument("--x", metavar="KEY", help="varied key along x")
-    parser.add_argument("--y", metavar="KEY", help="varied key along y")
-    parser.add_argument(
-        "--average", action="store_true", help="mean over the other keys instead of a cut through the best"
-    )
-    parser.add_argument(
-        "--beside", metavar="OTHER", help="another study of the same keys, on one scale, and what is left of the gain"
-    )
-    parser.add_argument(
-        "--reference", metavar="KEY=VALUE,...", help="what --beside counts the gain from, such as 'drum.buckle_height=0 mm'"
-    )  # fmt: skip
-    parser.add_argument(
-        "--follow", action="store_true", help="look again every few seconds until the study is complete"
-    )
+    for name, what, words in (*((kind, "FILE", words) for kind, words in FILES.items()), *OPTIONS):
+        parser.add_argument(f"--{name}", metavar=what, help=words)
+    for name, words in FLAGS.items():
+        parser.add_argument(f"--{name}", action="store_true", help=words)
 
 
 def chosen(view, arguments):

@@ -54,13 +54,9 @@ def main_keys(view, objective, x=None, y=None, sensitivities=()) -> tuple[Axis, 
     """The two keys to draw: those asked for, else those that matter most (their total indices), else the first two."""
     numeric = [a for a in view.axes if a.numeric]
     weight = {entry[0]: entry[3] for entry in sensitivities}
-    ranked = sorted(numeric, key=lambda a: -weight.get(a.key, 0.0)) if weight else numeric
     chosen = [view.axis(key) for key in (x, y) if key]
-    for axis in ranked:
-        if len(chosen) == 2:
-            break
-        if axis not in chosen:
-            chosen.append(axis)
+    ranked = sorted(numeric, key=lambda a: -weight.get(a.key, 0.0))
+    chosen = [*chosen, *(axis for axis in ranked if axis not in chosen)][:2]
     if y and not x:
         chosen.reverse()
     elif not x and not y:
@@ -110,13 +106,10 @@ def _grid_plane(view, objective, x, y, average, best) -> Plane:
     state = np.full(size, "", dtype="<U6")
     for what in ("failed", "capped", "done"):
         state[at[(frame["state"][take] == what).to_numpy()]] = what
-    marks = []
-    for mask in (best.open, best.alike) if best else (None, None):
-        cells = np.zeros(size, bool)
-        if mask is not None:
-            cells = 2 * np.bincount(at[mask[which]], minlength=size) >= np.bincount(at, minlength=size)
-            cells &= np.bincount(at, minlength=size) > 0
-        marks.append(cells.reshape(shape))
+    there, marks = np.bincount(at, minlength=size), []
+    for mask in (best.open, best.alike) if best else np.zeros((2, len(frame)), bool):
+        inside = np.bincount(at[mask[which]], minlength=size)
+        marks.append(((2 * inside >= there) & (there > 0)).reshape(shape))
     star = None if average and len(view.axes) > 2 else _place(view, best, x, y)
     others = [_others(view, x, y, best, average)]
     others += [f"means of {more} neighbours along {a.short}" for a, more in ((x, more_x), (y, more_y)) if more > 1]
@@ -179,15 +172,15 @@ def _surface_plane(view, objective, x, y, average, best) -> Plane:
     )  # fmt: skip
 
 
-def limits(planes) -> tuple[float, float]:
-    """Colour scale for all of them: the values drawn, without those of capped designs where there are enough others."""
+def levels_of(planes) -> np.ndarray:
+    """Of the colours of all of them: over the values drawn, without those of capped designs."""
     found = [p.value[np.isfinite(p.value) & (p.state == "done")] for p in planes]
     found += [np.array([v for *_, v, s in p.points if s == "done"]) for p in planes]
     found = np.concatenate([f[np.isfinite(f)] for f in found])
-    if not len(found):
-        return 0.0, 1.0
-    low, high = float(found.min()), float(found.max())
-    return (low, high) if high > low else (low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(high) or 1))
+    low, high = (float(found.min()), float(found.max())) if len(found) else (0.0, 1.0)
+    if low == high:
+        low, high = low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(high) or 1)
+    return matplotlib.ticker.MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
 
 
 def _limits(spots, borders) -> tuple[float, float]:
@@ -266,11 +259,6 @@ def best_words(view, objective) -> tuple[str, str]:
     known = " (95 %)" if math.isfinite(best.half) else ""
     value = objective.scale.pair(best.value, best.half) + known
     return f"best: {view.tell(best.design)}", value.replace("+-", "\N{PLUS-MINUS SIGN}")
-
-
-def levels_of(planes) -> np.ndarray:
-    low, high = limits(planes)
-    return matplotlib.ticker.MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
 
 
 def star(view, objective):

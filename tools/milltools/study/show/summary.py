@@ -172,16 +172,16 @@ def best_table(view, objective, count=BEST):
     return [*heads, "runs", ""], lines
 
 
+def table_of_runs(view, which):
+    """(heads, lines) of designs with all objectives, by their own runs."""
+    found = [(o, view.estimate(o.path)) for o in view.objectives]
+    return table_of(view, which, [(o.words, o.scale, means.mean, means.half) for o, means in found])
+
+
 def front_table(view, count=FRONT):
     """(heads, lines, how many there are) of the Pareto front."""
     which = optimum.front(view)
-    found = [(o.words, o.scale, *_means(view, o)) for o in view.objectives]
-    return *table_of(view, which[:count], found), len(which)
-
-
-def _means(view, objective):
-    found = view.estimate(objective.path)
-    return found.mean, found.half
+    return *table_of_runs(view, which[:count]), len(which)
 
 
 def sensitivity_lines(entries) -> list[str]:
@@ -225,19 +225,6 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
 # ---- at the end of a sweep or a search
 
 
-def _by_their_runs(view, which) -> list[str]:
-    """A table of designs: keys, then each objective with its 95 % interval, "?" where that is not known."""
-    rows = [
-        [f"{a.key}{a.scale.bracket}" if a.scale.unit else a.key for a in view.axes]
-        + [o.path.removeprefix("impacts/") + (o.scale.bracket if o.unit else "") for o in view.objectives]
-    ]
-    for k in which:
-        rows.append([axis.tell(view.designs[axis.key][k], unit=False) for axis in view.axes])
-        for mean, half in (_means(view, objective) for objective in view.objectives):
-            rows[-1].append(f"{mean[k]:.5g} +- " + (f"{half[k]:.2g}" if math.isfinite(half[k]) else "?"))
-    return [*columns(rows), ""]
-
-
 def of_sweep(table) -> list[str]:
     """The best designs by the first objective, of those with a value of all."""
     view = StudyView.of(table)
@@ -251,8 +238,9 @@ def of_sweep(table) -> list[str]:
     first = view.objectives[0]
     order = np.argsort(-first.sign * np.where(good, view.estimate(first.path).mean, np.nan), kind="stable")
     goal = "largest" if first.sign > 0 else "smallest"
-    title = f"the {goal} {first.path} of {good.sum()} designs (+-: 95 %):"
-    return [plain(title), "", *_by_their_runs(view, order[: min(FEW, good.sum())])]
+    title = f"the {goal} {first.path} of {good.sum()} designs:"
+    heads, rows = table_of_runs(view, order[: min(FEW, good.sum())])
+    return [plain(title), "", *indented([heads, *rows]), ""]
 
 
 def of_search(table) -> list[str]:
@@ -264,8 +252,9 @@ def of_search(table) -> list[str]:
             return ["no run has a value"]
         known = np.all([np.isfinite(view.estimate(o.path).mean) for o in view.objectives], axis=0)
         of = f"{len(which)} of {(view.usable & known).sum()} designs"
-        title = f"{of} are not beaten by another in every objective (the Pareto front; +-: 95 %):"
-        return [title, "", *_by_their_runs(view, which)]
+        heads, rows = table_of_runs(view, which)
+        title = f"{of} are not beaten by another in every objective (the Pareto front):"
+        return [title, "", *indented([heads, *rows]), ""]
     try:
         surface, best = gp.of_table(table)
     except ValueError:
