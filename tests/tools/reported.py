@@ -7,6 +7,8 @@ import pytest
 from conftest import PROGRAM, SMALL
 from report_page import Reader, report
 
+from milltools.base.text import size
+
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
@@ -42,7 +44,7 @@ def page(folder):
     assert done.returncode == 0, done.stderr
     assert all(re.match(r"mill report: (the balls|.* s left)$", line) for line in done.stderr.splitlines())
     path = folder / "small.html"
-    assert done.stdout == f"small.html: {path.stat().st_size / 1e6:.1f} MB\n"
+    assert done.stdout == f"small.html: {size(path.stat().st_size)}\n"
     text = path.read_text("utf-8")
     return path, text, Reader(text)
 
@@ -65,5 +67,5 @@ def compared(folder):
     done = report(folder, "--compare", "seed1.h5", "seed2.h5")
     assert done.returncode == 0, done.stderr
     path = folder / "seed1-compared.html"
-    assert done.stdout == f"seed1-compared.html: {path.stat().st_size / 1e6:.1f} MB\n"
+    assert done.stdout == f"seed1-compared.html: {size(path.stat().st_size)}\n"
     return path, Reader(path.read_text("utf-8"))

@@ -22,8 +22,7 @@ from milltools.read import motions
 from milltools.read.histogram import ENERGIES
 from milltools.read.runfile import Run
 from milltools.render import camera
-from milltools.report import facts
-from milltools.report import sections as tables
+from milltools.report import facts, tables
 
 pytest_plugins = ["browser"]
 

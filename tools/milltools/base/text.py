@@ -149,6 +149,9 @@ class Number:
     text: str
     value: float
 
+    def __post_init__(self):
+        object.__setattr__(self, "text", self.text.replace("-", MINUS))
+
     def __str__(self):
         return self.text
 

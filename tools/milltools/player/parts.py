@@ -3,8 +3,7 @@
 import dataclasses
 
 from milltools.base.text import plain
-from milltools.player import finer, pictures, player
-from milltools.player import poster as still
+from milltools.player import finer, painter, player, poster
 
 MOST_BYTES = 6_500_000  # of the player
 CITE = (
@@ -32,7 +31,7 @@ def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> str:
         why = "output.frames is 0 s" if run.time > 0 else "it has not come to its first checkpoint"
         return f'<p class="missing">No ball states are stored in this run: {why}.</p>'
     with finer.frames_of(run, most_bytes, rerun, say, tell) as shown:
-        return player.fragment(shown, most_bytes, still.picture(shown))
+        return player.fragment(shown, most_bytes, poster.picture(shown))
 
 
 def cite(run) -> list[str]:
@@ -50,21 +49,21 @@ class Section:
     anchor: str
     title: str
     lead: str
-    panels: list[list[pictures.Picture]]
+    panels: list[list[painter.Picture]]
     missing: str
 
 
 def figure_names() -> list[str]:
     """Of all figures, in the order of the page."""
-    return [name for anchor, _ in FIGURES for name in pictures.names(anchor)]
+    return [name for anchor, _ in FIGURES for name in painter.names(anchor)]
 
 
-def sections(drawings: dict[str, pictures.Picture]) -> list[Section]:
+def sections(drawings: dict[str, painter.Picture]) -> list[Section]:
     """The sections of figures, from all of them by name."""
     found = []
     for anchor, _ in FIGURES:
         panels = {}
-        for name in pictures.names(anchor):
+        for name in painter.names(anchor):
             panels.setdefault(name.split("-")[0], []).append(drawings[name])
         drawn = [one for panel in panels.values() for one in panel]
         missing = "; ".join(dict.fromkeys(one.why for one in drawn))

@@ -1,6 +1,7 @@
 """The balls themselves, turning, in 3D: the player of the report, a piece of HTML that needs nothing but itself.
 
-    page = f"<!DOCTYPE html><meta charset=utf-8><section>{fragment(run)}</section>{scripts()}"
+    text = page(run)                                # a page of its own
+    balls, shared = fragment(run), scripts()        # parts of a larger one: `balls` of each run, `shared` once
 
 The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py says what it gets. It opens from
 file:// and asks the network for nothing. Where there is no WebGL, no JavaScript, or a printer, the picture `still`
@@ -9,118 +10,76 @@ are stored: between two of them balls collide many times, so that paths drawn in
 """
 
 import base64
-import html
-import importlib.resources
-import json
+import pathlib
 
 import matplotlib
 import numpy as np
 
+from milltools import pages
 from milltools.base.errors import UserError
+from milltools.base.text import plain, prefix
+from milltools.figures.style import SPEEDS
 from milltools.geometry.bodies import Mill
-from milltools.player import frames
+from milltools.player import frames, policy
 from milltools.player.finer import Finer
 from milltools.render import camera
 
-COLOURS = "turbo"
 LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
-PREFIXES = ((1, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 VIEWS = ("front", "three-quarter")  # as in mill render
-NO_SCRIPT = "The turning picture needs JavaScript, which is switched off here."
-ALT = "The balls in the mill, coloured by their speed"
-HINT = "Drag to turn; after a click the wheel zooms, arrow keys turn, + and − zoom, space plays."
-KEYS = (
-    "The mill in 3D. Arrow keys turn it, plus and minus zoom, space plays and pauses, comma and full stop step "
-    "through the frames, Home resets."
-)
-MARKUP = """\
-<figure class="mill-player" aria-label="{label}">
-<div class="mp-stage">
-<img class="mp-still" alt="{alt}"{still}>
-<canvas class="mp-canvas" tabindex="0" role="application" aria-label="{keys}"></canvas>
-</div>
-<p class="mp-why" role="status"{quiet}>{why}</p>
-<noscript><p>{no_script}</p></noscript>
-{controls}<figcaption>{caption} <span class="mp-hint">{hint}</span></figcaption>
-{data}</figure>
-"""
-CONTROLS = """\
-<div class="mp-controls" hidden>
-<div class="mp-line"><button type="button" class="mp-play">Play</button>
-<input type="range" class="mp-slider" aria-label="Time" min="0" max="{last}" step="1" value="{first}">
-<span class="mp-time"></span></div>
-<label>Slow motion <select class="mp-slow">{speeds}</select></label>
-<label>Colour <select class="mp-colour">{quantities}</select></label>
-{riding}<div class="mp-scale"><div class="mp-title">{title}</div><div class="mp-bar" role="img" aria-label="{describe}" style="background:{gradient}"></div>
-<div class="mp-ticks" aria-hidden="true">{ticks}</div></div>
-<div class="mp-views" role="group" aria-label="View">
-<button type="button" data-view="front">Front</button>
-<button type="button" data-view="three-quarter">Three-quarter</button>
-<button type="button" data-view="end">End</button>
-<button type="button" class="mp-reset">Reset</button>
-<button type="button" class="mp-full">Full screen</button></div>
-</div>
-"""
-RIDING = """\
-<label>Camera <select class="mp-camera"><option value="laboratory">laboratory</option>
-<option value="riding"{chosen}>riding on the container</option></select></label>
-"""
+NO_FRAMES = "No ball states are stored in this run: output.frames is 0 s."
 
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left out,
     then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
-    picture = ""
-    if still is not None:
-        source = base64.b64encode(still).decode()
-        picture = f' data-own="yes" src="data:image/png;base64,{source}"'
     try:
-        bare = len(_whole(run, frames.planned(run), picture).encode())
+        bare = len(_whole(run, frames.planned(run), still).encode())
         packed = frames.pack(run, (most_bytes - bare) // 4 * 3)
     except UserError:
         if len(run.frame_times()):
             raise
-        why = "No ball states are stored in this run: output.frames is 0 s."
-        return _figure(picture, "", "", "", why=why)
-    return _whole(run, packed, picture)
+        return _template("player.html").render(still=_text(still), why=NO_FRAMES, head=None, caption="")
+    return _whole(run, packed, still)
+
+
+def page(run, title: str = "mill", most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
+    """The player as a page of its own, which needs nothing else: for a notebook's frame, or a file."""
+    balls, shared = fragment(run, most_bytes, still), scripts()
+    return _template("page.html").render(
+        title=plain(title), policy=policy.of(balls, shared), player=balls, scripts=shared
+    )
 
 
 def scripts() -> str:
     """Style and scripts of all players of a page: to be put into it once, anywhere."""
-    folder = importlib.resources.files("milltools.player")
+    folder = pathlib.Path(__file__).parent
     texts = [(folder / name).read_text("utf-8") for name in ("vendor/three.min.js", "mill3d.js", "player.js")]
     style = (folder / "player.css").read_text("utf-8")
     return f"<style>{style}</style>\n" + "".join(f"<script>{text}</script>\n" for text in texts)
 
 
-def _figure(picture, controls, caption, data, why=""):
-    return MARKUP.format(
-        label="The mill in 3D",
-        alt=ALT,
-        still=picture,
-        keys=KEYS,
-        why=html.escape(why),
-        quiet="" if why else " hidden",
-        no_script=NO_SCRIPT,
-        controls=controls,
-        caption=caption,
-        hint=HINT if controls else "",
-        data=data,
-    )
+def _text(data: bytes | None) -> str:
+    return base64.b64encode(data or b"").decode()
 
 
-def _whole(run, packed, picture):
+def _template(name):
+    found = pages.environment(pathlib.Path(__file__).parent)
+    found.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
+    return found.get_template(name)
+
+
+def _whole(run, packed, still):
     head = _head(run, packed)
-    blob = base64.b64encode(packed.data).decode()
-    data = f'<script type="application/json" class="mp-head">{_json(head)}</script>\n'
-    data += f'<script type="text/plain" class="mp-data">{blob}</script>\n'
-    return _figure(picture, _controls(head), html.escape(_caption(run, packed, head)), data)
-
-
-def _json(thing) -> str:
-    """JSON that stands in a <script> whatever its texts are."""
-    text = json.dumps(thing, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-    return text.replace("<", "\\u003c")
+    colours = matplotlib.colormaps[SPEEDS](np.linspace(0, 1, 17), bytes=True)[:, :3]
+    return _template("player.html").render(
+        still=_text(still),
+        why="",
+        head=head,
+        speeds=_speeds(head["interval"], 20 if head["smooth"] else 10),
+        gradient=",".join("rgb({},{},{})".format(*c) for c in colours),
+        caption=_caption(run, packed, head),
+        data=_text(packed.data),
+    )
 
 
 # ---- what the scripts get
@@ -135,7 +94,7 @@ def _head(run, packed):
     names = list(poses[0])
     begin = run.quantity("run/sample_from", 0.0)
     later = np.flatnonzero(times >= begin * (1 - 1e-9))
-    table = matplotlib.colormaps[COLOURS](np.arange(256), bytes=True)[:, :3]
+    table = matplotlib.colormaps[SPEEDS](np.arange(256), bytes=True)[:, :3]
     return {
         "drawn": len(packed.chosen),
         "times": times.tolist(),
@@ -221,10 +180,8 @@ def _views(run, first):
 def _quantity(name, limit):
     """A choice of colour, with the ticks of its bar as [share, text]."""
     unit = frames.UNITS[name]
-    scale, prefix = next(((s, p) for s, p in PREFIXES if limit >= s), PREFIXES[-1])
-    if unit != "J":
-        scale, prefix = 1, ""
-    end, unit = limit / scale, prefix + unit
+    scale, letter = prefix(limit) if unit == "J" else (1, "")
+    end, unit = limit / scale, letter + unit
     power = 10.0 ** np.floor(np.log10(end))
     step = next(m * power for m in (0.2, 0.25, 0.5, 1, 2, 5) if end / (m * power) <= 5 + 1e-9)
     between = [k * step for k in range(6) if k * step < 0.87 * end]  # the last word is a long one
@@ -241,32 +198,15 @@ def _quantity(name, limit):
 # ---- what stands on the page
 
 
-def _controls(head):
-    quantity = head["values"][0]
-    stops = matplotlib.colormaps[COLOURS](np.linspace(0, 1, 17), bytes=True)[:, :3]
-    return CONTROLS.format(
-        last=len(head["times"]) - 1,
-        first=head["first"],
-        speeds=_speeds(head["interval"], 20 if head["smooth"] else 10),
-        quantities="".join(f'<option value="{q["name"]}">{q["label"]}</option>' for q in head["values"]),
-        riding=RIDING.format(chosen=" selected" * head["rides"]) if head["carrier"] >= 0 else "",
-        title=quantity["label"],
-        describe=quantity["describe"],
-        gradient="linear-gradient(90deg," + ",".join("rgb({},{},{})".format(*c) for c in stops) + ")",
-        ticks="".join(f'<span style="left:{100 * share:g}%">{text}</span>' for share, text in quantity["ticks"]),
-    )
-
-
 def _speeds(interval, rate):
-    """<option>s: simulated seconds a second, from one to thirty frames a second, some `rate` of them chosen."""
+    """(value, words, whether it is chosen): simulated seconds a second, from one to thirty frames a second, some `rate` of
+    them chosen."""
     if interval <= 0:
-        return '<option value="1">1</option>'
+        return [("1", "1", False)]
     factors = [m * 10.0**p for p in range(-9, 4) for m in (1, 2, 5)]
     useful = [f for f in factors if 1 <= f / interval * (1 + 1e-9) <= 31] or [interval]
     chosen = min(useful, key=lambda f: abs(np.log(f / interval / rate)))
-    return "".join(
-        f'<option value="{f:.10g}"{" selected" if f == chosen else ""}>{_factor(f)}</option>' for f in useful
-    )
+    return [(f"{f:.10g}", _factor(f), f == chosen) for f in useful]
 
 
 def _factor(factor):

@@ -38,7 +38,9 @@ def _scene(run) -> bytes | None:
             pixels = drawing.draw(state)
     except UserError:
         return None
-    return _png(Image.fromarray(pixels))
+    store = io.BytesIO()
+    Image.fromarray(pixels).save(store, format="png")
+    return store.getvalue()
 
 
 def _flat(run) -> bytes:
@@ -49,10 +51,4 @@ def _flat(run) -> bytes:
     overview.draw_balls(ax, run)
     store = io.BytesIO()
     figure.savefig(store, format="png", dpi=100)
-    return store.getvalue()
-
-
-def _png(image) -> bytes:
-    store = io.BytesIO()
-    image.save(store, format="png")
     return store.getvalue()

@@ -1,14 +1,16 @@
 """`mill report`: a run, or several side by side, as one page that opens from disk.
 
-facts.py says what a run has to say in words, tables.py in rows, notes.py what to know first, pictures.py has the figures,
-player.py the balls, finer.py frames close enough for them; page.py puts it together, beside.py does so with several runs.
+facts.py says what a run has to say in words, tables.py in rows, the player package has the balls and the figures; run_page.py puts
+it together, and compare's page.py does so with several runs.
 """
 
 import os
-import sys
 
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable, write_text
+from milltools.base.processes import Stopped, stops_in_order
+from milltools.base.progress import Progress, say
+from milltools.base.text import size
 
 RERUN = ("auto", "always", "never")  # finer.py
 SUMMARY = (
@@ -52,23 +54,17 @@ def run(arguments) -> int:
     files = [path for side in sides for path in side]
     output = arguments.output or named_for(files, arguments.compare)
     check_writable(output, files)
-    from milltools.base.processes import Stopped, stops_in_order
-
     try:
         with stops_in_order():  # a deck that is run again leaves its folder behind otherwise
             return _write(arguments, sides, files, output)
     except Stopped as stop:
-        print("mill report: stopped", file=sys.stderr)
+        say("mill report", "stopped")
         return 128 + stop.number
 
 
 def _write(arguments, sides, files, output) -> int:
     # imported here: a wrong command line needs neither matplotlib nor scipy
-    from milltools.read.runfile import Run
-    from milltools.report.progress import Watch
-
     if arguments.compare:
-        from milltools.base.progress import Progress
         from milltools.compare import load, page, rows
 
         with Progress("mill report", 3 + page.steps(sides)) as watch:
@@ -77,11 +73,11 @@ def _write(arguments, sides, files, output) -> int:
                 tables = rows.tables(compared)
             text = page.render(compared, tables, rows.notes(compared), watch, arguments.rerun)
     else:
-        with Run(files[0]) as opened:
-            from milltools.report import run_page as page
+        from milltools.read.runfile import Run
+        from milltools.report import run_page
 
-            with Watch(page.steps()) as watch:
-                text = page.render(opened, watch, arguments.rerun)
+        with Run(files[0]) as opened, Progress("mill report", run_page.steps()) as watch:
+            text = run_page.render(opened, watch, arguments.rerun)
     write_text(output, text)
-    print(f"{output}: {os.path.getsize(output) / 1e6:.1f} MB")
+    print(f"{output}: {size(os.path.getsize(output))}")
     return 0

@@ -247,3 +247,23 @@ def tiles(run) -> list[tuple[str, str, str]]:
         total = sum(a.times.value for a in list_of)
         found.append(("anomalies", str(count(total)) if total else "none", "counted, see below" if total else ""))
     return found
+
+
+def notes(run) -> list[str]:
+    """What a reader of the numbers ought to know, the weightiest first: that the run has not come to its end, which only the file
+    can tell, and what its own program says of them."""
+    until = f"{run.time:.6g} s of {run.quantity('run/time', math.nan):.6g} s"
+    found = []
+    if run.status == "failed":
+        found = [f"The run failed, at {until}; the file holds everything up to its last checkpoint."]
+    elif run.status == "running" and run.time == 0:
+        found = [
+            "The run has not come to its first checkpoint: the file holds its deck and nothing else. If it is not running any "
+            "more, it has to be started again."
+        ]
+    elif run.status == "running":
+        found = [
+            f"The run is not complete: this is what the file held at its last checkpoint, at {until}. If it is not running "
+            "any more, --resume goes on from there."
+        ]
+    return [plain(note) for note in found + [note[:1].upper() + note[1:] for note in run.notes]]

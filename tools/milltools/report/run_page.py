@@ -7,8 +7,7 @@ from milltools import pages
 from milltools.base.errors import UserError
 from milltools.base.text import lines, plain
 from milltools.player import painter, parts, player, policy
-from milltools.report import facts, notes
-from milltools.report import sections as tables
+from milltools.report import facts, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
@@ -37,7 +36,7 @@ def render(run, watch, rerun: str = "auto") -> str:
     made = f"{plain(run.program)} {plain(run.version)}"
     with painter.Painter([run], parts.figure_names()) as drawing:
         with watch.step("the balls", 4):
-            fragment = parts.balls(run, rerun, watch.say, watch.tell)
+            fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
         figures = parts.sections(drawing.all(watch))
     sampled, shared = facts.sampled(run), player.scripts()
     precision = tables.precision(run) if sampled else []
@@ -53,7 +52,7 @@ def render(run, watch, rerun: str = "auto") -> str:
             style=pages.style(pages.FOLDER / "report.css"),
             contents=[c for c in CONTENTS if precision or c[0] != "precision"],
             verdict=[said for said in facts.verdict(run) if said],
-            notes=[plain(note) for note in notes.notes(run)],
+            notes=facts.notes(run),
             tiles=facts.tiles(run),
             player=fragment,
             contacts=tables.contacts(run) if sampled else [],
