@@ -349,7 +349,11 @@ def wrong(status, said):
         return "another file's content"
     if status not in (0, 1, 2) or "Traceback" in said:
         return f"status {status}: {said.strip().splitlines()[-1] if said.strip() else 'nothing said'}"
-    lines = [line for line in said.splitlines() if line.startswith("mill ") and ": note: " not in line]
+    lines = [
+        line
+        for line in said.splitlines()
+        if line.startswith("mill ") and ": note: " not in line and " s left" not in line
+    ]
     if status == 2 and len(lines) != 1:
         return f"{len(lines)} lines: {said[:300]}"
     return ""

@@ -20,6 +20,8 @@ import numpy as np
 
 from milltools.base.errors import UserError
 
+MOST_BUCKLES = 100_000
+
 
 @dataclasses.dataclass(frozen=True)
 class Arc:
@@ -60,8 +62,8 @@ class Profile:
         numbers = (self.radius, self.height, self.angle)
         if not all(map(math.isfinite, numbers)) or self.radius <= 0 or self.height < 0:
             raise ValueError(f"no profile: radius {self.radius} m, buckle height {self.height} m")
-        if self.height > 0 and self.buckles < 2:
-            raise ValueError(f"no profile: {self.buckles} buckles, at least 2 are needed")
+        if self.height > 0 and not 2 <= self.buckles <= MOST_BUCKLES:
+            raise ValueError(f"no profile: {self.buckles} buckles, expected 2 to {MOST_BUCKLES}")
         if self.height >= self.radius:
             raise ValueError(f"no profile: buckle height {self.height} m reaches the axis")
         if not self.circle and not self.neck > 0:
@@ -69,7 +71,7 @@ class Profile:
 
     @classmethod
     def of(cls, lookup) -> "Profile":
-        """From what a deck says; lookup(key, default) gives the SI text of "section.key": `Deck.value`, `Run.deck().get`."""
+        """From what a deck says; lookup(key, default) gives the SI text of "section.key": `Deck.value`."""
 
         def number(key, default):
             text = lookup(key, default)
@@ -81,19 +83,25 @@ class Profile:
         if lookup("drum.radius", None) is None:
             raise UserError("the deck has no drum.radius")
         kind = lookup("drum.profile", "circle")
-        if kind == "circle":
-            return cls(number("drum.radius", ""))
-        if kind != "wavy":
+        if kind not in ("circle", "wavy"):
             raise UserError(f"drum.profile: expected 'circle' or 'wavy', got {kind!r}")
         try:
-            return cls(
-                number("drum.radius", ""),
-                int(number("drum.buckles", "")),
-                number("drum.buckle_height", ""),
-                number("drum.buckle_angle", "0"),
+            if kind == "circle":
+                return cls(number("drum.radius", ""))
+            buckles, height, angle = (
+                number(f"drum.{k}", d) for k, d in (("buckles", ""), ("buckle_height", ""), ("buckle_angle", "0"))
             )
-        except ValueError as fault:
+            return cls(number("drum.radius", ""), int(buckles), height, angle)
+        except (ValueError, OverflowError) as fault:
             raise UserError(str(fault)) from None
+
+    @classmethod
+    def of_run(cls, run) -> "Profile":
+        """From the deck of a milltools.read.runfile.Run."""
+        try:
+            return cls.of(run.as_deck.value)
+        except UserError as fault:
+            raise run.damaged("deck/drum", fault) from None
 
     # ---- sizes
 

@@ -66,7 +66,7 @@ class Mill:
     def __init__(self, run):
         self.still = not run.vessel and not run.text("drum/motion", "")
         if self.still:
-            self.profile = Profile.of(run.deck().get)
+            self.profile = Profile.of_run(run)
             self.half = run.quantity("drum/length") / 2
         self.shaft = run.quantity("rotor/shaft_radius") if run.has_rotor else 0.0
         self.gravity = run.vector("gravity/acceleration")[:3]

@@ -47,7 +47,7 @@ class _Vessel:
 
 class Drum(_Vessel):
     def __init__(self, run):
-        self.profile, length = Profile.of(run.deck().get), run.quantity("drum/length")
+        self.profile, length = Profile.of_run(run), run.quantity("drum/length")
         self.low, self.high, self.outermost = -length / 2, length / 2, self.profile.outermost
         self.across = self.profile.outline()
         ends = np.array([self.low, self.high, self.high, self.low])

@@ -125,7 +125,10 @@ class Built:
         pose[:, :3] @ p + pose[:, 3]."""
         names = self.names("observables/pose")
         if not names:  # a file that does not tell
-            return self.rotor_pose(self.frame_times()[index])
+            times = self.frame_times()
+            if index >= len(times):
+                raise UserError(f"{self.path}: has no frame {index}")
+            return self.rotor_pose(times[index])
         found = {}
         for name in names:
             place = f"observables/pose/{name}"

@@ -4,6 +4,7 @@ can hold, and whatever HDF5 or h5py make of damaged bytes is a UserError, "FILE:
 
 import contextlib
 import math
+import mmap
 import os
 import stat
 import zlib
@@ -18,6 +19,8 @@ RATIO = 1032  # deflate makes nothing smaller than by this
 ROOM = 1 << 26  # [bytes] one read may take, whatever little is stored of it; beyond
 PACKED = 8  # times what is stored
 SMALL = 1 << 20  # [bytes] a dataset may have of which nothing is stored
+SCANNED = 1 << 28  # [bytes] in larger files the heaps of texts are not looked at
+HEAP = b"GCOL\1\0\0\0"
 HOPS = 16  # soft links on the way to one thing
 TEXTS, MOST_TEXT = (
     512,
@@ -32,14 +35,14 @@ FILTERS = {
 }
 # what h5py raises where bytes are not as HDF5 has them
 FAULTS = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    MemoryError,
     OSError,
     RuntimeError,
-    KeyError,
-    ValueError,
     TypeError,
-    AttributeError,
-    OverflowError,
-    MemoryError,
+    ValueError,
     zlib.error,
 )
 
@@ -65,6 +68,11 @@ class Store:
             text = begin[:1] in (b"[", b"#", b";") and b"\0" not in begin
             why = "if it is a deck, './millsim DECK' runs it" if text else fault
             raise UserError(f"{self.path}: not a readable HDF5 file: {why}") from None
+        try:
+            self._check_heaps()
+        except UserError:
+            self.close()
+            raise
 
     def __enter__(self):
         return self
@@ -139,6 +147,29 @@ class Store:
                 top.visititems(lambda name, thing: found.append(name) if isinstance(thing, h5py.Dataset) else None)
         paths = [f"{group}/{name}" for name in found]
         return [(p, self.attribute(p, "unit", ""), self.attribute(p, "description", "")) for p in paths]
+
+    def _check_heaps(self):
+        """HDF5 walks through the heap that a text is in, object by object, and never gets past one of no size."""
+        if not 0 < self._size <= SCANNED:
+            return
+        with self._reading(""):
+            wide = self._file.id.get_create_plist().get_sizes()[1]  # bytes of a length
+        with open(self.path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+
+            def number(at, length):
+                return int.from_bytes(content[at : at + length], "little")
+
+            heap = content.find(HEAP)
+            while heap >= 0:
+                at = heap + len(HEAP) + wide
+                end = min(heap + number(heap + len(HEAP), wide), self._size)
+                while at + 8 + wide <= end:
+                    length = number(at + 8, wide)
+                    step = 8 + wide + (length + 7) // 8 * 8 if number(at, 2) else length
+                    if not step:
+                        raise self.damaged("", f"the heap of texts at byte {heap}")
+                    at += step
+                heap = content.find(HEAP, heap + 8)
 
     # ---- datasets
 
