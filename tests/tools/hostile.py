@@ -73,7 +73,7 @@ def changed(change):
             number, _, unit = values.decode().partition(" ")
             try:
                 values = f"{np.ravel(change(np.array(float(number))))[0]:g} {unit}"
-            except ValueError:
+            except (ValueError, IndexError):
                 values = ""
         else:
             values = change(np.asarray(values))
@@ -122,7 +122,7 @@ def elsewhere(file, path):
     secret = pathlib.Path(file.filename).with_name("secret.txt")
     attributes = dict(file[path].attrs)
     del file[path]
-    thing = file.create_dataset(path, (), "S40", external=[(str(secret), 0, 40)])
+    thing = file.create_dataset(path, (1,), "S40", external=[(str(secret), 0, 40)])
     thing.attrs.update(attributes)
 
 
@@ -210,7 +210,7 @@ WAYS = {
 GROUP_WAYS = {
     "missing": WAYS["missing"],
     "hard-loop": lambda file, path: file[path].__setitem__("loop", file[path]),
-    "loop-to-the-top": lambda file, path: file[path].__setitem__("value", file["/"]),
+    "loop-to-the-top": lambda file, path: file[path].__setitem__("up", file["/"]),
     "soft-loop": WAYS["soft-loop"],
     "external": WAYS["external"],
     "dataset": lambda file, path: (file.__delitem__(path), file.create_dataset(path, data=np.arange(5.0))),
@@ -366,7 +366,6 @@ def finds(base, files, some=lambda name, what: True):
     matplotlib.use("agg")
     import milltools.compare.command, milltools.export.command, milltools.figures, milltools.figures.command, milltools.report.command  # noqa
 
-    count = 0
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
         folder = pathlib.Path(name)
         (folder / "secret.txt").write_text(SECRET.ljust(40))
@@ -374,11 +373,12 @@ def finds(base, files, some=lambda name, what: True):
             file["x"] = SECRET
         for name, craft in files.items():
             path = folder / "hostile.h5"
+            calls = {w: words for w, words in commands(path, base, folder / "out").items() if some(name, w)}
+            if not calls:
+                continue
             shutil.copyfile(base, path)
             craft(path)
-            for what, words in commands(path, base, folder / "out").items():
-                if not some(name, what):
-                    continue
+            for what, words in calls.items():
                 out = folder / "out"
                 out.mkdir()
                 status = bounded(lambda: main(words), folder / "log")  # noqa: B023
@@ -390,7 +390,6 @@ def finds(base, files, some=lambda name, what: True):
                     fault = "another file's content is in the output"
                 if status and list(out.iterdir()):
                     fault = fault or f"status {status}, but there is {next(out.iterdir()).name}"
-                count += 1
                 yield name, what, fault, said
                 shutil.rmtree(out)
             path.unlink()

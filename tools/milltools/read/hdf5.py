@@ -54,9 +54,11 @@ class Store:
         self.path = str(path)
         self._sound = {}  # datasets by path that were looked at
         try:
+            about = os.stat(self.path)
+            if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
+                raise UserError(f"{self.path}: no ordinary file")
             with open(self.path, "rb") as file:  # its words for "no such file" are better than HDF5's
-                self._size = os.fstat(file.fileno()).st_size
-                begin = file.read(4096).lstrip() if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else b""
+                self._size, begin = about.st_size, file.read(4096).lstrip()
             self._file = h5py.File(self.path, "r")
         except IsADirectoryError:
             raise UserError(f"{self.path}: a folder, not an output file") from None

@@ -1,0 +1,169 @@
+"""Files from strangers: whatever is wrong with an output file, a command says it in one line, soon, in bounded memory, and writes and
+reads nothing else. tests/tools/hostile.py crafts the files and tries all of them; tests/fuzz/fuzz_reader.py mutates others."""
+
+# ruff: noqa: F811 - the fixtures of export_run
+import os
+import random
+import shutil
+import subprocess
+import sys
+import zlib
+
+import h5py
+import hostile
+import numpy as np
+import pytest
+from conftest import ROOT
+from export_run import run_file  # noqa: F401
+
+from milltools.base.errors import UserError
+from milltools.read.hdf5 import Store
+from milltools.read.runfile import Run
+
+FILES, PAIRS = 400, 60  # of these many files so many pairs of file and command
+
+
+def test_commands_end_well_or_in_one_line(run_file, the_program):
+    files = dict(list(hostile.crafted(seed=5).items())[:FILES])
+    every = [(name, what) for name in files for what in hostile.commands(run_file, run_file, run_file.parent)]
+    chosen = {*random.Random(5).sample(every, PAIRS), *(("as-is", what) for _, what in every[:15])}
+    found = hostile.finds(run_file, files, lambda *pair: pair in chosen)
+    assert [f"{name} | {what} | {fault}" for name, what, fault, _ in found if fault] == []
+
+
+def test_the_fuzzer_replays_its_corpus():
+    corpus = sorted((ROOT / "tests/fuzz/corpus/reader").iterdir())
+    assert corpus
+    done = subprocess.run(
+        [sys.executable, ROOT / "tests/fuzz/fuzz_reader.py", *corpus], capture_output=True, text=True, timeout=300
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.fixture
+def copy(run_file, tmp_path):
+    """copy(change) is the run, changed by change(h5py.File)."""
+
+    def make(change):
+        path = tmp_path / "mill.h5"
+        shutil.copyfile(run_file, path)
+        with h5py.File(path, "r+") as file:
+            change(file)
+        return path
+
+    return make
+
+
+def refused(path, what):
+    """The one line about reading something of a run."""
+    with pytest.raises(UserError) as fault, Run(path) as run:
+        run.read(what)
+    assert fault.value.status == 2
+    return str(fault.value).removeprefix(f"{path}: ")
+
+
+VERSION = "run/version"
+EDGES = "statistics/maps/axial/x_edges"
+
+
+@pytest.mark.parametrize(
+    ("way", "path", "said"),
+    [
+        ("elsewhere", VERSION, "its values are elsewhere, perhaps in another file, which is not read"),
+        ("virtual", EDGES, "its values are elsewhere, perhaps in another file, which is not read"),
+        ("external", VERSION, "a link into another file, which is not followed"),
+        ("soft-loop", VERSION, "its links go round in a circle"),
+        ("reference", VERSION, "values of a type that no run has (object)"),
+        ("huge", EDGES, "bytes, of which the file, with"),
+        ("piece", EDGES, "is more when unpacked"),
+        ("bomb", "observables/kinetic_energy/time", "bytes, packed into"),
+        ("nan", EDGES, "values that do not ascend"),
+        ("longer", "statistics/maps/axial/dissipation", "41 rows, where /statistics/maps/axial/x_edges makes it 40"),
+        ("text", EDGES, "expected numbers, got"),
+        ("flat", "particles/trajectory/position/value", "expected 3 dimensions, got 1"),
+    ],
+)
+def test_the_reader_says_what_is_damaged(copy, way, path, said):
+    file = copy(lambda file: hostile.WAYS[way](file, path))
+    (file.parent / "secret.txt").write_text(hostile.SECRET)
+    line = refused(file, path)
+    assert line.startswith(f"damaged: /{path}: ") and said in line
+
+
+def test_a_link_through_another_file_is_not_followed(copy, tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["x"] = hostile.SECRET
+
+    def change(file):
+        del file[VERSION]
+        file["away"] = h5py.ExternalLink("other.h5", "/")
+        file[VERSION] = h5py.SoftLink("/away/x")
+
+    assert refused(copy(change), VERSION) == f"damaged: /{VERSION}: a link into another file, which is not followed"
+
+
+def test_texts_and_numbers_of_other_writers_are_read(copy):
+    """Texts of fixed length, padded with blanks or zeros, and arrays of one value in place of scalars."""
+
+    def change(file):
+        hostile.put(file, VERSION, np.bytes_(b"v1"))
+        hostile.put(file, "run/status", np.array([b"complete"]))
+        hostile.put(file, "run/time", np.array([0.05], "<f4"))
+        hostile.put(file, "deck/drum/radius", np.bytes_(b"0.03 m"))
+        for name in ("position/value", "velocity/value"):
+            hostile.put(
+                file,
+                f"particles/trajectory/{name}",
+                file[f"particles/trajectory/{name}"][:].astype(">f8"),
+                compression="lzf",
+            )
+        kind = file["particles/trajectory/species"]
+        del kind.attrs["names"], kind.attrs["unit"]
+        kind.attrs["names"], kind.attrs["unit"] = np.array([b"steel", b"glass"]), np.bytes_(b"1")
+
+    with Run(copy(change)) as run:
+        assert (run.version, run.status, run.species_names()) == ("v1", "complete", ["steel", "glass"])
+        assert run.time == pytest.approx(0.05) and run.quantity("drum/radius") == 0.03
+        assert run.frame(0, "position").shape == (23, 3)
+        assert run.attribute("particles/trajectory/species", "unit", "") == "1"
+
+
+def test_a_heap_with_an_object_of_no_size_is_refused(run_file, tmp_path):
+    """HDF5 2.0 goes round in it for ever."""
+    content = bytearray(run_file.read_bytes())
+    heap = content.index(b"GCOL\1\0\0\0")
+    content[heap + 16 : heap + 32] = bytes(16)
+    (tmp_path / "mill.h5").write_bytes(content)
+    with pytest.raises(UserError, match="damaged: .*the heap of texts at byte"):
+        Store(tmp_path / "mill.h5")
+
+
+def test_hard_links_in_a_circle_end(copy):
+    def change(file):
+        file["observables/loop"] = file["observables"]
+        file["statistics/impacts/ball_ball/up"] = file["statistics"]
+
+    with Run(copy(change)) as run:
+        assert "kinetic_energy" in run.series_names()
+        assert len(run.datasets("statistics")) < 2000
+
+
+def test_a_fifo_does_not_make_it_wait(tmp_path):
+    os.mkfifo(tmp_path / "mill.h5")
+    with pytest.raises(UserError, match="no ordinary file"):
+        Run(tmp_path / "mill.h5")
+
+
+def test_memory_is_bounded_by_what_a_file_can_hold(copy):
+    """Half a megabyte that unpacks to 2 GB."""
+    path = copy(lambda file: hostile.bomb(file, "impacts/dissipation"))
+    assert path.stat().st_size < 5e6
+    assert "packed into" in refused(path, "impacts/dissipation") or "rows" in refused(path, "impacts/dissipation")
+
+
+def test_the_corpus_is_of_runs(tmp_path):
+    for seed in sorted((ROOT / "tests/fuzz/corpus/reader").iterdir()):
+        (tmp_path / "seed.h5").write_bytes(zlib.decompress(seed.read_bytes()))
+        if not seed.name.startswith("find-"):
+            with Run(tmp_path / "seed.h5") as run:
+                assert run.status == "complete" and len(run.series_names()) > 5
