@@ -290,7 +290,7 @@ def test_the_unit_of_the_study_deck_is_that_of_words_and_axes():
         ("10..20 rad/s in 5 log", "rad/s"),
         ("600..1200 rpm step 100 rpm", "rpm"),
         ("600..1200", None),
-        ("600..1200 lightyears", None),
+        ("600..1200 light-years", None),
     ],
 )
 def test_the_unit_is_read_from_the_line_of_the_deck(line, unit):

@@ -204,7 +204,7 @@ def test_neither_pipes_nor_links_stand_for_a_table(tmp_path):
     "line, shown",
     [
         ("mill optimize a.study --storage postgresql://me:se:c@r/et@host/x", "postgresql://me:***@host/x"),
-        ("mill optimize a.study '--storage=postgresql+psycopg://me:s ecret@host/x' -q", "psycopg://me:***@host/x"),
+        ("mill optimize a.study '--storage=postgresql+psycopg://me:s pass@host/x' -q", "psycopg://me:***@host/x"),
         ("mill optimize a.study --storage 'sqlite:///o.db?password=secret&a=b'", "sqlite:///o.db?password=***&a=b"),
         ("mill sweep 'a b.study' -s run.time='1 s'", None),
         ("mill optimize a.study --storage postgresql://me@host/x", None),
@@ -213,7 +213,7 @@ def test_neither_pipes_nor_links_stand_for_a_table(tmp_path):
 def test_a_table_keeps_no_password(tmp_path, line, shown):
     path = tmp_path / "a.parquet"
     fill(path, row(0), meta=META | {"command": line})
-    assert b"ecret" not in path.read_bytes()
+    assert not any(word in path.read_bytes() for word in (b"secret", b"pass@", b"se:c"))
     command = Table.open(path).meta["command"]
     assert command == line if shown is None else shown in command
 
