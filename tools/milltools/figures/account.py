@@ -41,34 +41,28 @@ class Account:
         return sum(self.drives.values()) - sum(self.energies.values()) - self.lost
 
     @property
-    def flows(self) -> list[tuple[str, str, str, float]]:
-        """(what, kind, part, power > 0 [W]) of everything that gives ("from") and takes ("to"), as pairs of lists in
-        `sources` and `sinks`."""
-        return self.sources + self.sinks
-
-    @property
     def turnover(self) -> float:
         """All that the sources give [W]: 100 %."""
         return sum(power for *_, power in self.sources)
 
     @property
-    def sources(self):
-        return [(what, kind, part, p) for what, kind, part, p in self._signed() if p > 0]
+    def sources(self) -> list[tuple[str, str, str, float]]:
+        """(what, kind, part, power > 0 [W]) of everything that gives."""
+        return [term for term in self._signed() if term[3] > 0]
 
     @property
-    def sinks(self):
-        return [(what, kind, part, -p) for what, kind, part, p in self._signed() if p < 0]
+    def sinks(self) -> list[tuple[str, str, str, float]]:
+        """The same of everything that takes."""
+        return [(*what, -power) for *what, power in self._signed() if power < 0]
 
     def _signed(self):
         """(what, kind or "", part or "", power: > 0 it gives, < 0 it takes), without what is mere rounding."""
         terms = [
-            ("rotor", "", "", power) if name == "rotor" else ("motion", name, "", power)
-            for name, power in self.drives.items()
+            ("rotor", "", "", p) if name == "rotor" else ("motion", name, "", p) for name, p in self.drives.items()
         ]
         for kind, (normal, tangential) in self.dissipation.items():
-            terms.append(("dissipation", kind, "normal" if tangential is not None else "", -normal))
-            if tangential is not None:
-                terms.append(("dissipation", kind, "tangential", -tangential))
+            parts = {"": normal} if tangential is None else {"normal": normal, "tangential": tangential}
+            terms += [("dissipation", kind, part, -power) for part, power in parts.items()]
         terms += [(name, "", "", -power) for name, power in self.energies.items()]
         terms.append(("residual", "", "", -self.residual))
         most = max(abs(power) for *_, power in terms)

@@ -13,22 +13,14 @@ from milltools.figures.style import INK, STYLE, save
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
 QUIET = {"color": INK, "alpha": 0.7}  # what stands back; no grey, as a dark page needs a light one
+INKED = (
+    "text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color", "patch.edgecolor", "grid.color",
+    "hatch.color",
+)  # fmt: skip
 # all that is ink in one colour, which an inline SVG takes from its page
 LOOK = {
     **STYLE,
-    **dict.fromkeys(
-        (
-            "text.color",
-            "axes.labelcolor",
-            "axes.edgecolor",
-            "xtick.color",
-            "ytick.color",
-            "patch.edgecolor",
-            "grid.color",
-            "hatch.color",
-        ),
-        INK,
-    ),
+    **dict.fromkeys(INKED, INK),
     "axes.linewidth": 0.7,
     "axes.grid": True,
     "grid.alpha": 0.18,
@@ -125,13 +117,9 @@ def as_list(runs) -> list:
 
 def labels(runs) -> list[str]:
     """A short name for each run, all different: of its file, its path where that is not enough, then numbered."""
-    paths = [pathlib.Path(run.path) for run in runs]
-    names = [path.stem for path in paths]
-    if len(set(names)) < len(names):
-        names = [str(path) for path in paths]
-    if len(set(names)) < len(names):
-        names = [f"{name} ({k + 1})" for k, name in enumerate(names)]
-    return names
+    stems, names = [pathlib.Path(run.path).stem for run in runs], [str(run.path) for run in runs]
+    numbered = [f"{name} ({k + 1})" for k, name in enumerate(names)]
+    return next((some for some in (stems, names) if len(set(some)) == len(some)), numbered)
 
 
 def not_sampled(run) -> str | None:

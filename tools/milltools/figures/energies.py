@@ -6,6 +6,7 @@ map to edges. Where they do not, the file has histograms of energy. Files of oth
 single impacts (output.impacts = all) tells which masses met; it is read by slices.
 """
 
+import bisect
 import math
 import weakref
 
@@ -33,18 +34,15 @@ def stored(run) -> bool:
 
 def why_not(run, group: str = "impacts") -> str | None:
     """Why the energies of the impacts are not known; None if they are."""
-    if one_mass(run) is not None:
-        return None
-    if group == "impacts" and stored(run):
+    if one_mass(run) is not None or (group == "impacts" and stored(run)):
         return None
     if group != "impacts":
         return "the balls' masses differ, and which of them meet in a strike is not recorded"
-    if not run.has("impacts/time"):
-        return (
-            "the balls' masses differ, and which of them meet is only in the log of single impacts "
-            "(output.impacts = all)"
-        )
-    return None
+    if run.has("impacts/time"):
+        return None
+    return (
+        "the balls' masses differ, and which of them meet is only in the log of single impacts (output.impacts = all)"
+    )
 
 
 def kinds_known(run) -> tuple[str, ...]:
@@ -55,9 +53,9 @@ def kinds_known(run) -> tuple[str, ...]:
 def bins(run, kind: str, group: str = "impacts") -> Bins:
     """Impacts of a kind by available normal energy [J]; see why_not."""
     mass = one_mass(run)
-    if mass is None and stored(run):
-        return merged(run.histogram(kind, speed="normal_energy"), run.duration)
     if mass is None:
+        if stored(run):
+            return merged(run.histogram(kind, speed="normal_energy"), run.duration)
         read(run)
         return _logged[run][kind]
     effective = mass / 2 if kind == "ball_ball" else mass
@@ -100,21 +98,9 @@ def _from_log(run, told) -> dict[str, Bins]:
 
 
 def _slices(run) -> list[slice]:
-    """Slices of the log that cover the sampled window, and no more: its rows are in the order of time."""
-    rows = run.length("impacts/time")
-    first, last = (_first_at(run, rows, t) for t in run.window)
+    """Slices of the log that cover the sampled window, and no more: its rows are in the order of time. A time is met within
+    rounding: the window's end is its begin + duration."""
+    ends = (math.nextafter(time * (1 - 1e-15), -math.inf) for time in run.window)
+    rows = range(run.length("impacts/time"))
+    first, last = (bisect.bisect_left(rows, end, key=lambda row: float(run.read("impacts/time", row))) for end in ends)
     return [slice(at, min(at + SLICE, last)) for at in range(first, last, SLICE)]
-
-
-def _first_at(run, rows: int, time: float) -> int:
-    """The first row of the log at or after a time, found by halving. A time is met within rounding: the window's end
-    is its begin + duration."""
-    time = math.nextafter(time * (1 - 1e-15), -math.inf)
-    low, high = 0, rows
-    while low < high:
-        middle = (low + high) // 2
-        if run.read("impacts/time", middle) < time:
-            low = middle + 1
-        else:
-            high = middle
-    return low

@@ -27,25 +27,37 @@ def colours(name: str) -> ListedColormap:
 
 
 @dataclasses.dataclass(frozen=True)
-class Quantity:
-    head: str  # of its column, unit included
-    label: str  # of its colour scale, on the picture
-    scale: str  # "log" or "linear"
-    cmap: str
+class Shown:
+    """What a map is of: the `head` of its column and the `label` of its colour scale, units included."""
+
+    words: str
+    caption: str
+    head: str
+    label: str
+    log: bool
     impacts: bool  # from impacts, or from the balls
+
+    @property
+    def cmap(self) -> str:
+        return "inferno" if self.log else "viridis"
 
 
 QUANTITIES = {
-    "rate": Quantity(
-        "impacts per time and volume [1/(m3 s)]",
-        "number of collisions [1/(m³ s)]", "log", "inferno", True),
-    "impact-speed": Quantity(
-        "mean normal impact speed [m/s]", "mean collision velocity, normal [m/s]", "linear", "viridis", True),
-    "power": Quantity(
-        "dissipated power per volume [W/m3]", "dissipated power density [W/m³]", "log", "inferno", True),
-    "solid": Quantity("solid fraction [1]", "solid fraction [1]", "linear", "viridis", False),
-    "velocity": Quantity(
-        "mean speed [m/s]", "speed of the mean flow [m/s]", "linear", "viridis", False),
+    "rate": Shown(
+        "number of collisions", "How often the balls meet where: impacts per second and volume, logarithmic.",
+        "impacts per time and volume [1/(m3 s)]", "number of collisions [1/(m³ s)]", True, True),
+    "impact-speed": Shown(
+        "collision velocity", "How hard: the mean normal speed of the impacts in a cell.",
+        "mean normal impact speed [m/s]", "mean collision velocity, normal [m/s]", False, True),
+    "power": Shown(
+        "dissipated power", "Where the energy goes: dissipated power per volume, logarithmic.",
+        "dissipated power per volume [W/m3]", "dissipated power density [W/m³]", True, True),
+    "solid": Shown(
+        "solid fraction", "Where the balls are: the share of the volume they fill, averaged over time.",
+        "solid fraction [1]", "solid fraction [1]", False, False),
+    "velocity": Shown(
+        "mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows.",
+        "mean speed [m/s]", "speed of the mean flow [m/s]", False, False),
 }  # fmt: skip
 
 
@@ -86,8 +98,7 @@ def field(run, view: str) -> Field:
 def _volume(run, view, edges):
     """Of the cells within the container [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
     room = vessel.of(run).volume(view, edges)
-    first, second = (np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2))
-    whole = np.outer(first, second)
+    whole = np.outer(np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2))
     if view == "cross_section":
         whole = whole * np.ptp(run.edges("axial")[0])
     return np.where((room <= 0) & (run.map("impact_count", view) > 0), whole, room)
@@ -97,7 +108,7 @@ def limits(fields, name) -> tuple[float, float]:
     """Ends of a colour scale that serves all fields: what a share ENDS of the volume is below."""
     value = np.concatenate([f.values[name].ravel() for f in fields])
     volume = np.concatenate([f.volume.ravel() for f in fields])
-    log = QUANTITIES[name].scale == "log"
+    log = QUANTITIES[name].log
     good = np.isfinite(value) & (volume > 0) & ((value > 0) if log else True)
     if not good.any():
         return (1.0, 10.0) if log else (0.0, 1.0)
@@ -132,16 +143,15 @@ class Map(Figure):
     def paint(self, figure, runs):
         quantity, fields = QUANTITIES[self.quantity], [field(run, self.view) for run in runs]
         low, high = limits(fields, self.quantity)
-        norm = LogNorm(low, high, clip=False) if quantity.scale == "log" else Normalize(low, high)
+        norm = LogNorm(low, high, clip=False) if quantity.log else Normalize(low, high)
         figure.set_size_inches(WIDTH, 0.4 + len(runs) * self._height(runs))
         axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
         for ax, run, name, found in zip(axes, runs, labels(runs), fields):
             image = self._panel(ax, run, found, norm)
             subtitle(ax, f"{name}, {sampled(run)}")
-        x, y = ([ax.get_xlim() for ax in axes], [ax.get_ylim() for ax in axes])
+        ends = [np.array([(*ax.get_xlim(), *ax.get_ylim()) for ax in axes])[:, k] for k in range(4)]
         for ax in axes:  # mills of different size on one scale
-            ax.set(xlim=(min(x)[0], max(x, key=lambda v: v[1])[1]))
-            ax.set(ylim=(min(y)[0], max(y, key=lambda v: v[1])[1]))
+            ax.set(xlim=(ends[0].min(), ends[1].max()), ylim=(ends[2].min(), ends[3].max()))
         first, second, _ = VIEWS[self.view]
         words = vessel.axes(runs)
         axes[-1].set_xlabel(words[first])
@@ -152,15 +162,13 @@ class Map(Figure):
             words = words.replace(" [", f", {fields[0].part} part [")
         bar = figure.colorbar(image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02)
         bar.solids.set_rasterized(True)
-        if quantity.scale == "log":
+        if quantity.log:
             log_ticks(bar.ax.yaxis, low, high)
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
         value = found.values[self.quantity]
-        if isinstance(
-            norm, LogNorm
-        ):  # a loss that is negative, of slow impacts at the rebound floor, is below the scale
+        if QUANTITIES[self.quantity].log:  # a negative loss, of slow impacts at the rebound floor, is below the scale
             value = np.where(value <= 0, norm.vmin / 2, value)
         outline = outlines.section if self.view == "cross_section" else outlines.axial
         rim = outline(ax, run)
@@ -169,8 +177,7 @@ class Map(Figure):
         )  # fmt: skip
         image.set_clip_path(rim)
         if self.quantity == "velocity":
-            arrows = self._arrows(ax, found)
-            if arrows:
+            if arrows := self._arrows(ax, found):
                 arrows.set_clip_path(rim)
         ax.set_aspect("equal")
         ax.locator_params(nbins=5)
@@ -219,12 +226,12 @@ class Map(Figure):
     def columns(self, run):
         found = field(run, self.view)
         first, second, components = VIEWS[self.view]
-        mesh = {}
-        for k, (name, edge) in enumerate(zip((first, second), found.edges)):
-            for word, part in (("from", edge[:-1]), ("to", edge[1:])):
-                mesh[f"{name} {word} [m]"] = np.meshgrid(
-                    *[part if j == k else e[:-1] for j, e in enumerate(found.edges)], indexing="ij"
-                )[k].ravel()
+        ends = [(edge[:-1], edge[1:]) for edge in found.edges]
+        mesh = [np.meshgrid(*one, indexing="ij") for one in zip(*ends)]  # of lower ends, of upper ones
+        mesh = {
+            f"{name} {word} [m]": mesh[end][k].ravel()
+            for k, name in enumerate((first, second)) for end, word in enumerate(("from", "to"))
+        }  # fmt: skip
         inside = found.volume.ravel() > 0
         part = "" if found.part == "all" else f", {found.part} part"
         table = {**mesh, "volume in the container [m3]": found.volume.ravel(), "impacts [1]": found.count.ravel()}
@@ -242,23 +249,15 @@ def _blocks(values, step):
     return np.add.reduceat(np.add.reduceat(values, first, axis=0), second, axis=1)
 
 
-_WORDS = {
-    "rate": ("number of collisions", "How often the balls meet where: impacts per second and volume, logarithmic."),
-    "impact-speed": ("collision velocity", "How hard: the mean normal speed of the impacts in a cell."),
-    "power": ("dissipated power", "Where the energy goes: dissipated power per volume, logarithmic."),
-    "solid": ("solid fraction", "Where the balls are: the share of the volume they fill, averaged over time."),
-    "velocity": ("mean velocity", "How the charge moves: speed of the mean flow as colour, its part in the plane as arrows."),
-}  # fmt: skip
 _ROUND = {
     "axial": ("Axial cut", "axial", "Averaged around the container's axis x; r is the distance from it."),
     "cross_section": (
-        "Cross-section",
-        "section",
+        "Cross-section", "section",
         "Averaged along the container's axis x and seen against it, in the container's own frame.",
     ),
-}
+}  # fmt: skip
 FIGURES = tuple(
-    Map(f"{short}-{quantity}", view, quantity, f"{place}: {words}", f"{caption} {where}")
+    Map(f"{short}-{name}", view, name, f"{place}: {shown.words}", f"{shown.caption} {where}")
     for view, (place, short, where) in _ROUND.items()
-    for quantity, (words, caption) in _WORDS.items()
+    for name, shown in QUANTITIES.items()
 )

@@ -193,7 +193,7 @@ def _limits(ax, weight):
     ax.set_ylim(min(bottom) / 1.6, max(top) * 2)
 
 
-class Spectrum(Figure):
+class SpectrumFigure(Figure):
     """A spectrum of every contact kind; of several runs, of all kinds together or of those asked for."""
 
     group = "spectra"
@@ -257,16 +257,12 @@ class Spectrum(Figure):
     def columns(self, run, kinds=None, strikes=False, per_ball=False):
         group = "strikes" if strikes else "impacts"
         known = energies.kinds_known(run) if self.energetic else (*run.kinds, "all")
-        kinds = known if not kinds else [kinds] if isinstance(kinds, str) else kinds
         what = {k: v for k, v in self.what.items() if k != "weight"}
         axis = "available normal energy {} [J]" if self.energetic else "speed {} [m/s]"
-        rows = [
-            _rows(kind, bins(run, kind, group, **what), axis, group)
-            for kind in _checked(
-                run, group, what.get("speed", "normal_speed"), what.get("abscissa", "speed"),
-                "count", kinds,
-            )
-        ]  # fmt: skip
+        kinds = _checked(
+            run, group, what.get("speed", "normal_speed"), what.get("abscissa", "speed"), "count", kinds or known
+        )
+        rows = [_rows(kind, bins(run, kind, group, **what), axis, group) for kind in kinds]
         together = {head: np.concatenate([row[head] for row in rows]) for head in rows[0]}
         if per_ball:
             head = f"{group} per second, ball and decade [1/s]"
@@ -298,36 +294,21 @@ def _rows(kind, found: Bins, axis: str, group: str) -> dict:
     }
 
 
-def _trio(prefix, title, words, **what):
-    """The three pictures of one spectrum: how often, with how much power, how often at least."""
-    return (
-        Spectrum(
-            prefix,
-            title,
-            f"How often the balls meet at which {words}: impacts per second and decade, by contact kind; the integral of "
-            "a curve is its kind's rate in the legend. Dotted: the height of a single impact in the window.",
-            **what,
-        ),
-        Spectrum(
-            f"{prefix}-power",
-            f"{title}: dissipated power",
-            f"At which {words} the energy goes: dissipated power per decade, all of it, by contact kind; the area under a curve is its "
-            "kind's power in the legend, so equal areas are equal powers.",
-            weight="energy",
-            **what,
-        ),
-        Spectrum(
-            f"{prefix}-exceedance",
-            f"{title}: exceedance",
-            f"How often an impact reaches a certain {words}: impacts per second at or above it, by contact kind.",
-            weight="cumulative",
-            **what,
-        ),
-    )
-
-
-FIGURES = (
-    *_trio("speeds", "Normal impact speeds", "normal speed"),
-    *_trio("slip", "Slip speeds at impact", "slip speed", speed="tangential_speed"),
-    *_trio("energies", "Impact energies", "available normal energy", abscissa="energy"),
+_KINDS = (  # name, title, what it is by
+    ("speeds", "Normal impact speeds", "normal speed", {}),
+    ("slip", "Slip speeds at impact", "slip speed", {"speed": "tangential_speed"}),
+    ("energies", "Impact energies", "available normal energy", {"abscissa": "energy"}),
+)
+_WEIGHTED = (  # end of the name, of the title, caption
+    ("", "", "count", "How often the balls meet at which {}: impacts per second and decade, by contact kind; the integral of a "
+     "curve is its kind's rate in the legend. Dotted: the height of a single impact in the window."),
+    ("-power", ": dissipated power", "energy", "At which {} the energy goes: dissipated power per decade, all of it, by contact "
+     "kind; the area under a curve is its kind's power in the legend, so equal areas are equal powers."),
+    ("-exceedance", ": exceedance", "cumulative", "How often an impact reaches a certain {}: impacts per second at or above it, by "
+     "contact kind."),
+)  # fmt: skip
+FIGURES = tuple(
+    SpectrumFigure(name + end, title + more, caption.format(words), weight=weight, **what)
+    for name, title, words, what in _KINDS
+    for end, more, weight, caption in _WEIGHTED
 )

@@ -3,6 +3,7 @@
 All are read when they are needed; nothing grows with the run or the film.
 """
 
+import bisect
 import contextlib
 import dataclasses
 
@@ -28,7 +29,8 @@ class LastImpacts:
 
     def until(self, time) -> np.ndarray:
         """(N,) of the impacts before a time; times must rise."""
-        end = self._row(time)
+        rows = range(self.next or 0, self.count)
+        end = rows.start + bisect.bisect_left(rows, time, key=lambda row: float(self.run.read("impacts/time", row)))
         if self.next is None:
             self._look_back(end)
         else:
@@ -36,17 +38,6 @@ class LastImpacts:
                 self._take(self.speed, begin, min(begin + ROWS, end))
         self.next = max(end, self.next or 0)
         return self.speed.copy()
-
-    def _row(self, time):
-        """The first row at or after a time, by halves."""
-        low, high = self.next or 0, self.count
-        while low < high:
-            middle = (low + high) // 2
-            if float(self.run.read("impacts/time", middle)) < time:
-                low = middle + 1
-            else:
-                high = middle
-        return low
 
     def _look_back(self, end):
         """From a row backwards until every ball has been met."""
