@@ -220,9 +220,9 @@ format:
 	.venv/bin/ruff format tests tools validation
 
 fuzz:
-	@tools/setup --local build fuzz
+	@tools/setup --local build fuzz --python core
 	@$(MAKE) $(PARALLEL) MODE=fuzz CC=clang-14 fuzzers
-	@$(MAKE) --no-print-directory -k -j2 MODE=fuzz CC=clang-14 $(addprefix fuzz-,$(FUZZ))
+	@$(MAKE) --no-print-directory -k -j2 MODE=fuzz CC=clang-14 $(addprefix fuzz-,$(FUZZ) reader)
 
 # fuzzing for longer than a push can wait, and all that takes hours: as many steps as there are are tried, and a failed one fails it at the end
 nightly:
