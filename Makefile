@@ -155,15 +155,16 @@ PYTESTS := $(if $(T),$(filter-out tests/unit/%,$(T)),tests)
 check:
 	@tools/setup --local build test --python check study cluster export dem
 	@$(MAKE) $(PARALLEL) $(CHECKED:%.c=$(BUILD)/%) $(BUILD)/millsim millsim
-	@$(MAKE) $(PARALLEL) --output-sync=target $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED))
+	@$(if $(CHECKED),$(MAKE) $(PARALLEL) --output-sync=target $(patsubst tests/unit/test_%.c,unit-%,$(CHECKED)))
 	$(if $(PYTESTS),MILLSIM=$(abspath $(BUILD)/millsim) .venv/bin/python -m pytest -q $(PYTESTS) \
 	    $(if $(T),,-n $(JOBS) --dist loadfile -m 'not slow and not browser and not slurm and not dem and not render'))
 
 unit: $(patsubst tests/unit/test_%.c,unit-%,$(wildcard tests/unit/test_*.c))
 
+UNIT_SECONDS := 60
 # a claim that takes a minute hangs: sanitizers on a busy machine need more than Check's four seconds
 unit-%: $(BUILD)/tests/unit/test_%
-	@CK_DEFAULT_TIMEOUT=60 $<
+	@CK_DEFAULT_TIMEOUT=$(UNIT_SECONDS) $<
 
 # the seeds and past finds of the fuzz targets, without a fuzzer
 replay: $(FUZZERS)
@@ -235,7 +236,7 @@ coverage:
 	@$(MAKE) $(PARALLEL) MODE=cov $(UNIT:$(BUILD)/%=build/cov/%) $(FUZZERS:$(BUILD)/%=build/cov/%) build/cov/millsim
 	@$(MAKE) $(PARALLEL) millsim mill
 	@find build/cov -name '*.gcda' -delete; rm -rf build/coverage; mkdir -p build/coverage
-	@status=0; $(MAKE) $(PARALLEL) --output-sync=target MODE=cov unit replay || status=$$?; \
+	@status=0; $(MAKE) $(PARALLEL) --output-sync=target MODE=cov UNIT_SECONDS=600 unit replay || status=$$?; \
 	MILLSIM=$(abspath build/cov/millsim) .venv/bin/python -m coverage run --rcfile tests/coverage.ini -m pytest -q -n $(JOBS) --dist loadfile \
 	    $(or $(PYTESTS),tests) || status=$$?; \
 	.venv/bin/python tests/covered.py || status=$$?; exit $$status

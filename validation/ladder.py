@@ -11,11 +11,13 @@ import argparse
 import concurrent.futures
 import contextlib
 import dataclasses
+import datetime
 import importlib.util
 import math
 import multiprocessing
 import os
 import pathlib
+import platform
 import subprocess
 import sys
 import tempfile
@@ -23,6 +25,7 @@ import time
 import traceback
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
 HERE = ROOT / "validation"
 # The order of the ladder: each rung stands on those before it
 CASES = [
@@ -71,7 +74,7 @@ class Case:
     def __init__(self, folder: pathlib.Path, scratch: pathlib.Path):
         self.folder = folder
         self.scratch = scratch
-        self.program = pathlib.Path(os.environ.get("MILLSIM", ROOT / "millsim"))
+        self.program = PROGRAM
         self.claims: list[Claim] = []
         self.runs = 0
         self.contacts = 0
@@ -228,6 +231,17 @@ def claims_table(claims: list[Claim]) -> list[str]:
     return lines
 
 
+def stamp() -> str:
+    """With what a table of results was written: version, day, machine; one sentence."""
+    said = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout.split()
+    system = platform.freedesktop_os_release()["PRETTY_NAME"] if sys.platform == "linux" else platform.platform()
+    model = platform.processor() or platform.machine()
+    with contextlib.suppress(OSError):
+        lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+        model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), model)
+    return f"Written with millsim {said[1]} on {datetime.date.today()}: {system}, {os.cpu_count()} cores, {model}."
+
+
 def write_results(cases: list[dict], path: pathlib.Path) -> None:
     claims = [Claim(**claim) for case in cases for claim in case["claims"]]
     held = sum(claim.holds for claim in claims)
@@ -236,6 +250,8 @@ def write_results(cases: list[dict], path: pathlib.Path) -> None:
         "",
         f"Written by `make validate`: {held} of {len(claims)} claims hold. *Band* is what the measured value may be "
         "off, or its bound where nothing is expected but smallness; *error* is its standard error.",
+        "",
+        stamp(),
         "",
         "## In short",
         "",

@@ -86,6 +86,8 @@ def write_results(title, writer, introduction, results, path, counted, summary):
         "",
         f"Written by `{writer}`: {counted(claims)} {introduction}",
         "",
+        ladder.stamp(),
+        "",
         "## In short",
         "",
         *summary(results),

@@ -1,6 +1,6 @@
 """`millsim --digest`: streams of other programs' runs, right ones and as wrong as they come.
 
-Whole runs of millsim, handed over and digested again, are in tests/tools/test_digest.py.
+Whole runs of millsim, handed over and digested again, are in tests/tools/test_digested_runs.py.
 """
 
 import math

@@ -1,6 +1,9 @@
 """make validate: what a claim that is known not to hold means."""
 
+import datetime
+import os
 import pathlib
+import re
 import sys
 
 import pytest
@@ -56,3 +59,17 @@ def test_a_comparison_fails_for_a_deviation_of_which_nothing_is_known(tmp_path, 
         )
         == status
     )
+
+
+def test_results_say_version_day_and_machine(tmp_path, monkeypatch):
+    monkeypatch.setattr(ladder, "PROGRAM", tmp_path / "millsim")
+    ladder.PROGRAM.write_text("#!/bin/sh\necho millsim 1.2.3-4-gabc\n")
+    ladder.PROGRAM.chmod(0o755)
+    parts.write_results(
+        "Title", "make x", "words", [], tmp_path / "parts.md", lambda claims: "0 of 0", lambda results: []
+    )
+    ladder.write_results([], tmp_path / "ladder.md")
+    today = datetime.date.today()
+    for name in ("parts.md", "ladder.md"):
+        said = (tmp_path / name).read_text().splitlines()[4]
+        assert re.fullmatch(rf"Written with millsim 1\.2\.3-4-gabc on {today}: .+, {os.cpu_count()} cores, .+\.", said)
