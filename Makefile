@@ -246,7 +246,7 @@ $(foreach p,pytest pytest-timeout pytest-xdist mpmath,$(eval LOCKED_$p := $(shel
 build/lowest/made: tools/pyproject.toml tests/requirements.lock
 	@rm -rf build/lowest; mkdir -p build; $(or $(PYTHON),python3) -m venv build/lowest
 	build/lowest/bin/python -m pip install -q --disable-pip-version-check uv
-	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct 'tools[study,cluster,export,dem]' \
+	build/lowest/bin/python -m uv pip install -q --python build/lowest/bin/python --resolution lowest-direct './tools[study,cluster,export,dem]' \
 	    pytest==$(LOCKED_pytest) pytest-timeout==$(LOCKED_pytest-timeout) pytest-xdist==$(LOCKED_pytest-xdist) mpmath==$(LOCKED_mpmath)
 	@touch $@
 lowest: build/lowest/made

@@ -13,8 +13,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
 
-from few_balls import census, compare, predict  # noqa: E402
-from mill_decks import BODIES, random_mill  # noqa: E402
+from few_balls import census, compare, predict
+from mill_decks import BODIES, random_mill
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
 
-from mill_parts import prism_mesh, stl  # noqa: E402
+from mill_parts import prism_mesh, stl
 
 CHARGE = """\
 [balls]

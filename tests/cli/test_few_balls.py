@@ -12,9 +12,9 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracle"))
 
-from decks import random_case  # noqa: E402
-from few_balls import census, compare, predict  # noqa: E402
-from oracle import KINDS, wavy_arcs  # noqa: E402
+from decks import random_case
+from few_balls import census, compare, predict
+from oracle import KINDS, wavy_arcs
 
 pytestmark = pytest.mark.slow
 

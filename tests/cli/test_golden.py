@@ -10,7 +10,7 @@ from conftest import PROGRAM, ROOT
 
 sys.path.insert(0, str(ROOT / "tests/golden"))
 
-import golden  # noqa: E402
+import golden
 
 RELEASE = ROOT / "millsim"
 WHY = "a frozen hash changes only with a reason in CHANGELOG.md: see tests/golden/README.md"

@@ -8,8 +8,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "validation"))
 
-import ladder  # noqa: E402
-from jars import common, release, scaling, shaken, twins  # noqa: E402
+import ladder
+from jars import common, release, scaling, shaken, twins
 
 
 @pytest.fixture

@@ -376,7 +376,7 @@ def test_every_dataset_has_a_unit_and_a_description(file):
 
 
 def equal(a, b):
-    return b is None and np.isnan(a) or a == b
+    return (b is None and np.isnan(a)) or a == b
 
 
 def test_the_json_summary_holds_the_numbers_of_the_file(file, summary):

@@ -135,7 +135,7 @@ def test_values_are_those_of_the_file(runs):
             power = file["statistics/rotor/power"][()]
             lost = sum(file[f"statistics/impacts/{k}/dissipated_power"][()] for k in KINDS)
             counts = file["observables/fast_collisions/ball_drum/value"]
-            from_row = int(round(0.1 / 0.001))
+            from_row = round(0.1 / 0.001)
             expected = {
                 "rotor_power": power,
                 "rotor_torque": file["statistics/rotor/torque"][()],

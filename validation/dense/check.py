@@ -193,7 +193,7 @@ LAWS = {
 
 
 def claim_bulk(case, found):
-    for packing, values in found.items():
+    for values in found.values():
         at = f"at packing {values['packing'].mean():.4f}"
         for key in ("rate", "z"):
             case.claim(

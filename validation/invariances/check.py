@@ -339,7 +339,7 @@ def draw(case, parting, worst, gases):
     ax.set(xlabel="time [ms]", ylabel="distance from the mill itself [diameters]", title="mill")
     ax.legend(fontsize=8)
     ax = axes[1]
-    for k, (name, (times, curves, theory)) in enumerate(gases.items()):
+    for k, (name, (times, curves, _)) in enumerate(gases.items()):
         for n, curve in enumerate(curves):
             label = f"{name}, {len(curves)} runs" if n == 0 else None
             ax.semilogy(1e3 * times[1:], curve[1:], f"C{k}", lw=0.4, alpha=0.6, label=label)

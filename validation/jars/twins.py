@@ -4,6 +4,7 @@ import numpy as np
 from jars.common import RPM, as_started, claim_same, log_of, nudged, start
 
 SUN, JAR, R = 650 * RPM, -1300 * RPM, 0.07
+STRAIGHT = np.eye(3)
 G = np.array([0.0, 0.0, -9.81])
 TURN = np.linalg.qr(np.random.default_rng(5).standard_normal((3, 3)))[0]
 TURN *= np.linalg.det(TURN)  # a rotation, any
@@ -13,7 +14,7 @@ def vector(values, unit):
     return " ".join(repr(float(x)) for x in values) + f" {unit}".rstrip()
 
 
-def planetary(sun=SUN, jar=JAR, matrix=np.eye(3), distance=R):
+def planetary(sun=SUN, jar=JAR, matrix=STRAIGHT, distance=R):
     """Settings of the mill turned by `matrix`: axes, places, gravity."""
     axis, centre = vector(matrix[:, 2], ""), vector(matrix @ [distance, 0, 0], "m")
     return {

@@ -41,14 +41,13 @@ def collection(arguments, chosen, times, write, of):
     own = re.compile(re.escape(place.name) + r"_\d+\.vtp")
     digits = max(4, len(str(chosen[-1])))
     lines, total = [], 0
-    with whole(path) as draft:
-        with whole_folder(place, own.fullmatch) as folder:
-            for index in source.steps(chosen, arguments):
-                name = f"{place.name}_{index:0{digits}d}.vtp"
-                total += write(index, folder / name)
-                link = quoteattr(f"{place.name}/{name}")
-                lines.append(f'<DataSet timestep="{float(times[index])!r}" part="0" file={link}/>')
-            draft.write_text(page(lines), encoding="utf-8")
+    with whole(path) as draft, whole_folder(place, own.fullmatch) as folder:
+        for index in source.steps(chosen, arguments):
+            name = f"{place.name}_{index:0{digits}d}.vtp"
+            total += write(index, folder / name)
+            link = quoteattr(f"{place.name}/{name}")
+            lines.append(f'<DataSet timestep="{float(times[index])!r}" part="0" file={link}/>')
+        draft.write_text(page(lines), encoding="utf-8")
     return f"{plural(len(lines), 'frame')} of {of}, {size(total)} in {place.name}/"
 
 

@@ -67,7 +67,7 @@ def write_figure(figures, name, runs, target, options):
         raise UserError(f"{target}: expected a name that ends in {', '.join(PICTURES)} or .csv")
     for one in runs:
         with Progress("mill plot", 1.0) as watch:
-            figure.prepare(one, lambda share: watch(share, "log of impacts"))  # noqa: B023 (called before the next)
+            figure.prepare(one, lambda share: watch(share, "log of impacts"))
     if suffix != ".csv":
         figure.save(figure.draw(runs, **options), target, DOTS)
         return

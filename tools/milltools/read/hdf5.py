@@ -272,7 +272,7 @@ class Store:
             if not text and about.dtype.kind not in "iufb":
                 raise ValueError(f"its attribute '{name}' has values of a type that no run has ({about.dtype})")
             free = text and text.length is None
-            if count * about.dtype.itemsize > self._size or free and count > TEXTS and count * self._size > MOST_TEXT:
+            if count * about.dtype.itemsize > self._size or (free and count > TEXTS and count * self._size > MOST_TEXT):
                 raise ValueError(f"its attribute '{name}' has {count} values")
             value = thing.attrs[name]
             return _like(default, _decoded(value) if text else value, name)
@@ -293,7 +293,7 @@ def _like(default, value, name):
     texts = isinstance(first, str)
     if not several and np.size(value) == 1:
         value = np.ravel(value)[0]
-    if np.ndim(value) != several or np.size(value) and isinstance(np.ravel(value)[0], str) != texts:
+    if np.ndim(value) != several or (np.size(value) and isinstance(np.ravel(value)[0], str) != texts):
         wanted = ("number", "text")[texts]
         raise ValueError(
             f"its attribute '{name}': expected {f'{wanted}s' if several else f'one {wanted}'}, got {value!r:.60}"

@@ -13,6 +13,7 @@ next job begins, so whatever ends a task, what it finished is kept, and it is kn
 torn by a crash is not a line: the next one begins anew.
 """
 
+import contextlib
 import json
 import os
 import pathlib
@@ -125,10 +126,8 @@ class Spool:
         self.folder = pathlib.Path(folder)
         word = re.sub(r"[^A-Za-z0-9_.-]+", "_", self.folder.with_suffix("").stem)[:24] or "study"
         token = None
-        try:
+        with contextlib.suppress(OSError):
             token = (self.folder / "token").read_text().strip()
-        except OSError:
-            pass
         self.token = token or secrets.token_hex(4)
         self.prefix = f"mill-{word}-{self.token}"
 
