@@ -289,8 +289,8 @@ bench:
 	.venv/bin/python tests/bench/bench.py --build $(BUILD) $(if $(QUICK),--quick) $(REPEATS:%=--repeats %) \
 	    $(JSON:%=--json %) $(CASES)
 
-PARTS := $(patsubst %,$(BUILD)/tests/bench/bench_%,poly calendar observers)
-bench-parts: $(PARTS)
+BENCH_PARTS := $(patsubst %,$(BUILD)/tests/bench/bench_%,poly calendar observers)
+bench-parts: $(BENCH_PARTS)
 	@set -e; for b in $^; do $$b; done
 
 # what the README and docs/figures.md show, by the program itself: some two minutes
