@@ -11,12 +11,12 @@ import threading
 
 
 @functools.cache
-def guard() -> tuple[str, ...]:
-    """The words in front of a command that end it with the process (thread) that started it: Linux only."""
+def guard(how: str = "KILL") -> tuple[str, ...]:
+    """The words in front of a command that end it, by the signal `how`, with the process (thread) that started it: Linux only."""
     setpriv = shutil.which("setpriv")
     if not setpriv:
         return ()
-    words = (setpriv, "--pdeathsig", "KILL")
+    words = (setpriv, "--pdeathsig", how)
     known = subprocess.run([*words, "true"], capture_output=True).returncode == 0
     return (*words, "--") if known else ()
 
