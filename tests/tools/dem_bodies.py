@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from milltools.dem.soft_mill import Mill
+from milltools.dem.soft_mill import SoftMill
 from milltools.read.deck import Deck
 
 HEAD = """\
@@ -81,12 +81,12 @@ class Recorder:
 
 
 def follow(deck, place, velocity, until, modulus=1e9, spin=None):
-    """Runs balls from places and velocities in the laboratory (N, 3); the Mill at the end, and the Recorder."""
+    """Runs balls from places and velocities in the laboratory (N, 3); the SoftMill at the end, and the Recorder."""
     place, velocity = np.atleast_2d(place).astype(float), np.atleast_2d(velocity).astype(float)
     spin = np.zeros_like(place) if spin is None else np.atleast_2d(spin).astype(float)
     seen = Recorder()
-    mill = Mill(deck, None, True, seen)
-    mill.state = mill.scene.frame.from_laboratory(0.0, place, velocity, spin)
+    mill = SoftMill(deck, None, True, seen)
+    mill.state = mill.setup.frame.from_laboratory(0.0, place, velocity, spin)
     mill.run(modulus, until)
     mill.flush()
     return mill, seen

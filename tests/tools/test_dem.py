@@ -16,7 +16,7 @@ from dem_oracle import BLADES, MIXTURE
 import milltools.dem.command
 from milltools.__main__ import main
 from milltools.base.errors import UserError
-from milltools.dem.soft_mill import Mill
+from milltools.dem.soft_mill import SoftMill
 from milltools.read.kinds import KINDS
 from milltools.read.runfile import Run
 
@@ -51,7 +51,7 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
         with monkeypatch.context() as patch:
             if not whole:
                 patch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
-                patch.setattr(Mill, "price", lambda *_: math.nan)
+                patch.setattr(SoftMill, "price", lambda *_: math.nan)
             status = main()
         return Done(status, *capsys.readouterr())
 
@@ -99,8 +99,8 @@ def sets(*pairs):
         (sets("output.frames=1 us"), "deck.ini: [output] frames: 1e-06 s is less than the "),
         (["--output", "there.h5"], "there.h5: there is such a file already; --force overwrites it"),
         (["--output", "no/such.h5"], "no/such.h5: there is no folder no"),
-        (["--output", "scratch", "--force"], "scratch: a folder; --output wants a file"),
-        (["--output", "deck.ini", "--force"], "deck.ini: that is the deck itself"),
+        (["--output", "scratch", "--force"], "scratch: is a folder"),
+        (["--output", "deck.ini", "--force"], "deck.ini: is deck.ini itself; give another name"),
         (["--script", "old"], "old: there is an in.mill already; --force overwrites it"),
         (["--script", "new", "--warm-up", "1e7"], "--script writes one run of one stiffness: leave --warm-up out"),
     ],
@@ -497,7 +497,7 @@ def test_the_script_runs_in_plain_liggghts_and_keeps_every_ball(dem, tmp_path):
 
 @pytest.mark.dem
 def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
-    state = milltools.dem.soft_mill.Process.state
+    state = milltools.dem.soft_mill.Liggghts.state
 
     def lose(process, into):
         step = state(process, into)
@@ -505,7 +505,7 @@ def test_a_failure_in_mid_run_keeps_the_results_up_to_then(dem, monkeypatch):
             raise UserError("LIGGGHTS lost 1 of 20 balls", 1)
         return step
 
-    monkeypatch.setattr(milltools.dem.soft_mill.Process, "state", lose)
+    monkeypatch.setattr(milltools.dem.soft_mill.Liggghts, "state", lose)
     done = dem(SMALL, *QUICK, "--set", "contact.friction=0")
     assert (done.status, done.out) == (1, "")
     told = "mill dem: LIGGGHTS lost 1 of 20 balls; results up to 2.4 ms are in deck-dem.h5\n"
@@ -520,7 +520,7 @@ def test_a_price_that_cannot_be_measured_does_not_fail_the_run(dem, monkeypatch)
     def fail(*_):
         raise UserError("LIGGGHTS failed with status 1", 1)
 
-    monkeypatch.setattr(Mill, "price", fail)
+    monkeypatch.setattr(SoftMill, "price", fail)
     monkeypatch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
     done = dem(SMALL, *QUICK, *sets("contact.friction=0", "run.time=2 ms"), whole=True)
     assert done.status == 0 and "without it - s per simulated second" in done.out

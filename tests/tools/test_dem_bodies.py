@@ -8,10 +8,9 @@ from dem_bodies import BOX, HEAD, JAR, deck_of, follow
 from scipy.optimize import brentq
 
 from milltools.base.errors import UserError
-from milltools.dem.facets import axes
 from milltools.dem.paths import Chain
-from milltools.dem.setup import Scene, scene_of
-from milltools.dem.walls import Flats
+from milltools.dem.setup import Setup, setup_of
+from milltools.dem.walls import Flats, axes
 
 needs_liggghts = pytest.mark.skipif(not shutil.which("liggghts"), reason="no LIGGGHTS")
 G = 9.81  # [m/s^2]
@@ -70,14 +69,13 @@ def test_a_points_harmonics_are_where_the_chain_of_motions_brings_it(name):
 
 def test_the_frame_goes_with_the_jar_without_turning_and_back_again():
     deck = deck_of(PLANETARY + JAR.replace("radius", "axis = 0 0 1\nradius"))
-    scene, rng = scene_of(deck), np.random.default_rng(2)
+    scene, rng = setup_of(deck), np.random.default_rng(2)
     state = [rng.normal(size=(5, 3)) for _ in range(3)]
     inside = scene.frame.from_laboratory(0.03, *state)
     for was, now in zip(state, scene.frame.to_laboratory(0.03, *inside), strict=True):
         assert now == pytest.approx(was, abs=1e-12)
     assert scene.spin.speed == pytest.approx(68 - 136) and scene.spin.axis == pytest.approx([1, 0, 0])
-    # on the axis the jar's own frame sees nothing move; R (W^2) towards the sun's centre is missing there
-    assert scene.own(0.03, np.zeros((1, 3)), np.zeros((1, 3)))[1] == pytest.approx(np.zeros((1, 3)))
+    # on the jar's axis R (W^2) towards the sun's centre is missing
     assert np.linalg.norm(scene.frame.gravity(0.03)) == pytest.approx(68**2 * np.hypot(0.06, 0.02))
 
 
@@ -86,12 +84,12 @@ def test_the_frame_goes_with_the_jar_without_turning_and_back_again():
 
 def test_a_box_is_touched_where_its_nearest_place_is_and_an_edge_once():
     deck = deck_of("[body.bar]\nshape = box\nsize = 0.04 0.02 0.03 m\naxis = 1 2 3\nangle = 0.7 rad\ncentre = 0.01 0 0.02 m\n" + BOX.replace("0.04 0.05 0.06", "1 1 1"))  # fmt: skip
-    wall = Scene(deck).walls[-1]
+    wall = Setup(deck).walls[-1]
     rows, middle = axes(deck, "bar")
     rng = np.random.default_rng(3)
     place = rng.uniform(-0.04, 0.06, (4000, 3))
     radius = np.full(len(place), 0.006)
-    frame = Scene(deck).frame.rows
+    frame = Setup(deck).frame.rows
     local = (place - middle) @ rows.T
     out = local - np.clip(local, *(s * np.array([0.015, 0.02, 0.01]) for s in (-1, 1)))
     distance = np.linalg.norm(out, axis=1)
@@ -105,7 +103,7 @@ def test_a_box_is_touched_where_its_nearest_place_is_and_an_edge_once():
 
 
 def test_in_a_corner_of_what_holds_it_a_ball_touches_three_facets():
-    wall = Scene(deck_of(BOX + "motion = spin\n[motion.spin]\nkind = turn\nspeed = 10 rad/s\n")).walls[0]  # fmt: skip
+    wall = Setup(deck_of(BOX + "motion = spin\n[motion.spin]\nkind = turn\nspeed = 10 rad/s\n")).walls[0]  # fmt: skip
     assert isinstance(wall, Flats) and len(wall.mesh(0.0)) == 12
     found = wall.find(0.0, np.array([[0.0255, 0.0155, 0.0205]]), np.array([0.005]))
     assert found.overlap == pytest.approx([0.0005] * 3)
@@ -127,7 +125,7 @@ def test_a_ball_rides_on_the_wall_of_a_jar_in_circular_translation():
     deep = spring.mass * w**2 * (circle + 0.015) / spring.stiffness
     at = circle + 0.015 + deep
     mill, seen = follow(deck, [at, 0, 0], [0, at * w, 0], 0.1)
-    place, *_ = mill.scene.frame.to_laboratory(mill.time, *mill.state)
+    place, *_ = mill.setup.frame.to_laboratory(mill.time, *mill.state)
     assert place == pytest.approx(np.array([[at, 0, 0]]), abs=1e-6)
     assert mill.contacts.deepest == pytest.approx(deep, rel=1e-6)
     assert abs(seen.column("motion_work/jar")).max() < 1e-5 * seen.kinetic(mill.mass)[0]
@@ -173,10 +171,10 @@ def test_the_surface_of_a_turning_jar_drags_a_ball_that_slides(where):
     turn = "[motion.jar]\nkind = turn\ncentre = 0.01 0.02 0.03 m\naxis = 0.6 0 0.8\nspeed = 300 rad/s\n"
     jar = JAR.replace("0.07 0 0 m", "0.01 0.02 0.03 m\naxis = 0.6 0 0.8")
     deck = deck_of(jar + turn, **RUBS)
-    out = scene_of(deck).frame.rows[1]
+    out = setup_of(deck).frame.rows[1]
     way, at = (out, 0.02 * out) if where == "wall" else (axis, 0.02 * axis + 0.008 * out)
     mill, seen = follow(deck, middle + at - 0.006 * way, way, 0.004, modulus=1e10)
-    _, velocity, spin = mill.scene.frame.to_laboratory(mill.time, *mill.state)
+    _, velocity, spin = mill.setup.frame.to_laboratory(mill.time, *mill.state)
     drag = np.cross(300 * axis, at)
     assert seen.all("tangential_speed") == pytest.approx([np.linalg.norm(drag)], rel=1e-3)
     drag /= np.linalg.norm(drag)
@@ -224,7 +222,7 @@ def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(
 def test_work_of_each_motion_is_what_the_balls_have_taken():
     """Planetary, no friction: kinetic energy less what is lost, and E - W L, with W of the sun, stays but for what is lost."""
     deck = deck_of(PLANETARY + JAR, contact__restitution="1", balls__count="2")
-    place = scene_of(deck).frame.track(0.0) + [[0.005, 0.006, 0.006], [-0.008, 0.003, -0.006]]
+    place = setup_of(deck).frame.track(0.0) + [[0.005, 0.006, 0.006], [-0.008, 0.003, -0.006]]
     mill, seen = follow(deck, place, [[0, 1, 0.5], [0.3, 0.5, -0.5]], 0.08)
     work = {name: seen.column(f"motion_work/{name}")[-1] for name in ("sun", "jar")}
     energy = seen.kinetic(mill.mass) + seen.column("elastic_energy")
@@ -254,13 +252,13 @@ REFUSED = {
 def test_what_liggghts_cannot_do_right_is_refused_with_the_reason(name):
     text, reason = REFUSED[name]
     with pytest.raises(UserError) as refused:
-        Scene(deck_of(text, **RUBS))
+        Setup(deck_of(text, **RUBS))
     assert str(refused.value).startswith(f"deck.ini: {reason}")
 
 
 def test_a_jar_that_rocks_about_its_own_axis_is_run_without_friction():
     text, _ = REFUSED["rocking"]
-    assert Scene(deck_of(text)).spin.swings
+    assert Setup(deck_of(text)).spin.swings
 
 
 def test_a_tube_of_many_facets_is_curved_and_a_box_of_an_stl_is_not(tmp_path):
@@ -277,6 +275,6 @@ def test_a_tube_of_many_facets_is_curved_and_a_box_of_an_stl_is_not(tmp_path):
         deck.path = tmp_path / "deck.ini"
         if is_curved:
             with pytest.raises(UserError, match="its facets make a curved wall"):
-                Scene(deck)
+                Setup(deck)
         else:
-            assert len(Scene(deck).walls[-1].normal) == 6
+            assert len(Setup(deck).walls[-1].normal) == 6

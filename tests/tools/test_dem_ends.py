@@ -16,7 +16,7 @@ from conftest import PROGRAM, ROOT, SMALL
 import milltools.base.progress
 import milltools.dem.command
 from milltools.__main__ import main
-from milltools.dem.soft_mill import Mill
+from milltools.dem.soft_mill import SoftMill
 from milltools.read.runfile import Run
 
 pytestmark = pytest.mark.slow
@@ -108,7 +108,7 @@ def test_a_signal_ends_it_with_its_results_and_leaves_nothing(start, tmp_path, n
     shared = set(os.listdir("/dev/shm"))
     os.killpg(process.pid, number)  # as a terminal does: the whole group
     out, err = (text.decode() for text in process.communicate(timeout=30))
-    assert process.returncode == 128 + number
+    assert process.returncode == 128 + number, err
     assert living(process.mark) == {}
     assert list((tmp_path / "scratch").iterdir()) == []
     assert set(os.listdir("/dev/shm")) <= shared
@@ -165,7 +165,7 @@ def dem(tmp_path, monkeypatch, capsys, write_deck):
     monkeypatch.setenv("MILLSIM", str(PROGRAM))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(milltools.dem.command.Job, "check_singles", lambda job: None)
-    monkeypatch.setattr(Mill, "price", lambda *_: float("nan"))
+    monkeypatch.setattr(SoftMill, "price", lambda *_: float("nan"))
     write_deck(SMALL.replace("friction = 0.3", "friction = 0"))
 
     def run(*words):

@@ -10,8 +10,9 @@ from scipy.integrate import solve_ivp
 
 from milltools.base.errors import UserError
 from milltools.dem import script
-from milltools.dem.contacts import Boxes, solve_back
+from milltools.dem.contacts import solve_back
 from milltools.dem.model import Model, spring, sticking_restitution, tangential_damping
+from milltools.dem.walls import Blades
 from milltools.geometry.solids import blade_triangles
 from milltools.read.deck import Deck
 from milltools.read.kinds import KINDS
@@ -121,7 +122,7 @@ def points_in_drum(count, seed=1):
 
 def test_blades_are_boxes_at_their_place_angle_and_pitch(deck):
     deck = deck(SMALL + BLADES, "blades.pitch=30 deg", "rotor.angle=20 deg")
-    boxes, points, time = Boxes(deck), points_in_drum(3000), 0.0123
+    boxes, points, time = Blades(deck), points_in_drum(3000), 0.0123
     for k, blade in enumerate(deck.blades):
         distance, normal = boxes.look(points, np.full(len(points), k), time)
         wanted = box_distance(blade, blade.angle + deck.rotor_speed * time, points)
@@ -137,7 +138,7 @@ def test_blades_are_boxes_at_their_place_angle_and_pitch(deck):
 def test_no_corner_of_a_blade_is_farther_out_than_the_reach(deck):
     deck = deck(SMALL + BLADES.replace("18 mm", "25 mm"))
     corners = blade_triangles(deck, 0.0).reshape(-1, 3)
-    assert Boxes(deck).reach == pytest.approx(np.hypot(corners[:, 1], corners[:, 2]).max(), rel=1e-12)
+    assert Blades(deck).reach == pytest.approx(np.hypot(corners[:, 1], corners[:, 2]).max(), rel=1e-12)
 
 
 def test_triangles_are_the_boxes_wherever_a_ball_can_touch_them(deck):
@@ -196,7 +197,7 @@ def test_the_data_file_is_the_state_to_the_last_bit(deck):
     deck = deck(MIXTURE)
     rng = np.random.default_rng(3)
     place, velocity, spin = deck.start()[0], *rng.normal(size=(2, 120, 3))
-    text = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, script.box(deck))
+    text = script.data_file(deck, deck.species_of_ball, (place, velocity, spin))
     lines = text.splitlines()
     assert lines[2:4] == ["120 atoms", "6 atom types"]
     atoms = np.array([line.split() for line in lines[lines.index("Atoms") + 2 :][:120]], float)

@@ -16,7 +16,7 @@ import pytest
 
 from milltools.base.errors import UserError
 from milltools.base.processes import Stopped, at_once, between_steps, stops_in_order
-from milltools.dem.liggghts import Process, command
+from milltools.dem.liggghts import Liggghts, command
 
 BALLS, SAMPLES, TRIANGLES = 7, 5, 24
 FAKE = f"""#!{sys.executable}
@@ -90,7 +90,7 @@ def play(tmp_path, monkeypatch):
         folder = tmp_path / "run"
         folder.mkdir()
         into, seen = np.empty((BALLS, 9)), []
-        with Process(folder, "", BALLS, TRIANGLES) as process:
+        with Liggghts(folder, "", BALLS, TRIANGLES) as process:
             started.append(process)
             while len(seen) < SAMPLES and (step := process.state(into)) is not None:
                 seen.append((step, into.copy()))
@@ -209,8 +209,8 @@ def test_the_program_dies_with_its_watcher_even_before_it_writes(play, tmp_path,
     """A program that waits for a reader of its pipe would wait for ever."""
     monkeypatch.setenv("PLAY", "never opens")
     code = (
-        "import os, pathlib, signal, sys; from milltools.dem.liggghts import Process; "
-        "folder = pathlib.Path(sys.argv[1]); p = Process(folder, '', 7); "
+        "import os, pathlib, signal, sys; from milltools.dem.liggghts import Liggghts; "
+        "folder = pathlib.Path(sys.argv[1]); p = Liggghts(folder, '', 7); "
         "print(p.process.pid, flush=True); os.kill(os.getpid(), signal.SIGSTOP)"
     )
     folder = tmp_path / "watched"

@@ -91,7 +91,7 @@ def throw_hard(case, deck, kind, ratio):
 
 
 def throws(deck, modulus, kind):
-    """What LIGGGHTS makes of it: milltools.dem.singles.Measured."""
+    """What LIGGGHTS makes of it: milltools.dem.singles.Singles."""
     return singles.throw(deck, Model(deck, modulus), tangential_damping(deck)[0], kind)
 
 

@@ -7,7 +7,7 @@ from runs import LABELS, STIFFNESSES, say, sets
 from steady import DECK, SETTINGS, soft_run, stiff_run
 
 from milltools.dem.model import Model, tangential_damping
-from milltools.dem.soft_mill import PRICED, Mill
+from milltools.dem.soft_mill import PRICED, SoftMill
 from milltools.read.deck import Deck
 from milltools.read.runfile import Run
 
@@ -38,7 +38,7 @@ def measure(case, modulus, path):
     with Run(path) as run:
         state = [run.frame(-1, name).astype(float) for name in ("position", "velocity", "angular_velocity")]
         time = run.frame_times()[-1]
-    mill = Mill(checked, state, tangential_damping(checked)[0], None)
+    mill = SoftMill(checked, state, tangential_damping(checked)[0], None)
     mill.model, mill.time = Model(checked, STIFFNESSES[modulus]), time
     steps = SPAN[modulus] / mill.model.time_step / PRICED
     soft, hard, whole = [], [], []

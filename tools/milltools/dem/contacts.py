@@ -5,19 +5,22 @@ is seen. At its first sample the damped spring is solved back from overlap and c
 and to its time: the normal speed that a hard-sphere code reports. Geometry is that of the deck (milltools.dem.walls),
 exactly; LIGGGHTS' own list of contacts costs it more than the whole state does.
 
-Only neighbours are looked at: pairs near enough to meet before the list is made anew (`_Near`), in two rings, the
-outer one from a k-d tree. Arrays are by contact where not said otherwise; SI units.
+Only neighbours are looked at: pairs, from a k-d tree, and balls at blades that are near enough to meet before the lists
+are made anew. Arrays are by contact where not said otherwise; SI units.
 """
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from milltools.dem.boxes import Boxes
-from milltools.dem.setup import scene_of
-from milltools.dem.walls import Found
+from milltools.base.errors import UserError
+from milltools.dem.setup import setup_of
+from milltools.dem.walls import Blades, Found
 
-INNER_SAMPLES = 8  # the inner ring is drawn anew after so many samples
-SPEEDUP = 1.5  # the rings allow for balls faster than all are now, by this factor; faster ones draw them anew
+SKIN = 0.2  # of the largest ball's diameter: how far a pair on the list may be from touching
+LEAST_SAMPLES = 8  # for which a list holds
+SPEEDUP = 1.5  # lists allow for balls faster than all are now, by this factor; faster ones make them anew
+ROUNDS = 400
+CLOSED = 1e-7  # of the largest radius: overlaps that count as none
 
 
 def solve_back(overlap, closing, decay, frequency):
@@ -38,108 +41,65 @@ class Contacts:
     over the samples; elastic (5,) [J] what the springs hold now; deepest [m] is the largest overlap so far.
     """
 
-    def __init__(self, deck, model, scene=None):
-        self.model, self.scene = model, scene or scene_of(deck)
-        self.walls = [None, *self.scene.walls]  # None: other balls
-        self.kinds = [0, *(wall.kind for wall in self.scene.walls)]
+    def __init__(self, deck, model):
+        self.model, self.setup = model, setup_of(deck)
+        self.walls = [None, *self.setup.walls]  # None: other balls
+        self.kinds = [0, *(wall.kind for wall in self.setup.walls)]
         self.interval = model.sample_interval
         self.kind_of_ball = deck.species_of_ball
         self.radius = np.array([kind.diameter / 2 for kind in deck.species])[self.kind_of_ball]
-        self.count = len(self.radius)
-        self.rotor = deck.rotor_speed
-        self.boxes = next((wall for wall in self.walls if isinstance(wall, Boxes)), Boxes(deck))
-        self.skin = 0.2 * 2 * self.radius.max()
+        self.blades = next((wall for wall in self.setup.walls if isinstance(wall, Blades)), Blades(deck))
         self.spring = {name: model.table(name) for name in ("mass", "stiffness", "damping", "decay", "frequency")}
         self.loss = [1 - deck.contact(kind).restitution ** 2 for kind in deck.kinds]
         self.touching = [np.empty(0, np.int64) for _ in self.walls]
-        self.normal_loss = np.zeros(len(deck.kinds))
+        self.normal_loss, self.isolated_loss = np.zeros((2, len(deck.kinds)))
         self.elastic = np.zeros(len(self.walls))
-        self.isolated_loss = np.zeros(len(deck.kinds))
         self.deepest = 0.0
-        self.outer_until = self.inner_until = -np.inf
-        self.fastest = self.fast = 0.0  # [m/s] what the outer and the inner ring allow for
+        self.listed_until, self.fastest = -np.inf, 0.0  # [s], [m/s] what the lists hold for
         self.found = [None] * len(self.walls)
         self.time = 0.0  # [s] of what was found
         self.before = None  # velocities and spins of the last sample
         self.last = None  # [s] its time
 
-    # --- neighbours -------------------------------------------------------------------------------------
-
-    def _rings(self, time, place, velocity):
-        """Draws the rings anew where they are due."""
-        now = np.sqrt(np.einsum("ij,ij->i", velocity, velocity).max())
-        if time < self.inner_until and now <= self.fast:
-            return
-        tip = abs(self.rotor) * self.boxes.reach
-        ahead = INNER_SAMPLES * self.interval
-        if time + ahead > self.outer_until or now > self.fastest:
-            self.fastest = SPEEDUP * max(now, 1e-3)
-            self.outer_until = time + max(self.skin / (self.fastest + max(self.fastest, tip)), ahead)
-            reach = self.outer_until - time
-            self._outer(time, place, 2 * self.fastest * reach, (self.fastest + tip) * reach)
-        self.fast = fastest = min(SPEEDUP * max(now, 1e-3), self.fastest)
-        self.inner_until = time + (INNER_SAMPLES - 0.5) * self.interval
-        i, j = self.pairs
-        away = place[i] - place[j]
-        near = self.radius[i] + self.radius[j] + 2 * fastest * ahead
-        keep = np.einsum("ij,ij->i", away, away) < near * near
-        self.near_i, self.near_j = i[keep], j[keep]
-        near = self.radius[self.near_i] + self.radius[self.near_j]
-        self.near_square = near * near
-        if self.boxes.count:
-            ball, blade = self.at_blades
-            distance, _ = self.boxes.look(place[ball], blade, time)
-            keep = distance < self.radius[ball] + (fastest + tip) * ahead
-            self.near_ball, self.near_blade = ball[keep], blade[keep]
-
-    def _outer(self, time, place, reach, reach_blade):
-        tree = cKDTree(place)
-        pairs = tree.query_pairs(2 * self.radius.max() + reach, output_type="ndarray")
-        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-        self.pairs = pairs[:, 0].copy(), pairs[:, 1].copy()
-        if self.boxes.count:
-            out = np.hypot(place[:, 1], place[:, 2]) - self.radius
-            near = np.nonzero(out < self.boxes.reach + reach_blade)[0]
-            ball = np.repeat(near, self.boxes.count)
-            blade = np.tile(np.arange(self.boxes.count), len(near))
-            distance, _ = self.boxes.look(place[ball], blade, time)
-            keep = distance < self.radius[ball] + reach_blade
-            self.at_blades = ball[keep], blade[keep]
-
     # --- who touches whom -------------------------------------------------------------------------------
 
+    def _list(self, time, place, velocity):
+        """Makes the lists of neighbours anew where it is due."""
+        now = np.sqrt(np.einsum("ij,ij->i", velocity, velocity).max())
+        if time < self.listed_until and now <= self.fastest:
+            return
+        self.fastest = SPEEDUP * max(now, 1e-3)
+        tip = abs(self.blades.speed) * self.blades.reach
+        skin = SKIN * 2 * self.radius.max()
+        span = max(skin / (self.fastest + max(self.fastest, tip)), LEAST_SAMPLES * self.interval)
+        self.listed_until = time + span - 0.5 * self.interval
+        pairs = cKDTree(place).query_pairs(2 * (self.radius.max() + self.fastest * span), output_type="ndarray")
+        i, j = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].T
+        away, touching = place[i] - place[j], self.radius[i] + self.radius[j]
+        keep = np.einsum("ij,ij->i", away, away) < (touching + 2 * self.fastest * span) ** 2
+        self.pairs, self.touching_square = (i[keep], j[keep]), touching[keep] ** 2
+        reach = (self.fastest + tip) * span
+        out = np.hypot(place[:, 1], place[:, 2]) - self.radius
+        near = np.nonzero(out < self.blades.reach + reach)[0] if self.blades.count else np.empty(0, int)
+        ball, blade = np.repeat(near, self.blades.count), np.tile(np.arange(self.blades.count), len(near))
+        keep = self.blades.look(place[ball], blade, time)[0] < self.radius[ball] + reach
+        self.at_blades = ball[keep], blade[keep]
+
     def _balls(self, place):
-        i, j = self.near_i, self.near_j
+        i, j = self.pairs
         away = place.take(i, axis=0) - place.take(j, axis=0)
         square = np.einsum("ij,ij->i", away, away)
-        hit = np.nonzero(square < self.near_square)[0]
-        i, j, away = i[hit], j[hit], away[hit]
-        distance = np.sqrt(square[hit])
-        return Found(
-            i * self.count + j,
-            i,
-            j,
-            np.sqrt(self.near_square[hit]) - distance,
-            away / distance[:, None],
-        )
-
-    def _blades(self, place, time):
-        ball, blade = self.near_ball, self.near_blade
-        distance, normal = self.boxes.look(place[ball], blade, time)
-        overlap = self.radius[ball] - distance
-        hit = np.nonzero(overlap > 0)[0]
-        ball, blade = ball[hit], blade[hit]
-        return Found(ball * self.boxes.count + blade, ball, blade, overlap[hit], normal[hit])
+        hit = np.nonzero(square < self.touching_square)[0]
+        i, j, distance = i[hit], j[hit], np.sqrt(square[hit])
+        overlap = np.sqrt(self.touching_square[hit]) - distance
+        return Found(i * len(place) + j, i, j, overlap, away[hit] / distance[:, None])
 
     def find(self, time, place, velocity):
-        """The contacts at this moment: the Found of balls, then of each wall of the scene."""
-        self._rings(time, place, velocity)
+        """The contacts at this moment: the Found of balls, then of each wall of the setup."""
+        self._list(time, place, velocity)
         self.time = time
-        found = [self._balls(place)]
-        for wall in self.scene.walls:
-            blades = wall is self.boxes
-            found.append(self._blades(place, time) if blades else wall.find(time, place, self.radius))  # fmt: skip
-        return found
+        listed = {self.blades: self.at_blades}
+        return [self._balls(place)] + [w.find(time, place, self.radius, *listed.get(w, ())) for w in self.setup.walls]
 
     # --- what happens there -----------------------------------------------------------------------------
 
@@ -184,9 +144,8 @@ class Contacts:
                 continue
             relative = self.relative(which, found, place, velocity)
             closing = -np.einsum("ij,ij->i", relative, found.normal)
-            self.normal_loss[self.kinds[which]] += self.interval * np.sum(
-                self.springs("damping", which, found) * closing * closing
-            )
+            damping = self.springs("damping", which, found)
+            self.normal_loss[self.kinds[which]] += self.interval * np.sum(damping * closing * closing)
             self.elastic[which] = 0.5 * np.sum(self.springs("stiffness", which, found) * found.overlap**2)
             self.deepest = max(self.deepest, found.overlap.max())
             new = np.isin(found.key, self.touching[which], assume_unique=True, invert=True)
@@ -221,3 +180,28 @@ class Contacts:
             "tangential_speed": np.sqrt(np.einsum("ij,ij->i", slip, slip)),
             "dissipation": lost,
         }
+
+
+def part(contacts, time, place, velocity):
+    """Places (N, 3) [m] without overlaps near the given ones.
+
+    From a soft run to a stiffer one: stiffer springs would throw balls apart that overlap as soft ones do, with many times
+    the energy. So overlapping bodies are moved apart, each pair by half; the balls keep their velocities."""
+    place, enough = place.copy(), CLOSED * contacts.radius.max()
+    for _ in range(ROUNDS):
+        contacts.listed_until = -np.inf
+        shift, deepest = np.zeros_like(place), 0.0
+        for kind, found in enumerate(contacts.find(time, place, velocity)):
+            if not len(found.ball):
+                continue
+            deepest = max(deepest, found.overlap.max())
+            away = (found.overlap + enough / 2)[:, None] * found.normal
+            np.add.at(shift, found.ball, away / 2 if kind == 0 else away)
+            if kind == 0:
+                np.add.at(shift, found.partner, -away / 2)
+        if deepest <= enough:
+            return place
+        place += shift
+    raise UserError(
+        f"the soft start leaves overlaps of {deepest:.2g} m that cannot be undone: choose a stiffer --warm-up", 1
+    )

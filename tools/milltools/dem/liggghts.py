@@ -1,6 +1,6 @@
 """One LIGGGHTS process and what comes out of it while it runs, through named pipes: nothing is left on the disk.
 
-LIGGGHTS 3.8 ends with status 0 after much that is no success (lost balls, a broken mesh); `Process.finish` turns all that
+LIGGGHTS 3.8 ends with status 0 after much that is no success (lost balls, a broken mesh); `Liggghts.finish` turns all that
 it is known to keep silent about into errors.
 """
 
@@ -18,7 +18,7 @@ import time
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.base.processes import at_once
+from milltools.base.processes import at_once, guard
 
 HEADER = 100  # bytes before the numbers of a binary dump
 PIPE = 1 << 20  # [bytes] that wait in a pipe: a few samples
@@ -35,11 +35,6 @@ def command(ranks):
         raise UserError("mpirun is not installed; on Debian: sudo apt-get install openmpi-bin", 1)
     root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return ["mpirun", *root, "--oversubscribe", "-np", str(ranks), "liggghts"]
-
-
-def _tied(words, how):
-    """`words` such that the process gets the signal `how` when this one dies, were it by SIGKILL."""
-    return ["setpriv", "--pdeathsig", how, "--", *words] if shutil.which("setpriv") else words
 
 
 def _garbled(what):
@@ -86,7 +81,7 @@ class Pipe:
         return whole
 
 
-class Process:
+class Liggghts:
     """LIGGGHTS at work on `in.txt` in `folder`; `balls` that it must never lose; `triangles` of each of its meshes.
 
     state() and walls() return what the next dump of that name holds, None at the end. Use as a context manager:
@@ -101,16 +96,7 @@ class Process:
         self.begun, self.told, self.torques = False, None, []
         (folder / "in.txt").write_text(script)
         self.pipes = {name: Pipe(folder / name) for name in dumps}
-        words = [
-            *command(ranks),
-            "-in",
-            "in.txt",
-            "-screen",
-            "screen.txt",
-            "-log",
-            "none",
-            "-nocite",
-        ]
+        words = [*command(ranks), *"-in in.txt -screen screen.txt -log none -nocite".split()]
         # What Open MPI keeps in files goes when the folder goes; one rank alone needs no daemon of its, which would be
         # clearing up in the folder after us
         mpi = {"TMPDIR": str(folder), "OMPI_MCA_btl_vader_backing_directory": str(folder)}
@@ -119,14 +105,10 @@ class Process:
         with open(folder / "stderr.txt", "wb") as errors:
             # a session of its own: Ctrl-C at the terminal reaches millsim's tool alone, which then ends this one
             self.process = subprocess.Popen(
-                _tied(words, "KILL" if ranks == 1 else "TERM"),
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=errors,
-                stderr=errors,
-                start_new_session=True,
+                [*guard("KILL" if ranks == 1 else "TERM"), *words], cwd=folder, start_new_session=True,
+                stdin=subprocess.DEVNULL, stdout=errors, stderr=errors,
                 env={**os.environ, **mpi, "OMP_NUM_THREADS": "1"},
-            )
+            )  # fmt: skip
 
     def __enter__(self):
         return self
@@ -178,11 +160,7 @@ class Process:
         return self._wait(os.WNOHANG) is None
 
     def _binary(self, name, columns):
-        """(step, rows (N, columns) in the order of the balls) of the next dump; None: it ended."""
-        with at_once():
-            return self._read(name, columns)
-
-    def _read(self, name, columns):
+        """(step, rows (N, columns - 1) in the order of the balls, without their ids) of the next dump; None: it ended."""
         head = self.pipes[name].read(HEADER, self.alive)
         if head is None:
             return None
@@ -202,21 +180,17 @@ class Process:
             parts.append(np.frombuffer(data, np.float64).reshape(-1, columns))
         table = np.concatenate(parts)
         if rows != self.balls:
-            raise UserError(
-                f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}: "
-                "a stiffer --modulus or a shorter time step keeps them inside",
-                1,
-            )
-        ball = np.clip(table[:, 0], 1, self.balls).astype(np.int64) - 1
-        place = np.full(self.balls, -1)
-        place[ball] = np.arange(len(ball))
-        if len(ball) != self.balls or place.min() < 0:
+            lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
+            raise UserError(f"{lost}: a stiffer --modulus or a shorter time step keeps them inside", 1)
+        order = np.argsort(table[:, 0])
+        if not np.array_equal(table[order, 0], np.arange(1, self.balls + 1)):
             raise _garbled(f"{name} does not name every ball once at step {step}")
-        return step, table[place, 1:]
+        return step, table[order, 1:]
 
     def state(self, into):
         """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: it ended."""
-        found = self._binary("state.bin", 10)
+        with at_once():
+            found = self._binary("state.bin", 10)
         if found is None:
             return None
         step, into[:] = found
@@ -229,7 +203,8 @@ class Process:
 
     def walls(self, count):
         """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: it ended."""
-        found = self._binary("walls.bin", 1 + 3 * count)
+        with at_once():
+            found = self._binary("walls.bin", 1 + 3 * count)
         return found and found[1]
 
     def told_of(self, row, columns):
@@ -265,19 +240,6 @@ class Process:
             pipe.close()
         with at_once():
             status = self._wait()
-        self._assert_success(status)
-        return self.cpu
-
-    def _assert_mesh(self, text, over):
-        read = [int(count) for count in re.findall(r"containing (\d+) triangle\(s\)", text)]
-        wanted = self.triangles if over else self.triangles[: len(read)]
-        if self.triangles and read != wanted:
-            raise UserError(
-                f"LIGGGHTS read {sum(read) or 'none'} of the {sum(self.triangles)} triangles of the meshes",
-                1,
-            )
-
-    def _assert_success(self, status):
         text = self.screen()
         said = [line.strip() for line in text.splitlines() if "ERROR" in line]
         errors = (self.folder / "stderr.txt").read_text(errors="replace").splitlines()
@@ -294,3 +256,11 @@ class Process:
         dangerous = re.findall(r"Dangerous builds = (\d+)", text)
         if any(int(count) for count in dangerous):
             raise UserError(f"LIGGGHTS saw neighbours too late ({dangerous[-1]} dangerous builds)", 1)
+        return self.cpu
+
+    def _assert_mesh(self, text, over):
+        read = [int(count) for count in re.findall(r"containing (\d+) triangle\(s\)", text)]
+        wanted = self.triangles if over else self.triangles[: len(read)]
+        if self.triangles and read != wanted:
+            some = sum(read) or "none"
+            raise UserError(f"LIGGGHTS read {some} of the {sum(self.triangles)} triangles of the meshes", 1)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from milltools.dem.setup import scene_of
+from milltools.dem.setup import setup_of
 
 POISSON = 0.3  # of all bodies; only E / (2 (1 - nu^2)) acts
 STEEL = 2.1e11  # [Pa]
@@ -41,12 +41,6 @@ class Spring:
     def duration(self):
         """[s] from touching to parting."""
         return math.pi / self.frequency
-
-
-def characteristic_speed(deck):
-    """[m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the fastest surface, of the blades'
-    tips; it enters the stiffness with the power 0.4."""
-    return scene_of(deck).speed
 
 
 def spring(modulus, speed, restitution, mass, radius):
@@ -85,32 +79,22 @@ class Model:
     """
 
     def __init__(self, deck, modulus):
-        self.modulus = modulus
-        self.species = deck.species
-        self.speed = characteristic_speed(deck)
-        masses = [kind.density * math.pi / 6 * kind.diameter**3 for kind in self.species]
-        radii = [kind.diameter / 2 for kind in self.species]
-        self.kinds = deck.kinds
-        e = {kind: deck.contact(kind).restitution for kind in self.kinds}
-        count = range(len(masses))
-        self.pair = [
-            [
-                spring(
-                    modulus,
-                    self.speed,
-                    e["ball_ball"],
-                    masses[a] * masses[b] / (masses[a] + masses[b]),
-                    radii[a] * radii[b] / (radii[a] + radii[b]),
-                )
-                for b in count
-            ]
-            for a in count
-        ]
-        self.wall = {
-            kind: [spring(modulus, self.speed, e[kind], masses[a], radii[a]) for a in count] for kind in self.kinds[1:]
-        }
-        self.springs = [s for row in self.pair for s in row] + [s for row in self.wall.values() for s in row]
-        self.shortest = min(s.duration for s in self.springs)
+        self.modulus, self.kinds = modulus, deck.kinds
+        # [m/s] the impact at which the linear spring is as stiff as a Hertzian contact: that of the fastest surface, of the
+        # blades' tips; it enters the stiffness with the power 0.4
+        self.speed = setup_of(deck).speed
+        bodies = [(kind.density * math.pi / 6 * kind.diameter**3, kind.diameter / 2) for kind in deck.species]
+
+        def springs(kind, others):
+            e = deck.contact(kind).restitution
+            return [spring(modulus, self.speed, e, mass, radius) for mass, radius in others]
+
+        def reduced(a, b):
+            return [x * y / (x + y) for x, y in zip(a, b, strict=True)]
+
+        self.pair = [springs("ball_ball", [reduced(a, b) for b in bodies]) for a in bodies]
+        self.wall = {kind: springs(kind, bodies) for kind in self.kinds[1:]}
+        self.shortest = min(s.duration for row in (*self.pair, *self.wall.values()) for s in row)
         series = deck.number("output.series")
         self.samples_per_row = math.ceil(series / (STEPS_PER_SAMPLE * self.shortest / STEPS_PER_CONTACT))
         self.sample_interval = series / self.samples_per_row
@@ -125,17 +109,12 @@ class Model:
 def tangential_damping(deck):
     """Whether LIGGGHTS' tangential damping comes nearer to the deck, and {kind: (wanted, got)} of the
     tangential restitutions that it cannot give. Without friction nothing sticks, and nothing is said."""
-    rubbing = [kind for kind in deck.kinds if deck.contact(kind).friction > 0]
-
-    def misses(damped):
-        missed = {}
-        for kind in rubbing:
-            law = deck.contact(kind)
-            got = sticking_restitution(law.restitution) if damped else 1.0
-            if abs(got - law.tangential_restitution) > STUCK:
-                missed[kind] = law.tangential_restitution, got
-        return missed
-
-    on, off = misses(True), misses(False)
-    size = lambda missed: sum(abs(a - b) for a, b in missed.values())  # noqa: E731
-    return (True, on) if size(on) <= size(off) else (False, off)
+    missed = {True: {}, False: {}}
+    for kind in deck.kinds:
+        law = deck.contact(kind)
+        for damped, got in ((True, sticking_restitution(law.restitution)), (False, 1.0)):
+            if law.friction > 0 and abs(got - law.tangential_restitution) > STUCK:
+                missed[damped][kind] = law.tangential_restitution, got
+    off = {damped: sum(abs(a - b) for a, b in pairs.values()) for damped, pairs in missed.items()}
+    nearer = off[True] <= off[False]
+    return nearer, missed[nearer]

@@ -5,6 +5,7 @@ or (swings: Bessel functions) some ten, and so are those of a chain of motions: 
 point's place, velocity and acceleration are known in closed form. SI units, angles in rad.
 """
 
+import collections
 import dataclasses
 import math
 
@@ -34,6 +35,22 @@ def turned(axis, angle):
     """The matrix (3, 3) that turns by `angle` about `axis`, of length 1."""
     across = skew(axis)
     return np.eye(3) + math.sin(angle) * across + (1 - math.cos(angle)) * across @ across
+
+
+def vector(deck, key, default=(0.0, 0.0, 0.0)):
+    """The vector (3,) of a key of a deck, SI."""
+    return np.array(deck.numbers(key) or default)
+
+
+def direction(deck, key):
+    """The unit vector (3,) of a key of a deck; without it that of z."""
+    along = vector(deck, key, (0.0, 0.0, 1.0))
+    return along / np.linalg.norm(along)
+
+
+def digits(values):
+    """Numbers as LIGGGHTS reads them back to the last bit."""
+    return " ".join(f"{value:.17g}" for value in values)
 
 
 class Harmonics:
@@ -82,27 +99,20 @@ class Rotation:
     angle: float = 0.0
     swings: tuple = ()
 
-    def at(self, t):
-        """The angle [rad]."""
-        swung = sum(a * math.sin(w * t + phase) for a, w, phase in self.swings)
-        return self.angle + self.speed * t + swung
-
-    def rate(self, t):
-        """[rad/s]"""
-        return self.speed + sum(a * w * math.cos(w * t + phase) for a, w, phase in self.swings)
-
     def fastest(self):
         """[rad/s] at most."""
         return abs(self.speed) + sum(abs(a * w) for a, w, _ in self.swings)
 
     def pose(self, t):
         """(R, d) at a time."""
-        turn = turned(self.axis, self.at(t))
+        swung = sum(a * math.sin(w * t + phase) for a, w, phase in self.swings)
+        turn = turned(self.axis, self.angle + self.speed * t + swung)
         return turn, self.centre - turn @ self.centre
 
     def field(self, t):
         """(w, u): a point at p moves with w x p + u in the carrier's frame."""
-        spin = self.rate(t) * self.axis
+        rate = self.speed + sum(a * w * math.cos(w * t + phase) for a, w, phase in self.swings)
+        spin = rate * self.axis
         return spin, -cross(spin, self.centre)
 
     def harmonics(self):
@@ -111,24 +121,18 @@ class Rotation:
         half = (np.eye(3) - along - 1j * skew(self.axis)) / 2  # of exp(i angle); the rest is its conjugate
         wave = {self.speed: np.exp(1j * self.angle)}
         for a, w, phase in self.swings:
-            most = math.ceil(abs(a)) + 16
-            wave = self._swung(wave, a, w, phase, most)
+            # exp(i a sin x) = sum of J_n(a) exp(i n x)
+            most, swung = math.ceil(abs(a)) + 16, collections.defaultdict(complex)
+            for rate, value in wave.items():
+                for n in range(-most, most + 1):
+                    swung[rate + n * w] += value * jv(n, a) * np.exp(1j * n * phase)
+            wave = swung
         rates = [0.0, *wave, *(-rate for rate in wave)]
-        parts = [along, *(half * v for v in wave.values())]
-        parts += [np.conj(half * v) for v in wave.values()]
+        parts = [along, *(half * v for v in wave.values()), *(np.conj(half * v) for v in wave.values())]
         whole = [_affine(part, -part @ self.centre) for part in parts]
         whole[0] += _affine(np.zeros((3, 3)), self.centre)
         whole[0][3, 3] = 1
         return Harmonics(rates, whole)
-
-    @staticmethod
-    def _swung(wave, a, w, phase, most):
-        found = {}
-        for rate, value in wave.items():
-            for n in range(-most, most + 1):
-                key = rate + n * w
-                found[key] = found.get(key, 0) + value * jv(n, a) * np.exp(1j * n * phase)
-        return found
 
     def seen(self, frame, origin):
         """The same in coordinates frame @ (p - origin)."""
@@ -136,21 +140,16 @@ class Rotation:
 
     def lines(self, mesh, begin, step):
         """LIGGGHTS' commands for a mesh; `begin` [s]: the time at step 0."""
-        place = " ".join(f"{v:.17g}" for v in self.centre)
         axis = self.axis if self.swings or self.speed > 0 else -self.axis
-        where = f"origin {place} axis " + " ".join(f"{v:.17g}" for v in axis)
+        where = f"origin {digits(self.centre)} axis {digits(axis)}"
         if not self.swings:
             period = 2 * math.pi / abs(self.speed)
             return [f"fix move_{mesh} all move/mesh mesh {mesh} rotate {where} period {period:.17g}"]
-        return [
-            f"variable rate_{mesh} equal {self.formula(begin, step)}",
+        waves = [(a * w, w, phase) for a, w, phase in self.swings]
+        return [  # the rate in the middle of the step that ends
+            f"variable rate_{mesh} equal {formula(self.speed, waves, begin - step / 2, step)}",
             f"fix move_{mesh} all move/mesh mesh {mesh} rotate/variable {where} omega v_rate_{mesh}",
         ]
-
-    def formula(self, begin, step):
-        """The rate in the middle of the step that ends, as a text."""
-        waves = [(a * w, w, phase) for a, w, phase in self.swings]
-        return formula(self.speed, waves, begin - step / 2, step)
 
     def power(self, mesh):
         """The power [W] that the mesh gives to the balls, as a formula: f_mesh[4..6] is the torque on it."""
@@ -215,24 +214,20 @@ def formula(constant, waves, begin, step):
 def motion(deck, name):
     """The motion of a section [motion.NAME], or "rotor"."""
     if name == "rotor":
-        return Rotation(name, np.zeros(3), np.eye(3)[0], deck.rotor_speed, deck.number("rotor.angle", 0.0))  # fmt: skip
+        return Rotation(name, np.zeros(3), np.eye(3)[0], deck.rotor_speed, deck.number("rotor.angle", 0.0))
     section, kind = f"motion.{name}", deck.value(f"motion.{name}.kind")
     if kind not in ("turn", "swing", "shift"):
         raise UserError(
             f"{deck.path}: [{section}] kind: mill dem knows no {kind}: its acceleration between the rows is not LIGGGHTS'"
         )
     w = 2 * math.pi * deck.number(f"{section}.frequency", 0.0)
-    phase = deck.numbers(f"{section}.phase") or [0.0]
-    amplitude = deck.numbers(f"{section}.amplitude")
+    phase, amplitude = deck.numbers(f"{section}.phase") or [0.0], deck.numbers(f"{section}.amplitude")
     if kind == "shift":
         return Shift(name, np.diag(amplitude), w, np.resize(phase, 3))
-    centre = np.array(deck.numbers(f"{section}.centre") or [0.0] * 3)
-    axis = np.array(deck.numbers(f"{section}.axis") or [0.0, 0.0, 1.0])
-    axis = axis / np.linalg.norm(axis)
+    about = vector(deck, f"{section}.centre"), direction(deck, f"{section}.axis")
     if kind == "swing":
-        return Rotation(name, centre, axis, swings=((amplitude[0], w, phase[0]),))
-    speed, angle = deck.number(f"{section}.speed"), deck.number(f"{section}.angle", 0.0)
-    return Rotation(name, centre, axis, speed, angle)
+        return Rotation(name, *about, swings=((amplitude[0], w, phase[0]),))
+    return Rotation(name, *about, deck.number(f"{section}.speed"), deck.number(f"{section}.angle", 0.0))
 
 
 class Chain:
@@ -243,33 +238,32 @@ class Chain:
         while name:
             self.motions.append(motion(deck, name))
             name = deck.value(f"motion.{name}.on", "")
-        whole = Harmonics([0.0], [np.eye(4)])
+        self.whole = Harmonics([0.0], [np.eye(4)])
         for one in self.motions:
-            whole = one.harmonics().after(whole)
-        self.whole = whole
-        rates = np.abs(whole.rate[np.abs(whole.rate) > 0])
-        slowest = 2 * math.pi / rates.min() if len(rates) else 1.0
-        self.times = TIMES * slowest
+            self.whole = one.harmonics().after(self.whole)
+        rates = np.abs(self.whole.rate[self.whole.rate != 0])
+        self.times = TIMES * (2 * math.pi / rates.min() if len(rates) else 1.0)
+
+    def frames(self, t):
+        """[(R, d)] from the innermost frame to the laboratory, then from the carrier of each motion, the innermost first."""
+        found = [(np.eye(3), np.zeros(3))]
+        for one in reversed(self.motions):
+            (turn, place), (by, to) = found[-1], one.pose(t)
+            found.append((turn @ by, turn @ to + place))
+        return found[::-1]
 
     def pose(self, t):
         """(R, d) in the laboratory."""
-        turn, place = np.eye(3), np.zeros(3)
-        for one in self.motions:
-            by, to = one.pose(t)
-            turn, place = by @ turn, by @ place + to
-        return turn, place
+        return self.frames(t)[0]
 
     def fields(self, t):
         """(w, u) of each motion by itself: a point at p in the laboratory moves with w x p + u. (M, 3) each."""
-        found, turn, place = [], np.eye(3), np.zeros(3)
-        for one in reversed(self.motions):
+        found = []
+        for one, (turn, place) in zip(self.motions, self.frames(t)[1:], strict=True):
             spin, drift = one.field(t)
             spin = turn @ spin
             found.append((spin, turn @ drift - cross(spin, place)))
-            by, to = one.pose(t)
-            turn, place = turn @ by, turn @ to + place
-        spins, drifts = zip(*reversed(found), strict=True)
-        return np.array(spins), np.array(drifts)
+        return np.array(found).transpose(1, 0, 2)
 
     def point(self, place):
         """The Harmonics (3,) of a point at `place` in the innermost frame."""
@@ -282,7 +276,7 @@ class Chain:
         for k, one in enumerate(self.motions):
             if isinstance(one, Shift) or one.fastest() == 0:
                 continue
-            now = np.array([self.direction(k, t) for t in self.times])
+            now = np.array([self.frames(t)[k + 1][0] @ one.axis for t in self.times])
             axes = now[0] if axes is None else axes
             side = np.sign(now[0] @ axes)
             if np.abs(now - side * axes).max() > PARALLEL:
@@ -293,10 +287,3 @@ class Chain:
             return None
         start = -sum(a * math.sin(phase) for a, _, phase in swings)
         return Rotation(self.name, np.zeros(3), axes, speed, start, tuple(swings))
-
-    def direction(self, k, t):
-        """The axis of the k-th motion in the laboratory."""
-        turn = np.eye(3)
-        for one in reversed(self.motions[k + 1 :]):
-            turn = turn @ one.pose(t)[0]
-        return turn @ self.motions[k].axis

@@ -11,13 +11,11 @@ import functools
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.dem.boxes import Boxes
-from milltools.dem.facets import axes, copies, fault, own_triangles
-from milltools.dem.paths import Chain, Rotation, formula, motion
-from milltools.dem.walls import Cylinder, Ends, Flats
+from milltools.dem.paths import Chain, Rotation, digits, formula, motion
+from milltools.dem.walls import ADDS_UP, BLADE, SHAFT, Blades, Cylinder, Ends, Flats, axes, copies, fault, own_triangles
 
-CURVED = "LIGGGHTS has no such primitive, and on a curved wall of triangles it adds up the forces of neighbours, which changes restitution"  # fmt: skip
-SHAFT, BLADE = 3, 4  # kinds
+CURVED = f"LIGGGHTS has no such primitive, and on a curved wall of triangles {ADDS_UP.replace('LIGGGHTS', 'it')}"
+ALONE = "mill dem knows the forces on all of them only"
 
 
 class Frame:
@@ -26,7 +24,7 @@ class Frame:
     def __init__(self, rows, track, gravity):
         self.rows, self.track, self.g = rows, track, np.array(gravity)
         self.moves = bool(np.abs(track.rate).max() > 0)
-        self.is_laboratory = not self.moves and np.array_equal(rows, np.eye(3)) and not track(0).any()  # fmt: skip
+        self.is_laboratory = not self.moves and np.array_equal(rows, np.eye(3)) and not track(0).any()
 
     def to_laboratory(self, time, place, velocity, spin):
         """The state (N, 3) there of balls in the frame."""
@@ -50,8 +48,7 @@ class Frame:
         """LIGGGHTS' commands for gravity; `begin` [s]: the time at step 0."""
         if not self.moves:
             g = self.rows @ self.g
-            words = " ".join(f"{v:.17g}" for v in g)
-            return [f"fix weight all gravity {np.sqrt(g @ g):.17g} vector {words}"] * bool(g.any())
+            return [f"fix weight all gravity {np.sqrt(g @ g):.17g} vector {digits(g)}"] * bool(g.any())
         said, upper = [], self.track.rate > 0
         rate = self.track.rate[upper]
         push = 2 * rate[:, None] ** 2 * (self.track.value[upper] @ self.rows.T)
@@ -63,7 +60,7 @@ class Frame:
         return said
 
 
-class Scene:
+class Setup:
     """walls: of milltools.dem.walls; frame: a Frame; chain: the motions that carry the container; spin: its Rotation in the frame,
     or None; half (3,) [m]: of the box that holds all; speed [m/s]: of the fastest surface."""
 
@@ -99,52 +96,52 @@ class Scene:
         if shape in ("drum", "cylinder"):
             return self._round()
         if shape not in ("box", "mesh"):
-            raise fault(self.deck, self.vessel, "shape", f"expected cylinder, box or mesh, got {shape}: {CURVED}")  # fmt: skip
+            raise fault(self.deck, self.vessel, "shape", f"expected cylinder, box or mesh, got {shape}: {CURVED}")
         triangles = own_triangles(self.deck, self.vessel)
-        corner = np.abs(triangles).reshape(-1, 3)
-        still = self.spin is None
-        self.half = corner.max(axis=0) if still else np.resize(np.linalg.norm(corner, axis=1).max(), 3)  # fmt: skip
-        planes = None
+        corner, still, planes = np.abs(triangles).reshape(-1, 3), self.spin is None, None
+        self.half = corner.max(axis=0) if still else np.full(3, np.linalg.norm(corner, axis=1).max())
         if shape == "box" and still:
-            planes = [
-                (f"side{k}", f"{axis}plane {sign * size:.17g}", None)
-                for k, (axis, sign, size) in enumerate(zip("xxyyzz", (-1, 1) * 3, np.repeat(self.half, 2), strict=True))
-            ]  # fmt: skip
+            places = zip("xxyyzz", np.repeat(self.half, 2) * [-1, 1, -1, 1, -1, 1], strict=True)
+            planes = [(f"side{k}", f"{axis}plane {at:.17g}", None) for k, (axis, at) in enumerate(places)]
         kind = self.deck.kinds.index(self.deck.kind_of(self.vessel))
         return [Flats(kind, triangles, -1, motion=self.spin, planes=planes)]
 
     def _round(self):
         deck, spin = self.deck, self.spin
         radius, length = deck.number(f"{self.place}.radius"), deck.number(f"{self.place}.length")
-        kinds = deck.kinds.index(deck.kind_of(self.vessel)) if self.vessel else 1
-        kinds = (kinds, kinds) if self.vessel else (1, 2)
+        kinds = [deck.kinds.index(deck.kind_of(self.vessel))] * 2 if self.vessel else (1, 2)
         rubs = [deck.contact(deck.kinds[kind]).friction > 0 for kind in kinds]
         self.inner = np.array([length / 2, radius, radius])
         self.half = self.inner.copy()
         if spin:
             if abs(abs(spin.axis[0]) - 1) > 1e-9:
-                raise self._refused("it turns about another axis than its own: LIGGGHTS' round walls lie along x, y or z")  # fmt: skip
+                raise self._refused(
+                    "it turns about another axis than its own: LIGGGHTS' round walls lie along x, y or z"
+                )
             if spin.swings and any(rubs):
-                raise self._refused("it swings to and fro about its own axis: the surface of LIGGGHTS' round walls turns at a constant speed only")  # fmt: skip
+                raise self._refused(
+                    "it swings to and fro about its own axis: the surface of LIGGGHTS' round walls turns at a constant "
+                    "speed only"
+                )
             self.half[1:] = 4.5 * radius if rubs[1] else radius  # there are large facets
-        rolling = [radius - kind.diameter / 2 for kind in deck.species]
-        rolling = rolling if spin and rubs[0] else ()
+        rolling = [radius - kind.diameter / 2 for kind in deck.species] if spin and rubs[0] else ()
+        partners = (0, 0) if self.vessel else (-1, None)
         return [
-            Cylinder(kinds[0], "drum", radius, -1.0, spin, rolling, partner=0 if self.vessel else -1),
-            Ends(kinds[1], length / 2, 0 if self.vessel else None, spin, radius if spin and rubs[1] else None),
-        ]  # fmt: skip
+            Cylinder(kinds[0], "drum", radius, -1.0, spin, rolling, partners[0]),
+            Ends(kinds[1], length / 2, partners[1], spin, radius if spin and rubs[1] else None),
+        ]
 
     # ---- what is in it
 
     def _rotor(self):
         deck, walls = self.deck, []
         if self.moves and (deck.shaft_radius > 0 or deck.blades):
-            raise self._refused("what holds the balls moves beside a rotor: mill dem knows the forces on all of them only")  # fmt: skip
+            raise self._refused(f"what holds the balls moves beside a rotor: {ALONE}")
         if deck.shaft_radius > 0:
             turning = motion(deck, "rotor")
             rolling = [deck.shaft_radius + kind.diameter / 2 for kind in deck.species]
             walls.append(Cylinder(SHAFT, "shaft", deck.shaft_radius, 1.0, turning, rolling))
-        return walls + ([Boxes(deck)] if deck.blades else [])
+        return walls + ([Blades(deck)] if deck.blades else [])
 
     def _body(self, name):
         deck, place = self.deck, f"body.{name}"
@@ -156,9 +153,9 @@ class Scene:
         chain = Chain(deck, deck.value(f"{place}.motion", ""))
         moving = [one for one in chain.motions if one.fastest() > 0]
         if self.moves and chain.name != self.chain.name:
-            raise fault(deck, name, "motion", "what holds the balls moves, and it does not ride with it: mill dem knows the forces on all of them only")  # fmt: skip
+            raise fault(deck, name, "motion", f"what holds the balls moves, and it does not ride with it: {ALONE}")
         if not self.moves and len(moving) > 1:
-            raise fault(deck, name, "motion", f"it rides on {len(moving)} motions: mill dem moves a mesh by one")  # fmt: skip
+            raise fault(deck, name, "motion", f"it rides on {len(moving)} motions: mill dem moves a mesh by one")
         turn, to = chain.pose(0.0)
         rows, origin = self.frame.rows, self.frame.track(0.0)
         path = self.spin if self.moves else self._seen(chain, moving)
@@ -175,36 +172,26 @@ class Scene:
         """A body's one motion in the frame, which stands still."""
         if not moving:
             return None
-        (one,) = moving
-        outer = chain.motions[chain.motions.index(one) + 1 :]
-        turn, to = np.eye(3), np.zeros(3)
-        for still in outer:
-            by, shift = still.pose(0.0)
-            turn, to = by @ turn, by @ to + shift
-        rows = self.frame.rows
-        return one.seen(rows @ turn, turn.T @ (self.frame.track(0.0) - to))
+        turn, to = chain.frames(0.0)[chain.motions.index(moving[0]) + 1]
+        return moving[0].seen(self.frame.rows @ turn, turn.T @ (self.frame.track(0.0) - to))
 
     def meshes(self, time):
         """[(name, kind, triangles (T, 3, 3), motion)] of all meshes: blades ("rotor"), and bodies of one kind and motion."""
         found = {}
         for wall in self.walls:
-            triangles = wall.mesh(time)
+            triangles, path = wall.mesh(time), wall.motion
             if len(triangles):
-                name = wall.motion.name if wall.motion else ""
-                key = wall.kind if isinstance(wall, Boxes) else (wall.kind, name)
-                found.setdefault(key, []).append((wall, triangles))
-        return [
-            ("rotor" if key == BLADE else f"mesh{k}", walls[0][0].kind, np.concatenate([t for _, t in walls]), walls[0][0].motion)
-            for k, (key, walls) in enumerate(found.items())
-        ]  # fmt: skip
+                key = wall.kind if isinstance(wall, Blades) else (wall.kind, path.name if path else "")
+                found.setdefault(key, (wall.kind, path, []))[-1].append(triangles)
+        names = ("rotor" if key == BLADE else f"mesh{k}" for k, key in enumerate(found))
+        return [(name, kind, np.concatenate(all_), path) for name, (kind, path, all_) in zip(names, found.values())]
 
     @property
     def driven(self):
         """[(name of a motion, name of a mesh)] of the meshes whose work LIGGGHTS tells by itself, blades apart; where what holds
         the balls moves there are none: that work is the balance of momentum's."""
-        return [] if self.moves else [
-            (motion.name, name) for name, kind, _, motion in self.meshes(0.0) if motion and kind != BLADE
-        ]  # fmt: skip
+        meshes = [] if self.moves else self.meshes(0.0)
+        return [(path.name, name) for name, kind, _, path in meshes if path and kind != BLADE]
 
     def _fastest(self):
         """A rotor's tips, as far as there is one; else of all walls."""
@@ -220,12 +207,5 @@ class Scene:
             speeds.append(path.fastest() * reach if isinstance(path, Rotation) else path.fastest())
         return sum(speeds) or 1.0
 
-    def own(self, time, place, velocity):
-        """Places and velocities (N, 3) as the container's own frame sees them, which turns with it."""
-        if self.spin is None:
-            return place, velocity
-        turn, _ = self.spin.pose(time)
-        return place @ turn, (velocity - np.cross(self.spin.field(time)[0], place)) @ turn
 
-
-scene_of = functools.lru_cache(maxsize=8)(Scene)
+setup_of = functools.lru_cache(maxsize=8)(Setup)

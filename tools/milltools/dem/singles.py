@@ -8,15 +8,14 @@ of angles, at the stiffness and time step of the run, and the three numbers of W
 import dataclasses
 import math
 import pathlib
-import shutil
 import tempfile
 
 import numpy as np
 
 from milltools.dem import script
-from milltools.dem.liggghts import Process
+from milltools.dem.liggghts import Liggghts
 from milltools.dem.model import STEPS_PER_SAMPLE
-from milltools.dem.setup import scene_of
+from milltools.dem.setup import setup_of
 
 ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
 PHASES = 4  # each angle begins its contact at so many different fractions of a time step
@@ -25,7 +24,7 @@ GAP = 0.004  # of the diameter, before the impact
 
 
 @dataclasses.dataclass(frozen=True)
-class Measured:
+class Singles:
     """One kind of contact: the deck's law, what LIGGGHTS makes of it (means over impacts), and the impacts.
 
     ratio (A,): slip over normal speed before; after (A,): slip after over normal speed before; negative: reversed.
@@ -40,91 +39,66 @@ class Measured:
     after: np.ndarray
 
 
-def _scene(deck, kind):
-    """State (place, velocity, spin) of all balls, and which ball is the thrown one and which its target (-1: wall)."""
-    diameter = deck.species[0].diameter
-    pairs = kind == "ball_ball"
-    count = len(ANGLES) * PHASES
-    side = math.ceil(math.sqrt(count))
-    spacing = 6 * diameter
-    grid = np.array([(k % side, k // side) for k in range(count)]) * spacing - side * spacing / 2
+def _thrown(deck, kind):
+    """State [place, velocity, spin] of all balls, the thrown ones (A,) first, then what they are thrown at unless it is a wall; and
+    half of the size (3,) [m] of the box around them."""
+    diameter, pairs = deck.species[0].diameter, kind == "ball_ball"
     ratio = np.repeat(ANGLES, PHASES)
+    count = len(ratio)
+    side, spacing = math.ceil(math.sqrt(count)), 6 * diameter
+    grid = np.array([(k % side, k // side) for k in range(count)]) * spacing - side * spacing / 2
     gap = GAP * diameter * (1 + np.arange(count) / (7.1 * count))
     height = 3 * diameter if pairs else 0.0
-    thrown = np.column_stack([grid, height + (diameter if pairs else diameter / 2) + gap])
+    place = np.column_stack([grid, height + (diameter if pairs else diameter / 2) + gap])
     # the slip shall be along x when they touch: start so far back that the ball hits the grid's place
-    thrown[:, 0] -= ratio * gap
-    place, velocity = (
-        [thrown],
-        [np.column_stack([ratio * SPEED, 0 * ratio, np.full(count, -SPEED)])],
-    )
+    place[:, 0] -= ratio * gap
+    velocity = np.column_stack([ratio * SPEED, 0 * ratio, np.full(count, -SPEED)])
     if pairs:
-        place.append(np.column_stack([grid, np.full(count, height)]))
-        velocity.append(np.zeros((count, 3)))
-    place, velocity = np.vstack(place), np.vstack(velocity)
-    return (place, velocity, np.zeros_like(place)), count, side * spacing + 4 * diameter
-
-
-def _lines(deck, model, damped, kind, steps):
-    models, settings = script.contact_style(deck, damped)
-    lines = script.head(deck, model)
-    lines += [f"pair_style gran {models} {settings}", "pair_coeff * *", "fix move all nve/sphere"]
-    if kind != "ball_ball":
-        type_ = len(deck.species) + deck.kinds.index(kind)
-        lines.append(f"fix floor all wall/gran {models} primitive type {type_} zplane 0 {settings}")
-    lines += [
-        f"dump state all custom {steps} state.bin id x y z vx vy vz omegax omegay omegaz",
-        "thermo_style custom step atoms",
-        f"thermo {steps}",
-        "thermo_modify lost error norm no",
-        f"run {steps}",
-        "",
-    ]
-    return "\n".join(lines)
+        place = np.vstack([place, np.column_stack([grid, np.full(count, height)])])
+        velocity = np.vstack([velocity, np.zeros((count, 3))])
+    size = side * spacing + 4 * diameter
+    return [place, velocity, np.zeros_like(place)], (size, size, 12 * diameter)
 
 
 def throw(deck, model, damped, kind):
     """Throws balls of the deck's first species at each other (ball_ball) or at a plane with the contact law of `kind`."""
-    state, count, size = _scene(deck, kind)
-    place, velocity, spin = state
-    species = np.zeros(len(place), int)
-    top = 6 * deck.species[0].diameter
-    box = [(-size, size), (-size, size), (-top, 2 * top)]
+    state, half = _thrown(deck, kind)
+    count, flat = len(state[0]), np.empty((len(state[0]), 9))
     contact = model.pair[0][0] if kind == "ball_ball" else model.wall[kind][0]
     flight = 1.2 * GAP * deck.species[0].diameter / SPEED
     steps = STEPS_PER_SAMPLE * math.ceil((flight + 1.5 * contact.duration) / model.sample_interval)
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-"))
-    flat = np.empty((len(place), 9))
-    try:
-        data = script.data_file(deck.species, species, place, velocity, spin, box, script.types(deck))
-        (folder / "balls.data").write_text(data)
-        with Process(folder, _lines(deck, model, damped, kind, steps), len(place)) as process:
+    lines = script.head(deck, model, damped)
+    if kind != "ball_ball":
+        models, settings = script.contact_style(deck, damped)
+        type_ = len(deck.species) + deck.kinds.index(kind)
+        lines.append(f"fix floor all wall/gran {models} primitive type {type_} zplane 0 {settings}")
+    lines.append(f"dump state all custom {steps} state.bin {script.STATE}")
+    text = "\n".join(lines + script.tail(steps, steps))
+    with tempfile.TemporaryDirectory(prefix="mill-dem-", ignore_cleanup_errors=True) as name:
+        folder = pathlib.Path(name)
+        (folder / "balls.data").write_text(script.data_file(deck, np.zeros(count, int), state, half))
+        with Liggghts(folder, text, count) as process:
             while process.state(flat) is not None:
                 pass
             process.finish()
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-    return _measure(deck, kind, state, flat, count)
+    return _measure(deck, kind, state, np.split(flat, 3, axis=1))
 
 
-def _measure(deck, kind, before, flat, count):
-    radius = deck.species[0].diameter / 2
-    after = [flat[:, k : k + 3] for k in (0, 3, 6)]
+def _measure(deck, kind, before, after):
+    radius, count = deck.species[0].diameter / 2, len(ANGLES) * PHASES
+    normal = np.tile([0.0, 0.0, 1.0], (count, 1))
+    tangent = np.cross([0.0, 1.0, 0.0], normal)
 
-    def along(state, normal):
+    def along(velocity, spin):
         """Closing speed (A,) and slip (A,) along the direction of throw."""
-        velocity, spin = state[1], state[2]
         relative, turning = velocity[:count].copy(), spin[:count] * radius
         if kind == "ball_ball":
             relative -= velocity[count:]
             turning = turning + spin[count:] * radius
         surface = relative - np.cross(turning, normal)
-        tangent = np.cross([0.0, 1.0, 0.0], normal)
         return -np.einsum("ij,ij->i", relative, normal), np.einsum("ij,ij->i", surface, tangent)
 
-    normal = np.tile([0.0, 0.0, 1.0], (count, 1))
-    speed, slip = along(before, normal)
-    speed_after, slip_after = along(after, normal)
+    (speed, slip), (speed_after, slip_after) = along(*before[1:]), along(*after[1:])
     e = -speed_after / speed
     ratio, left = slip / speed, slip_after / speed
     law = deck.contact(kind)
@@ -137,12 +111,12 @@ def _measure(deck, kind, before, flat, count):
             friction = float(np.mean((ratio - left)[sliding] / (3.5 * (1 + e[sliding]))))
         if sticking.any():
             tangential = float(np.mean(-left[sticking] / ratio[sticking]))
-    return Measured(kind, float(e.mean()), friction, tangential, float(e.std()), ratio, left)
+    return Singles(kind, float(e.mean()), friction, tangential, float(e.std()), ratio, left)
 
 
 def measure(deck, model, damped):
-    """{kind: Measured} of every kind of contact that the deck's mill can have; equal laws on walls are thrown once."""
-    walls = {deck.kinds[wall.kind] for wall in scene_of(deck).walls}
+    """{kind: Singles} of every kind of contact that the deck's mill can have; equal laws on walls are thrown once."""
+    walls = {deck.kinds[wall.kind] for wall in setup_of(deck).walls}
     kinds = [kind for kind in deck.kinds if kind == "ball_ball" or kind in walls]
     found, known = {}, {}
     for kind in kinds:

@@ -1,21 +1,19 @@
 """A mill in LIGGGHTS, stretch by stretch, its samples turned into the results of a run as they come."""
 
+import contextlib
 import math
 import pathlib
-import shutil
 import tempfile
 
 import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.dem import script
-from milltools.dem.contacts import Contacts
-from milltools.dem.handover import part
-from milltools.dem.liggghts import Process
+from milltools.dem.contacts import Contacts, part
+from milltools.dem.liggghts import Liggghts
 from milltools.dem.model import STEPS_PER_SAMPLE, Model
-from milltools.dem.rubbing import at_walls
-from milltools.dem.setup import scene_of
-from milltools.dem.work import Drive
+from milltools.dem.setup import setup_of
+from milltools.dem.work import Drive, at_walls
 from milltools.foreign.digest import impacts_of, snapshot_times
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
@@ -24,49 +22,44 @@ PRICED = 0.01  # of the steps are run once more, and three times as many, withou
 LEAST_PRICED = 1000  # steps
 
 
-def inputs(folder, deck, model, damped, steps, forces_every, time, state, **options):
-    """Writes what LIGGGHTS reads into `folder` and returns the script and the numbers of triangles; options as
-    script.mill has them."""
-    place, velocity, spin = state
-    meshes = scene_of(deck).meshes(time)
-    size = script.box(deck)
-    balls = script.data_file(deck.species, deck.species_of_ball, place, velocity, spin, size, script.types(deck))
-    (folder / "balls.data").write_text(balls)
-    for name, _, triangles, _ in meshes:
-        (folder / script.file_of(name)).write_text(script.stl(triangles))
-    text = script.mill(deck, model, damped, steps, forces_every, meshes, time, **options)
-    return text, [len(triangles) for _, _, triangles, _ in meshes]
-
-
-class Mill:
+class SoftMill:
     """The mill of a deck; `results` takes what it does (see milltools.foreign.digest), `watch(time)` is told the progress.
 
     run(modulus, until) goes on from where it stands to `until` [s] at a Young's modulus [Pa]. `state` is in the frame of the
-    deck's scene, as all is here but what the results take.
+    deck's setup, as all is here but what the results take.
     """
 
     def __init__(self, deck, state, damped, results, ranks=1, watch=None):
         self.deck, self.state, self.damped, self.results = deck, state, damped, results
         self.ranks, self.watch = ranks, watch or (lambda time: None)
-        self.time = 0.0
+        self.time, self.end = 0.0, deck.number("run.time")
         self.series, self.frames = deck.number("output.series"), deck.number("output.frames")
-        masses = [kind.density * np.pi / 6 * kind.diameter**3 for kind in deck.species]
-        diameters = np.array([kind.diameter for kind in deck.species])[deck.species_of_ball]
-        self.mass = np.array(masses)[deck.species_of_ball]
+        bodies = [(kind.density * np.pi / 6 * kind.diameter**3, kind.diameter) for kind in deck.species]
+        self.mass, diameters = np.array(bodies)[deck.species_of_ball].T.copy()
         self.inertia = 0.1 * self.mass * diameters**2
         self.gravity = np.array(deck.numbers("gravity.acceleration"))
-        self.scene, self.walls = scene_of(deck), script.walls_of(deck)
-        self.drive = Drive(self.scene, self.mass, self.inertia)
+        self.setup, self.walls = setup_of(deck), script.walls_of(deck)
+        self.drive = Drive(self.setup, self.mass, self.inertia)
         self.rotor_impulse, self.told = 0.0, -math.inf  # [N m s]; [s] of the last account
-        self.snapshots, self.end = snapshot_times(deck), deck.number("run.time")
-        self.columns = bool(deck.blades) + len(self.scene.driven)
+        self.snapshots = snapshot_times(deck)
+        self.columns = bool(deck.blades) + len(self.setup.driven)
         self.contacts, self.model, self.waiting, self.version = None, None, [], "unknown"
         self.rubs = any(deck.contact(kind).friction > 0 for kind in deck.kinds)
         self.normal_loss, self.rubbed, self.isolated_loss = np.zeros((3, len(deck.kinds)))
-        self.begin_energy, self.removed, self.unbalanced = None, 0.0, 0.0
-        self.turnover = 0.0
+        self.begin_energy, self.removed, self.unbalanced, self.turnover = None, 0.0, 0.0, 0.0
         self.rows = self.frame_count = self.snapshot_count = 0
-        self.cpu, self.deepest, self.shifts = 0.0, 0.0, []
+        self.cpu = self.deepest = 0.0
+
+    @contextlib.contextmanager
+    def _liggghts(self, model, steps, forces_every, dumps, **options):
+        """LIGGGHTS at work on so many steps from here on; options as script.write has them."""
+        with tempfile.TemporaryDirectory(prefix="mill-dem-", ignore_cleanup_errors=True) as name:
+            folder, begin = pathlib.Path(name), (self.time, self.state)
+            text, triangles = script.write(
+                folder, self.deck, model, self.damped, steps, forces_every, *begin, **options
+            )
+            with Liggghts(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
+                yield process
 
     def price(self, steps):
         """Processor seconds of LIGGGHTS for one simulated second from here on, without output: what two runs of `steps`
@@ -74,21 +67,8 @@ class Mill:
         steps = max(LEAST_PRICED, round(PRICED * steps))
         taken = []
         for count in (steps, 3 * steps):
-            with tempfile.TemporaryDirectory(prefix="mill-dem-") as name:
-                folder = pathlib.Path(name)
-                text, triangles = inputs(
-                    folder,
-                    self.deck,
-                    self.model,
-                    self.damped,
-                    count,
-                    1,
-                    self.time,
-                    self.state,
-                    told=False,
-                )
-                with Process(folder, text, len(self.mass), triangles, self.ranks, ()) as process:
-                    taken.append(process.finish())
+            with self._liggghts(self.model, count, 1, (), told=False) as process:
+                taken.append(process.finish())
         price = (taken[1] - taken[0]) / (2 * steps * self.model.time_step)
         return price if price > 0 else math.nan  # of a mill so small that the start costs more
 
@@ -98,41 +78,28 @@ class Mill:
         contacts = Contacts(self.deck, model)
         if self.contacts:
             before = sum(self._energies(self.contacts).values())
-            self.state[0], shift = part(contacts, self.time, self.state[0], self.state[1])
-            self.shifts.append(shift)
+            self.state[0] = part(contacts, self.time, self.state[0], self.state[1])
             contacts = Contacts(self.deck, model)
-            self.drive.restart()
+            self.drive.last = None
             self.removed += before - sum(self._energies(contacts).values())
         self.contacts = contacts
         samples = max(1, round((until - self.time) / model.sample_interval))
-        forces_every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
-        steps = samples * STEPS_PER_SAMPLE
-        folder, process = pathlib.Path(tempfile.mkdtemp(prefix="mill-dem-")), None
+        every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
+        dumps, process = ["state.bin"] + ["walls.bin"] * self.rubs, None
         try:
-            text, triangles = inputs(
-                folder,
-                self.deck,
-                model,
-                self.damped,
-                steps,
-                forces_every * STEPS_PER_SAMPLE,
-                self.time,
-                self.state,
-            )
-            dumps = ["state.bin"] + ["walls.bin"] * self.rubs
-            with Process(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
-                self._follow(process, model, contacts, samples, forces_every)
+            steps = samples * STEPS_PER_SAMPLE
+            with self._liggghts(model, steps, every * STEPS_PER_SAMPLE, dumps) as process:
+                self._follow(process, model, contacts, samples, every)
             self.model = model
         finally:
             self.cpu += process.cpu if process else 0.0
-            shutil.rmtree(folder, ignore_errors=True)
             self.normal_loss += contacts.normal_loss
             self.isolated_loss += contacts.isolated_loss
             self.deepest = contacts.deepest  # of this stretch: a softer one before does not count
         return model
 
     def _follow(self, process, model, contacts, samples, forces_every):
-        begin, flat = self.time, np.empty((len(self.mass), 9))
+        begin, flat, interval = self.time, np.empty((len(self.mass), 9)), forces_every * model.sample_interval
         for sample in range(samples + 1):
             step = process.state(flat)
             if step is None:
@@ -142,11 +109,14 @@ class Mill:
             if sample == 0:
                 self.version = process.version()
             self.time = begin + sample * model.sample_interval
-            self.state = [np.ascontiguousarray(flat[:, k : k + 3]) for k in (0, 3, 6)]
+            self.state = [part.copy() for part in np.split(flat, 3, axis=1)]
             impacts = contacts.sample(self.time, *self.state)
             self.drive.sample(self.time, *self.state)
-            if forces_every and sample % forces_every == 0:
-                self._rub(process, contacts, forces_every * model.sample_interval)
+            forces = process.walls(len(self.walls)) if forces_every and sample % forces_every == 0 else None
+            if forces is not None:
+                power, torque = at_walls(contacts, self.state, forces.reshape(len(forces), -1, 3))
+                self.rubbed += power * interval
+                self.drive.shaft_impulse += torque * interval
             if impacts:
                 self.waiting.append(self._outside(impacts))
             self._store(process, model, contacts, sample)
@@ -169,40 +139,28 @@ class Mill:
 
     def _outside(self, impacts):
         """Impacts as the laboratory has them, at their own times: the frame has gone on since."""
-        frame = self.scene.frame
+        frame = self.setup.frame
         if not frame.is_laboratory:
             gone = (impacts["time"] - self.time)[:, None] * frame.track(self.time, 1)
             impacts["point"] = impacts["point"] @ frame.rows + frame.track(self.time) + gone
             impacts["normal"] = impacts["normal"] @ frame.rows
         return impacts
 
-    def _rub(self, process, contacts, interval):
-        forces = process.walls(len(self.walls))
-        if forces is None:
-            return
-        forces = forces.reshape(len(forces), -1, 3)
-        power, torque = at_walls(contacts, self.state, forces)
-        self.rubbed += power * interval
-        self.drive.shaft_impulse += torque * interval
-
     def _store(self, process, model, contacts, sample):
         """The balls whenever the observers want them, at the sample nearest to then; a row's account after them."""
         after = self.time + HALF_AN_INTERVAL * model.sample_interval
         row = sample % model.samples_per_row == 0 and after > self.rows * self.series
-        due = row
-        while self.snapshot_count < len(self.snapshots) and after > self.snapshots[self.snapshot_count]:
-            self.snapshot_count += 1
-            due = True
-        if self.frames > 0 and after > self.frame_count * self.frames:
-            self.frame_count += 1
-            due = True
-        if due:
-            self.results.state(self.time, *self.scene.frame.to_laboratory(self.time, *self.state))
+        frame = self.frames > 0 and after > self.frame_count * self.frames
+        snapshots = int(np.searchsorted(self.snapshots, after))  # due before
+        if row or frame or snapshots > self.snapshot_count:
+            self.results.state(self.time, *self.setup.frame.to_laboratory(self.time, *self.state))
+        self.frame_count += frame
+        self.snapshot_count = snapshots
         if row:
             self._row(process, contacts, sample // model.samples_per_row)
 
     def _energies(self, contacts):
-        place, velocity, spin = self.scene.frame.to_laboratory(self.time, *self.state)
+        place, velocity, spin = self.setup.frame.to_laboratory(self.time, *self.state)
         return {
             "kinetic_energy": 0.5 * self.mass @ np.einsum("ij,ij->i", velocity, velocity),
             "rotational_energy": 0.5 * self.inertia @ np.einsum("ij,ij->i", spin, spin),

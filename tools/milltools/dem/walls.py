@@ -8,26 +8,37 @@ Everything is in the frame of the simulation (milltools.dem.setup). A wall has
     find(time, place, radius)  the Found of the balls (N, 3), (N,) that touch it
 """
 
+import dataclasses
+import pathlib
+
 import numpy as np
+
+from milltools.base.errors import UserError
+from milltools.dem.paths import direction, motion, turned, vector
+from milltools.geometry.solids import CORNERS, FACES, blade_triangles
 
 NO_MESH = np.empty((0, 3, 3))
 ON_EDGE = 1e-9  # of a ball's radius: places closer than this are one
+FLAT = np.cos(np.radians(10))  # between neighbouring facets: nearer to flat than this they are a curved wall's
+SHAFT, BLADE = 3, 4  # kinds
+ADDS_UP = "LIGGGHTS adds up the forces of neighbours, which changes restitution"
 
 
+@dataclasses.dataclass
 class Found:
-    """The contacts of one wall, or of balls, at one sample. Normals point into `ball`; key: who touches what; part: the
-    primitive or facet."""
+    """The contacts (M,) of one wall, or of balls, at one sample. Normals (M, 3) point into `ball`; key: who touches what; part:
+    the primitive or facet."""
 
-    __slots__ = ("key", "ball", "partner", "overlap", "normal", "part")
-
-    def __init__(self, key, ball, partner, overlap, normal, part=None):
-        self.key, self.ball, self.partner = key, ball, partner
-        self.overlap, self.normal = overlap, normal
-        self.part = np.zeros(len(ball), np.int64) if part is None else part
+    key: np.ndarray
+    ball: np.ndarray
+    partner: np.ndarray
+    overlap: np.ndarray
+    normal: np.ndarray
+    part: np.ndarray | None = None
 
     def where(self, chosen):
         """Those `chosen` alone."""
-        return Found(*(getattr(self, name)[chosen] for name in self.__slots__))
+        return Found(*(values if values is None else values[chosen] for values in vars(self).values()))
 
 
 class Wall:
@@ -80,7 +91,7 @@ class Ends(Wall):
         self.kind, self.half, self.partner, self.motion = kind, half, partner, motion
         self.radius = radius
         if radius is None:
-            self.primitives = [(f"wall{k}", f"xplane {x:.17g}", None) for k, x in enumerate((-half, half))]  # fmt: skip
+            self.primitives = [(f"wall{k}", f"xplane {x:.17g}", None) for k, x in enumerate((-half, half))]
 
     def mesh(self, time):
         if self.radius is None:
@@ -101,6 +112,58 @@ class Ends(Wall):
         return Found(2 * ball + high, ball, partner, depth[ball], normal, part)
 
 
+class Blades(Wall):
+    """The blades as boxes that turn with the rotor; the foot is on the axis, as in millsim."""
+
+    kind = BLADE
+
+    def __init__(self, deck):
+        self.deck, blades = deck, deck.blades
+        self.motion, self.speed, self.count = motion(deck, "rotor"), deck.rotor_speed, len(blades)
+        self.position, self.angle, pitch = np.array([(b.position, b.angle, b.pitch) for b in blades]).reshape(-1, 3).T
+        self.cos_p, self.sin_p = np.cos(pitch), np.sin(pitch)
+        half = [(b.width / 2, b.tip_radius / 2, b.thickness / 2) for b in blades]
+        self.half = np.array(half).reshape(-1, 3)
+        across = np.abs(self.sin_p) * self.half[:, 0] + np.abs(self.cos_p) * self.half[:, 2]
+        # [m] of the farthest corner from the axis
+        self.reach = np.hypot(2 * self.half[:, 1], across).max(initial=0.0)
+
+    def mesh(self, time):
+        return blade_triangles(self.deck, self.speed * time)
+
+    def find(self, time, place, radius, ball, blade):
+        """Looks at the blades `blade` (M,) for the balls `ball` (M,) alone."""
+        distance, normal = self.look(place[ball], blade, time)
+        overlap = radius[ball] - distance
+        hit = np.nonzero(overlap > 0)[0]
+        ball, blade = ball[hit], blade[hit]
+        return Found(ball * self.count + blade, ball, blade, overlap[hit], normal[hit])
+
+    def look(self, place, blade, time):
+        """Distance (M,) [m] of centres `place` (M, 3) from the boxes `blade` (M,), and the unit normal (M, 3) to them."""
+        turn = self.angle[blade] + self.speed * time
+        c, s = np.cos(turn), np.sin(turn)
+        cp, sp, half = self.cos_p[blade], self.sin_p[blade], self.half[blade]
+        x = place[:, 0] - self.position[blade]
+        y, z = place[:, 1], place[:, 2]
+        across = c * z - s * y
+        local = np.stack([cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1)
+        out = local - np.clip(local, -half, half)
+        distance = np.sqrt(np.einsum("ij,ij->i", out, out))
+        inside = distance == 0
+        if inside.any():  # out through the nearest face; only a very soft ball gets here
+            depth = np.abs(local[inside]) - half[inside]
+            face = depth.argmax(axis=1)
+            row = np.arange(len(face))
+            out[inside] = 0.0
+            out[np.nonzero(inside)[0], face] = np.where(local[inside][row, face] < 0, 1.0, -1.0)
+            distance[inside] = depth[row, face]
+        normal = out / np.where(inside, -1.0, distance)[:, None]
+        w, radial, h = normal.T
+        across = sp * w + cp * h
+        return distance, np.stack([cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1)
+
+
 def pose_of(motion, time):
     """(R, d) of a wall's motion since t = 0; None: it stands still."""
     if motion is None:
@@ -118,8 +181,7 @@ class Flats(Wall):
         """planes: names and words of the primitives that stand for it, in the order of its facets."""
         self.kind, self.triangles, self.side, self.partner = kind, triangles, side, partner
         self.motion, self.primitives = motion, planes or ()
-        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        normal = normals(triangles)
         height = np.einsum("ij,ij->i", normal, triangles[:, 0])
         size = np.abs(triangles).max()
         keys = np.column_stack([normal, height / size])
@@ -159,21 +221,14 @@ class Flats(Wall):
         else:
             near, edge = self._nearest(local[ball], flat)
         out = local[ball] - near
-        distance = np.linalg.norm(out, axis=1)
-        inside = high[ball, flat] < 0
-        keep = (distance < radius[ball]) & ~(inside & edge)
-        ball, flat, near, edge, out, distance, inside = (
-            a[keep] for a in (ball, flat, near, edge, out, distance, inside)
-        )
-        sign = np.where(inside, -1.0, 1.0)
-        normal = out / (sign * np.maximum(distance, 1e-300))[:, None]
-        keep = self._own(ball, flat, near, edge, sign * distance, radius)
-        ball, flat = ball[keep], flat[keep]
-        overlap = (radius[ball] - (sign * distance)[keep]) if len(ball) else np.empty(0)
-        return Found(
-            ball * len(self.normal) + flat, ball, np.full(len(ball), self.partner), overlap,
-            normal[keep] @ turn.T, flat,
-        )  # fmt: skip
+        sign = np.where(high[ball, flat] < 0, -1.0, 1.0)
+        distance = sign * np.linalg.norm(out, axis=1)
+        rows = np.nonzero((np.abs(distance) < radius[ball]) & ~((sign < 0) & edge))[0]
+        rows = rows[self._own(ball[rows], flat[rows], near[rows], edge[rows], distance[rows], radius)]
+        ball, flat, distance, sign = ball[rows], flat[rows], distance[rows], sign[rows]
+        normal = out[rows] / (sign * np.maximum(np.abs(distance), 1e-300))[:, None]
+        key, partner = ball * len(self.normal) + flat, np.full(len(ball), self.partner)
+        return Found(key, ball, partner, radius[ball] - distance, normal @ turn.T, flat)
 
     def _nearest(self, points, flat):
         """The nearest places (M, 3) of the facets, and whether they are on their rims."""
@@ -201,8 +256,9 @@ class Flats(Wall):
             for other in others:
                 if (distance[other], other) > (distance[k], k):
                     continue
-                gaps = [np.linalg.norm(nearest(near[k : k + 1], t)[0] - near[k]) for t in self.members[flat[other]]]  # fmt: skip
-                if min(gaps) < ON_EDGE * radius[ball[k]]:
+                members = self.members[flat[other]]
+                gap = min(np.linalg.norm(nearest(near[k : k + 1], triangle)[0] - near[k]) for triangle in members)
+                if gap < ON_EDGE * radius[ball[k]]:
                     keep[k] = False
                     break
         return keep
@@ -224,3 +280,74 @@ def nearest(points, triangle):
     closest = np.linalg.norm(sides - points, axis=2).argmin(axis=0)
     best[outside] = sides[closest, np.arange(len(points))][outside]
     return best, outside
+
+
+# ---- bodies of a deck as flat facets, where their motion's frame has them; what is curved is refused
+
+
+def fault(deck, name, key, reason):
+    """UserError about a key of [body.NAME]."""
+    return UserError(f"{deck.path}: [body.{name}] {key}: {reason}")
+
+
+def normals(triangles):
+    """Unit normals (T, 3) of triangles (T, 3, 3)."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def axes(deck, name):
+    """Rows (3, 3): the body's own z, x and y in its motion's frame; and its middle (3,)."""
+    z = direction(deck, f"body.{name}.axis")
+    across = np.eye(3)[1 if np.hypot(z[1], z[2]) < 1e-6 else 0]
+    x = across - (across @ z) * z
+    x = turned(z, deck.number(f"body.{name}.angle", 0.0)) @ (x / np.linalg.norm(x))
+    return np.array([z, x, np.cross(z, x)]), vector(deck, f"body.{name}.centre")
+
+
+def read_stl(path):
+    """Triangles (T, 3, 3) of an STL file, binary or ASCII."""
+    content = path.read_bytes()
+    count = int.from_bytes(content[80:84], "little")
+    if len(content) == 84 + 50 * count:
+        facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+        return np.frombuffer(content, facet, offset=84)["corners"].astype(float)
+    lines = (line.split() for line in content.decode(errors="replace").splitlines())
+    return np.array([words[1:4] for words in lines if words[:1] == ["vertex"]], float).reshape(-1, 3, 3)
+
+
+def own_triangles(deck, name):
+    """Of a box or a mesh around its own origin, outwards; rows of coordinates are along its own z, x, y."""
+    place, shape = f"body.{name}", deck.value(f"body.{name}.shape")
+    if shape == "box":
+        corner = (CORNERS * [0.5, 1, 0.5] - [0, 0.5, 0]) * np.roll(deck.numbers(f"{place}.size"), 1)
+        return np.array([corner[list(t)] for a, b, c, d in FACES for t in ((a, b, c), (a, c, d))])
+    file = pathlib.Path(deck.path).parent / deck.value(f"{place}.file").strip('"')
+    try:
+        triangles = read_stl(file) * deck.number(f"{place}.unit", 1.0)
+    except (OSError, ValueError) as reason:
+        raise fault(deck, name, "file", f"{file}: {reason}") from None
+    if curved(triangles):
+        raise fault(deck, name, "file", f"its facets make a curved wall, on which {ADDS_UP}")
+    return np.roll(triangles, 1, axis=2)
+
+
+def curved(triangles):
+    """Whether facets that share an edge are nearly, but not quite, in one plane."""
+    normal, owner = normals(triangles), {}
+    for k, triangle in enumerate(np.round(triangles / np.abs(triangles).max(), 6)):
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            owner.setdefault(frozenset((tuple(triangle[a]), tuple(triangle[b]))), []).append(k)
+    between = np.array([normal[k[0]] @ normal[k[1]] for k in owner.values() if len(k) == 2])
+    return bool(((between > FLAT) & (between < 1 - 1e-9)).any())
+
+
+def copies(deck, name):
+    """[triangles (T, 3, 3) of each copy in the frame of its motion]."""
+    place = f"body.{name}"
+    rows, middle = axes(deck, name)
+    found = [own_triangles(deck, name) @ rows + middle]
+    turn = turned(direction(deck, f"{place}.turn_about"), deck.number(f"{place}.turn_by", 0.0))
+    for _ in range(int(deck.number(f"{place}.copies", 1)) - 1):
+        found.append(found[-1] @ turn.T + vector(deck, f"{place}.shift_by"))
+    return found

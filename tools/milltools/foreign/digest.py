@@ -31,10 +31,7 @@ FACTS = {  # of /run: unit, meaning
     "peak_memory": ("byte", "largest resident memory"),
     "largest_overlap": ("m", "largest overlap seen"),
     "energy_turnover": ("J", "energy turned over: what the balance's error is measured against"),
-    "energy_balance_error": (
-        "1",
-        "|rotor work - change of energy - dissipation| over the energy turned over",
-    ),
+    "energy_balance_error": ("1", "|rotor work - change of energy - dissipation| over the energy turned over"),
 }
 
 
@@ -108,12 +105,10 @@ class Digest:
 
     def state(self, time, place, velocity, spin):
         """The balls (N, 3) in the laboratory at `time`, which is none before that of the last state."""
-        values = np.empty((3, self.balls, 3), "<f8")
-        for to, given in zip(values, (place, velocity, spin), strict=True):
-            if np.shape(given) != to.shape:
-                raise ValueError(f"expected an array {to.shape}, got {np.shape(given)}")
-            to[:] = given
-        self._record("state", struct.pack("<d", time), values)
+        for given in (place, velocity, spin):
+            if np.shape(given) != (self.balls, 3):
+                raise ValueError(f"expected an array {(self.balls, 3)}, got {np.shape(given)}")
+        self._record("state", struct.pack("<d", time), np.array([place, velocity, spin], "<f8"))
 
     def impacts(self, rows):
         """Impacts in order of time, an array of IMPACT (see impacts_of): none before those of the last call, or the last account.
@@ -131,8 +126,9 @@ class Digest:
         `dissipation_normal/KIND`, `elastic_energy`; what is not given is NaN in the file."""
         left = dict(values)
         told = [time, left.pop("elastic_energy", math.nan)]
-        for names, what in ((self.motions, ("motion_work", "motion_impulse")), (self.kinds, ("dissipation", "dissipation_normal"))):  # fmt: skip
-            told += [left.pop(f"{one}/{name}", math.nan) for name in names for one in what]
+        names = [f"{one}/{name}" for name in self.motions for one in ("motion_work", "motion_impulse")]
+        names += [f"{one}/{name}" for name in self.kinds for one in ("dissipation", "dissipation_normal")]
+        told += [left.pop(name, math.nan) for name in names]
         if left:
             raise ValueError(f"{min(left)}: nothing of that name is in an account")
         self._record("account", np.array(told, "<f8"))
@@ -140,12 +136,12 @@ class Digest:
     def publish(self):
         """The file is as of now from here on, brought to the disk."""
         self._record("publish")
-        self._flush()
+        self._write(flush=True)
 
     def end(self, status="complete", time=None):
         """The run has ended at `time`, `complete`, `stopped` or `failed`: the file is whole when this returns."""
         self._record("end", struct.pack("<d", time), status.encode())
-        self._flush()
+        self._write(flush=True)
         with contextlib.suppress(BrokenPipeError):
             self.engine.stdin.close()
         self._check()
@@ -162,19 +158,14 @@ class Digest:
     def _record(self, kind, *parts):
         parts = [memoryview(part).cast("B") for part in parts]
         size = sum(len(part) for part in parts)
-        self._write(struct.pack("<8sQ", kind.ljust(8).encode(), size))
-        for part in parts:
-            self._write(part)
+        self._write(struct.pack("<8sQ", kind.ljust(8).encode(), size), *parts)
 
-    def _write(self, data):
+    def _write(self, *parts, flush=False):
         try:
-            self.engine.stdin.write(data)
-        except BrokenPipeError:
-            self._check()
-
-    def _flush(self):
-        try:
-            self.engine.stdin.flush()
+            for part in parts:
+                self.engine.stdin.write(part)
+            if flush:
+                self.engine.stdin.flush()
         except BrokenPipeError:
             self._check()
 
