@@ -4,12 +4,15 @@ import shutil
 
 import numpy as np
 import pytest
-from dem_bodies import BOX, HEAD, JAR, deck_of, follow
+from dem_bodies import BOX, HEAD, JAR, Recorder, deck_of, follow
 from scipy.optimize import brentq
 
 from milltools.base.errors import UserError
+from milltools.base.processes import Stopped
+from milltools.dem.liggghts import Liggghts
 from milltools.dem.paths import Chain
 from milltools.dem.setup import Setup, setup_of
+from milltools.dem.soft_mill import SoftMill
 from milltools.dem.walls import Flats, axes
 
 needs_liggghts = pytest.mark.skipif(not shutil.which("liggghts"), reason="no LIGGGHTS")
@@ -229,6 +232,26 @@ def test_work_of_each_motion_is_what_the_balls_have_taken():
     assert len(seen.all("time")) > 8 and abs(energy[-1] - energy[0]) > 0.01
     assert work["jar"] == pytest.approx(0, abs=1e-6)  # smooth walls do not feel its spin
     assert work["sun"] == pytest.approx(energy[-1] - energy[0], rel=0.01)
+
+
+@needs_liggghts
+def test_a_stop_while_forces_are_awaited_leaves_no_sample_half_done(monkeypatch):
+    """The results end at a time whose state they have."""
+    walls, asked = Liggghts.walls, []
+
+    def stop(process, count):
+        asked.append(count)
+        if len(asked) == 3:
+            raise Stopped(15)
+        return walls(process, count)
+
+    monkeypatch.setattr(Liggghts, "walls", stop)
+    mill = SoftMill(deck_of(BOX, **RUBS), [np.zeros((1, 3))] * 3, True, Recorder())
+    reached = []
+    mill.watch = reached.append
+    with pytest.raises(Stopped):
+        mill.run(1e9, 0.01)
+    assert mill.time == reached[-1] > 0
 
 
 # ---- what is refused ----

@@ -108,11 +108,12 @@ class SoftMill:
                 raise UserError(f"LIGGGHTS told its step {step} when {sample * STEPS_PER_SAMPLE} was due", 1)
             if sample == 0:
                 self.version = process.version()
+            # all is read before the time goes on: whoever stops the waiting leaves no sample half done
+            forces = process.walls(len(self.walls)) if forces_every and sample % forces_every == 0 else None
             self.time = begin + sample * model.sample_interval
             self.state = [part.copy() for part in np.split(flat, 3, axis=1)]
             impacts = contacts.sample(self.time, *self.state)
             self.drive.sample(self.time, *self.state)
-            forces = process.walls(len(self.walls)) if forces_every and sample % forces_every == 0 else None
             if forces is not None:
                 power, torque = at_walls(contacts, self.state, forces.reshape(len(forces), -1, 3))
                 self.rubbed += power * interval
