@@ -277,7 +277,7 @@ def files(tmp_path_factory):
     (folder / "deck.ini").write_text(MIXTURE.replace("friction = 0.3", FRICTION) + "impacts = all\n")
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "tools"), "MILLSIM": str(PROGRAM)}
     times = sets("run.time=12 ms", "run.sample_from=2 ms", "rotor.speed=3000 rpm")
-    words = [sys.executable, "-m", "milltools", "dem", "deck.ini", "--modulus", "1e8", *times]
+    words = [sys.executable, "-m", "milltools", "dem", "deck.ini", "--quiet", "--modulus", "1e8", *times]
     done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     (folder / "said.txt").write_text(done.stdout)
@@ -328,7 +328,7 @@ def test_the_facts_of_the_run_are_told(files):
     with Run(files[0]) as run:
         assert (run.read("run/modulus"), run.read("run/ranks")) == (1e8, 1)
         assert run.read("run/tools") == subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout.split()[1]  # fmt: skip
-        assert run.read("run/command").startswith("mill dem deck.ini --modulus 1e8")
+        assert run.read("run/command").startswith("mill dem deck.ini --quiet --modulus 1e8")
         interval = run.read("run/sample_interval")
         assert interval == pytest.approx(5 * run.read("run/time_step"))
         assert run.read("run/contact_duration") > 8 * interval * (1 - 1e-9) or run.read("run/contact_duration") > 0  # fmt: skip
