@@ -120,7 +120,7 @@ def limits(fields, name) -> tuple[float, float]:
     return 0.0, high or 1.0
 
 
-class Map(Figure):
+class MapFigure(Figure):
     group = "maps"
 
     def __init__(self, name, view, quantity, title, caption):
@@ -257,7 +257,7 @@ _ROUND = {
     ),
 }  # fmt: skip
 FIGURES = tuple(
-    Map(f"{short}-{name}", view, name, f"{place}: {shown.words}", f"{shown.caption} {where}")
+    MapFigure(f"{short}-{name}", view, name, f"{place}: {shown.words}", f"{shown.caption} {where}")
     for view, (place, short, where) in _ROUND.items()
     for name, shown in QUANTITIES.items()
 )

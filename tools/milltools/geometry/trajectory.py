@@ -35,7 +35,7 @@ class State:
 
 def stored(run, index) -> State:
     """A stored frame of a run."""
-    time = float(run.read("particles/trajectory/position/time", index))
+    time = float(run.frame_times()[index])
     names = ("position", "velocity", "angular_velocity")
     values = [run.frame(index, name).astype(np.float64) for name in names]
     return State(time, *values, poses=run.poses(index))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from collections.abc import Callable
 
 import matplotlib
 import numpy as np
@@ -9,58 +10,39 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import prefix
 from milltools.figures.style import SPEEDS
+from milltools.geometry.trajectory import stored
 
 SHARE = 0.995  # of the balls are within the limits, if not said otherwise
 LOOKED_AT = 12  # frames that the limits are found from
 
 
-def _speed(state, run):
-    return np.linalg.norm(state.velocity, axis=1)
-
-
-def _spin(state, run):
-    return np.linalg.norm(state.angular_velocity, axis=1)
-
-
-def _energy(state, run):
-    return 0.5 * run.balls("mass") * np.einsum("ij,ij->i", state.velocity, state.velocity)
-
-
-def _impact(state, run):
-    if state.value is None:
-        raise UserError(f"{run.path}: the speeds of last impacts are not known")
-    return state.value
-
-
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Its `label` at the bar, its SI `unit`, and how it is had from a state."""
+    """Its `label` at the bar, its SI `unit`, and how it is had from a state and the masses of the balls."""
 
     label: str
     unit: str
-    values: object
-    frames: tuple = ()  # the stored columns it needs
+    values: Callable
 
 
 QUANTITIES = {
-    "speed": Quantity("speed", "m/s", _speed, ("velocity",)),
-    "spin": Quantity("spin", "rad/s", _spin, ("angular_velocity",)),
-    "energy": Quantity("kinetic energy", "J", _energy, ("velocity",)),
-    "impact": Quantity("speed of last impact", "m/s", _impact),
+    "speed": Quantity("speed", "m/s", lambda state, mass: np.linalg.norm(state.velocity, axis=1)),
+    "spin": Quantity("spin", "rad/s", lambda state, mass: np.linalg.norm(state.angular_velocity, axis=1)),
+    "energy": Quantity("kinetic energy", "J", lambda state, mass: 0.5 * mass * (state.velocity**2).sum(axis=1)),
+    "impact": Quantity("speed of last impact", "m/s", lambda state, mass: state.value),
 }
 
 
 @dataclasses.dataclass(frozen=True)
 class Colour:
-    """`quantity` (of QUANTITIES) within `limits` (low, high) [SI], drawn with matplotlib's map `cmap`."""
+    """`quantity` (of QUANTITIES) within `limits` (low, high) [SI]."""
 
     quantity: str
     limits: tuple[float, float]
-    cmap: str = SPEEDS
 
     def values(self, state, run) -> np.ndarray:
         """The value of every ball (N,) [SI]; NaN where a ball has none yet."""
-        return QUANTITIES[self.quantity].values(state, run)
+        return QUANTITIES[self.quantity].values(state, run.balls("mass"))
 
     def rgb(self, values) -> np.ndarray:
         """Colours (N, 3) uint8; beyond the limits that of the limit, NaN grey."""
@@ -68,7 +50,7 @@ class Colour:
         share = (np.asarray(values, float) - low) / (high - low)
         known = np.isfinite(share)
         index = np.clip(np.where(known, share, 0.0) * 256, 0, 255).astype(int)
-        return np.where(known[:, None], _table(self.cmap)[index], np.uint8(150))
+        return np.where(known[:, None], _table()[index], np.uint8(150))
 
     # ---- for the bar
 
@@ -88,23 +70,21 @@ class Colour:
 
 
 @functools.cache
-def _table(cmap):
-    return (matplotlib.colormaps[cmap](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
+def _table():
+    return (matplotlib.colormaps[SPEEDS](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
 
 
-def of(run, quantity: str, limits=None, cmap: str = SPEEDS) -> Colour:
+def of(run, quantity: str, limits=None) -> Colour:
     """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
     within them, from 0 on."""
     if quantity not in QUANTITIES:
         raise UserError(f"colour: expected one of {', '.join(QUANTITIES)}, got {quantity!r}")
-    if cmap not in matplotlib.colormaps:
-        raise UserError(f"colour: no colour map {cmap!r}; turbo, viridis and others of matplotlib's")
     if limits is None:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)
     if not (np.isfinite([low, high]).all() and low < high):
         raise UserError(f"colour: limits: expected two numbers, the lower first; got {low:g}, {high:g}")
-    return Colour(quantity, (low, high), cmap)
+    return Colour(quantity, (low, high))
 
 
 def _top(run, quantity) -> float:
@@ -119,18 +99,8 @@ def _top(run, quantity) -> float:
         )
     # the first frames are of a start, not of the mill
     chosen = np.unique(np.linspace(min(1, len(times) - 1), len(times) - 1, LOOKED_AT).astype(int))
-    kind = QUANTITIES[quantity]
-    found = []
-    for index in chosen:
-        columns = {name: run.frame(int(index), name).astype(float) for name in kind.frames}
-        found.append(kind.values(_Frame(**columns), run))
+    found = [QUANTITIES[quantity].values(stored(run, int(index)), run.balls("mass")) for index in chosen]
     return float(np.quantile(np.concatenate(found), SHARE))
-
-
-@dataclasses.dataclass(frozen=True)
-class _Frame:
-    velocity: np.ndarray | None = None
-    angular_velocity: np.ndarray | None = None
 
 
 def _top_impact(run) -> float:
