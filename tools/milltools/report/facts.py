@@ -11,21 +11,16 @@ from milltools.base.text import MISSING, SPACE, Number, count, plain, scaled, sm
 from milltools.read import motions
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--part")
+DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
-    (
-        "not_closing",
-        "contacts found opening",
-        "A contact that was due found its two bodies already parting; they were given the rebound floor.",
-    ),
-    (
-        "reliefs",
-        "pinched balls let go",
-        "A ball was pressed between a moving body, such as a blade, and a wall or other balls, with nowhere to go, or was squeezed "
-        "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not in the counts.",
-    ),
+    ("not_closing", "contacts found opening",
+     "A contact that was due found its two bodies already parting; they were given the rebound floor."),
+    ("reliefs", "pinched balls let go",
+     "A ball was pressed between a moving body, such as a blade, and a wall or other balls, with nowhere to go, or was squeezed "
+     "through a gap narrower than itself, and the body let it pass. Contacts of a pressed ball are not in the counts."),
     ("smoothed", "contacts made smooth", "Time stood still at a contact with friction; it was carried out without."),
     ("overlaps", "overlaps", "Balls were found deeper than 1 nm in another body."),
-)
+)  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
@@ -127,12 +122,11 @@ def sampled(run) -> bool:
     return run.has_statistics and run.duration > 0
 
 
-def drive_mean(run, name: str, unit: str) -> Number | None:
-    """Mean power or torque of the rotor, or power of all motions, with its standard error; None where nothing moves."""
-    where = f"{run.driven}/{name}"
-    if not (run.driven and sampled(run) and run.has(f"statistics/{where}")):
+def mean(run, name: str, unit: str) -> Number | None:
+    """A mean over the sampled window with its standard error; None where it is not known: "rotor/power", "motions/jar/torque"."""
+    if not (run.driven and sampled(run) and run.has(f"statistics/{name}")):
         return None
-    return with_error(float(run.statistic(where)), run.standard_error(where), unit)
+    return with_error(float(run.statistic(name)), run.standard_error(name), unit)
 
 
 def drive_remark(run) -> str:
@@ -169,12 +163,11 @@ def energy_error(run) -> str:
 
 
 def _drive_sentence(run) -> str:
-    power = drive_mean(run, "power", "W")
+    power, torque = (mean(run, f"{run.driven}/{name}", unit) for name, unit in DRIVE)
     if power is None:
         dissipated = scaled(run.statistic("impacts/all/dissipated_power"), "W")
         return f"Nothing drives them; the contacts dissipate {dissipated}."
     mass = float(np.sum(run.balls("mass")))
-    torque = drive_mean(run, "torque", "N m")
     words = f" at a torque of {torque}" if torque else ""
     return (
         f"The {run.driven} puts {power} into the charge ({scaled(power.value / mass, 'W')} per kilogram){words}, "
@@ -228,7 +221,7 @@ def tiles(run) -> list[tuple[str, str, str]]:
     """(what, the figure, how it is to be read) of the four figures at the top."""
     found = []
     if sampled(run):
-        power = drive_mean(run, "power", "W")
+        power = mean(run, f"{run.driven}/power", "W")
         if power is not None:
             found.append((f"{run.driven} power", str(power), drive_remark(run)))
         else:

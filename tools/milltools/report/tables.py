@@ -18,6 +18,14 @@ CONTACT_HEADS = (
 )
 
 
+ENERGIES = {
+    "kinetic_energy": "kinetic energy",
+    "rotational_energy": "energy in the balls' spin",
+    "potential_energy": "potential energy",
+    "elastic_energy": "energy in the springs of contacts",
+}
+
+
 def contacts(run) -> list[tuple[str, list[Number]]]:
     """By kind, then all; kinds that did not meet are left out, as on the terminal."""
     found = []
@@ -60,32 +68,18 @@ def motion_rows(run) -> list[tuple[str, Number, str]]:
     """What each motion gives, and how it goes."""
     found = []
     for name in run.motions:
-        place = f"motions/{name}"
-        if facts.sampled(run) and run.has(f"statistics/{place}/power"):
-            power, torque = (
-                with_error(float(run.statistic(f"{place}/{what}")), run.standard_error(f"{place}/{what}"), unit)
-                for what, unit in (("power", "W"), ("torque", "N m"))
-            )  # fmt: skip
-            remark = plain(motions.words(run, name))
-            remark += f"; torque {torque}" if torque.value else ""
-            found.append((f"power of {plain(name)}", power, remark))
+        power, torque = (facts.mean(run, f"motions/{name}/{what}", unit) for what, unit in facts.DRIVE)
+        if power is not None:
+            words = plain(motions.words(run, name)) + (f"; torque {torque}" if torque and torque.value else "")
+            found.append((f"power of {plain(name)}", power, words))
     return found
-
-
-def _energy_row(run, name, label):
-    if not run.has_series(name):
-        return []
-    time, value = run.series(name)
-    if not len(value) or not math.isfinite(value[-1]):
-        return []
-    return [(label, scaled(value[-1], "J"), f"at {scaled(time[-1], 's')}")]
 
 
 def balance(run) -> list[tuple[str, object, str]]:
     """(what, value, remark): drive, energies, account."""
     found = []
-    for name, unit in (("power", "W"), ("torque", "N m")):
-        mean = facts.drive_mean(run, name, unit)
+    for name, unit in facts.DRIVE:
+        mean = facts.mean(run, f"{run.driven}/{name}", unit)
         if mean is not None:
             found.append((f"{run.driven} {name}", mean, facts.drive_remark(run)))
     if run.driven == "drive":
@@ -106,10 +100,10 @@ def balance(run) -> list[tuple[str, object, str]]:
     if facts.sampled(run):
         lost = scaled(run.statistic("impacts/all/dissipated_power"), "W")
         found.append(("dissipated power", lost, "all contacts, over the sampled window"))
-    found += _energy_row(run, "kinetic_energy", "kinetic energy")
-    found += _energy_row(run, "rotational_energy", "energy in the balls' spin")
-    found += _energy_row(run, "potential_energy", "potential energy")
-    found += _energy_row(run, "elastic_energy", "energy in the springs of contacts")
+    for name, label in ENERGIES.items():
+        time, value = run.series(name) if run.has_series(name) else ((), ())
+        if len(value) and math.isfinite(value[-1]):
+            found.append((label, scaled(value[-1], "J"), f"at {scaled(time[-1], 's')}"))
     if run.has("run/energy_balance_error") and run.has("run/energy_turnover"):
         turned, error = (float(run.read(f"run/energy_{n}")) for n in ("turnover", "balance_error"))
         remark = f"of {scaled(turned, 'J')} turned over ({small(error)})"
@@ -135,13 +129,13 @@ def precision(run) -> list[tuple[str, object, str]]:
         mean, error = value(f"{name}/value"), value(f"{name}/standard_error")
         known = f"{100 * error / abs(mean):.2g} % of it" if mean and math.isfinite(error) else "error not known"
         found.append((label, with_error(mean, error, unit), known))
-    found.append(("start-up cut away", scaled(value("warm_up"), "s"), "the sampled window begins there"))
-    batches = f"{value('batches'):.0f} of them"
-    found.append(("length of a batch", scaled(value("batch"), "s"), batches))
-    settled = "yes" if value("settled") else "not known"
-    found.append(("start-up is over", settled, ""))
-    found.append(("known as well as asked", "yes" if value("reached") else "no", _ended(run)))
-    return found
+    return [
+        *found,
+        ("start-up cut away", scaled(value("warm_up"), "s"), "the sampled window begins there"),
+        ("length of a batch", scaled(value("batch"), "s"), f"{value('batches'):.0f} of them"),
+        ("start-up is over", "yes" if value("settled") else "not known", ""),
+        ("known as well as asked", "yes" if value("reached") else "no", _ended(run)),
+    ]
 
 
 def _ended(run) -> str:
@@ -155,18 +149,12 @@ def _ended(run) -> str:
     return words.get(said, plain(said))
 
 
-def _text(run, name, label):
-    return [(label, plain(run.read(f"run/{name}")), "")] if run.has(f"run/{name}") else []
-
-
 def how(run, size: int) -> list[tuple[str, object, str]]:
     """Program, machine-independent facts, cost; `size` of the file [byte]."""
     found = [("program", plain(run.program), plain(run.version))]
-    for name, label in (
-        ("compiler", "compiler"), ("flags", "flags"), ("hdf5", "HDF5"), ("gsl", "GSL"),
-        ("command", "command"), ("started", "started"), ("status", "status"),
-    ):  # fmt: skip
-        found += _text(run, name, label)
+    for name in ("compiler", "flags", "hdf5", "gsl", "command", "started", "status"):
+        if run.has(f"run/{name}"):
+            found.append(({"hdf5": "HDF5", "gsl": "GSL"}.get(name, name), plain(run.read(f"run/{name}")), ""))
     if _ended(run):
         found.append(("end", _ended(run), ""))
     found.append(("simulated", scaled(run.time, "s"), f"{len(run.frame_times())} frames stored"))
