@@ -16,7 +16,7 @@ from milltools.geometry.bodies import Mill
 from milltools.geometry.profile import Profile
 from milltools.geometry.trajectory import State
 from milltools.read.runfile import Run
-from milltools.render import camera, colour, overlay, pov, scene
+from milltools.render import camera, colour, overlay, pixels, pov, scene
 from milltools.render.shade import Shade, View
 
 pytestmark = pytest.mark.render
@@ -405,9 +405,9 @@ def flat_view(size=(64, 64)):
     return View(down, size, (0.9, 1.1))
 
 
-def light_on(depth, lamp=None):
-    view = flat_view()
-    shade = Shade(view, flat_view(), radius=0.005)
+def light_on(depth, lamp=None, radius=0.005):
+    view = flat_view(np.shape(depth))
+    shade = Shade(view, view, radius)
     buffers = [(np.asarray(d, np.float32) - 0.9) / 0.2 for d in (depth, depth if lamp is None else lamp)]
     return shade.light(*(b.astype(np.float32) for b in buffers))
 
@@ -426,6 +426,14 @@ def test_what_the_lamp_sees_something_before_is_in_shadow():
     lamp[:, :20] = 0.95
     light = light_on(plane, lamp)
     assert light[:, :16].max() < 0.7 and light[:, 26:].min() == pytest.approx(1.0)
+
+
+def test_the_shadow_of_a_thin_bar_is_one_beside_large_balls_too():
+    plane, lamp = np.full((256, 256), 1.0), np.full((256, 256), 1.0)
+    lamp[:, 126:129] = 0.95  # of 0.75 mm
+    light = pixels.smooth(light_on(plane, lamp, radius=0.03), 4)[128]
+    dark = np.flatnonzero(light < 1 - 1e-6)
+    assert light.min() < 0.93 and np.ptp(dark) < 30  # not single looks, far apart
 
 
 # ---- POV-Ray

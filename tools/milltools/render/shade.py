@@ -22,6 +22,7 @@ PAIRS = 2  # of lines through the air about a place, in each of the small pictur
 REACH = 2.4  # of the air about a place
 DARK = 1.7
 BLUR = 0.45  # radius over which the looks into the lamp's picture are spread
+MOST_BLUR = 8.0  # pixels of the lamp's picture: farther apart the looks are seen one by one, as streaks
 BIAS = 0.35  # what the lamp sees as near as this throws no shadow
 SOFT = 0.3
 SHADOW = 0.42  # share of light that a shadow takes
@@ -148,7 +149,7 @@ class Shade:
 
     def _lit(self, depth, lamp, index):
         """The lamp's light."""
-        spread = BLUR * self.radius / self.lamp.scale
+        spread = min(BLUR * self.radius / self.lamp.scale, MOST_BLUR)
         away = spread * math.sqrt((index + 0.5) / len(self.phases))
         column, row, far = self.eye.places(self._into, depth, self.phases[index], self.grid)
         column += np.float32(away * math.cos(index * GOLDEN))
