@@ -54,10 +54,11 @@ def embedded(figure, dots: int = 150) -> str:
     """A matplotlib figure as a data address: of an SVG, or of a PNG of so many dots per inch where an SVG would be a large one."""
     import matplotlib  # not every page has figures
 
-    for kind, mime in (("svg", "svg+xml"), ("png", "png")):
+    for kind, mime, told in (("svg", "svg+xml", {"Date": None}), ("png", "png", None)):
         store = io.BytesIO()
         with matplotlib.rc_context({"svg.hashsalt": "millsim"}):  # the same figure is the same text
-            figure.savefig(store, format=kind, dpi=dots, metadata={"Date": None} if kind == "svg" else None)
-        if len(store.getvalue()) < LARGE:
+            figure.savefig(store, format=kind, dpi=dots, metadata=told)
+        address = f"data:image/{mime};base64,{base64.b64encode(store.getvalue()).decode()}"
+        if store.tell() < LARGE:
             break
-    return f"data:image/{mime};base64,{base64.b64encode(store.getvalue()).decode()}"
+    return address
