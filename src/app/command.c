@@ -30,6 +30,9 @@ static const struct row {
     [MILL_FORCE] = {"force", 'f', NULL, "overwrite an existing output file"},
     [MILL_JSON] = {"json", 'j', NULL, "print the summary as one JSON object"},
     [MILL_QUIET] = {"quiet", 'q', NULL, "no progress, no forecast"},
+    [MILL_PROGRESS] = {"progress", 0, "json",
+                       "tell progress as JSON on standard error, an object a line,\n"
+                       "                       twice a second (docs/running.md)"},
     [MILL_EXPORT_START] =
         {"export-start", 0, "FILE",
          "\n                       write the balls as they start to FILE, which balls.start reads\n"
@@ -54,10 +57,12 @@ static const struct {
     const char *why;
 } exclusions[] = {
     {MILL_RESUME, "force", "go on, or start again"},
-    {MILL_EXPORT_START, "output check resume json paranoid",
+    {MILL_PROGRESS, "quiet check", "progress of a run, or none"},
+    {MILL_EXPORT_START, "output check resume json progress paranoid",
      "the start is written and nothing is run"},
-    {MILL_DIGEST, "check resume json export-start paranoid", "nothing is run but another program"},
-    {MILL_VALUE, "output check resume json paranoid set force export-start digest", told},
+    {MILL_DIGEST, "check resume json progress export-start paranoid",
+     "nothing is run but another program"},
+    {MILL_VALUE, "output check resume json progress paranoid set force export-start digest", told},
 };
 
 bool mill_command_answer(const struct mill_command *a, FILE *out)
@@ -136,6 +141,9 @@ static enum mill_status check(struct mill_command *a, char *const *more, struct 
         if (rows[k].value && !strcmp(rows[k].value, "FILE") && a->given[k] && !a->given[k][0])
             return mill_error_set(error, MILL_BAD_DECK, "option '--%s' needs the name of a file",
                                   rows[k].name);
+    if (a->given[MILL_PROGRESS] && strcmp(a->given[MILL_PROGRESS], "json") != 0)
+        return mill_error_set(error, MILL_BAD_DECK, "option '--progress' takes json, got '%.200s'",
+                              a->given[MILL_PROGRESS]);
     for (size_t i = 0; i < sizeof exclusions / sizeof *exclusions; i++)
         for (int k = 0; a->given[exclusions[i].one] && k < MILL_OPTIONS; k++)
             if (a->given[k] && strstr(exclusions[i].others, rows[k].name))

@@ -15,6 +15,7 @@ enum mill_option {
     MILL_FORCE,
     MILL_JSON,
     MILL_QUIET,
+    MILL_PROGRESS,
     MILL_EXPORT_START,
     MILL_VALUE,
     MILL_DIGEST,

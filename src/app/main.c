@@ -219,7 +219,9 @@ static enum mill_status act(const struct mill_command *a, FILE *page, FILE *asid
     if (a->values)
         return mill_deck_tell(a->values, a->value, page, error);
     mill_progress_init(&order.display, check || a->given[MILL_QUIET] ? NULL : stderr,
-                       isatty(STDERR_FILENO));
+                       a->given[MILL_PROGRESS] ? MILL_PROGRESS_OBJECTS
+                       : isatty(STDERR_FILENO) ? MILL_PROGRESS_TERMINAL
+                                               : MILL_PROGRESS_LOG);
     enum mill_status status = mill_deck_read(a->deck, a->sets, a->set, warn, &deck, error);
     order.deck = deck;
     if (status == MILL_OK && !check)

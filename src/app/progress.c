@@ -1,7 +1,8 @@
 /* How far is the run, how fast, and how long will it take? On a terminal the line is rewritten in
  * place and fitted to its width; in a log file one comes after 2 s and then at gaps that grow from
- * 10 s to 10 min. Rates are those of the last fifth of the time or more, 10 s at most: they change
- * as the charge is swept up, and what is still to come of that is in the time left. */
+ * 10 s to 10 min; for programs it is a JSON object a line, at a steady rate. Rates are those of the
+ * last fifth of the time or more, 10 s at most: they change as the charge is swept up, and what is
+ * still to come of that is in the time left. */
 #include "app/progress.h"
 
 #include "app/record.h"
@@ -13,10 +14,18 @@
 
 enum { FIELDS = 6, FIELD = 64, GAP = 3 }; /* of the line, and characters of each and between */
 
-void mill_progress_init(struct mill_progress_display *display, FILE *out, bool terminal)
+void mill_progress_init(struct mill_progress_display *display, FILE *out,
+                        enum mill_progress_form form)
 {
     const double now = mill_record_clock(CLOCK_MONOTONIC);
-    *display = (struct mill_progress_display){out, terminal, .began = now, .due = 2.0, .gap = 10.0};
+    *display = (struct mill_progress_display){out, form, .began = now, .due = 2.0, .gap = 10.0};
+}
+
+/* [s] of wall time until the end; infinite while nothing moves */
+static double left(const struct mill_progress *then, const struct mill_progress *now)
+{
+    const double done = now->work - then->work;
+    return done > 0.0 ? (now->works - now->work) * (now->wall - then->wall) / done : HUGE_VAL;
 }
 
 static void format_left(double seconds, char *out, size_t size)
@@ -54,9 +63,7 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
         snprintf(field[2], FIELD, "%.3g collisions/s",
                  (double)(now->collisions - then->collisions) / wall);
         snprintf(field[3], FIELD, "%.3g s/s", speed);
-        const double done = now->work - then->work;
-        format_left(done > 0.0 ? (now->works - now->work) * wall / done : HUGE_VAL, field[4],
-                    FIELD);
+        format_left(left(then, now), field[4], FIELD);
     }
     snprintf(field[5], FIELD, "%s", now->known ? now->known : "");
     for (int given = 0; given == 0 || (given < FIELDS && strlen(whole) > room); given++) {
@@ -69,17 +76,54 @@ void mill_progress_format(const struct mill_progress *then, const struct mill_pr
     snprintf(line, room + 1, "%s", whole);
 }
 
+/* "name": value, or null where it is not known */
+static void put(FILE *out, const char *name, double value)
+{
+    fprintf(out, isfinite(value) ? ", \"%s\": %.9g" : ", \"%s\": null", name, value);
+}
+
+/* Words here are our own and need no escapes. What is told before and after the run is of balls or
+ * frames, not of simulated time. */
+static void show_object(struct mill_progress_display *display, const struct mill_progress *now)
+{
+    const struct mill_progress *then = &display->then[0];
+    const char *state = now->stage ? display->begun ? "writing" : "starting" : now->state;
+    const double share = now->end > 0.0 ? fmin(now->time / now->end, 1.0) : 0.0;
+    const double wall = now->wall - then->wall, unknown = (double)NAN;
+    const bool run = !now->stage, rates = run && wall > 0.0;
+    if (display->state && !strcmp(state, display->state) && now->wall < display->due)
+        return;
+    display->state = state;
+    display->due = now->wall + MILL_PROGRESS_JSON;
+    fprintf(display->out, "{\"state\": \"%s\"", state);
+    put(display->out, "time", run ? now->time : unknown);
+    put(display->out, "end", run ? now->end : unknown);
+    put(display->out, "share", share);
+    put(display->out, "left", rates ? left(then, now) : unknown);
+    put(display->out, "contacts", run ? (double)now->collisions : unknown);
+    put(display->out, "contacts_per_second",
+        rates ? (double)(now->collisions - then->collisions) / wall : unknown);
+    put(display->out, "wall", now->wall);
+    fprintf(display->out, ", \"what\": \"%s\"}\n",
+            now->stage   ? now->stage
+            : now->known ? now->known
+                         : "");
+}
+
 void mill_progress_show(struct mill_progress_display *display, const struct mill_progress *now)
 {
     struct winsize size;
     char line[MILL_PROGRESS_LINE];
-    if (now->begins)
+    if (now->begins) {
         display->run = now->wall;
-    if (now->begins)
         display->then[0] = display->then[1] = *now;
-    if (now->begins || !display->out)
+        display->begun = true;
+    }
+    if (!display->out || (now->begins && display->form != MILL_PROGRESS_OBJECTS))
         return;
-    if (display->terminal) {
+    if (display->form == MILL_PROGRESS_OBJECTS) {
+        show_object(display, now);
+    } else if (display->form == MILL_PROGRESS_TERMINAL) {
         const bool told = ioctl(fileno(display->out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
         /* the last column stays free: many terminals wrap as soon as it is written */
         mill_progress_format(&display->then[0], now, (told ? size.ws_col : 80) - 1, line);

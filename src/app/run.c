@@ -164,8 +164,10 @@ static enum mill_status take_up(struct run *r)
     return status;
 }
 
-static void show(const struct run *r, bool begins)
+/* state: NULL while the mill runs */
+static void show(const struct run *r, bool begins, const char *state)
 {
+    const char *running = mill_summary_samples(&r->observers) ? "sampling" : "settling";
     const double time = mill_sim_time(r->sim), end = r->deck->time;
     struct mill_progress p = {time,
                               end,
@@ -173,6 +175,7 @@ static void show(const struct run *r, bool begins)
                               mill_forecast_work(&r->growth, end),
                               .wall = mill_record_clock(CLOCK_MONOTONIC) - r->order->display.began,
                               .begins = begins,
+                              .state = state ? state : running,
                               .known = mill_summary_known(&r->observers)};
     for (int k = 0; k < r->world->kinds.count; k++)
         p.collisions += r->world->account.collisions[k];
@@ -193,7 +196,7 @@ static enum mill_status prepare(struct run *r)
     if (status != MILL_OK)
         return status;
     r->growth = mill_forecast_growth(r->world);
-    show(r, true);
+    show(r, true, NULL);
     if (r->resumes)
         mill_error_set(&r->note, MILL_OK, "resuming at t = %.6g s", mill_sim_time(r->sim));
     else if (frames > 1e6) /* rather from a slip in a unit than from a wish */
@@ -293,7 +296,7 @@ static enum mill_status advance(struct run *r)
         status = mill_sim_run(r->sim, end, slice, r->order->stop, r->error);
         const double took = mill_record_clock(CLOCK_MONOTONIC) - before;
         const bool whole = mill_sim_time(r->sim) < end; /* the slice: it was not cut off */
-        show(r, false);
+        show(r, false, NULL);
         /* the end was reached before this slice too: nothing was left that is due at it */
         if (!whole && reached >= end)
             break;
@@ -326,6 +329,7 @@ static enum mill_status conclude(struct run *r, enum mill_status ended, struct m
     const struct mill_going going = {goes_on, r};
     const bool many = r->deck->frames > 0 && mill_sim_time(r->sim) / r->deck->frames > MANY_FRAMES;
     const bool slow = many && ended == MILL_OK;
+    show(r, false, "writing");
     if (ended == MILL_STOPPED || slow)
         keep(r);
     mill_sim_audit(r->sim); /* after the state: an undisturbed run is not audited here */

@@ -89,6 +89,13 @@ const char *mill_summary_known(const struct mill_observers *observers)
     return tally->at.settled && tally->at.known.enough ? say_known(&tally->at.known) : "warming up";
 }
 
+bool mill_summary_samples(const struct mill_observers *observers)
+{
+    const struct mill_tally *tally =
+        (const struct mill_tally *)mill_observers_find(observers, &mill_tally_type);
+    return tally->at.open && (!tally->search || tally->at.settled);
+}
+
 /* What was cut off, and why the run ended; nothing where only its time could end it. */
 static void print_end(const struct mill_summary *s)
 {

@@ -31,6 +31,10 @@ enum mill_status mill_summary_json(const struct mill_summary *s, struct mill_err
  * where run.precision is not asked for. It stands until a number or two more are written. */
 const char *mill_summary_known(const struct mill_observers *observers);
 
+/* Is what comes now gathered? Not before run.sample_from, nor as long as the start-up that is to be
+ * cut off is not over. */
+bool mill_summary_samples(const struct mill_observers *observers);
+
 /* "12.34 mm/s": four significant digits and the prefix that fits; "-" for NaN. It stands until some
  * more numbers are written: they take turns, so that one call of printf can have several. */
 const char *mill_summary_si(double value, const char *unit);

@@ -26,6 +26,7 @@ OPTIONS = [
     "force",
     "json",
     "quiet",
+    "progress",
     "export-start",
     "value",
     "paranoid",
@@ -63,6 +64,11 @@ def test_version_is_one_line(millsim):
         (["deck.ini", "--output"], "option '--output' needs a value; see millsim --help"),
         (["deck.ini", "-o"], "option '-o' needs a value; see millsim --help"),
         (["deck.ini", "-o", ""], "option '--output' needs the name of a file"),
+        (["--progress=xml", "deck.ini"], "option '--progress' takes json, got 'xml'"),
+        (
+            ["-q", "--progress=json", "deck.ini"],
+            "options '--progress' and '--quiet' exclude each other: progress of a run, or none",
+        ),
         (["--check=yes", "deck.ini"], "option '--check' takes no value; see millsim --help"),
         (
             ["deck.ini", "b.ini"],
@@ -377,6 +383,36 @@ def test_progress_in_a_log_comes_after_two_seconds(start_millsim, write_deck):
     assert "%" in line and "collisions/s" in line and "left" in line
     process.send_signal(signal.SIGINT)
     process.wait(timeout=20)
+
+
+def test_progress_for_programs_is_an_object_a_line(start_millsim, write_deck):
+    long_deck(write_deck)
+    process = start_millsim("long.ini", "--progress=json")
+    began = time.monotonic()
+    told = [json.loads(process.stderr.readline()) for _ in range(5)]
+    took = time.monotonic() - began
+    process.send_signal(signal.SIGINT)
+    _, rest = process.communicate(timeout=20)
+    *more, last = rest.splitlines()
+    told += map(json.loads, more)
+    assert {frozenset(one) for one in told} == {
+        frozenset("state time end share left contacts contacts_per_second wall what".split())
+    }
+    assert told[0]["time"] == told[0]["contacts"] == 0 and told[0]["left"] is None
+    assert [one["state"] for one in told] == ["sampling"] * (len(told) - 1) + ["writing"]
+    assert told[4]["time"] > told[1]["time"] > 0 and told[4]["left"] > 0
+    assert all(after["wall"] - before["wall"] >= 0.5 for before, after in zip(told, told[1:-1]))
+    assert took >= 1.5  # 0.5 s between two, and not one too many
+    assert told[4]["end"] == 86400 and told[4]["share"] == pytest.approx(told[4]["time"] / 86400)
+    assert last.startswith("millsim: stopped by signal 2;")  # messages are lines as ever
+
+
+def test_progress_for_programs_says_when_results_are_sampled(millsim, write_deck):
+    write_deck(SMALL.replace("time = 50 ms", "time = 50 ms\nsample_from = 20 ms"))
+    done = millsim("deck.ini", "--progress=json", "--json")
+    states = [json.loads(line)["state"] for line in done.stderr.splitlines()]
+    assert states[0] == "settling" and states[-1] == "writing"
+    assert json.loads(done.stdout)["sample_from"] == 0.02
 
 
 def read_terminal(master, seconds):

@@ -81,7 +81,7 @@ START_TEST(a_start_that_takes_long_is_shown_by_what_it_does)
     char *text = NULL;
     size_t size = 0;
     struct mill_progress_display display;
-    mill_progress_init(&display, open_memstream(&text, &size), true);
+    mill_progress_init(&display, open_memstream(&text, &size), MILL_PROGRESS_TERMINAL);
     mill_progress_show(&display, &placing);
     mill_progress_show(&display, &begun);
     mill_progress_show(&display, &later);
@@ -124,7 +124,7 @@ START_TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
     size_t lines = 0;
     FILE *out = open_memstream(&text, &size);
     ck_assert_ptr_nonnull(out);
-    mill_progress_init(&display, out, false);
+    mill_progress_init(&display, out, MILL_PROGRESS_LOG);
     for (int tick = 1; tick <= 800; tick++) {
         const struct mill_progress now = {
             .time = 1e-6 * tick, .end = 0.3, .collisions = 1000, .wall = 0.25 * tick};
@@ -145,6 +145,76 @@ START_TEST(a_log_gets_a_line_after_2_s_and_then_at_growing_gaps)
 }
 END_TEST
 
+/* The n-th line of the text */
+static const char *line_of(const char *text, int n)
+{
+    for (; n > 0; n--)
+        text = strchr(text, '\n') + 1;
+    return text;
+}
+
+static void is_line(const char *text, int n, const char *expected)
+{
+    const char *line = line_of(text, n);
+    const size_t length = strcspn(line, "\n");
+    ck_assert_msg(length == strlen(expected) && strncmp(line, expected, length) == 0,
+                  "line %d: %.*s\nexpected: %s", n, (int)length, line, expected);
+}
+
+START_TEST(a_program_gets_objects_twice_a_second_and_when_the_state_changes)
+{
+    struct mill_progress_display display;
+    struct mill_progress now = {.end = 8, .works = 8, .wall = 2, .begins = true};
+    char *text = NULL;
+    size_t size = 0;
+    int lines = 0;
+    mill_progress_init(&display, open_memstream(&text, &size), MILL_PROGRESS_OBJECTS);
+    mill_progress_show(&display,
+                       &(struct mill_progress){1, 4, .wall = 1, .stage = "dropping balls"});
+    for (int quarter = 0; quarter <= 16; quarter++) { /* a second simulated takes half of one */
+        now.time = now.work = 0.5 * quarter;
+        now.wall = 2 + 0.25 * quarter;
+        now.collisions = (uint64_t)quarter * 10;
+        now.begins = quarter == 0;
+        now.state = quarter < 3 ? "settling" : "sampling";
+        now.known = quarter < 3 ? "" : "median +- 1 %";
+        mill_progress_show(&display, &now);
+    }
+    now.state = "writing";
+    mill_progress_show(&display, &now);
+    mill_progress_show(&display,
+                       &(struct mill_progress){3, 4, .wall = 6.5, .stage = "writing /VTKHDF"});
+    mill_progress_end(&display);
+    fclose(display.out);
+    for (const char *p = text; (p = strchr(p, '\n')) != NULL; p++)
+        lines++;
+    is_line(text, 0,
+            "{\"state\": \"starting\", \"time\": null, \"end\": null, \"share\": 0.25, "
+            "\"left\": null, \"contacts\": null, \"contacts_per_second\": null, \"wall\": 1, "
+            "\"what\": \"dropping balls\"}");
+    is_line(text, 1,
+            "{\"state\": \"settling\", \"time\": 0, \"end\": 8, \"share\": 0, \"left\": null, "
+            "\"contacts\": 0, \"contacts_per_second\": null, \"wall\": 2, \"what\": \"\"}");
+    is_line(text, 2,
+            "{\"state\": \"settling\", \"time\": 1, \"end\": 8, \"share\": 0.125, \"left\": 3.5, "
+            "\"contacts\": 20, \"contacts_per_second\": 40, \"wall\": 2.5, \"what\": \"\"}");
+    is_line(text, 3,
+            "{\"state\": \"sampling\", \"time\": 1.5, \"end\": 8, \"share\": 0.1875, \"left\": "
+            "3.25, \"contacts\": 30, \"contacts_per_second\": 40, \"wall\": 2.75, \"what\": "
+            "\"median +- 1 %\"}");
+    is_line(text, lines - 2,
+            "{\"state\": \"writing\", \"time\": 8, \"end\": 8, \"share\": 1, \"left\": 0, "
+            "\"contacts\": 160, \"contacts_per_second\": 40, \"wall\": 6, \"what\": \"median +- 1 "
+            "%\"}");
+    is_line(text, lines - 1,
+            "{\"state\": \"writing\", \"time\": null, \"end\": null, \"share\": 0.75, \"left\": "
+            "null, \"contacts\": null, \"contacts_per_second\": null, \"wall\": 6.5, \"what\": "
+            "\"writing /VTKHDF\"}");
+    ck_assert_int_eq(lines, 1 + 2 + 7 + 2); /* 7: at 2.75, 3.25, ... 5.75 */
+    free(text);
+}
+END_TEST
+
 START_TEST(a_shorter_line_wipes_out_the_longer_one_before)
 {
     struct mill_progress_display display;
@@ -152,7 +222,7 @@ START_TEST(a_shorter_line_wipes_out_the_longer_one_before)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     ck_assert_ptr_nonnull(out);
-    mill_progress_init(&display, out, true);
+    mill_progress_init(&display, out, MILL_PROGRESS_TERMINAL);
     mill_progress_show(&display, &half);
     const size_t longer = size;
     mill_progress_show(&display, &start);
@@ -239,7 +309,7 @@ START_TEST(from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2)
     char *text = NULL;
     size_t size = 0;
     int told = 0;
-    mill_progress_init(&display, open_memstream(&text, &size), true);
+    mill_progress_init(&display, open_memstream(&text, &size), MILL_PROGRESS_TERMINAL);
     mill_progress_show(&display, &(struct mill_progress){.end = run->end, .begins = true});
     for (double wall = 0.25; wall < takes; wall += 0.25) {
         const double share = share_at(run, wall / CONTACT * 1e-6), left = takes - wall;
@@ -275,6 +345,7 @@ int main(void)
         {time_left_is_told_in_its_own_units, sizeof lefts / sizeof *lefts},
         {a_log_gets_a_line_after_2_s_and_then_at_growing_gaps, 1},
         {from_a_tenth_on_the_time_left_is_right_within_a_factor_of_2, sizeof runs / sizeof *runs},
+        {a_program_gets_objects_twice_a_second_and_when_the_state_changes, 1},
         {a_shorter_line_wipes_out_the_longer_one_before, 1},
     };
     return unit_run("progress", tests, sizeof tests / sizeof *tests);
