@@ -109,7 +109,7 @@ def test_what_ffmpeg_is_to_write_follows_no_link(mill, runs, tmp_path):
 
 def test_without_ffmpeg_it_is_said_before_anything_is_drawn(mill, runs, tmp_path):
     done = mill("render", runs / "run.h5", "film.mp4", env={"PATH": str(tmp_path)})
-    line = "mill render: ffmpeg is not installed: films need it: sudo apt-get install ffmpeg\n"
+    line = "mill render: ffmpeg is not installed; on Debian: sudo apt-get install ffmpeg\n"
     assert (done.returncode, done.stderr) == (1, line)
 
 

@@ -275,7 +275,9 @@ def without(tmp_path, *libraries):
 def test_without_osmesa_one_line_says_what_to_install(tmp_path):
     done = without(tmp_path, "libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1")
     assert done.returncode == 1 and done.stderr == ""
-    assert done.stdout == "nothing to draw with: install libosmesa6: sudo apt-get install libosmesa6\n"
+    assert (
+        done.stdout == "nothing to draw with: libosmesa6 is not installed; on Debian: sudo apt-get install libosmesa6\n"
+    )
 
 
 def test_without_osmesa_but_with_egl_pictures_are_made_by_egl(tmp_path):

@@ -1,13 +1,12 @@
-"""Where ./millsim is, and what it says of itself."""
+"""Where millsim is, and what it says of itself."""
 
 import os
 import pathlib
 import shutil
 import subprocess
 
+from milltools.base import errors
 from milltools.base.errors import UserError
-
-ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 def program() -> pathlib.Path:
@@ -17,13 +16,13 @@ def program() -> pathlib.Path:
         if not os.access(chosen, os.X_OK):
             raise UserError(f"$MILLSIM = {chosen} is not a program", status=1)
         return pathlib.Path(chosen)
-    if os.access(ROOT / "millsim", os.X_OK):
-        return ROOT / "millsim"
+    if os.access(errors.ROOT / "millsim", os.X_OK):
+        return errors.ROOT / "millsim"
     found = shutil.which("millsim")
     if found:
         return pathlib.Path(found)
-    if (ROOT / "src/app/main.c").exists():
-        raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
+    if errors.in_checkout():
+        raise UserError(f"millsim is not built: run 'make millsim' in {errors.ROOT}", status=1)
     raise UserError(
         "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
         "or set the environment variable MILLSIM to where it is",
@@ -41,3 +40,12 @@ def version() -> str:
     if said.returncode != 0:
         raise UserError(f"{path} --version ended with status {said.returncode}", status=1)
     return said.stdout.removeprefix("millsim").strip()
+
+
+def package_version() -> str:
+    """That of milltools itself: of the checkout, or as it is installed."""
+    if errors.in_checkout():
+        return (errors.ROOT / "VERSION").read_text().strip()
+    import importlib.metadata
+
+    return importlib.metadata.version("milltools")

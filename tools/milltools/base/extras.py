@@ -1,8 +1,9 @@
-"""Packages that only some commands need: what is missing is one line that says how to install it."""
+"""Packages and programs that only some commands need: what is missing is one line that says how to install it."""
 
 import importlib.util
+import shutil
 
-from milltools.base.engine import ROOT
+from milltools.base import errors
 from milltools.base.errors import UserError
 
 # what is imported of an extra of pyproject.toml, with the package that brings it where that has another name
@@ -28,9 +29,22 @@ def needs(extra: str, *modules: str):
     brings = EXTRAS[extra]
     missing = [brings[module] for module in modules or brings if not _found(module)]
     if missing:
-        checkout = (ROOT / "tools/setup").exists()
-        mend = f"run 'make mill EXTRAS={extra}' in {ROOT}" if checkout else f"pip install 'milltools[{extra}]'"
+        make, pip = f"run 'make mill EXTRAS={extra}' in {errors.ROOT}", f"pip install 'milltools[{extra}]'"
+        mend = make if errors.in_checkout() else pip
         raise UserError(f"this needs the Python package {', '.join(missing)}: {mend}", status=1)
+
+
+def program(name: str, package: str, title: str = "") -> str:
+    """The path of a program, which a Debian package brings; a UserError if it is not installed."""
+    found = shutil.which(name)
+    if not found:
+        raise UserError(f"{title or name} is not installed; {on_debian(package)}", status=1)
+    return found
+
+
+def on_debian(package: str) -> str:
+    """How a package of the system is installed."""
+    return f"on Debian: sudo apt-get install {package}"
 
 
 def _found(module) -> bool:

@@ -18,6 +18,7 @@ import time
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.extras import program
 from milltools.base.processes import at_once, guard
 
 HEADER = 100  # bytes before the numbers of a binary dump
@@ -27,12 +28,10 @@ WAIT = 0.2  # [s] between looks at whether the process still lives
 
 def command(ranks):
     """The words that start LIGGGHTS on so many ranks."""
-    if not shutil.which("liggghts"):
-        raise UserError("LIGGGHTS is not installed; on Debian: sudo apt-get install liggghts", 1)
+    program("liggghts", "liggghts", "LIGGGHTS")
     if ranks == 1:
         return ["liggghts"]
-    if not shutil.which("mpirun"):
-        raise UserError("mpirun is not installed; on Debian: sudo apt-get install openmpi-bin", 1)
+    program("mpirun", "openmpi-bin")
     root = ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return ["mpirun", *root, "--oversubscribe", "-np", str(ranks), "liggghts"]
 

@@ -3,7 +3,7 @@
 import dataclasses
 import re
 
-from milltools.base.errors import UserError
+from milltools.base.errors import MissingFileError, UserError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,7 +28,7 @@ def read_text(path) -> str:
     except IsADirectoryError:
         raise UserError(f"{path}: a folder, not a deck") from None
     except FileNotFoundError:
-        raise UserError(f"{path}: no such file") from None
+        raise MissingFileError(f"{path}: no such file") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: not a text in UTF-8") from None
     except OSError as fault:

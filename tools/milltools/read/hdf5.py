@@ -12,7 +12,7 @@ import zlib
 import h5py
 import numpy as np
 
-from milltools.base.errors import UserError
+from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain
 
 RATIO = 1032  # deflate makes nothing smaller than by this
@@ -63,7 +63,7 @@ class Store:
         except IsADirectoryError:
             raise UserError(f"{self.path}: a folder, not an output file") from None
         except FileNotFoundError:
-            raise UserError(f"{self.path}: no such file") from None
+            raise MissingFileError(f"{self.path}: no such file") from None
         except PermissionError:
             raise UserError(f"{self.path}: permission denied") from None
         except FAULTS as fault:

@@ -8,13 +8,12 @@ import errno
 import fractions
 import json
 import os
-import shutil
 import subprocess
 import tempfile
 
 import numpy as np
 
-from milltools.base import processes
+from milltools.base import extras, processes
 from milltools.base.errors import UserError
 from milltools.base.files import whole
 
@@ -40,10 +39,7 @@ NO_ROOM = errno.ENOSPC, errno.EDQUOT, errno.EFBIG
 
 def program(name="ffmpeg") -> str:
     """Path of ffmpeg or ffprobe; UserError if it is not installed."""
-    found = shutil.which(name)
-    if not found:
-        raise UserError(f"{name} is not installed: films need it: sudo apt-get install ffmpeg", status=1)  # fmt: skip
-    return found
+    return extras.program(name, "ffmpeg")
 
 
 def rate(fps) -> str:

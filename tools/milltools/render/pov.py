@@ -7,13 +7,13 @@ POV-Ray takes any right, up and direction, so the scene keeps the deck's right-h
 
 import os
 import pathlib
-import shutil
 import subprocess
 import tempfile
 
 import numpy as np
 from PIL import Image
 
+from milltools.base import extras
 from milltools.base.errors import UserError
 from milltools.base.files import write_text
 from milltools.geometry.bodies import Mill, moved
@@ -23,7 +23,6 @@ from milltools.render.scene import BACKGROUNDS, caption
 
 FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
 THREADS = "MILL_POVRAY_THREADS"
-MEND = "install povray: sudo apt-get install povray"
 # strengths in linear light, where sums look brighter than those of the other pictures
 POV_MAIN, POV_FILL = 0.8, 0.55
 
@@ -136,10 +135,7 @@ def _balls(run, state, colour):
 
 def program() -> str:
     """Where povray is. UserError if it is not installed."""
-    found = shutil.which("povray")
-    if found is None:
-        raise UserError(f"no povray to trace the scene: {MEND}", status=1)
-    return found
+    return extras.program("povray", "povray")
 
 
 def trace(scene, size, background="studio") -> np.ndarray:

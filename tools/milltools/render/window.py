@@ -7,12 +7,12 @@ import ctypes
 import os
 
 from milltools.base.errors import UserError
-from milltools.base.extras import needs
+from milltools.base.extras import needs, on_debian
 
 # How VTK calls a kind of window, and the library it loads for it
 WINDOWS = (("vtkOSOpenGLRenderWindow", ("libOSMesa.so.8", "libOSMesa.so")), ("vtkEGLRenderWindow", ("libEGL.so.1",)))
 CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
-MEND = "install libosmesa6: sudo apt-get install libosmesa6"
+MEND = f"libosmesa6 is not installed; {on_debian('libosmesa6')}"
 
 
 def _loads(library: str) -> bool:

@@ -27,7 +27,7 @@ import pandas
 import pyarrow
 import pyarrow.parquet
 
-from milltools.base.errors import UserError
+from milltools.base.errors import MissingFileError, UserError
 from milltools.base.files import faults, whole
 from milltools.study.plan import sealed
 
@@ -286,7 +286,7 @@ def _read_parquet(path) -> pyarrow.Table:
             stored.validate(full=True)
             return stored
     except FileNotFoundError:
-        raise UserError(f"{path}: no such file") from None
+        raise MissingFileError(f"{path}: no such file") from None
     except (pyarrow.ArrowException, OSError, ValueError, KeyError, TypeError, OverflowError, MemoryError) as fault:
         raise UserError(f"{path}: not a readable Parquet file: {fault}") from None
 

@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pandas as pd
 
-from milltools.base.errors import UserError
+from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, values
 from milltools.study.plan.study_deck import Objective
@@ -265,7 +265,7 @@ def table_of(name: str) -> pathlib.Path:
             return candidate
     if path.exists():
         raise UserError(f"{name}: no table of it yet: neither {' nor '.join(map(str, dict.fromkeys(found)))}")
-    raise UserError(f"{name}: no such file")
+    raise MissingFileError(f"{name}: no such file")
 
 
 def opened(name: str) -> tuple[Table, StudyView]:
