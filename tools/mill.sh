@@ -16,4 +16,4 @@ if [ "$place" != "$root" ]; then
     echo "mill: its Python packages are not installed: run 'make' in $root" >&2
     exit 1
 fi
-exec "$root/.venv/bin/python" -m milltools "$@"
+MILL_CALLED=$0 exec "$root/.venv/bin/python" -m milltools "$@"

@@ -24,12 +24,27 @@ def test_the_tour_names_every_command_with_an_example(mill, words):
     assert done.stderr == ""
     for command in COMMANDS:
         assert re.search(rf"^  {command.name} +{re.escape(command.line)}$", done.stdout, re.M)
-        assert f"$ {command.example}\n" in done.stdout
+        assert f"$ python -m milltools {command.example}\n" in done.stdout
 
 
 def test_the_tour_says_that_there_are_other_mills(mill):
     said = mill("--help").stdout
     assert "input/simoloyer.ini" in said and "planetary" in said and "docs/mills.md" in said
+
+
+def test_the_tour_shows_how_it_was_called(checkout, tmp_path):
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin/mill").symlink_to(checkout)
+    path = {**ENVIRONMENT, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}"}
+    for words, folder, env, shown in (
+        (["./mill"], checkout.parent, ENVIRONMENT, "./mill"),
+        (["mill"], "/", path, "mill"),
+        ([str(checkout)], "/", ENVIRONMENT, str(checkout)),
+    ):
+        done = subprocess.run(words, cwd=folder, env=env, capture_output=True, text=True)
+        assert f"    {shown} COMMAND [options] ..." in done.stdout and f"$ {shown} plot " in done.stdout
+        done = subprocess.run([*words, "plot", "--help"], cwd=folder, env=env, capture_output=True, text=True)
+        assert f"example: {shown} plot" in " ".join(done.stdout.split())
 
 
 def test_the_tour_fits_a_terminal(mill):

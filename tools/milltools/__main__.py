@@ -9,9 +9,10 @@ import argparse
 import dataclasses
 import importlib
 import os
+import shutil
 import sys
 
-from milltools.base import engine
+from milltools.base import engine, errors
 from milltools.base.errors import UserError
 
 
@@ -32,23 +33,23 @@ HOMES = {"plot": "figures.command", "sweep": "study.sweep", "optimize": "study.o
 # in the order in which they are met
 COMMANDS = (
     Command("plot", "runs as pictures: an overview, or figures: energy, spectra, maps, power; their numbers",
-            "./mill plot reference.h5 reference.png"),
+            "plot reference.h5 reference.png"),
     Command("report", "one run as a page: the balls turning, where the energy goes, spectra, maps, numbers",
-            "./mill report reference.h5"),
+            "report reference.h5"),
     Command("render", "pictures and films of a run in 3D, slow motion too, also beside a camera's film",
-            "./mill render reference.h5 movie.mp4 --slow 50"),
+            "render reference.h5 movie.mp4 --slow 50"),
     Command("dem", "the same deck as soft spheres, in LIGGGHTS, into a file of the same schema",
-            "./mill dem input/simoloyer.ini -o soft.h5"),
+            "dem input/simoloyer.ini -o soft.h5"),
     Command("compare", "two or more runs side by side: differences, standard errors, verdicts, pictures",
-            "./mill compare reference.h5 soft.h5 --html compared.html"),
+            "compare reference.h5 soft.h5 --html compared.html"),
     Command("sweep", "many runs: deck keys varied over ranges, on all cores or a cluster, in one table",
-            "./mill sweep input/process.study"),
+            "sweep input/process.study"),
     Command("optimize", "the best design of a study in few runs, with confidence intervals",
-            "./mill optimize input/figure7.study"),
+            "optimize input/figure7.study"),
     Command("study", "what a study found: best designs with confidence, contours, slices, Pareto front, CSV",
-            "./mill study figure7.parquet --html figure7.html"),
+            "study figure7.parquet --html figure7.html"),
     Command("export", "a run for other programs: OVITO (GSD), ParaView (VTP), tables (CSV), its mill as STL",
-            "./mill export reference.h5 balls.gsd"),
+            "export reference.h5 balls.gsd"),
 )  # fmt: skip
 
 
@@ -59,18 +60,28 @@ class Parser(argparse.ArgumentParser):
         raise UserError(f"{message}; see '{self.prog} --help'")
 
 
+def called() -> str:
+    """How this command was called, as it is to be called again: "mill" where the shell finds it, else "./mill"."""
+    name = os.environ.get("MILL_CALLED") or sys.argv[0]
+    if name.endswith("__main__.py"):
+        return "python -m milltools"
+    found = shutil.which(os.path.basename(name))
+    return os.path.basename(name) if found and os.path.samefile(found, name) else name
+
+
 def tour() -> str:
+    mill, millsim = called(), "./millsim" if errors.in_checkout() else "millsim"
     lines = [
         "mill: tools around millsim, the simulator of high-energy ball mills.",
         "",
-        "    ./mill COMMAND [options] ...      ./mill COMMAND --help      ./mill --version",
+        f"    {mill} COMMAND [options] ...      COMMAND --help: its options      --version",
         "",
     ]
     for command in COMMANDS:
-        lines += [f"  {command.name:<9} {command.line}", f"            $ {command.example}"]
+        lines += [f"  {command.name:<9} {command.line}", f"            $ {mill} {command.example}"]
     lines += [
         "",
-        "A run comes first: './millsim input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
+        f"A run comes first: '{millsim} input/simoloyer.ini' writes simoloyer.h5 ('make run': reference.h5).",
         "input/ has decks of other mills, too: planetary, mixer, shaker, tumbling mills, attritors and more:",
         "docs/mills.md says which, and how to describe your own.",
         "Next: docs/deck.md says what a deck can hold, docs/file-format.md what is in the file,",
@@ -101,7 +112,7 @@ def dispatch(words: list[str]) -> int:
     parser = Parser(
         prog=f"mill {command.name}",
         description=module.SUMMARY,
-        epilog=f"example: {command.example}",
+        epilog=f"example: {called()} {command.example}",
         allow_abbrev=False,
     )
     module.add_arguments(parser)
