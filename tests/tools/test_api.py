@@ -1,7 +1,9 @@
 """milltools from Python: what it returns is what the file holds, to the last bit; what is wrong is millsim's own line."""
 
+import html
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -26,6 +28,7 @@ RICH = SMALL.replace(
     "[balls.glass]\ncount = 20\ndiameter = 3 mm\ndensity = 2500 kg/m^3\n",
 ).replace("time = 50 ms", "time = 250 ms\nsample_from = 40 ms")
 RICH += "impacts = all\n"
+BY_MILLSIM = (milltools.run, milltools.read_deck)  # which says that it cannot read the deck, with its own status
 
 pytestmark = [
     pytest.mark.usefixtures("the_program"),
@@ -93,7 +96,8 @@ def test_opening_a_run_needs_neither_pandas_nor_pictures(rich):
 def test_every_name_it_promises_is_there():
     for name in milltools.__all__:
         assert getattr(milltools, name).__doc__
-    assert set(milltools.__all__) <= set(dir(milltools))
+    assert sorted(dir(milltools)) == sorted([*milltools.__all__, "__version__"])
+    assert milltools.__version__ == (ROOT / "VERSION").read_text().strip()
     with pytest.raises(AttributeError, match="no attribute 'simulate'"):
         milltools.simulate
 
@@ -357,6 +361,24 @@ def test_a_run_of_gigabytes_opens_and_streams_in_little_memory(tmp_path, millsim
     assert opened < 300 and streamed < 600
 
 
+def test_arrays_are_made_once_and_keep_no_values(result, monkeypatch):
+    assert result.frames is result.frames and result.series is result.series and result.maps is result.maps
+    read, reader = [], result.file.read
+    monkeypatch.setattr(result.file, "read", lambda path, *more: read.append(path) or reader(path, *more))
+    for _ in range(2):
+        result.frames.position.values
+    assert read == ["particles/trajectory/position/value"] * 2
+
+
+def test_a_mill_without_a_rotor_has_no_columns_of_one():
+    still = "".join(
+        part for part in re.split(r"(?=^\[)", SMALL, flags=re.M) if not part.startswith(("[rotor]", "[blades]"))
+    )
+    series = milltools.run(still, balls__speed="1 m/s").series
+    assert "kinetic_energy" in series and "collisions" in series
+    assert not [name for name in series if name.startswith("rotor_") or "motion" in name]
+
+
 def test_states_go_to_another_process(result):
     again = pickle.loads(pickle.dumps(result.frames))
     same(again.velocity, result.frames.velocity)
@@ -367,11 +389,11 @@ def test_states_go_to_another_process(result):
 
 def test_a_run_shows_its_summary(result):
     text = repr(result)
-    for word in ("50 balls", "600 rpm", str(result.power), "ball_blade", "dissipated power [W]"):  # fmt: skip
+    for word in ("30 steel balls of 5", "20 glass balls of 3", "600 rpm", str(result.power), "ball_blade", "dissipated power [W]"):  # fmt: skip
         assert word in text
     page = result._repr_html_()
-    assert "<table>" in page and str(result.power) in page
-    assert page.count("<tr>") == 1 + len(KINDS) + 1
+    assert "<table" in page and str(result.power) in page
+    assert page.count("<tr") == 1 + len(KINDS) + 1
 
 
 def test_what_comes_from_a_file_is_escaped_in_notebooks(rich, tmp_path):
@@ -417,11 +439,56 @@ def test_a_closed_run_says_so(rich):
             use()
 
 
-@pytest.mark.parametrize("name, words", [("no.h5", "no such file"), ("rich.ini", "not a readable")])
-def test_what_is_no_run_is_a_user_error(rich, name, words):
-    with pytest.raises(milltools.UserError, match=words) as fault:
+@pytest.mark.parametrize(
+    "name, words, kind",
+    [("no.h5", "no such file", milltools.MissingFileError), ("rich.ini", "not a readable", milltools.InputError)],
+)
+def test_what_is_no_run_is_one_line(rich, name, words, kind):
+    with pytest.raises(milltools.MillsimError, match=words) as fault:
         milltools.load(rich.parent / name)
+    assert type(fault.value) is kind and isinstance(fault.value, ValueError)
+    assert isinstance(fault.value, FileNotFoundError) == (name == "no.h5")
     assert fault.value.status == 2 and "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("use", [milltools.run, milltools.read_deck, milltools.load, milltools.load_study])
+def test_a_file_that_is_not_there_is_a_file_not_found(tmp_path, use):
+    name = "nope.parquet" if use is milltools.load_study else "nope.ini"
+    with pytest.raises(FileNotFoundError, match=r"nope\.\w+: .*[Nn]o such file") as fault:
+        use(tmp_path / name)
+    assert isinstance(fault.value, milltools.MillsimError) and fault.value.status == (1 if use in BY_MILLSIM else 2)
+
+
+def test_errors_are_told_apart_and_survive_a_journey():
+    wrong, outside = milltools.UserError("a  b\nc"), milltools.UserError("disk full", status=1)
+    absent = milltools.MissingFileError("x: no such file")
+    assert (str(wrong), type(wrong), type(outside)) == ("a b c", milltools.InputError, milltools.MillsimError)
+    assert not isinstance(outside, ValueError)
+    for fault in (wrong, outside, absent):
+        again = pickle.loads(pickle.dumps(fault))
+        assert (type(again), str(again), again.status) == (type(fault), str(fault), fault.status)
+
+
+# ---- the player
+
+
+def test_a_notebook_shows_the_player_in_a_frame_of_its_own(result, monkeypatch):
+    monkeypatch.setattr("milltools.api.plots.in_notebook", lambda: True)
+    markup = result.show(height=500)._repr_html_()
+    assert markup.startswith('<iframe sandbox="allow-scripts" ') and "height: 500px" in markup
+    page = html.unescape(re.search(r'srcdoc="([^"]*)"', markup)[1])
+    assert page.startswith("<!doctype html>") and 'class="mill-player"' in page
+
+
+def test_elsewhere_the_player_is_a_page_where_it_is_asked_for(result, tmp_path, monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    with pytest.raises(milltools.InputError, match=r"no notebook: show\(browser=True\) opens a browser"):
+        result.show()
+    path = result.show(tmp_path / "balls.html")
+    assert path == tmp_path / "balls.html" and "mill-player" in path.read_text() and not opened
+    temporary = result.show(browser=True)
+    assert opened == [temporary.as_uri()] and temporary.read_text() == path.read_text()
 
 
 # ---- running
@@ -554,8 +621,8 @@ def test_without_a_millsim_it_says_what_to_do(tmp_path):
         f"""
         import sys; sys.path.insert(0, {str(package)!r})
         import pathlib, milltools
-        from milltools.base import engine
-        engine.ROOT = pathlib.Path({str(tmp_path)!r})
+        from milltools.base import errors
+        errors.ROOT = pathlib.Path({str(tmp_path)!r})
         import os; del os.environ["MILLSIM"]; os.environ["PATH"] = "/nowhere"
         try: milltools.run("a.ini")
         except milltools.UserError as fault: print(fault, fault.status)
@@ -614,30 +681,22 @@ def test_an_interrupt_ends_it_and_what_is_done_can_be_resumed(small_deck, tmp_pa
 
 
 @pytest.mark.slow
-def test_progress_is_shown_of_long_runs_and_goes_again(small_deck, tmp_path, monkeypatch):
-    try:
-        for end in os.openpty():
-            os.close(end)
-    except OSError as fault:
-        pytest.skip(f"no terminal to be had here: {fault}")
+def test_progress_is_shown_of_long_runs(small_deck, tmp_path, monkeypatch):
     monkeypatch.setitem(ENVIRONMENT, "TMPDIR", str(tmp_path))
     said, errors, left = interrupted(small_deck, None, True, after=3.5)
     assert (said, left) == ("interrupted\n", [])
-    lines = [line for line in errors.split("\r") if line.strip()]
-    assert lines and all(" of 1000 s" in line and "left" in line for line in lines)
-    assert errors.endswith("\r")
+    assert re.fullmatch(r"millsim: \S+ s of 1000 s, \S+ contacts/s, \d+ %, .* left\n", errors)
     assert os.listdir(tmp_path) == ["deck.ini"]  # nothing temporary is left
 
 
-def test_a_system_without_terminals_can_run_decks_too(small_deck):
-    code = f"""
-        import os, pty, milltools
-        def none(): raise OSError("out of pty devices")
-        pty.openpty = none
-        assert milltools.run({str(small_deck)!r}, progress=True).time > 0
-    """
-    done = python(code, flags=["-W", "ignore"])
-    assert (done.returncode, done.stderr) == (0, "")
+def test_a_notebook_has_progress_in_one_line_that_goes_again(small_deck, capsys, monkeypatch):
+    monkeypatch.setattr("milltools.base.progress.in_notebook", lambda: True)
+    monkeypatch.setattr("milltools.base.progress.PATIENCE", 0.0)
+    milltools.run(small_deck, run__time="20 s", output__frames="0 s", progress=True)
+    told = capsys.readouterr()
+    first, *lines, wiped, end = told.out.split("\r")
+    assert (first, told.err, wiped.strip(), end) == ("", "", "", "")
+    assert any(re.match(r"millsim: \S+ s of 20 s, \S+ contacts/s, \d+ %, .* left", line) for line in lines)
 
 
 def test_short_runs_show_nothing(small_deck):

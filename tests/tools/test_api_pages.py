@@ -88,7 +88,7 @@ def test_what_is_stored_is_small_and_says_nothing_of_a_machine(stored):
 def test_all_code_of_the_page_runs(tmp_path):
     (tmp_path / "input").symlink_to(ROOT / "input")
     code = pages.blocks(ROOT / "docs/python.md", "python")
-    assert len(code) == 9
+    assert len(code) == 13
     script = "\n".join(f"# {block.place}\n{block.text}" for block in code)  # each goes on from the last
     done = subprocess.run(
         [sys.executable, "-W", "ignore:not steady:UserWarning", "-W", "error", "-c", script],
@@ -99,5 +99,5 @@ def test_all_code_of_the_page_runs(tmp_path):
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert "unknown key; did you mean 'speed'?" in done.stdout
-    for name in ("mill.h5", "mine.ini", "spectrum.png", "power.svg", "both.png"):
+    for name in ("mill.h5", "mine.ini", "spectrum.png", "power.svg", "both.png", "balls.html", "speeds.parquet"):
         assert (tmp_path / name).stat().st_size > 500

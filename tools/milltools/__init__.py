@@ -6,31 +6,47 @@
     print(result.power, result.median_impact_speed)
     result.plot_spectrum()
 
-`run` simulates a deck, `load` opens what a run wrote, `read_deck` and `write_deck` are decks as dictionaries: docs/python.md.
-What a user has to mend is a `UserError`. Sub-commands of `mill` are modules (`__main__.py` lists them); `runfile.Run` reads a run.
+`run` simulates a deck, `load` opens what a run wrote, `read_deck` and `write_deck` are decks as dictionaries, `sweep` and
+`optimize` run whole studies, `load_study` opens one: docs/python.md. What a user can correct is a `MillsimError`. Sub-commands of
+`mill` are modules (`__main__.py` lists them); `read.runfile.Run` reads a run.
 """
 
-import importlib
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-from milltools.base.errors import UserError
+from milltools.base.errors import InputError, MillsimError, MissingFileError, UserError
+
+if _TYPE_CHECKING:
+    from milltools.api.decks import read_deck, write_deck
+    from milltools.api.launch import run
+    from milltools.api.measurement import Measurement
+    from milltools.api.result import Result, load
+    from milltools.api.studies import StudyResult, load_study, optimize, sweep
+
+    __version__: str
+
+__all__ = [
+    "InputError", "Measurement", "MillsimError", "MissingFileError", "Result", "StudyResult", "UserError", "load", "load_study",
+    "optimize", "read_deck", "run", "sweep", "write_deck",
+]  # fmt: skip
 
 # where each name lives: imported when it is first asked for, so that `mill --help` needs no package
 _HOMES = {
-    "run": "milltools.api.launch",
-    "load": "milltools.api.result",
-    "Result": "milltools.api.result",
-    "Measurement": "milltools.api.measurement",
-    "read_deck": "milltools.api.decks",
-    "write_deck": "milltools.api.decks",
-}
-__all__ = ["UserError", *_HOMES]
+    "run": "launch", "load": "result", "Result": "result", "Measurement": "measurement", "read_deck": "decks",
+    "write_deck": "decks", "sweep": "studies", "optimize": "studies", "load_study": "studies", "StudyResult": "studies",
+}  # fmt: skip
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from milltools.base.engine import package_version
+
+        return package_version()
     if name not in _HOMES:
         raise AttributeError(f"module 'milltools' has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    import importlib
+
+    return getattr(importlib.import_module(f"milltools.api.{_HOMES[name]}"), name)
 
 
-def __dir__():
-    return sorted({*globals(), *_HOMES})
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,21 +1,23 @@
 """A run as arrays of xarray. They are lazy by xarray's own lazy indexing: a variable is read when its values are used, and
-of it only what was selected; `.chunk()` makes dask arrays of them, for what is larger than memory.
+of it only what was selected; `.chunk()` makes dask arrays of them, for what is larger than memory. (xarray.core.indexing is
+where xarray's guide for backends finds this: there is no other door to it.)
 
 Values, shapes and types are those of the file, to the last bit. Every variable has `units` (SI, "m s-1") and a
 `description` in its attributes, which xarray writes on the axes of its plots.
 """
+
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from milltools.base.errors import UserError
+from milltools.base.errors import InputError
 from milltools.read.runfile import Run
-from milltools.read.schema import OPTIONAL, PER_KIND, SINGLE, STATES
 
-COUNTS = ("collisions", "fast_collisions")  # of each kind, beside schema.PER_KIND
-VIEWS = {"cross_section": ("y", "z"), "axial": ("x", "r")}
+STATES = ("position", "velocity", "angular_velocity")
+VIEWS = {"cross_section": ["y", "z"], "axial": ["x", "r"]}
 COORDINATES = {
     "x": "along the drum's axis",
     "y": "across the drum, horizontal",
@@ -32,17 +34,17 @@ class Stored(BackendArray):
         shape, self.dtype = run.layout(paths[0])
         for path in paths[1:]:
             if run.layout(path) != (shape, self.dtype):
-                raise UserError(f"{run.path}: /{path} is not like /{paths[0]}")
+                raise InputError(f"{run.path}: /{path} is not like /{paths[0]}")
         self.shape = (shape[0], len(paths), *shape[1:]) if stacked else shape
 
-    def __reduce__(self):  # to another process, as dask does: an open file cannot go
+    def __reduce__(self) -> tuple[Any, ...]:  # to another process, as dask does: an open file cannot go
         return _again, (self.run.path, self.paths, self.stacked)
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: Any) -> Any:
         able = indexing.IndexingSupport.OUTER_1VECTOR  # as h5py
         return indexing.explicit_indexing_adapter(key, self.shape, able, self._read)
 
-    def _read(self, key):
+    def _read(self, key: Any) -> np.ndarray:
         if not self.stacked:
             return np.asarray(self.run.read(self.paths[0], key))
         rows, chosen, *rest = key
@@ -56,11 +58,11 @@ class Stored(BackendArray):
         return np.stack(parts, axis=at)
 
 
-def _again(path, paths, stacked):
+def _again(path: str, paths: tuple[str, ...], stacked: bool) -> Stored:
     return Stored(Run(path), paths, stacked)
 
 
-def variable(run: Run, dims, *paths, stacked=False, **more) -> xr.Variable:
+def variable(run: Run, dims: list[str], *paths: str, stacked: bool = False, **more: str) -> xr.Variable:
     """A lazy variable of the dataset at a path; of several of them, stacked along the second dimension."""
     attributes = {
         "units": run.attribute(paths[0], "unit", ""),
@@ -70,30 +72,29 @@ def variable(run: Run, dims, *paths, stacked=False, **more) -> xr.Variable:
     return xr.Variable(dims, array, attributes | more)
 
 
-def coordinate(name, values, units, description) -> xr.Variable:
+def coordinate(name: str, values: object, units: str, description: str) -> xr.Variable:
     return xr.Variable(name, values, {"units": units, "description": description})
 
 
 def series(run: Run) -> xr.Dataset:
-    """/observables: (time,), and what is told of each kind of contact (time, kind)."""
-    time = run.read("observables/rotor_work/time")
-    coords = {
-        "time": coordinate("time", time, "s", "simulated time"),
-        "kind": coordinate("kind", list(run.kinds), "", "kind of contact"),
-    }
+    """/observables: (time,), and what is told of each kind of contact (time, kind), of each motion (time, motion). Of a mill
+    without a rotor the columns about one are left out."""
+    time = run.read("observables/kinetic_energy/time")
+    coords = {"time": coordinate("time", time, "s", "simulated time")}
+    members = {"kind": run.kinds, "motion": run.motions}
     found = {}
-    for name in (*SINGLE, *OPTIONAL):
+    for name in run.names("observables"):
+        if name in ("rotor_work", "rotor_torque") and not run.has_rotor:
+            continue
         if run.has_series(name):
             found[name] = variable(run, ["time"], f"observables/{name}/value", long_name=words(name))
-    works = [f"observables/motion_work/{name}/value" for name in run.motions]
-    if works and all(map(run.has, works)):
-        coords["motion"] = coordinate("motion", run.motions, "", "what moves")
-        found["motion_work"] = variable(run, ["time", "motion"], *works, stacked=True, long_name="work of a motion")
-    for name in (*PER_KIND, *COUNTS):
-        paths = [f"observables/{name}/{kind}/value" for kind in run.kinds]
-        if not all(map(run.has, paths)):
             continue
-        dims = ["time", "kind"]
+        of = "motion" if name == "motion_work" else "kind"
+        paths = [f"observables/{name}/{member}/value" for member in members[of]]
+        if not paths or not all(map(run.has, paths)):
+            continue
+        coords[of] = coordinate(of, list(members[of]), "", {"kind": "kind of contact", "motion": "what moves"}[of])
+        dims = ["time", of]
         if name == "fast_collisions":
             dims.append("threshold")
             speeds = run.attribute(paths[0], "thresholds")
@@ -102,8 +103,7 @@ def series(run: Run) -> xr.Dataset:
         found[name].attrs["description"] = found[name].attrs["description"].replace("this", "a")
     for name, one in found.items():
         if one.shape[0] != len(time):
-            rows = one.shape[0]
-            raise UserError(f"{run.path}: /observables/{name}: {rows} values, {len(time)} times")
+            raise InputError(f"{run.path}: /observables/{name}: {one.shape[0]} values, {len(time)} times")
     return xr.Dataset(found, coords)
 
 
@@ -115,8 +115,8 @@ def frames(run: Run) -> xr.Dataset:
     """The stored ball states: position, velocity, angular_velocity (time, ball, axis)."""
     where = "particles/trajectory"
     if not run.has(f"{where}/position/time"):
-        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
-    names = np.asarray(run.attribute(f"{where}/species", "names"), dtype=str)
+        raise InputError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
+    names = np.asarray(run.species_names())
     coords = {
         "time": coordinate("time", run.frame_times(), "s", "simulated time"),
         "ball": coordinate("ball", run.balls("id"), "1", "number of the ball"),
@@ -136,7 +136,7 @@ def maps(run: Run) -> xr.DataTree:
     return xr.DataTree.from_dict({view: _view(run, view, dims) for view, dims in VIEWS.items()})
 
 
-def _view(run, view, dims) -> xr.Dataset:
+def _view(run: Run, view: str, dims: list[str]) -> xr.Dataset:
     where, coords, found = f"statistics/maps/{view}", {}, {}
     for dim, edges in zip(dims, run.edges(view)):
         middle = (edges[:-1] + edges[1:]) / 2

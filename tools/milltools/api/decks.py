@@ -7,16 +7,20 @@ dimensionless. Nothing here knows units, keys or defaults: millsim reads them, a
 import numbers
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import SupportsFloat
 
-from milltools.base.errors import UserError
-from milltools.read import deck_text as lines
+from milltools.base.errors import InputError, MillsimError, MissingFileError
+from milltools.base.files import write_text
+from milltools.read import deck_text
 from milltools.read.deck import Deck
 
 START = "balls.start"  # the one key that names a file
+Value = str | SupportsFloat | os.PathLike[str]
+Sections = Mapping[str, Mapping[str, Value]]
 
 
-def _value(key: str, value) -> str:
+def _value(key: str, value: object) -> str:
     """A value as a deck has it."""
     if isinstance(value, numbers.Integral) and not isinstance(value, bool):
         return str(int(value))
@@ -26,40 +30,39 @@ def _value(key: str, value) -> str:
         value = os.fspath(value)
     if not isinstance(value, str):
         what = type(value).__name__
-        raise UserError(f"{key}: expected a text such as '1500 rpm', or a number, got {what}")
+        raise InputError(f"{key}: expected a text such as '1500 rpm', or a number, got {what}")
     return _one_line(key, value)
 
 
 def _one_line(name: str, text: str) -> str:
     if any(ord(c) < 32 and c != "\t" for c in text):
-        raise UserError(f"{text!r} ({name}): expected one line of plain text")
+        raise InputError(f"{text!r} ({name}): expected one line of plain text")
     return text
 
 
-def _pairs(deck: Mapping):
-    """(section, key, value as text) of a dictionary, checked for its form alone."""
-    for section, keys in deck.items():
-        if not isinstance(keys, Mapping):
-            what = type(keys).__name__
-            raise UserError(f"{section}: expected a dictionary of keys, such as {{'speed': '1500 rpm'}}, got {what}")
-        for key, value in keys.items():
-            yield str(section), str(key), _value(f"{section}.{key}", value)
-
-
-def as_text(deck: Mapping) -> str:
+def as_text(deck: Sections) -> str:
     """The text of a deck given as a dictionary of sections; sections and keys in its order."""
     found = []
     for section, keys in deck.items():
+        if not isinstance(keys, Mapping):
+            what = type(keys).__name__
+            raise InputError(f"{section}: expected a dictionary of keys, such as {{'speed': '1500 rpm'}}, got {what}")
         found.append(f"[{_one_line('a section', str(section))}]")
-        for _, key, value in _pairs({section: keys}):
-            if f"{section}.{key}" == START and value != "random":
-                value = '"' + value.replace('"', '""') + '"'
-            found.append(f"{_one_line('a key', key)} = {value}")
+        for key, value in keys.items():
+            text = _value(f"{section}.{key}", value)
+            if f"{section}.{key}" == START and text != "random":
+                text = '"' + text.replace('"', '""') + '"'
+            found.append(f"{_one_line('a key', str(key))} = {text}")
         found.append("")
     return "\n".join(found)
 
 
-def override(name: str, value) -> str:
+def is_text(deck: object) -> bool:
+    """Is this the text of a deck, not a path?"""
+    return isinstance(deck, str) and ("\n" in deck or deck.lstrip().startswith("["))
+
+
+def override(name: str, value: object) -> str:
     """`rotor__speed` or `rotor.speed` and a value as millsim's --set takes them: "rotor.speed=1500 rpm"."""
     key = name if "." in name else name.replace("__", ".")
     if "." not in key:
@@ -72,40 +75,43 @@ def override(name: str, value) -> str:
 def start_of(text: str) -> str | None:
     """The start file that a deck's text names; None if there is none, or if the text is not a deck."""
     try:
-        entries = lines.entries(text, "deck")
-    except UserError:
+        start = sections(text).get("balls", {}).get("start", "random")
+    except MillsimError:
         return None  # millsim says it better
-    named = [one.value for one in entries if f"{one.section}.{one.key}" == START]
-    return named[0] if named and named[0] != "random" else None
+    return None if start in ("", "random") else start
 
 
-def read_deck(path, **overrides) -> dict[str, dict[str, str]]:
+def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dict[str, str]]:
     """The deck at `path` as millsim understands it: {section: {key: text}}, every default filled in, in SI units.
 
-    Keyword arguments override keys as in `run`: read_deck("mill.ini", rotor__speed="1500 rpm"). UserError if it is wrong.
+    Keyword arguments override keys as in `run`: read_deck("mill.ini", rotor__speed="1500 rpm"). InputError if it is wrong,
+    MissingFileError if it is not there.
     """
     sets = [override(name, value) for name, value in overrides.items()]
-    return sections(Deck.check(os.fspath(path), sets).text)
+    try:
+        return sections(Deck.check(os.fspath(path), sets).text)
+    except MillsimError as fault:
+        raise located(fault, path) from None
+
+
+def located(fault: MillsimError, path: str | os.PathLike[str]) -> MillsimError:
+    """What millsim says of a deck: where the file is not there, that is a MissingFileError."""
+    return fault if os.path.exists(path) else MissingFileError(fault, fault.status)
 
 
 def sections(text: str) -> dict[str, dict[str, str]]:
     """{section: {key: text}} of the text of a deck."""
     found: dict[str, dict[str, str]] = {}
-    for one in lines.entries(text, "deck"):
+    entries: Iterable[deck_text.Entry] = deck_text.entries(text, "deck")
+    for one in entries:
         found.setdefault(one.section, {})[one.key] = one.value
     return found
 
 
-def write_deck(deck: Mapping, path, *, force: bool = False) -> None:
+def write_deck(deck: Sections, path: str | os.PathLike[str], *, force: bool = False) -> None:
     """Writes a dictionary of sections as a deck; one that is there is kept without `force`. What it says is not checked:
-    `run` and `read_deck` do that. UserError with status 1 if it cannot be written."""
-    text, path = as_text(deck), pathlib.Path(path)
-    if path.exists() and not force:
-        raise UserError(f"{path}: exists already; force=True overwrites it")
-    draft = path.with_name(f"{path.name}.part")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
-    except OSError as fault:
-        draft.unlink(missing_ok=True)
-        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+    `run` and `read_deck` do that. MillsimError with status 1 if it cannot be written."""
+    text = as_text(deck)
+    if pathlib.Path(path).exists() and not force:
+        raise InputError(f"{path}: exists already; force=True overwrites it")
+    write_text(path, text)

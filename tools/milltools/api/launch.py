@@ -4,42 +4,47 @@ import contextlib
 import json
 import os
 import pathlib
-import pty
 import re
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from milltools.api import decks
 from milltools.api.result import Result
 from milltools.base import engine, processes
-from milltools.base.errors import UserError
+from milltools.base.errors import InputError, MillsimError
+from milltools.base.progress import Progress, in_notebook
+from milltools.base.text import number
 
-LONG = 2.0  # [s] a run that is over before shows no progress
-PAUSE = 0.5  # [s] between two looks at it
 NAME = "deck.ini"  # of a deck that is no file
 NAME_MOST = 32  # letters in the name of a temporary output: what fits above a figure
 PATIENCE = 120.0  # [s] that an interrupted run has to bring what it has to the disk
 WARNING = "warning: "
+Path = str | os.PathLike[str]
+Deck = Path | decks.Sections
 
 
-def run(deck, output=None, *, force=False, resume=False, progress=None, **overrides) -> Result:
+def run(
+    deck: Deck, output: Path | None = None, *, force: bool = False, resume: bool = False, progress: bool | None = None,
+    **overrides: decks.Value,
+) -> Result:  # fmt: skip
     """Runs millsim on a deck and returns the result.
 
     Values of keys are texts as in a deck, with their units, or numbers where the key is dimensionless. If a text or
-    dictionary names a start file, the name counts from the current folder. A remark of millsim is a warning; a wrong
-    deck is a UserError with its line. An interrupt (Ctrl-C, the notebook's stop button) ends millsim in an orderly way:
-    `output` holds what it has and can be resumed. Then KeyboardInterrupt is raised.
+    dictionary names a start file, the name counts from the current folder. A remark of millsim is a warning. A wrong
+    deck is an InputError with its line, a deck that is not there a MissingFileError. An interrupt (Ctrl-C, the
+    notebook's stop button) ends millsim in an orderly way: `output` holds what it has and can be resumed. Then
+    KeyboardInterrupt is raised.
 
     Args:
         deck: path of a deck, the text of one, or a dictionary {"rotor": {"speed": "1500 rpm"}, ...}
         output: the file to write; by default a temporary one that lives as long as the result
-        force: overwrite an output file that exists; without it that is a UserError
+        force: overwrite an output file that exists; without it that is an InputError
         resume: continue an interrupted run of this output file, or start it
         progress: show the progress; by default in a terminal or notebook, when the run takes longer than 2 s
         overrides: keys of the deck, section__key=value: rotor__speed="1500 rpm", contact__restitution=0.7; names that
@@ -49,7 +54,7 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
     if output is not None:
         output = pathlib.Path(output)
         if output.exists() and not (force or resume):
-            raise UserError(
+            raise InputError(
                 f"{output}: exists already; force=True overwrites it, resume=True goes on with an interrupted run, "
                 "milltools.load opens it"
             )
@@ -57,20 +62,28 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
     try:
         source, place, start = _source(deck, folder)
         target = output.absolute() if output else folder / _name(deck, sets)
-        words = [*processes.guard(), engine.program().absolute(), "--json", "--output", target]
+        words: list[Path] = [
+            *processes.guard(),
+            engine.program().absolute(),
+            "--json",
+            "--output",
+            target,
+        ]
         words += [flag for flag, on in (("--force", force), ("--resume", resume)) if on]
+        words.append("--progress=json" if shown(progress) else "--quiet")
         for one in sets if place is None else _placed(sets, start):
             words += ["--set", one]
         try:
-            notes = _execute([*words, "--", source], place, _wanted(progress))
-        except UserError as fault:
-            raise UserError(_own(deck, str(fault)), fault.status) from None
+            notes = _execute([*words, "--", source], place, not shown(progress))
+        except MillsimError as fault:
+            own = MillsimError(_own(deck, str(fault)), fault.status)
+            raise (own if place else decks.located(own, source)) from None
         for note in notes:
             warnings.warn(_own(deck, note), stacklevel=2)
         return Result(output) if output else Result(target, folder)
     except BaseException as fault:
         shutil.rmtree(folder, ignore_errors=True)
-        if isinstance(fault, KeyboardInterrupt) and output and output.exists():
+        if isinstance(fault, KeyboardInterrupt) and output and target.exists():
             fault.add_note(f"{output} holds everything up to then; resume=True goes on")
         raise
     finally:
@@ -78,13 +91,18 @@ def run(deck, output=None, *, force=False, resume=False, progress=None, **overri
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _source(deck, folder: pathlib.Path):
+def shown(progress: bool | None) -> bool:
+    """Is progress to be shown? By default where somebody looks."""
+    return sys.stderr.isatty() or in_notebook() if progress is None else bool(progress)
+
+
+def _source(deck: Deck, folder: pathlib.Path) -> tuple[str, pathlib.Path | None, str | None]:
     """(the deck as millsim is to be told, the folder to start it in, the start file it names); the last two are None where
     the deck is a file, as millsim sees to them itself."""
     if isinstance(deck, Mapping):
         text = decks.as_text(deck)
-    elif isinstance(deck, str) and ("\n" in deck or deck.lstrip().startswith("[")):
-        text = deck
+    elif decks.is_text(deck):
+        text = str(deck)
     elif isinstance(deck, str | os.PathLike):
         return os.fspath(deck), None, None
     else:
@@ -93,7 +111,7 @@ def _source(deck, folder: pathlib.Path):
     return NAME, folder, decks.start_of(text)
 
 
-def _name(deck, sets) -> str:
+def _name(deck: Deck, sets: list[str]) -> str:
     """Of a temporary output: what is run, in few words, as figures and summaries call it."""
     words = [one.partition(".")[2] for one in sets]
     if isinstance(deck, str | os.PathLike) and os.path.exists(deck):
@@ -102,7 +120,7 @@ def _name(deck, sets) -> str:
     return (name if len(name) <= NAME_MOST else name[: NAME_MOST - 3] + "...") + ".h5"
 
 
-def _placed(sets, start):
+def _placed(sets: list[str], start: str | None) -> Iterator[str]:
     """Overrides of a deck that is no file: its start file, by whomever named, counts from the current folder."""
     if start and not any(one.startswith(f"{decks.START}=") for one in sets):
         sets = [*sets, f"{decks.START}={start}"]
@@ -112,123 +130,73 @@ def _placed(sets, start):
         yield f"{key}={os.path.abspath(value)}" if file else one
 
 
-def _own(deck, line: str) -> str:
+def _own(deck: Deck, line: str) -> str:
     """A line of millsim's without the line numbers of a text that we wrote."""
     return re.sub(rf"^{re.escape(NAME)}(:\d+)?:", "deck:", line) if isinstance(deck, Mapping) else line
-
-
-def _wanted(progress) -> bool:
-    return sys.stderr.isatty() or _notebook() if progress is None else bool(progress)
-
-
-def _notebook() -> bool:
-    """Is this the kernel of a notebook?"""
-    shell = sys.modules.get("IPython")
-    return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
 
 
 # ---- the process
 
 
-def _execute(words, place, shown) -> list[str]:
+def _execute(words: list[Path], place: pathlib.Path | None, quiet: bool) -> list[str]:
     """Runs it; what is to be remarked: its warnings, and the notes of its summary."""
-    with tempfile.TemporaryFile("w+", encoding="utf-8") as summary:
-        reader, writer = _line(shown)
-        with os.fdopen(reader, "rb", buffering=0) as stream:
+    said: list[str] = []
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as summary, Progress("millsim", 1.0, quiet) as progress:
+        try:
+            process = subprocess.Popen(
+                [os.fspath(word) for word in words],
+                cwd=place,
+                stdin=subprocess.DEVNULL,
+                stdout=summary,
+                stderr=subprocess.PIPE,
+                encoding="utf-8",
+                errors="replace",
+                start_new_session=True,  # an interrupt is ours to hand on
+            )
+        except OSError as fault:
+            raise MillsimError(f"{words[0]}: {fault.strerror}", status=1) from None
+        with process:
             try:
-                process = subprocess.Popen(
-                    [os.fspath(word) for word in words],
-                    cwd=place,
-                    stdin=subprocess.DEVNULL,
-                    stdout=summary,
-                    stderr=writer,
-                    start_new_session=True,  # an interrupt is ours to hand on
-                )
-            except OSError as fault:
-                raise UserError(f"{words[0]}: {fault.strerror}", status=1) from None
-            finally:
-                os.close(writer)
-            said = _Said(shown)
-            try:
-                said.listen(stream)
+                for line in process.stderr or ():
+                    if line.startswith("{"):
+                        _show(progress, json.loads(line))
+                    elif line.startswith("millsim: "):
+                        said.append(line.removeprefix("millsim: ").rstrip())
                 status = process.wait()
             except BaseException:
-                _end(process, stream)
+                _end(process)
                 raise
-            finally:
-                said.clear()
-        _judge(status, said.lines)
+        _judge(status, said)
         summary.seek(0)
         text = summary.read()  # empty where a run was complete already
-    warned = [one.removeprefix(WARNING) for one in said.lines if one.startswith(WARNING)]
+    warned = [one.removeprefix(WARNING) for one in said if one.startswith(WARNING)]
     return warned + (json.loads(text)["notes"] if text else [])
 
 
-def _line(shown):
-    """What millsim says comes through it. Progress comes often enough to be looked at on a terminal only, so it gets one, where
-    the system has any."""
-    if shown:
-        with contextlib.suppress(OSError):
-            return pty.openpty()
-    return os.pipe()
+def _show(progress: Progress, now: dict[str, Any]) -> None:
+    """What millsim --progress=json says (docs/running.md)."""
+    words = [now["what"]]
+    if now["time"] is not None:
+        rate = now["contacts_per_second"]
+        words = [f"{now['time']:.4g} s of {now['end']:.4g} s", f"{number(rate)} contacts/s" if rate else "", *words]
+    progress(now["share"], ", ".join(filter(None, words)), now["left"])
 
 
-def _end(process, stream):
+def _end(process: subprocess.Popen[str]) -> None:
     """Ends a run in good order, or at once if that is asked for again or takes too long; nothing is left behind."""
     try:
         process.send_signal(signal.SIGINT)
-        os.set_blocking(stream.fileno(), False)
-        until = time.monotonic() + PATIENCE
-        while process.poll() is None and time.monotonic() < until:
-            with contextlib.suppress(OSError):
-                stream.read(4096)  # so that it never waits for us to listen
-            time.sleep(0.02)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.communicate(timeout=PATIENCE)
     finally:
-        if process.poll() is None:
-            process.kill()
-        process.wait()
+        process.kill()  # nothing where it has ended
+        process.communicate()
 
 
-def _judge(status: int, lines: list[str]):
-    """UserError with millsim's own line if it did not end well."""
+def _judge(status: int, lines: list[str]) -> None:
+    """MillsimError with millsim's own line if it did not end well."""
     if status == 0:
         return
-    said = lines[-1] if lines else f"millsim ended with status {status}"
-    if status < 0 or status > 128:
-        raise UserError(said if lines else f"millsim was ended by signal {abs(status) % 128}", 1)
-    raise UserError(said, status)
-
-
-class _Said:
-    """What millsim says on its standard error: `lines` of messages; the progress line is shown once the run is long."""
-
-    def __init__(self, shown: bool):
-        self.shown, self.lines, self.width = shown, [], 0
-        self.due = time.monotonic() + LONG
-        self.out = sys.stdout if _notebook() else sys.stderr
-
-    def listen(self, stream):
-        rest = b""
-        while True:
-            try:
-                some = stream.read(4096)
-            except OSError:  # so a terminal tells its end
-                some = b""
-            *whole, rest = re.split(rb"[\r\n]+", rest + some)
-            for line in whole if some else [*whole, rest]:
-                self._take(line.decode(errors="replace").rstrip())
-            if not some:
-                return
-
-    def _take(self, line):
-        if line.startswith("millsim: "):
-            self.lines.append(line.removeprefix("millsim: "))
-        elif line and self.shown and time.monotonic() > self.due:
-            self.due = time.monotonic() + PAUSE
-            print("\r" + line.ljust(self.width), end="", file=self.out, flush=True)
-            self.width = len(line)
-
-    def clear(self):
-        if self.width:
-            print("\r" + " " * self.width + "\r", end="", file=self.out, flush=True)
-            self.width = 0
+    ended = status < 0 or status > 128
+    how = f"millsim was ended by signal {abs(status) % 128}" if ended else f"millsim ended with status {status}"
+    raise MillsimError(lines[-1] if lines else how, 1 if ended else status)

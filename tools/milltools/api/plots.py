@@ -1,24 +1,41 @@
-"""Figures of a run for scripts and notebooks: those of `mill plot` and of the report."""
+"""Pictures of a run for scripts and notebooks: the figures of `mill plot`, and the player of the report."""
 
+from __future__ import annotations
+
+import html
 import importlib
 import os
+import pathlib
+import tempfile
+import webbrowser
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 
-from milltools.base.errors import UserError
+from milltools.base.errors import InputError
+from milltools.base.files import write_text
+from milltools.base.progress import in_notebook
 from milltools.figures import FIGURES, spectra
 from milltools.figures.base import LOOK
 
+INK: Any = LOOK  # matplotlib would have each of its keys spelled out
 
-def spectrum(run, ax, options):
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from milltools.read.runfile import Run
+
+
+def spectrum(run: Run, ax: Axes | None, options: dict[str, Any]) -> Axes:
     """The impact spectra in axes of one's own, or in new ones of pyplot with a legend."""
     if ax is not None:
-        with matplotlib.rc_context(LOOK):
+        with matplotlib.rc_context(INK):
             spectra.plot(ax, run, **options)
         return ax
     import matplotlib.pyplot as plt
 
-    with matplotlib.rc_context(LOOK):
+    with matplotlib.rc_context(INK):
         figure, ax = plt.subplots(layout="constrained")
         live = plt.isinteractive()  # a notebook's backend says so with the first figure; the context takes it back
         try:
@@ -31,16 +48,55 @@ def spectrum(run, ax, options):
     return ax
 
 
-def draw(name, runs, options):
+def names(run: Run) -> dict[str, str]:
+    """{name: title} of the figures that can be drawn of a run."""
+    return {name: figure.title for name, figure in FIGURES.items() if figure.why_not(run) is None}
+
+
+def draw(name: str, runs: list[Run], options: dict[str, Any]) -> Figure:
     """A figure by its name in FIGURES."""
     if name not in FIGURES:
-        raise UserError(f"unknown figure '{name}': one of {', '.join(FIGURES)}")
-    _shown_inline()
+        raise InputError(f"unknown figure '{name}': one of {', '.join(FIGURES)}")
+    shown_inline()
     return FIGURES[name].draw(runs, **options)
 
 
-def _shown_inline():
+def shown_inline() -> None:
     """A notebook's backend teaches it to show figures when it is imported, which drawing without pyplot does not do."""
     backend = os.environ.get("MPLBACKEND", "")
     if "inline" in backend:
         importlib.import_module(backend.removeprefix("module://"))
+
+
+# ---- the player
+
+
+def show(run: Run, name: str, path: str | os.PathLike[str] | None, browser: bool, height: int) -> Frame | pathlib.Path:
+    """The player of a run in a notebook, or as a page of its own: Result.show says which."""
+    if not (path or browser or in_notebook()):
+        raise InputError('this is no notebook: show(browser=True) opens a browser, show("balls.html") writes the page')
+    from milltools.player import player
+
+    text = player.page(run, name)
+    if not (path or browser):
+        return Frame(name, text, height)
+    file = pathlib.Path(path or tempfile.mkdtemp(prefix="mill-")).absolute()
+    file = file if path else file / "balls.html"
+    write_text(file, text)
+    if browser and not webbrowser.open(file.as_uri()):
+        raise InputError(f"no browser was found; the page is {file}")
+    return file
+
+
+class Frame:
+    """A page within a notebook, which cannot reach the notebook it stands in."""
+
+    def __init__(self, name: str, page: str, height: int) -> None:
+        self.name, self.page, self.height = name, page, height
+
+    def __repr__(self) -> str:
+        return f"<the balls of {self.name}, in a notebook>"
+
+    def _repr_html_(self) -> str:
+        look = f'style="width: 100%; height: {int(self.height)}px; border: 0" allow="fullscreen"'
+        return f'<iframe sandbox="allow-scripts" {look} srcdoc="{html.escape(self.page)}"></iframe>'

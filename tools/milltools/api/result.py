@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import pathlib
 import shutil
 import weakref
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from milltools.api import decks
 from milltools.api import words as show
 from milltools.api.measurement import Measurement
+from milltools.base.errors import InputError
+from milltools.read import motions, runfile
+from milltools.read.histogram import ENERGIES, Histogram
 from milltools.read.runfile import MEDIAN, Run
 
 if TYPE_CHECKING:
@@ -19,23 +23,43 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from milltools.api.tables import Impacts
+    from milltools.api.impacts import Impacts
+    from milltools.api.plots import Frame
+
+Species = str | tuple[str, str] | None
+SUMMARY = {  # column: path below impacts/ROW
+    "count": "count",
+    "rate": "rate",
+    "dissipated_power": "dissipated_power",
+    "mean": "normal_speed/mean",
+    "median": "normal_speed/median",
+    "median_above_50mm_s": "normal_speed/median_above_50mm_s",
+}
+ARRAYS = ("series", "frames", "maps")  # kept once they are made
 
 
-def load(path) -> Result:
+def _table(rows: Any, units: dict[str, str], index: Any = None, name: str | None = None) -> pandas.DataFrame:
+    import pandas as pd
+
+    table = pd.DataFrame(rows, columns=list(units), index=None if index is None else pd.Index(index, name=name))
+    table.attrs["units"] = units
+    return table
+
+
+def load(path: str | os.PathLike[str]) -> Result:
     """Opens the output file of a run, millsim's or another's in its schema; nothing is read until it is asked for, so a file
-    of gigabytes costs nothing. UserError (status 2) if it is not there or no run."""
+    of gigabytes costs nothing. MissingFileError if it is not there, InputError if it is no run."""
     return Result(path)
 
 
 class Result:
     """One run: `milltools.run(...)` and `milltools.load(path)` give it. A context manager; close() does as well.
 
-    All values are in SI and, where the file holds them, those of the file to the last bit. Attributes read anew each time
-    they are asked for. What is not in the file is a UserError that says what it would take.
+    All values are in SI and, where the file holds them, those of the file to the last bit. Numbers and tables are read anew
+    each time they are asked for. What is not in the file is an InputError that says what it would take.
     """
 
-    def __init__(self, path, _folder=None):
+    def __init__(self, path: str | os.PathLike[str], _folder: pathlib.Path | None = None) -> None:
         self.file = Run(os.fspath(path))  # the reader below all this: milltools.read.runfile.Run
         # a temporary folder lives as long as this
         self._clear = _folder and weakref.finalize(self, shutil.rmtree, _folder, ignore_errors=True)
@@ -43,11 +67,13 @@ class Result:
     def __enter__(self) -> Result:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def close(self):
+    def close(self) -> None:
         """Closes the file; a temporary one goes with it."""
+        for name in ARRAYS:
+            self.__dict__.pop(name, None)
         self.file.close()
         if self._clear:
             self._clear()
@@ -109,9 +135,16 @@ class Result:
     def motions(self) -> pandas.DataFrame:
         """What moves: one row a motion, the rotor too; columns power, power_error [W], torque, torque_error [N m] (about its
         axis, on the balls; value +- 1.96 of the error is the 95 % interval), and in words how it goes."""
-        from milltools.api import tables
-
-        return tables.motions(self.file)
+        run, rows = self.file, []
+        run.need_statistics()
+        for name in run.motions:
+            known = run.has(f"statistics/motions/{name}/power")
+            place = f"motions/{name}" if known else "rotor"  # files of before motions have the rotor's alone
+            paths = [f"{place}/power", f"{place}/torque"]
+            pairs = [(float(run.statistic(path)), run.standard_error(path)) for path in paths]
+            rows.append((*pairs[0], *pairs[1], motions.words(run, name)))
+        units = {"power": "W", "power_error": "W", "torque": "N m", "torque_error": "N m", "words": ""}
+        return _table(rows, units, run.motions, "motion")
 
     @property
     def power(self) -> Measurement:
@@ -129,7 +162,7 @@ class Result:
         """Median normal speed of all impacts above 50 mm/s [m/s]; error as of power."""
         return self._measured(MEDIAN)
 
-    def read(self, path: str, index=()):
+    def read(self, path: str, index: Any = ()) -> Any:
         """Any dataset of the file by its path (docs/file-format.md), or its part `index`: result.read("run/version")."""
         return self.file.read(path.strip("/"), index)
 
@@ -139,20 +172,31 @@ class Result:
     def summary(self) -> pandas.DataFrame:
         """One row a contact kind and "all"; columns count, rate [1/s], dissipated_power [W], mean, median and
         median_above_50mm_s of the normal speed [m/s], floor_share. `attrs["units"]` names the units."""
-        from milltools.api import tables
-
-        return tables.summary(self.file)
+        run, where = self.file, "statistics/impacts"
+        run.need_statistics()
+        kinds = (*run.kinds, "all")
+        found = {name: [run.read(f"{where}/{row}/{path}")[()] for row in kinds] for name, path in SUMMARY.items()}
+        found["floor_share"] = [run.statistic(f"floor_share/{row}")[()] for row in kinds]
+        units = {name: run.attribute(f"{where}/all/{path}", "unit") for name, path in SUMMARY.items()}
+        return _table(found, units | {"floor_share": "1"}, kinds, "kind")
 
     @property
     def estimates(self) -> pandas.DataFrame:
         """All that the file knows with a standard error, a row each: rotor_power, rotor_torque, median, median_above_50mm_s,
         rate/KIND, rate_above_0.5/KIND, rate_above_1/KIND, rate_above_2/KIND, with KIND "all", too; columns value, error
         (value +- 1.96 of it is the 95 % interval; NaN: not known), degrees_of_freedom, unit."""
-        from milltools.api import tables
+        run, found = self.file, {}
+        run.need_statistics()
+        for name, (group, _) in runfile.estimates(run.kinds).items():
+            known = run.known(name)
+            if known and (run.has_rotor or not name.startswith("rotor_")):
+                found[name] = *known, run.attribute(f"statistics/precision/{group}/value", "unit")
+        units = {"value": "as in unit", "error": "as in unit", "degrees_of_freedom": "1", "unit": ""}
+        return _table(list(found.values()), units, list(found), "name")
 
-        return tables.estimates(self.file)
-
-    def spectrum(self, kind="all", *, group="impacts", speed="normal_speed", species=None) -> pandas.DataFrame:
+    def spectrum(
+        self, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
+    ) -> pandas.DataFrame:
         """Impacts of a kind (or "all") by speed: 1140 rows, a bin each, 2 % wide; columns low, high [m/s], count,
         dissipation [J], and per second of the window rate [1/s], power [W].
 
@@ -160,26 +204,48 @@ class Result:
         "normal_energy", "total_energy" or "dissipated_energy": 1024 rows, low and high [J], 3 to 6 % wide (dissipation
         is known by normal energy); then species="steel" or ("steel", "glass") are those of one species, or pair of balls.
         """
-        from milltools.api import tables
+        histogram, duration = self._histogram(kind, group, speed, species), self.file.duration
+        edge = "J" if speed in ENERGIES else "m s-1"
+        found = {
+            "low": histogram.edges[:-1],
+            "high": histogram.edges[1:],
+            "count": histogram.count,
+            "dissipation": histogram.dissipation,
+            "rate": histogram.count / duration,
+            "power": histogram.dissipation / duration,
+        }
+        return _table(found, dict(zip(found, (edge, edge, "1", "J", "s-1", "W"))))
 
-        return tables.spectrum(self.file, kind, group, speed, species)
-
-    def rate(self, above, kind="all", *, group="impacts", speed="normal_speed", species=None) -> float:
+    def rate(
+        self,
+        above: float,
+        kind: str = "all",
+        *,
+        group: str = "impacts",
+        speed: str = "normal_speed",
+        species: Species = None,
+    ) -> float:
         """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy" or
         "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
-        from milltools.api import tables
+        return self._histogram(kind, group, speed, species).above(above) / self.file.duration
 
-        return tables.rate(self.file, above, kind, group, speed, species)
+    def _histogram(self, kind: str, group: str, speed: str, species: Species) -> Histogram:
+        run, speeds = self.file, ("normal_speed", "tangential_speed", *ENERGIES)
+        for given, known in ((kind, (*run.kinds, "all")), (group, ("impacts", "strikes")), (speed, speeds)):
+            if given not in known:
+                raise InputError(f"unknown {given!r}: one of {', '.join(known)}")
+        run.need_statistics()
+        return run.histogram(kind, group, speed, species)
 
     @property
     def impacts(self) -> Impacts:
-        """The log of single impacts: [first:last] and chunks() read it as DataFrames. UserError if it was not kept, which
+        """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not kept, which
         takes `output.impacts = all`."""
-        from milltools.api import tables
+        from milltools.api.impacts import Impacts
 
-        return tables.Impacts(self.file)
+        return Impacts(self.file)
 
-    @property
+    @functools.cached_property
     def series(self) -> xarray.Dataset:
         """Time series, lazy: kinetic_energy, rotational_energy, potential_energy, rotor_work [J], rotor_torque [N m] (time,),
         and dissipation, dissipation_normal [J], collisions (time, kind), fast_collisions (time, kind, threshold). Works,
@@ -188,16 +254,16 @@ class Result:
 
         return arrays.series(self.file)
 
-    @property
+    @functools.cached_property
     def frames(self) -> xarray.Dataset:
         """Ball states, lazy: position [m], velocity [m/s], angular_velocity [rad/s], each (time, ball, axis) in single
         precision, with mass [kg], diameter [m] and species of each ball. Only what is selected is read;
-        `.chunk({"time": 10})` makes dask arrays. UserError where none are stored (`output.frames = 0 s`)."""
+        `.chunk({"time": 10})` makes dask arrays. InputError where none are stored (`output.frames = 0 s`)."""
         from milltools.api import arrays
 
         return arrays.frames(self.file)
 
-    @property
+    @functools.cached_property
     def maps(self) -> xarray.DataTree:
         """Maps of the window, lazy: nodes cross_section (y, z) and axial (x, r), each with impact_count,
         normal_speed_sum [m/s], dissipation [J], solid_fraction and mean velocities [m/s]; edges of the cells beside them."""
@@ -207,7 +273,21 @@ class Result:
 
     # ---- figures
 
-    def plot_spectrum(self, ax: Axes | None = None, **options) -> Axes:
+    @property
+    def figures(self) -> dict[str, str]:
+        """What `plot` can draw of this run: {name: title}."""
+        from milltools.api import plots
+
+        return plots.names(self.file)
+
+    def plot(self, name: str, *others: Result, **options: Any) -> Figure:
+        """A figure of `mill plot --figure` by its name, such as "section-power"; `figures` has the names. Of several runs where
+        `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
+        from milltools.api import plots
+
+        return plots.draw(name, [self.file, *(other.file for other in others)], options)
+
+    def plot_spectrum(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draws the impact spectra into axes, new ones by default, and returns them. Options: group, speed, abscissa
         ("speed" or "energy"), weight ("count", "energy" or "cumulative"), kinds; for several runs in the same axes name, and
         position, its number from 0, which sets the colour (milltools.figures.spectra.plot)."""
@@ -215,9 +295,12 @@ class Result:
 
         return plots.spectrum(self.file, ax, options)
 
-    def plot(self, name: str, *others: Result, **options) -> Figure:
-        """A figure of `mill plot --figure` by its name, such as "section-power"; milltools.figures.FIGURES has them all. Of
-        several runs where `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
+    def show(
+        self, path: str | os.PathLike[str] | None = None, *, browser: bool = False, height: int = 640
+    ) -> Frame | pathlib.Path:
+        """The balls turning in the mill, as in `mill report`: in a notebook, `height` pixels high, and kept with it (up to
+        some 7 MB). With a `path` it is written there as a page of its own, which replaces an old one; with `browser` the page,
+        a temporary one by default, is opened in a browser. Then the path is returned."""
         from milltools.api import plots
 
-        return plots.draw(name, [self.file, *(other.file for other in others)], options)
+        return plots.show(self.file, self.name, path, browser, height)

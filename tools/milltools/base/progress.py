@@ -1,4 +1,5 @@
-"""How far a command is: a bar on a terminal, a line now and then elsewhere, nothing of what is done in a moment."""
+"""How far a command is: a bar on a terminal, one line rewritten in place in a notebook, a line now and then elsewhere, nothing
+of what is done in a moment."""
 
 import contextlib
 import sys
@@ -9,6 +10,12 @@ from milltools.base.text import duration
 PATIENCE = 2.0  # [s] before anything is said
 PLAIN = 10.0  # [s] between lines where there is no terminal
 SHORT = 0.2  # [s] between changes of a bar
+
+
+def in_notebook() -> bool:
+    """Is this the kernel of a notebook?"""
+    shell = sys.modules.get("IPython")
+    return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
 
 
 def say(command: str, line: str):
@@ -28,6 +35,8 @@ class Progress:
         self.begin = time.monotonic()
         self.due = self.begin + PATIENCE
         self.bar = None
+        self.width = 0  # of the line that stands in a notebook
+        self.known = None  # [s] until the end, where the work itself knows it
 
     def __enter__(self):
         return self
@@ -40,19 +49,24 @@ class Progress:
         if self.bar:
             self.bar.stop()
             self.bar = None
+        if self.width:
+            self._rewrite("")
+            print("\r", end="", flush=True)
 
-    def __call__(self, done: float, text: str = ""):
-        """`done` of the total is done; `text` says what is being done."""
-        self.done = done
+    def __call__(self, done: float, text: str = "", left: float | None = None):
+        """`done` of the total is done; `text` says what is being done, `left` [s] how long it takes, where that is known."""
+        self.done, self.known = done, left
         now = time.monotonic()
         if self.quiet or now < self.due:
             return
+        plain = ", ".join(words for words in (text, self.percent(), self.left()) if words)
+        if in_notebook():
+            self.due = now + SHORT
+            self._rewrite(f"{self.command}: {plain}")
+            return
         if not sys.stderr.isatty():
             self.due = now + PLAIN
-            say(
-                self.command,
-                ", ".join(words for words in (text, self.percent(), self.left()) if words),
-            )
+            say(self.command, plain)
             return
         self.due = now + SHORT
         if not self.bar:
@@ -80,6 +94,8 @@ class Progress:
 
     def left(self) -> str:
         """12 min left, "" if nobody knows."""
+        if self.known is not None:
+            return f"{duration(self.known)} left"
         if not self.total or self.done <= self.kept:
             return ""
         spent = time.monotonic() - self.begin
@@ -93,6 +109,10 @@ class Progress:
             self.bar.console.print(f"{self.command}: {line}", markup=False, highlight=False, soft_wrap=True)
         else:
             say(self.command, line)
+
+    def _rewrite(self, line):
+        print("\r" + line.ljust(self.width), end="", flush=True)
+        self.width = len(line)
 
     def _show(self):
         from rich.console import Console

@@ -11,6 +11,8 @@ a UserError that names the file, the part, and what it would take to have it.
 
 import functools
 import re
+from collections.abc import Iterable
+from typing import Any
 
 import h5py
 import numpy as np
@@ -35,10 +37,10 @@ PRECISION = {
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
-def estimates(kinds) -> dict[str, tuple]:
+def estimates(kinds: Iterable[str]) -> dict[str, tuple[str, Any]]:
     """What may be known with a standard error: name -> (its group below /statistics/precision, which of its values)."""
     names = ("rotor_power", "rotor_torque", "drive_power", "median", "median_above_50mm_s")
-    found = {name: (name, ()) for name in names}
+    found: dict[str, tuple[str, Any]] = {name: (name, ()) for name in names}
     rows = (*kinds, "all")
     found |= {f"rate/{row}": (f"rate/{row}", ()) for row in rows}
     for row in rows:
@@ -50,16 +52,16 @@ def estimates(kinds) -> dict[str, tuple]:
 class Run(Built, Store):
     """An open output file: a Store whose values are those of a run."""
 
-    def __init__(self, path):
+    def __init__(self, path: object) -> None:
         super().__init__(path)
         if not all(isinstance(self.find(name), h5py.Group) for name in ("deck", "run")):
             self.close()
             raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")
 
-    def _expect(self, path, thing):
+    def _expect(self, path: str, thing: h5py.Dataset) -> None:
         rules.check_layout(self, path, thing)
 
-    def read(self, path: str, index=(), why: str = ""):
+    def read(self, path: str, index: Any = (), why: str = "") -> Any:
         """As Store.read: values that a run can have."""
         values = super().read(path, index, why)
         rule = rules.of(path)
@@ -179,8 +181,8 @@ class Run(Built, Store):
         empty = self.absent
         if not self.has_rotor and (self.named("body") or self.named("motion")):
             empty |= {"rotor_work", "rotor_torque"}
-        found = [name for name in found if name.split("/")[-1] not in empty]
-        return sorted(found, key=lambda name: (name.count("/"), name))
+        shown = (name for name in found if name.split("/")[-1] not in empty)
+        return sorted(shown, key=lambda name: (name.count("/"), name))
 
     # ---- statistics of the sampled window
 
@@ -188,7 +190,7 @@ class Run(Built, Store):
     def has_statistics(self) -> bool:
         return self.has("statistics/duration")
 
-    def need_statistics(self):
+    def need_statistics(self) -> None:
         """UserError where there is nothing sampled to speak of."""
         if not self.has_statistics:
             raise UserError(
@@ -210,7 +212,7 @@ class Run(Built, Store):
             begin = float(self.read("statistics/precision/warm_up"))
         return begin, begin + self.duration
 
-    def statistic(self, path: str):
+    def statistic(self, path: str) -> Any:
         """A scalar or array under /statistics, as in "impacts/ball_ball/rate" or "rotor/power"."""
         return self.read(f"statistics/{path}", why="" if self.has_statistics else "no statistics yet")
 
@@ -232,12 +234,13 @@ class Run(Built, Store):
         group, column = estimates(self.kinds)[name]
         if not self.has(f"statistics/precision/{group}/degrees_of_freedom"):
             return None
-        return tuple(
-            float(self.statistic(f"precision/{group}/{part}")[column])
-            for part in ("value", "standard_error", "degrees_of_freedom")
-        )
+        parts = (f"precision/{group}/{part}" for part in ("value", "standard_error", "degrees_of_freedom"))
+        value, error, freedom = (float(self.statistic(part)[column]) for part in parts)
+        return value, error, freedom
 
-    def histogram(self, row: str, group: str = "impacts", speed: str = "normal_speed", species=None) -> Histogram:
+    def histogram(
+        self, row: str, group: str = "impacts", speed: str = "normal_speed", species: Any = None
+    ) -> Histogram:
         """Impacts (or `strikes`) of a kind or "all" by "normal_speed" or "tangential_speed" [m/s]; impacts by "normal_energy",
         "total_energy" or "dissipated_energy" [J], these also of one `species`, a name, or of a pair of balls, two names."""
         if speed in ENERGIES:

@@ -10,7 +10,7 @@ import numpy as np
 from milltools.base.text import MISSING, SPACE, Number, count, plain, scaled, small, with_error
 from milltools.read import motions
 
-WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--part")
+WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
 DRIVE = (("power", "W"), ("torque", "N m"))
 ANOMALIES = (  # of /run, as shown, what it means
     ("not_closing", "contacts found opening",

@@ -1,0 +1,207 @@
+"""Whole studies for scripts and notebooks: those of `mill sweep` and `mill optimize`, and their tables."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import html
+import os
+import pathlib
+import tempfile
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from milltools.api import decks
+from milltools.api.launch import Path, shown
+from milltools.api.measurement import Measurement
+from milltools.base.errors import InputError, MillsimError
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+    from milltools.study.plan.table import Table
+
+StudyDeck = Path | decks.Sections
+NAME = "a.study"  # of a study deck that is no file
+
+
+def sweep(
+    study: StudyDeck, output: Path | None = None, *, retry: bool = False, force: bool = False, progress: bool | None = None,
+    **options: Any,
+) -> StudyResult:  # fmt: skip
+    """Runs every design of a study deck and returns the study. What an earlier call has done is not done again.
+
+    Runs that failed are a warning. An interrupt is a KeyboardInterrupt; then the same call continues the study.
+
+    Args:
+        study: path of a study deck (docs/studies.md), the text of one, or a dictionary {"study": {...}, "vary": {...}};
+            files that a text or dictionary names count from the current folder
+        output: the table, NAME.parquet; by default the name of the study deck, in the current folder
+        retry: run again what failed
+        force: begin anew, even over the table of another study
+        progress: show the progress; by default in a terminal or notebook
+        options: names with "__" or "." are values of the study deck, study__replicates=3, vary__rotor__speed="600, 800
+            rpm", or of all runs, run__time="0.2 s". The others say where runs are done, as the options of `mill sweep`:
+            workers=2, dask="HOST:PORT", slurm=True, ...
+    """
+    from milltools.study.sweep import sweep as fill
+
+    return _filled(fill, study, output, progress, options, retry=retry, force=force)
+
+
+def optimize(
+    study: StudyDeck, output: Path | None = None, *, runs: int = 40, seed: int | None = None, storage: str | None = None,
+    force: bool = False, progress: bool | None = None, **options: Any,
+) -> StudyResult:  # fmt: skip
+    """Searches the ranges of a study deck for the best design, as `mill optimize` does, and returns the study.
+
+    Args:
+        study: as for sweep()
+        output: the table; by default NAME-optimize.parquet in the current folder
+        runs: number of runs in all, earlier ones included
+        seed: of the search's own choices; by default the study's
+        storage: an Optuna storage in which several machines share a search (docs/optimize.md)
+        force: as for sweep(), and so are progress and options
+    """
+    from milltools.study.optimize import optimize as fill
+
+    return _filled(fill, study, output, progress, options, runs=runs, seed=seed, storage=storage, force=force)
+
+
+def load_study(path: Path) -> StudyResult:
+    """Opens the table of a study, finished or growing: by its own name, its journal's or the study deck's. MissingFileError if
+    it is not there."""
+    from milltools.study.show import data
+
+    return StudyResult(data.opened(os.fspath(path))[0])
+
+
+def _filled(
+    fill: Any, study: StudyDeck, output: Path | None, progress: bool | None, options: Any, **more: Any
+) -> StudyResult:
+    """Of sweep.sweep or optimize.optimize."""
+    sets = {name: value for name, value in options.items() if "__" in name or "." in name}
+    more |= {name: value for name, value in options.items() if name not in sets}
+    overrides = [decks.override(name, value) for name, value in sets.items()]
+    with _file(study, output) as (path, placed):
+        found = fill(path, output, overrides=[*placed, *overrides], quiet=not shown(progress), **more)
+    result = StudyResult(found)
+    failed = result.table["message"][result.table["status"] == "failed"]
+    if len(failed):
+        many = f"{len(failed)} of {len(result.table)} runs failed"
+        warnings.warn(f"{result.path}: {many}, most of them so: {failed.mode()[0]}", stacklevel=3)
+    return result
+
+
+@contextlib.contextmanager
+def _file(study: StudyDeck, output: object) -> Iterator[tuple[str, list[str]]]:
+    """(the study deck as a file, overrides that say where its base deck is)."""
+    if not (isinstance(study, Mapping) or decks.is_text(study)):
+        yield os.fspath(study), []
+        return
+    if output is None:
+        raise InputError("output: a study that is no file needs the name of its table, such as 'speeds.parquet'")
+    text = decks.as_text(study) if isinstance(study, Mapping) else str(study)
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        file = pathlib.Path(folder) / NAME
+        file.write_text(text, encoding="utf-8")
+        try:
+            deck = decks.sections(text).get("study", {}).get("deck")
+            yield str(file), [f"study.deck={os.path.abspath(deck)}"] if deck else []
+        except MillsimError as fault:
+            raise MillsimError(str(fault).replace(f"{file}:", f"{NAME}:"), fault.status) from None
+
+
+@dataclasses.dataclass(frozen=True)
+class BestDesign:
+    """`design`: the varied keys as milltools.run(deck, **design) takes them; `value` of `objective` there, with its error."""
+
+    design: dict[str, str]
+    objective: str
+    value: Measurement
+
+
+class StudyResult:
+    """A study: `milltools.sweep(...)`, `optimize(...)` and `load_study(path)` give it. Of a study that grows it is what was
+    there when it was opened."""
+
+    def __init__(self, table: Table) -> None:
+        self._table = table
+        self.path = table.path
+
+    @functools.cached_property
+    def _view(self) -> Any:
+        from milltools.study.show.data import StudyView
+
+        return StudyView.of(self._table)
+
+    @property
+    def table(self) -> pandas.DataFrame:
+        """One row a run, SI: `design`, `replicate`, `seed`, the varied keys, the objectives and what is recorded, each with its
+        standard error in "NAME:error", `status` (done, capped, failed), `message`, times and cost (docs/studies.md)."""
+        return self._table.frame()
+
+    @property
+    def complete(self) -> bool:
+        """Is every planned run there?"""
+        return bool(self._table.complete)
+
+    @property
+    def best(self) -> BestDesign | None:
+        """The best design of those that were run, by the first objective; None if no run has a value. With enough runs the value
+        and its error are those of a Gaussian process through all of them."""
+        from milltools.read.values import order
+        from milltools.study.show import optimum
+
+        view, objective = self._view, self._view.objectives[0]
+        found = optimum.find(view, objective)
+        if found is None:
+            return None
+        row, design = view.designs.iloc[found.design], {}
+        for axis in self._table.meta["vary"]:
+            value = row[axis["key"]]
+            text = repr(float(value)) if axis["kind"] == "number" else str(value)
+            design[axis["key"]] = order(axis["key"], text, axis.get("unit", "1")).partition("=")[2]
+        unit = self._table.meta["objectives"][0].get("unit", "")
+        return BestDesign(design, objective.path, Measurement(found.value, found.half / optimum.REACH, unit))
+
+    @functools.cached_property
+    def _sensitivities(self) -> Any:
+        from milltools.study.show import optimum
+
+        return optimum.indices(self._table, self._view, self._view.objectives[0])
+
+    def _figures(self, **options: Any) -> dict[str, Any]:
+        from milltools.study.show import outputs
+
+        view = self._view
+        found = outputs.figures(view, view.objectives[0], self._sensitivities, **options)
+        return {kind: (title, make) for kind, title, _, make in found}
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """What `plot` can draw of this study: {name: title}."""
+        return {kind: title for kind, (title, _) in self._figures().items()}
+
+    def plot(self, name: str | None = None, **options: Any) -> Figure:
+        """A picture of `mill study` by its name, the first of `figures` by default. Options of "contour": x and y, varied keys, and
+        average=True for the mean over the other keys instead of a cut through the best. It is in no window of pyplot."""
+        from milltools.api import plots
+
+        plots.shown_inline()
+        found = self._figures(**options)
+        name = name or next(iter(found))
+        if name not in found:
+            raise InputError(f"unknown figure '{name}': one of {', '.join(found)}")
+        return found[name][1]()
+
+    def __repr__(self) -> str:
+        from milltools.study.show import summary
+
+        return "\n".join(summary.lines(self._view, self._sensitivities))
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(repr(self))}</pre>"
