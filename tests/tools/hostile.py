@@ -292,6 +292,9 @@ def crafted(seed=1):
     return {name: found[name] for name in names}
 
 
+FIGURES = ("speeds", "energies", "section-power", "axial-velocity", "power", "energy", "collisions")
+
+
 def commands(path, base, out):
     """What is called with a file: {what: words}."""
     found = {
@@ -310,6 +313,7 @@ def commands(path, base, out):
     found |= {
         f"csv {w}": ["export", path, out / f"{w}.csv", "--what", w] for w in ("balls", "series", "impacts", "spectra")
     }
+    found |= {f"figure {f}": ["plot", "--figure", f, path, out / "f.png"] for f in FIGURES}
     return {name: [*map(str, words)] for name, words in found.items()}
 
 

@@ -42,17 +42,19 @@ def run(arguments) -> int:
     sides = load.sides(names)
     tables, notes = rows.tables(sides), rows.notes(sides)
     # the files first: who reads the text may go away before its end
-    if arguments.csv:
-        terminal.write_csv(tables, arguments.csv)
-    if arguments.png:
-        from milltools.compare import pictures
-
-        pictures.write(sides, arguments.png)
-    if arguments.html:
+    if arguments.html:  # made before anything is written: it reads most of the runs
         from milltools.base.progress import Progress
         from milltools.compare import page
 
         with Progress("mill compare", page.steps(sides)) as watch:
-            write_text(arguments.html, page.render(sides, tables, notes, watch))
+            text = page.render(sides, tables, notes, watch)
+    if arguments.png:
+        from milltools.compare import pictures
+
+        pictures.write(sides, arguments.png)
+    if arguments.csv:
+        terminal.write_csv(tables, arguments.csv)
+    if arguments.html:
+        write_text(arguments.html, text)
     terminal.show(sides, tables, notes)
     return 0

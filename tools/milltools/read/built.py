@@ -8,6 +8,8 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.read.kinds import KINDS
 
+TURNED = 1e-3  # of a rotation: how far its axes may be from upright to each other, and from length 1
+
 
 class Built:
     """Of a Run, which reads."""
@@ -42,6 +44,8 @@ class Built:
             return np.eye(3, 4)
         place = f"body.{self.vessel}"
         axis = self.vector(f"{place}/axis") if self.has(f"deck/{place}/axis") else [0.0, 0.0, 1.0]
+        if not np.any(axis) or len(axis) != 3:
+            raise self.damaged(f"deck/{place}/axis", "no direction")
         z = np.array(axis) / np.linalg.norm(axis)
         across = np.eye(3)[1 if np.hypot(z[1], z[2]) < 1e-6 else 0]
         x = across - (across @ z) * z
@@ -134,6 +138,8 @@ class Built:
             place = f"observables/pose/{name}"
             if self.length(f"{place}/centre/value") <= index:
                 raise UserError(f"{self.path}: /{place} has no frame {index}")
-            parts = (self.read(f"{place}/{part}/value", index) for part in ("rotation", "centre"))
-            found[name] = np.column_stack(list(parts))
+            rotation, centre = (self.read(f"{place}/{part}/value", index) for part in ("rotation", "centre"))
+            if np.abs(rotation @ rotation.T - np.eye(3)).max() > TURNED:
+                raise self.damaged(f"{place}/rotation/value", f"no rotation in frame {index}")
+            found[name] = np.column_stack([rotation, centre])
         return found

@@ -141,14 +141,23 @@ class Store:
         with self._reading(path):
             return sorted(thing) if isinstance(thing, h5py.Group) else []
 
-    def datasets(self, group: str) -> list[tuple[str, str, str]]:
-        """(path, unit, description) of all datasets below a group, each once, in the order of their paths."""
-        found, top = [], self.find(group)
+    def paths(self, group: str) -> list[str]:
+        """Paths of all datasets below a group, in order; a group within itself is looked at once."""
+        found, seen, left = [], set(), [(group, self.find(group))]
         with self._reading(group):
-            if isinstance(top, h5py.Group):
-                top.visititems(lambda name, thing: found.append(name) if isinstance(thing, h5py.Dataset) else None)
-        paths = [f"{group}/{name}" for name in found]
-        return [(p, self.attribute(p, "unit", ""), self.attribute(p, "description", "")) for p in paths]
+            while left:
+                path, thing = left.pop()
+                if isinstance(thing, h5py.Dataset):
+                    found.append(path)
+                elif isinstance(thing, h5py.Group) and (place := h5py.h5o.get_info(thing.id).addr) not in seen:
+                    seen.add(place)
+                    links = ((name, thing.id.links.get_info(name.encode()).type) for name in thing)
+                    left += [(f"{path}/{name}", thing[name]) for name, kind in links if kind == h5py.h5l.TYPE_HARD]
+        return sorted(found)
+
+    def datasets(self, group: str) -> list[tuple[str, str, str]]:
+        """(path, unit, description) of all datasets below a group, in the order of their paths."""
+        return [(p, self.attribute(p, "unit", ""), self.attribute(p, "description", "")) for p in self.paths(group)]
 
     def _check_heaps(self):
         """HDF5 walks through the heap that a text is in, object by object, and never gets past one of no size."""

@@ -34,6 +34,8 @@ PRECISION = {
     "rotor/torque": "precision/rotor_torque",
     "drive/power": "precision/drive_power",
 }
+# datasets of numbers of things: of the names in an attribute, or of balls
+INDICES = {"impacts/kind": "kinds", "impacts/ball": "balls", "particles/trajectory/species": "names"}
 RATE = re.compile(r"impacts/([^/]+)/rate")
 
 
@@ -69,7 +71,16 @@ class Run(Built, Store):
             values = values[0]
         with self._reading(path):
             rules.check_values(rule, values)
+            if path in INDICES and np.max(values, initial=0) >= self._count(path):
+                raise ValueError(f"a number beyond the {self._count(path)} that there are")
         return values
+
+    def _count(self, path):
+        """How many things the numbers in one of INDICES tell apart."""
+        if INDICES[path] == "balls":
+            return self.length(rules.BALLS)
+        other = self.kinds if INDICES[path] == "kinds" else ["balls"]
+        return len(self.attribute(path, INDICES[path], ())) or len(other)
 
     # ---- who, what, how far
 
@@ -176,7 +187,7 @@ class Run(Built, Store):
     def series_names(self) -> list[str]:
         """All time series, as in "dissipation/ball_drum": those of the whole mill first, then by kind; not the poses, which go
         with the frames."""
-        paths = (path.split("/")[1:] for path, *_ in self.datasets("observables"))
+        paths = (path.split("/")[1:] for path in self.paths("observables"))
         found = {"/".join(parts[:-1]) for parts in paths if parts[-1] == "value" and parts[0] != "pose"}
         empty = self.absent
         if not self.has_rotor and (self.named("body") or self.named("motion")):
