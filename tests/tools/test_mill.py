@@ -35,11 +35,12 @@ def test_the_tour_says_that_there_are_other_mills(mill):
 def test_the_tour_shows_how_it_was_called(checkout, tmp_path):
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin/mill").symlink_to(checkout)
-    path = {**ENVIRONMENT, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}"}
+    wide = {**ENVIRONMENT, "COLUMNS": "500"}  # no path is broken at a hyphen
+    path = {**wide, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}"}
     for words, folder, env, shown in (
-        (["./mill"], checkout.parent, ENVIRONMENT, "./mill"),
+        (["./mill"], checkout.parent, wide, "./mill"),
         (["mill"], "/", path, "mill"),
-        ([str(checkout)], "/", ENVIRONMENT, str(checkout)),
+        ([str(checkout)], "/", wide, str(checkout)),
     ):
         done = subprocess.run(words, cwd=folder, env=env, capture_output=True, text=True)
         assert f"    {shown} COMMAND [options] ..." in done.stdout and f"$ {shown} plot " in done.stdout
