@@ -75,7 +75,7 @@ class Run(Built, Store):
                 raise ValueError(f"a number beyond the {self._count(path)} that there are")
         return values
 
-    def _count(self, path):
+    def _count(self, path: str) -> int:
         """How many things the numbers in one of INDICES tell apart."""
         if INDICES[path] == "balls":
             return self.length(rules.BALLS)
