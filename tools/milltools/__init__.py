@@ -13,7 +13,8 @@
 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-from milltools.base.errors import InputError, MillsimError, MissingFileError, UserError
+from milltools.base.errors import InputError, MillsimError, MissingFileError
+from milltools.base.errors import UserError as UserError  # the name of MillsimError in earlier versions
 
 if _TYPE_CHECKING:
     from milltools.api.decks import read_deck, write_deck
@@ -25,7 +26,7 @@ if _TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "InputError", "Measurement", "MillsimError", "MissingFileError", "Result", "StudyResult", "UserError", "load", "load_study",
+    "InputError", "Measurement", "MillsimError", "MissingFileError", "Result", "StudyResult", "load", "load_study",
     "optimize", "read_deck", "run", "sweep", "write_deck",
 ]  # fmt: skip
 
