@@ -30,6 +30,7 @@ SECRET = "kept-out-of-every-page"
 HUGE = 1 << 40  # rows: 8 TiB of float64
 
 DATASETS = (
+    "deck/balls.steel/diameter", "deck/balls.steel/count", "deck/run/sample_from", "deck/output/frames",
     "deck/drum/radius", "deck/drum/length", "deck/drum/profile", "deck/rotor/speed", "deck/rotor/shaft_radius", "deck/blades/count",
     "deck/blades/tip_radius", "deck/gravity/acceleration", "deck/text", "run/version", "run/status", "run/time",
     "run/notes", "run/command", "run/cpu_time", "run/events/collisions/ball_ball", "run/energy_balance_error", "run/reach/ring/value",

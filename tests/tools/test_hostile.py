@@ -80,6 +80,9 @@ EDGES = "statistics/maps/axial/x_edges"
         ("nan", EDGES, "values that do not ascend"),
         ("longer", "statistics/maps/axial/dissipation", "41 rows, where /statistics/maps/axial/x_edges makes it 40"),
         ("text", EDGES, "expected numbers, got"),
+        ("2^62", "particles/trajectory/diameter", "larger than those of the deck, or than its drum"),
+        ("2^62", "particles/trajectory/species", "a number beyond the 2 that there are"),
+        ("2^62", "impacts/ball", "a number beyond the 23 that there are"),
         ("flat", "particles/trajectory/position/value", "expected 3 dimensions, got 1"),
     ],
 )
@@ -88,6 +91,15 @@ def test_the_reader_says_what_is_damaged(copy, way, path, said):
     (file.parent / "secret.txt").write_text(hostile.SECRET)
     line = refused(file, path)
     assert line.startswith(f"damaged: /{path}: ") and said in line
+
+
+def test_a_pose_is_a_rotation(copy):
+    path = copy(lambda file: hostile.WAYS["zero"](file, "observables/pose/rotor/rotation/value"))
+    with (
+        Run(path) as run,
+        pytest.raises(UserError, match="damaged: /observables/pose/rotor/rotation/value: no rotation"),
+    ):
+        run.poses(0)
 
 
 def test_a_link_through_another_file_is_not_followed(copy, tmp_path):

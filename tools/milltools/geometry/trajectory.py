@@ -35,10 +35,7 @@ class State:
 
 def stored(run, index) -> State:
     """A stored frame of a run."""
-    times = run.frame_times()
-    if not -len(times) <= index < len(times):
-        raise UserError(f"{run.path}: has no frame {index}: {len(times)} are stored")
-    time = float(times[index])
+    time = run.frame_time(index)
     names = ("position", "velocity", "angular_velocity")
     values = [run.frame(index, name).astype(np.float64) for name in names]
     return State(time, *values, poses=run.poses(index))

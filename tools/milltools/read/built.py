@@ -129,10 +129,7 @@ class Built:
         pose[:, :3] @ p + pose[:, 3]."""
         names = self.names("observables/pose")
         if not names:  # a file that does not tell
-            times = self.frame_times()
-            if index >= len(times):
-                raise UserError(f"{self.path}: has no frame {index}")
-            return self.rotor_pose(times[index])
+            return self.rotor_pose(self.frame_time(index))
         found = {}
         for name in names:
             place = f"observables/pose/{name}"

@@ -60,6 +60,8 @@ class Store:
             with open(self.path, "rb") as file:  # its words for "no such file" are better than HDF5's
                 self._size, begin = about.st_size, file.read(4096).lstrip()
             self._file = h5py.File(self.path, "r")
+        except UserError:
+            raise
         except IsADirectoryError:
             raise UserError(f"{self.path}: a folder, not an output file") from None
         except FileNotFoundError:

@@ -69,11 +69,21 @@ class Run(Built, Store):
         rule = rules.of(path)
         if rule and rule.shape == () and np.ndim(values) == 1:  # some writers have no scalars
             values = values[0]
-        with self._reading(path):
-            rules.check_values(rule, values)
-            if path in INDICES and np.max(values, initial=0) >= self._count(path):
-                raise ValueError(f"a number beyond the {self._count(path)} that there are")
+        fault = rules.fault(rule, values)
+        if path in INDICES and np.max(values, initial=0) >= self._count(path):
+            fault = f"a number beyond the {self._count(path)} that there are"
+        if path == "particles/trajectory/diameter" and np.max(values, initial=0) > self._largest_ball():
+            fault = f"a ball of {np.max(values):g} m, larger than those of the deck, or than its drum"
+        if fault:
+            raise self.damaged(path, fault)
         return values
+
+    def _largest_ball(self) -> float:
+        """[m], with room for rounding."""
+        largest = max((kind.diameter for kind in self.as_deck.species), default=0.0)
+        return 1.001 * min(
+            largest, 2 * self.quantity("drum/radius", np.inf) + 2 * self.quantity("drum/buckle_height", 0.0)
+        )
 
     def _count(self, path: str) -> int:
         """How many things the numbers in one of INDICES tell apart."""
@@ -283,6 +293,13 @@ class Run(Built, Store):
         """Times of the stored frames [s]; empty where output.frames = 0 s."""
         path = "particles/trajectory/position/time"
         return self.read(path) if self.has(path) else np.empty(0)
+
+    def frame_time(self, index: int) -> float:
+        """Time of a stored frame [s]."""
+        times = self.frame_times()
+        if not -len(times) <= index < len(times):
+            raise UserError(f"{self.path}: has no frame {index}")
+        return float(times[index])
 
     def frame(self, index: int, name: str = "velocity") -> np.ndarray:
         """One frame of "position" [m], "velocity" [m/s] or "angular_velocity" [rad/s]; (N, 3)."""

@@ -1,7 +1,5 @@
 """Names, types, units and meanings of what millsim's output file holds, as far as readers name them."""
 
-import re
-
 THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast_collisions
 
 SINGLE = {  # of the time series: unit, meaning
@@ -34,15 +32,3 @@ STATES = {
     "velocity": ("m s-1", "velocities of the balls: frame, ball, (x, y, z)"),
     "angular_velocity": ("rad s-1", "angular velocities of the balls: frame, ball, (x, y, z)"),
 }
-ENTRY = re.compile(r'(?P<key>[^\s=]+) = (?P<value>"(?:[^"]|"")*"|.*?)\s+# (?P<meaning>.*)')
-
-
-def deck_entries(text):
-    """(section, key, value, meaning) of every line of a deck as `millsim --check` prints it."""
-    section = ""
-    for line in text.splitlines():
-        entry = ENTRY.fullmatch(line)
-        if line.startswith("[") and line.endswith("]"):
-            section = line[1:-1]
-        elif entry:
-            yield section, entry["key"], entry["value"], entry["meaning"]
