@@ -211,6 +211,12 @@ class Store:
             raise ValueError("its values are elsewhere, perhaps in another file, which is not read")
         if text and text.length is None and thing.size != 1:
             raise ValueError(f"expected one text, got {thing.size}")
+        if text and text.length is None and (place := thing.id.get_offset()) is not None:
+            with open(self.path, "rb") as file:  # HDF5 makes room for as much as stands there
+                file.seek(place)
+                length = int.from_bytes(file.read(4), "little")
+            if length > self._size:
+                raise ValueError(f"a text of {length} bytes, in a file of {self._size}")
         filters = [plan.get_filter(k)[0] for k in range(plan.get_nfilters())]
         if not FILTERS.issuperset(filters) or len(set(filters)) < len(filters):
             raise ValueError(f"packed by filters {filters}; repack it: 'h5repack -f GZIP=1 FILE NEW'")
