@@ -18,7 +18,7 @@ AXES = ("x", "y", "z")
 
 def read(path, **types):
     """The table as docs/export.md says it is read; columns of single precision are named."""
-    return pd.read_csv(path, dtype=types)
+    return pd.read_csv(path, dtype=types, float_precision="round_trip")
 
 
 def bits(column, stored):

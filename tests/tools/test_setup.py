@@ -108,10 +108,13 @@ def test_each_extra_is_locked_with_all_that_it_needs(extra):
     there = locked["core"].keys() | locked[extra].keys()
     if extra == "cluster":
         there |= locked["study"].keys()  # tools/setup adds it
-    try:
-        needed = closure(declared(extra))
-    except importlib.metadata.PackageNotFoundError as missing:
-        pytest.skip(f"not installed: {missing}")
+    for package, version in {**locked["core"], **locked[extra]}.items():
+        try:
+            if importlib.metadata.version(package) != version:
+                pytest.skip(f"{package} is not the locked one")
+        except importlib.metadata.PackageNotFoundError:
+            pytest.skip(f"{package} is not installed")
+    needed = closure(declared(extra))
     assert needed <= there, "needed, but not locked"
     assert there - needed <= closure(declared("core")) | {"flit-core"}, "locked, but not needed"
 
