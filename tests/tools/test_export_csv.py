@@ -208,13 +208,13 @@ def test_what_a_table_cannot_be_is_one_line(export, run_file, tmp_path, words, l
 
 
 def test_texts_and_numbers_out_of_the_ordinary_come_back():
-    from milltools.export.csv import Table
+    from milltools.export.csv import Sheet
 
     texts = ["a,b", 'say "c"', "two\nlines", "", "ä"]
     numbers = np.array([0.1, -0.0, np.nan, np.inf, 1e-310])
     singles = np.array([0.1, 1e-45, 3.4028235e38, -0.0, 16777216], "f4")
     file = io.BytesIO()
-    out = Table(file)
+    out = Sheet(file)
     for _ in range(2):
         out.add({"name, of": np.array(texts, object), "x [m]": numbers, "y [m]": singles})
     file.seek(0)

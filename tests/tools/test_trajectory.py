@@ -5,7 +5,7 @@ import pytest
 from conftest import SMALL
 
 from milltools.base.errors import UserError
-from milltools.geometry.trajectory import Flights, Mill, State, Trajectory, between, stored
+from milltools.geometry.trajectory import Bounds, Flights, State, Trajectory, between, stored
 from milltools.read.runfile import Run
 
 FINE, COARSE = (
@@ -145,7 +145,7 @@ def test_states_are_known_from_the_first_frame_to_the_last(runs):
 def test_a_contact_s_time_is_exact(runs):
     """Two states a bounce apart, in double precision: only the solution's own error is left."""
     coarse, _ = runs(BALL, "0 0 0 0 0 0\n")
-    mill = Mill(coarse)
+    mill = Bounds(coarse)
     g, floor = 9.81, -0.0725
     rest = np.zeros((1, 3))
     at = 0.013  # [s] of the bounce; up before it, the other way after

@@ -21,7 +21,7 @@ BLOCK = 65536  # rows held at once
 XYZ = "xyz"
 
 
-class Table:
+class Sheet:
     """A CSV file that grows block by block; a block is {head: (rows,) numbers or texts}."""
 
     def __init__(self, file):
@@ -42,7 +42,7 @@ def table(arguments, blocks, of=""):
     """Writes blocks into the file; says how much."""
     with whole(arguments.file) as draft:
         with open(draft, "wb") as file:
-            out = Table(file)
+            out = Sheet(file)
             for block in blocks:
                 out.add(block)
         total = os.path.getsize(draft)

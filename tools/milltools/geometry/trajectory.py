@@ -60,7 +60,7 @@ def _length(vectors):
     return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
 
 
-class Mill:
+class Bounds:
     """What a flight must stay within: a drum that stands still, outside the shaft. Only the deck is read."""
 
     def __init__(self, run):
@@ -90,7 +90,7 @@ class Flights:
     `contact` (N,) is when a ball touched something, in seconds after `a`: infinite if nothing; `unknown` (N,) bool tells
     where more than one contact leaves the flight open."""
 
-    def __init__(self, a: State, b: State, mill: Mill):
+    def __init__(self, a: State, b: State, mill: Bounds):
         self.a, self.b, self.mill = a, b, mill
         self.step = h = b.time - a.time
         if not h > 0:
@@ -209,7 +209,7 @@ class Trajectory:
     def flights(self, index) -> Flights:
         """The flights between frame `index` and the next."""
         if self._flights[0] != index:
-            self._mill = self._mill or Mill(self.run)
+            self._mill = self._mill or Bounds(self.run)
             self._flights = (index, Flights(self.frame(index), self.frame(index + 1), self._mill))
         return self._flights[1]
 

@@ -16,8 +16,8 @@ AROUND = 180  # directions in which rings are looked at
 
 
 def of(run):
-    """The Drum or Body of a milltools.read.runfile.Run."""
-    return Body(run) if run.vessel else Drum(run)
+    """The Drum or Container of a milltools.read.runfile.Run."""
+    return Container(run) if run.vessel else Drum(run)
 
 
 def axes(runs) -> dict[str, str]:
@@ -75,7 +75,7 @@ class Drum(_Vessel):
         return np.outer(first, np.pi * np.diff(edges[1] ** 2))
 
 
-class Body(_Vessel):
+class Container(_Vessel):
     def __init__(self, run):
         shell = moved(inverse(run.vessel_frame()), Mill.of(run).shell)
         if run.text(f"body.{run.vessel}/shape") == "mesh":  # its centre is its box's
