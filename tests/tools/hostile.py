@@ -408,13 +408,15 @@ if __name__ == "__main__":
     seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
     only = sys.argv[3:]
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
-        base, tried, found = make(pathlib.Path(name)), 0, 0
+        base, seen, tried, found = make(pathlib.Path(name)), set(), 0, 0
         files = dict(list(crafted(seed).items())[:number])
-        for file, what, fault, said in finds(base, files, lambda _, what: not only or what in only):
-            tried += 1
-            if fault:
-                found += 1
-                print(f"{file} | {what} | {fault[:250]}", flush=True)
-                if os.environ.get("SHOW"):
-                    print(said)
-        print(f"{len(files)} files, {tried} commands, {found} ended as they must not")
+        with contextlib.suppress(KeyboardInterrupt):  # enough
+            for file, what, fault, said in finds(base, files, lambda _, what: not only or what in only):
+                seen.add(file)
+                tried += 1
+                if fault:
+                    found += 1
+                    print(f"{file} | {what} | {fault[:250]}", flush=True)
+                    if os.environ.get("SHOW"):
+                        print(said)
+        print(f"{len(seen)} files, {tried} commands, {found} ended as they must not")
