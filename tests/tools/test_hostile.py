@@ -94,6 +94,14 @@ def test_the_reader_says_what_is_damaged(copy, way, path, said):
     assert line.startswith(f"damaged: /{path}: ") and said in line
 
 
+def test_a_run_has_balls(run_file, tmp_path):
+    path = tmp_path / "mill.h5"
+    shutil.copyfile(run_file, path)
+    hostile.no_balls(path)
+    for what in ("particles/trajectory/mass", "particles/trajectory/position/value"):
+        assert "no balls" in refused(path, what)
+
+
 def test_a_pose_is_a_rotation(copy):
     path = copy(lambda file: hostile.WAYS["zero"](file, "observables/pose/rotor/rotation/value"))
     with (

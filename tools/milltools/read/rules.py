@@ -121,6 +121,8 @@ def check_layout(run, path: str, thing):
         return
     if thing.dtype.kind not in rule.kinds:
         raise ValueError(f"expected {'a text' if rule.kinds == TEXT else 'numbers'}, got {thing.dtype}")
+    if path == BALLS and thing.size == 0:
+        raise ValueError("no balls")
     shape = () if not rule.shape and thing.size == 1 else thing.shape
     if len(shape) != len(rule.shape):
         raise ValueError(f"expected {len(rule.shape)} dimensions, got {len(shape)}")
