@@ -45,6 +45,7 @@ def test_the_rotor_draws_855_watt(reference):
     assert run["statistics/rotor/power"][()] == pytest.approx(855, rel=0.04)
 
 
+@pytest.mark.slow
 def test_the_charge_moves_with_9_6_joule(reference):
     run, _ = reference
     assert mean_since(run, "kinetic_energy", 0.1) == pytest.approx(9.6, rel=0.02)

@@ -39,6 +39,7 @@ def values(item):
     return item.asstr()[()] if h5py.check_string_dtype(item.dtype) else item[()]
 
 
+@pytest.mark.slow
 def test_names_types_shapes_and_labels_are_those_of_millsim(pair):
     ours, theirs = (tree(file) for file in pair)
     assert ours.keys() == theirs.keys() and len(ours) > 650
@@ -80,6 +81,7 @@ def pressed(theirs):
     return theirs["statistics/drive/pinch_power"][()] != 0
 
 
+@pytest.mark.slow
 def test_everything_is_the_same_to_the_bit_or_to_rounding(pair):
     ours, theirs = (tree(file) for file in pair)
     rows = theirs["statistics/precision/batch"][()] / 1e-3

@@ -18,7 +18,8 @@ AXES = ("x", "y", "z")
 
 def read(path, **types):
     """The table as docs/export.md says it is read; columns of single precision are named."""
-    return pd.read_csv(path, dtype=types, float_precision="round_trip")
+    exact = {"float_precision": "round_trip"} if pd.__version__ < "3" else {}  # later ones are exact without
+    return pd.read_csv(path, dtype=types, **exact)
 
 
 def bits(column, stored):

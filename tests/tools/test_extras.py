@@ -46,6 +46,7 @@ def without(tmp_path):
 ALL = {module for modules in extras.EXTRAS.values() for module in modules}
 
 
+@pytest.mark.slow
 def test_the_core_works_without_extras(without, millsim, write_study, tmp_path):
     write_study()
     assert millsim("-q", "deck.ini", "-o", "a.h5").returncode == 0

@@ -38,6 +38,7 @@ def table(tmp_path_factory):
     return tmp_path_factory.mktemp("table") / "t.parquet"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["{}", "{}.part", "{}.new"])
 @pytest.mark.parametrize(
     "writer", [pytest.param(name, marks=pytest.mark.render) if name in DRAWN else name for name in WRITERS]
