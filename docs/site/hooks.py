@@ -22,7 +22,8 @@ def titled(folder: pathlib.Path):
 def located(match):
     """`::: milltools.run` becomes the name's own module, under a heading that users know."""
     name = match[1]
-    home = milltools._HOMES.get(name) or getattr(milltools, name).__module__
+    api = milltools._HOMES.get(name)  # not imported: it may need packages that the site does not
+    home = f"milltools.api.{api}" if api else getattr(milltools, name).__module__
     return f"::: {home}.{name}\n    options:\n      heading: milltools.{name}\n      toc_label: {name}"
 
 
