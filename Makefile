@@ -58,7 +58,7 @@ mill: always
 	@tools/setup --local --python core $(EXTRAS)
 
 # The only target that calls apt; `make run` and `make test` ask for it, so that they do all on a fresh machine. Others say what is missing.
-ALL_PARTS := build test dem slurm render pov browser lint fuzz golden valgrind
+ALL_PARTS := build python test dem slurm render pov browser lint fuzz golden valgrind
 deps:
 	@tools/setup $(or $(PARTS),$(ALL_PARTS))
 
@@ -110,7 +110,7 @@ $(BUILD)/%.o: %.c $(BUILD)/flags | needed
 	$(Q)$(CC) $(ALL_CFLAGS) $(DEFINES) -MMD -MP -c -o $@ $<
 
 # what a checkpoint is good for: the same sources, flags and compiler
-BUILD_ID := $(shell (cat $(sort $(wildcard src/*/*.[ch] include/millsim/*.h)); echo '$(FLAGS)'; $(CC) --version) | \
+BUILD_ID := $(shell (cat $(sort $(wildcard src/*/*.[ch] include/millsim/*.h)); echo '$(FLAGS)'; $(CC) --version 2>/dev/null) 2>/dev/null | \
     (sha256sum 2>/dev/null || shasum -a 256) | cut -c1-16)
 $(BUILD)/src/base/version.o: $(BUILD)/version
 $(BUILD)/src/base/version.o: DEFINES = \
@@ -136,12 +136,13 @@ needed:
 
 run:
 	@$(MAKE) --no-print-directory deps PARTS=build
+	@$(MAKE) --no-print-directory deps PARTS=python || true
 	@$(MAKE) $(PARALLEL) all
 	./millsim --force -o reference.h5 input/simoloyer.ini
 	@./mill report reference.h5 || echo 'make run: no report, for the reason above; the run is whole, in reference.h5'
 
 test:
-	@$(MAKE) --no-print-directory deps PARTS='build test dem slurm render pov browser'
+	@$(MAKE) --no-print-directory deps PARTS='build python test dem slurm render pov browser'
 	@tools/setup --local --python all check test
 	@$(MAKE) $(PARALLEL) $(UNIT) $(FUZZERS) $(BENCH) $(PROBES) $(BUILD)/millsim millsim mill
 	@$(MAKE) $(PARALLEL) --output-sync=target unit

@@ -2,6 +2,7 @@
 
 import ast
 import importlib.metadata
+import os
 import pathlib
 import re
 import shutil
@@ -54,6 +55,28 @@ def test_what_is_missing_is_told_and_nothing_is_made(checkout):
 def test_an_unknown_extra_is_refused(checkout):
     run = setup(checkout, "--local", "--python", "cores")
     assert (run.returncode, run.stderr) == (2, "tools/setup: unknown extra 'cores'\n")
+
+
+def test_a_python_that_makes_no_environment_is_mended_by_deps(checkout, tmp_path):
+    """Debian's python3 comes without ensurepip."""
+    bare = tmp_path / "python3"
+    bare.write_text("#!/bin/sh\nexit 1\n")
+    bare.chmod(0o755)
+    run = subprocess.run(
+        [checkout / "tools/setup", "--check", "python"],
+        env=os.environ | {"PYTHON": str(bare)},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 1 and "apt-get install python3-venv" in run.stderr
+
+
+@pytest.mark.parametrize("target", ["run", "test", "deps"])
+def test_the_targets_of_a_fresh_machine_ask_for_that_python(target):
+    make = ["make", "-n", "-C", ROOT, target]
+    said = subprocess.run(make, capture_output=True, text=True, check=True).stdout
+    asked = [line.split() for line in said.splitlines() if line.startswith("tools/setup ")]
+    assert any("python" in words for words in asked), said[:2000]
 
 
 def name_of(package):
