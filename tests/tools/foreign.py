@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from moving_mills import JAR_ON_A_DISK
 
 h5py = pytest.importorskip("h5py")
 np = pytest.importorskip("numpy")
@@ -74,25 +75,10 @@ frames = 0.5 ms
 impacts = all
 strike_window = 0 s
 """
-JAR = """
-[run]
-time = 0.2 s
-sample_from = 0.04 s
-[motion.sun]
-kind = turn
-speed = 600 rpm
-[motion.jar]
-kind = turn
-on = sun
-centre = 60 0 0 mm
-speed = -1200 rpm
-[body.jar]
-shape = cylinder
-side = inside
-motion = jar
-centre = 60 0 0 mm
-radius = 20 mm
-length = 30 mm
+JAR = (
+    "[run]\ntime = 0.2 s\nsample_from = 0.04 s\n"
+    + JAR_ON_A_DISK
+    + """\
 [balls]
 count = 30
 diameter = 5 mm
@@ -105,6 +91,7 @@ frames = 0.5 ms
 series = 1 ms
 impacts = all
 """
+)
 DECKS = {
     "friction, mixture": MIXTURE,
     # batches end at rows: three revolutions of 60 ms in twelfths, of which errors are told

@@ -11,10 +11,7 @@ friction = 0.3
 [output]
 frames = 2 ms
 """
-PLANETARY = """\
-[run]
-time = 600 ms
-sample_from = 100 ms
+JAR_ON_A_DISK = """\
 [motion.sun]
 kind = turn
 speed = 600 rpm
@@ -30,7 +27,8 @@ motion = jar
 centre = 60 0 0 mm
 radius = 20 mm
 length = 30 mm
-""" + CHARGE.format(count=12)
+"""
+PLANETARY = "[run]\ntime = 600 ms\nsample_from = 100 ms\n" + JAR_ON_A_DISK + CHARGE.format(count=12)
 ATTRITOR = """\
 [run]
 time = 250 ms

@@ -12,7 +12,7 @@ import os
 import shutil
 import sys
 
-from milltools.base import engine, errors
+from milltools.base import engine
 from milltools.base.errors import UserError
 
 
@@ -70,7 +70,7 @@ def called() -> str:
 
 
 def tour() -> str:
-    mill, millsim = called(), "./millsim" if errors.in_checkout() else "millsim"
+    mill, millsim = called(), "./millsim" if engine.in_checkout() else "millsim"
     lines = [
         "mill: tools around millsim, the simulator of high-energy ball mills.",
         "",

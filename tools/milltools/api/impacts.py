@@ -6,8 +6,10 @@ import pandas as pd
 
 from milltools.base.errors import InputError
 from milltools.read.runfile import Run
-from milltools.read.schema import LOG
 
+COLUMNS = (  # of /impacts
+    "time", "kind", "ball", "partner", "position", "normal", "normal_speed", "tangential_speed", "dissipation",
+)  # fmt: skip
 VECTORS = {"position": ("x", "y", "z"), "normal": ("normal_x", "normal_y", "normal_z")}
 
 
@@ -34,7 +36,7 @@ class Impacts:
         first, last, _ = rows.indices(len(self))
         part = slice(first, max(first, last))
         found, units = {}, {}
-        for name in LOG:
+        for name in COLUMNS:
             values = self._run.read(f"impacts/{name}", part)
             unit = self._run.attribute(f"impacts/{name}", "unit")
             if name == "kind":

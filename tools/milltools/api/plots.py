@@ -71,7 +71,9 @@ def shown_inline() -> None:
 # ---- the player
 
 
-def show(run: Run, name: str, path: str | os.PathLike[str] | None, browser: bool, height: int) -> Frame | pathlib.Path:
+def show(
+    run: Run, name: str, path: str | os.PathLike[str] | None, browser: bool, height: int
+) -> EmbeddedPage | pathlib.Path:
     """The player of a run in a notebook, or as a page of its own: Result.show says which."""
     if not (path or browser or in_notebook()):
         raise InputError('this is no notebook: show(browser=True) opens a browser, show("balls.html") writes the page')
@@ -79,7 +81,7 @@ def show(run: Run, name: str, path: str | os.PathLike[str] | None, browser: bool
 
     text = player.page(run, name)
     if not (path or browser):
-        return Frame(name, text, height)
+        return EmbeddedPage(name, text, height)
     file = pathlib.Path(path or tempfile.mkdtemp(prefix="mill-")).absolute()
     file = file if path else file / "balls.html"
     write_text(file, text)
@@ -88,7 +90,7 @@ def show(run: Run, name: str, path: str | os.PathLike[str] | None, browser: bool
     return file
 
 
-class Frame:
+class EmbeddedPage:
     """A page within a notebook, which cannot reach the notebook it stands in."""
 
     def __init__(self, name: str, page: str, height: int) -> None:

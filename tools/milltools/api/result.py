@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from milltools.api.impacts import Impacts
-    from milltools.api.plots import Frame
+    from milltools.api.plots import EmbeddedPage
 
 Species = str | tuple[str, str] | None
 SUMMARY = {  # column: path below impacts/ROW
@@ -297,7 +297,7 @@ class Result:
 
     def show(
         self, path: str | os.PathLike[str] | None = None, *, browser: bool = False, height: int = 640
-    ) -> Frame | pathlib.Path:
+    ) -> EmbeddedPage | pathlib.Path:
         """The balls turning in the mill, as in `mill report`: in a notebook, `height` pixels high, and kept with it (up to
         some 7 MB). With a `path` it is written there as a page of its own, which replaces an old one; with `browser` the page,
         a temporary one by default, is opened in a browser. Then the path is returned."""

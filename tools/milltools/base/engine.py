@@ -1,12 +1,18 @@
-"""Where millsim is, and what it says of itself."""
+"""Where millsim and its checkout are, and what it says of itself."""
 
 import os
 import pathlib
 import shutil
 import subprocess
 
-from milltools.base import errors
 from milltools.base.errors import UserError
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]  # of the checkout, where this is one
+
+
+def in_checkout() -> bool:
+    """Is this a clone of the repository, not an installed package?"""
+    return (ROOT / "src/app/main.c").exists()
 
 
 def program() -> pathlib.Path:
@@ -16,13 +22,13 @@ def program() -> pathlib.Path:
         if not os.access(chosen, os.X_OK):
             raise UserError(f"$MILLSIM = {chosen} is not a program", status=1)
         return pathlib.Path(chosen)
-    if os.access(errors.ROOT / "millsim", os.X_OK):
-        return errors.ROOT / "millsim"
+    if os.access(ROOT / "millsim", os.X_OK):
+        return ROOT / "millsim"
     found = shutil.which("millsim")
     if found:
         return pathlib.Path(found)
-    if errors.in_checkout():
-        raise UserError(f"millsim is not built: run 'make millsim' in {errors.ROOT}", status=1)
+    if in_checkout():
+        raise UserError(f"millsim is not built: run 'make millsim' in {ROOT}", status=1)
     raise UserError(
         "no millsim found: build it ('make millsim' in its checkout), then put it on the PATH ('make install') "
         "or set the environment variable MILLSIM to where it is",
@@ -44,8 +50,8 @@ def version() -> str:
 
 def package_version() -> str:
     """That of milltools itself: of the checkout, or as it is installed."""
-    if errors.in_checkout():
-        return (errors.ROOT / "VERSION").read_text().strip()
+    if in_checkout():
+        return (ROOT / "VERSION").read_text().strip()
     import importlib.metadata
 
     return importlib.metadata.version("milltools")

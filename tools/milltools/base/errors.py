@@ -1,9 +1,5 @@
 """What goes wrong for reasons that a user can correct."""
 
-import pathlib
-
-ROOT = pathlib.Path(__file__).resolve().parents[3]  # of the checkout, where this is one
-
 
 class MillsimError(Exception):
     """One line for the user: what, where, and what to do. `status` is the exit status that the command ends with: 2 for wrong
@@ -28,8 +24,3 @@ class MissingFileError(InputError, FileNotFoundError):
 
 
 UserError = MillsimError  # the name that the house raises, and that scripts of earlier versions catch
-
-
-def in_checkout() -> bool:
-    """Is this a clone of the repository, not an installed package?"""
-    return (ROOT / "src/app/main.c").exists()

@@ -3,7 +3,7 @@
 import importlib.util
 import shutil
 
-from milltools.base import errors
+from milltools.base import engine
 from milltools.base.errors import UserError
 
 # what is imported of an extra of pyproject.toml, with the package that brings it where that has another name
@@ -29,8 +29,8 @@ def needs(extra: str, *modules: str):
     brings = EXTRAS[extra]
     missing = [brings[module] for module in modules or brings if not _found(module)]
     if missing:
-        make, pip = f"run 'make mill EXTRAS={extra}' in {errors.ROOT}", f"pip install 'milltools[{extra}]'"
-        mend = make if errors.in_checkout() else pip
+        make, pip = f"run 'make mill EXTRAS={extra}' in {engine.ROOT}", f"pip install 'milltools[{extra}]'"
+        mend = make if engine.in_checkout() else pip
         raise UserError(f"this needs the Python package {', '.join(missing)}: {mend}", status=1)
 
 

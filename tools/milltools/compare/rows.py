@@ -9,7 +9,7 @@ from milltools.compare.agreement import Estimate
 from milltools.compare.load import GEOMETRY, LEVELS, Member, Side, different_keys, usual
 from milltools.read.kinds import KINDS
 from milltools.read.kinds import label as label_of
-from milltools.read.schema import THRESHOLDS
+from milltools.read.runfile import THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"

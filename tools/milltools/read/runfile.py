@@ -23,8 +23,8 @@ from milltools.read.built import Built
 from milltools.read.deck import Blade, Deck
 from milltools.read.hdf5 import Store
 from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
-from milltools.read.schema import THRESHOLDS
 
+THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast_collisions
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
 # where /statistics tells how well a number is known; so it does of impacts/ROW/rate
 PRECISION = {

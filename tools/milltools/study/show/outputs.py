@@ -100,7 +100,9 @@ def page(view, objective, sensitivities=(), beside=None, wanted=None, **options)
     templates = pages.environment(pathlib.Path(__file__).parent)
     templates.filters["signed"] = _signed
     return templates.get_template("study_page.html").render(
+        policy="default-src 'none'; img-src data:; style-src 'unsafe-inline'",
         style=pages.style(),
+        title=f"Study: {plain(view.name)}",
         name=plain(view.name),
         head=summary.head_lines(view) + summary.progress_lines(view),
         optima=[summary.optimum_lines(view, aim) for aim in aims],
