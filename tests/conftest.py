@@ -184,8 +184,8 @@ def the_program(monkeypatch):
 
 @pytest.fixture
 def stand_in(tmp_path):
-    """stand_in(shell) makes a program in millsim's place: what is no run of a design is millsim's own business; a run is
-    logged in `runs` as "PID SEED SPEED", then the shell text is done, then millsim."""
+    """stand_in(shell) makes a program in millsim's place: what is no run of a design is millsim's own business; a run
+    is logged in `runs` as "PID SEED SPEED", then the shell text is done, then millsim."""
 
     def make(shell):
         path = tmp_path / "stand-in"

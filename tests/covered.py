@@ -1,7 +1,9 @@
-"""What the tests reach, after `make coverage`: build/coverage/c.txt and python.txt, pages of both, and the shares of lines.
+"""What the tests reach, after `make coverage`: build/coverage/c.txt and python.txt, pages of both, and the shares of
+lines.
 
-Ends with 1 if a half has fewer than 90 % of its lines, or if a line of the engine is not reached and tests/uncovered.md does not
-say why: there, `file.c` heads a list whose items are lines of that file, as they are, their function and a reason.
+Ends with 1 if a half has fewer than 90 % of its lines, or if a line of the engine is not reached and
+tests/uncovered.md does not say why: there, `file.c` heads a list whose items are lines of that file, as they are,
+their function and a reason.
 """
 
 import collections
@@ -64,7 +66,8 @@ def reasons():
 
 
 def unexplained(missed, known):
-    """Lines of C, as (file, text), that are not reached and have no reason; and those of reasons that are reached by now."""
+    """Lines of C, as (file, text), that are not reached and have no reason; and those of reasons that are reached by
+    now."""
     missed, known = (
         collections.Counter((name, line) for name, lines in these.items() for line in lines)
         for these in (missed, known)

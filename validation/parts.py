@@ -126,12 +126,12 @@ def main(
     counted=counted,
     summary=summary,
 ):
-    """Reads the command line and runs the parts named there (none: all, and only then results are written); the exit status.
+    """Reads the command line and runs the parts named there (none: all, and only then results are written); the exit
+    status.
 
-    description: of the command; kept: what --kept takes whatever version made it; folder: the comparison's, of the name of
-    its target `make validate-NAME`; parts: name -> modules;
-    make_case(folder, scratch, kept) gives what check() works with;
-    counted(claims), summary(results): the first sentence of the results, and the table below it.
+    description: of the command; kept: what --kept takes whatever version made it; folder: the comparison's, of the
+    name of its target `make validate-NAME`; parts: name -> modules; make_case(folder, scratch, kept) gives what
+    check() works with; counted(claims), summary(results): the first sentence of the results, and the table below it.
     """
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("part", nargs="*", help=f"of {', '.join(parts)}; default: all, and only then RESULTS.md")

@@ -1,4 +1,5 @@
-"""What study/ and paper/ share: studies by the mill command, kept in build/study from one call to the next, and single designs measured closely."""
+"""What study/ and paper/ share: studies by the mill command, kept in build/study from one call to the next, and
+single designs measured closely."""
 
 import concurrent.futures
 import json
@@ -70,14 +71,16 @@ class StudyCase(Part):
         return pandas.read_parquet(path), made["wall"]
 
     def picture(self, name, kind, figure, *options):
-        """One of the pictures (contour, slices, beside, ...) that `mill study` draws of a kept table, in this folder as `figure`."""
+        """One of the pictures (contour, slices, beside, ...) that `mill study` draws of a kept table, in this folder
+        as `figure`."""
         drawn = self.scratch / "drawn.png"
         self.mill("study", KEPT / f"{name}.parquet", "--png", drawn, *options)
         shutil.copyfile(self.scratch / f"drawn-{kind}.png", self.folder / figure)
         self.figures.add(figure)
 
     def alike(self, name):
-        """The designs of a kept table expected within 2 % of the best, by the surface through all runs: list of (n, h [m])."""
+        """The designs of a kept table expected within 2 % of the best, by the surface through all runs: list of (n,
+        h [m])."""
         _, view = opened(str(KEPT / f"{name}.parquet"))
         objective = next(o for o in view.objectives if o.path == MEDIAN)
         found = optimum.find(view, objective)

@@ -1,4 +1,5 @@
-"""What mkdocs.yml cannot say: where the public names of milltools live, and that links show titles, not names of files."""
+"""What mkdocs.yml cannot say: where the public names of milltools live, and that links show titles, not names of
+files."""
 
 import pathlib
 import re

@@ -1,7 +1,7 @@
 """The program against the slow oracle of tests/oracle on mills of any bodies and motions, impact by impact.
 
-Every impact agrees in kind and partners, to 1e-9 s and 1e-7 m/s, as far as rounding lets a mill's future be known: how far that is
-the oracle finds out from twins, as tests/oracle/few_balls.py tells.
+Every impact agrees in kind and partners, to 1e-9 s and 1e-7 m/s, as far as rounding lets a mill's future be known:
+how far that is the oracle finds out from twins, as tests/oracle/few_balls.py tells.
 """
 
 import sys

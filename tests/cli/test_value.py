@@ -1,4 +1,5 @@
-"""--value: what a value of a deck is, told without a deck; and balls.fill, which says the number of balls as a share."""
+"""--value: what a value of a deck is, told without a deck; and balls.fill, which says the number of balls as a
+share."""
 
 import math
 import re

@@ -1,10 +1,11 @@
-"""A fuzz target for the Python reader of output files: bytes become an output file; all that the reader offers is asked of it. What is
-claimed: every answer is a value or a UserError, soon, in little memory.
+"""A fuzz target for the Python reader of output files: bytes become an output file; all that the reader offers is asked
+of it. What is claimed: every answer is a value or a UserError, soon, in little memory.
 
     python tests/fuzz/fuzz_reader.py SECONDS [SEED [CORPUS [FINDS]]]    mutates files of the corpus
     python tests/fuzz/fuzz_reader.py FILE ...                           replays files
 
-Inputs are compressed (zlib): a whole output file is some 10 kB so. A mutant changes bits, bytes and numbers of a file, and joins pieces of two.
+Inputs are compressed (zlib): a whole output file is some 10 kB so. A mutant changes bits, bytes and numbers of a
+file, and joins pieces of two.
 """
 
 import contextlib

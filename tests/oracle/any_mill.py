@@ -1,7 +1,8 @@
 """The slow mill of oracle.py for any container, bodies and motions: what sections 3 and 6 of the contract describe.
 
-Contacts are found as there, by samples of the gap a step apart, but only where a contact is possible: within a span of time a gap
-changes by no more than the fastest approach of ball and surface lets it. So coarse samples rule out most of the flight.
+Contacts are found as there, by samples of the gap a step apart, but only where a contact is possible: within a span
+of time a gap changes by no more than the fastest approach of ball and surface lets it. So coarse samples rule out
+most of the flight.
 """
 
 from dataclasses import dataclass, field, replace

@@ -37,7 +37,8 @@ TOLERANCE = {
     "normal_speed": 1e-5,
     "tangential_speed": 1e-5,
 }
-# Of mills of any bodies and motions, few impacts each: what is promised of every contact (time, speeds) and what follows from it
+# Of mills of any bodies and motions, few impacts each: what is promised of every contact (time, speeds) and what
+# follows from it
 FINE_MOST = 50
 FINE = {
     "time": 1e-9,

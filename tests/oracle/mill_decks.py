@@ -1,8 +1,9 @@
 """Random small mills of any bodies and motions: random_mill(seed) makes a deck of section 6 of the contract.
 
-Three families: a jar that moves and holds nothing but balls; a tank with bodies in it, each on a motion of its own; a
-drum that moves, or that stands about a rotor with pins. As in decks.py the deck is made as text and the oracle's mill is
-read back from it. What moves against something else keeps ROOM for every ball at all times, so that no ball is pinched.
+Three families: a jar that moves and holds nothing but balls; a tank with bodies in it, each on a motion of its own;
+a drum that moves, or that stands about a rotor with pins. As in decks.py the deck is made as text and the oracle's
+mill is read back from it. What moves against something else keeps ROOM for every ball at all times, so that no ball
+is pinched.
 
 Sizes are those of laboratory mills, in mm; the fastest points of the walls make 0.3 to 5 m/s.
 """

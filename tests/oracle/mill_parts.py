@@ -1,4 +1,5 @@
-"""Pieces of random mills: shapes and motions as the keys of their sections, and the files they name. Lengths are in mm."""
+"""Pieces of random mills: shapes and motions as the keys of their sections, and the files they name. Lengths are in
+mm."""
 
 import struct
 

@@ -14,8 +14,8 @@ from scipy.interpolate import CubicSpline
 
 
 class Pose(NamedTuple):
-    """M(t) p = rotation p + place; `velocity` is that of the frame's origin, `spin` the angular velocity, both told in the
-    coordinates that `place` is told in."""
+    """M(t) p = rotation p + place; `velocity` is that of the frame's origin, `spin` the angular velocity, both told in
+    the coordinates that `place` is told in."""
 
     place: np.ndarray
     rotation: np.ndarray
@@ -45,7 +45,8 @@ def rotation_of(vector):
 
 
 def spin_of(vector, rate):
-    """Angular velocity of the rotation by `vector`, that changes at `rate`: the left Jacobian of the rotation vector."""
+    """Angular velocity of the rotation by `vector`, that changes at `rate`: the left Jacobian of the rotation
+    vector."""
     angle = np.sqrt((vector**2).sum(axis=-1))[..., None]
     half = np.sinc(angle / (2 * np.pi))
     small = angle < 1e-2  # there (angle - sin) / angle^3 loses digits, its series does not

@@ -88,8 +88,8 @@ def length(a):
 
 
 def wavy_arcs(mill):
-    """Arcs of the wavy profile: centres (2n, 2), their one radius, the direction of each middle as seen from its centre,
-    and half of each arc's angle, outer and inner arcs in turn.
+    """Arcs of the wavy profile: centres (2n, 2), their one radius, the direction of each middle as seen from its
+    centre, and half of each arc's angle, outer and inner arcs in turn.
 
     The distance u of the centres from the circle is cut down to from what it must give: neighbours that touch."""
     n, big, h = mill.buckles, mill.drum_radius, mill.buckle_height
@@ -139,8 +139,8 @@ def nearest_arc(arcs, p):
 
 def wavy_nearest(arcs, p):
     """For points (..., 2): their distance within the profile, the unit normal towards them (..., 2), and the nearest
-    points of the wall. Nearest on a curve without corners is where its normal points, never an end of an arc; so the sign
-    of the distance is that of the nearest arc alone."""
+    points of the wall. Nearest on a curve without corners is where its normal points, never an end of an arc; so the
+    sign of the distance is that of the nearest arc alone."""
     centre, rho, _, _ = arcs
     best = nearest_arc(arcs, p)
     off = p - centre[best]

@@ -1,4 +1,5 @@
-"""From a deck's sections to the mill that the oracle runs: bodies and motions, and the drum, rotor and blades beside them."""
+"""From a deck's sections to the mill that the oracle runs: bodies and motions, and the drum, rotor and blades beside
+them."""
 
 import struct
 from dataclasses import dataclass, field

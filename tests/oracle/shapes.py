@@ -1,9 +1,10 @@
 """Distances to the surfaces of bodies, each in the body's own frame: z along its axis, its middle at the origin.
 
-Every shape answers nearest(p, faces): for points p (..., 3) the distance of each of its faces, the unit normal from the
-face towards the point, and the nearest point of the face: arrays (faces, ...) and (faces, ..., 3). A solid that balls are
-outside of is one face, with negative or no distance to points within it, but a mesh has one face a triangle. Of a container each
-face is a surface of its own, and goes on beyond its edges: a ball that is inside of all others cannot touch it there.
+Every shape answers nearest(p, faces): for points p (..., 3) the distance of each of its faces, the unit normal from
+the face towards the point, and the nearest point of the face: arrays (faces, ...) and (faces, ..., 3). A solid that
+balls are outside of is one face, with negative or no distance to points within it, but a mesh has one face a
+triangle. Of a container each face is a surface of its own, and goes on beyond its edges: a ball that is inside of
+all others cannot touch it there.
 """
 
 from dataclasses import dataclass
@@ -75,7 +76,8 @@ class Frustum(Shape):
         self.profile = self.shrunk()
 
     def shrunk(self):
-        """Corners (4, 2) of the profile in (rho, z), moved inwards by the rounding: from the lower to the upper middle."""
+        """Corners (4, 2) of the profile in (rho, z), moved inwards by the rounding: from the lower to the upper
+        middle."""
         r = self.rounding
         slope = (self.end_radius - self.radius) / (2 * self.half)
         inset = r * np.hypot(1.0, slope)  # of the slanted side, at a given z

@@ -95,8 +95,8 @@ def pulled(member, p, points):
 
 
 def nearest_member(member, p, rng):
-    """Distance from p to the set of points that `member` knows: members are pulled up, then thrown closer about the best.
-    Never too small."""
+    """Distance from p to the set of points that `member` knows: members are pulled up, then thrown closer about the
+    best. Never too small."""
     trial = p + rng.uniform(-4, 4, (20000, 3))
     for scale in 0.3 * 0.7 ** np.arange(30):
         trial = pulled(member, p, trial[member(trial)])

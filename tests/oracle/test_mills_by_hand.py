@@ -1,4 +1,5 @@
-"""The oracle's mills of bodies and motions against cases known by pen and paper, and the comparison against wrong programs."""
+"""The oracle's mills of bodies and motions against cases known by pen and paper, and the comparison against wrong
+programs."""
 
 from dataclasses import replace
 

@@ -5,8 +5,9 @@
         assert page.evaluate("document.title") == "mill"
         page.check()  # no error in its console, nothing asked of a network
 
-The browser is the system's chromium, without a window and with WebGL in software; without one the tests are skipped. It lives
-as long as a module's tests, not a session's: as long as playwright lives, no other test may run an event loop of its own.
+The browser is the system's chromium, without a window and with WebGL in software; without one the tests are skipped.
+It lives as long as a module's tests, not a session's: as long as playwright lives, no other test may run an event
+loop of its own.
 """
 
 import io
@@ -67,7 +68,8 @@ class Page:
             self.page.wait_for_timeout(20)
 
     def swipe(self, x, y, right, down):
-        """A finger put down at (x, y) [px], moved by (right, down) in eight steps and lifted; on a page with touch=True."""
+        """A finger put down at (x, y) [px], moved by (right, down) in eight steps and lifted; on a page with
+        touch=True."""
         chromium = self.page.context.new_cdp_session(self.page)
         for k in range(9):
             finger = {"x": x + right * k / 8, "y": y + down * k / 8}
@@ -122,9 +124,10 @@ def _opener(chromium):
 
 @pytest.fixture
 def open_page(chromium):
-    """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False)
-    opens an HTML file from disk in a window of that size [px]: dark or light, `motion` False as for people who prefer none,
-    `before`: JavaScript that is run before the page's own, scripts=False: JavaScript is off, touch=True: a phone. Returns a Page; it is closed after the test."""
+    """open_page(file, width=640, height=480, dark=False, motion=False, before="", scripts=True, touch=False) opens an
+    HTML file from disk in a window of that size [px]: dark or light, `motion` False as for people who prefer none,
+    `before`: JavaScript that is run before the page's own, scripts=False: JavaScript is off, touch=True: a phone.
+    Returns a Page; it is closed after the test."""
     yield from _opener(chromium)
 
 

@@ -24,9 +24,9 @@ balls.count = 10..{last}
 rotor.speed = 300, 600 rpm
 """
 
-# The file `hold` says which start of a task is the first that is held (of all starts, where there are no tasks), or, with
-# "only", which of all starts is held alone: such a run goes on when the file is gone, so that no test needs a clock. Looks at a
-# deck are no runs.
+# The file `hold` says which start of a task is the first that is held (of all starts, where there are no tasks), or,
+# with "only", which of all starts is held alone: such a run goes on when the file is gone, so that no test needs a
+# clock. Looks at a deck are no runs.
 COUNTED = """\
 #!{python} -SE
 import os, sys, time
@@ -50,8 +50,8 @@ os.execv({program!r}, [{program!r}, *words])
 
 
 class Case:
-    """A folder with a study NAME.study of 2 x (last - 9) designs. sweep() runs it, start() starts it; starts() says what
-    was run; between hold() and release() runs wait."""
+    """A folder with a study NAME.study of 2 x (last - 9) designs. sweep() runs it, start() starts it; starts() says
+    what was run; between hold() and release() runs wait."""
 
     def __init__(self, folder, last=15, environment=None, name="t"):
         self.name, self.designs = name, 2 * (last - 9)
@@ -79,7 +79,8 @@ class Case:
         self.started = []
 
     def hold(self, first, only=""):
-        """Holds this start of each task and those behind it, from now on; "only": this one of all starts, and no other."""
+        """Holds this start of each task and those behind it, from now on; "only": this one of all starts, and no
+        other."""
         draft = self.folder / "hold.part"
         draft.write_text(f"{first} {only}")
         draft.replace(self.held)

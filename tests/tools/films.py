@@ -16,7 +16,8 @@ STEP = 0.4e-3  # [s] between pictures at --slow 100 and 25 a second
 
 
 def make_runs(folder):
-    """The small mill run four ways: run.h5, fine.h5 with a frame every STEP, log.h5 with all impacts, none.h5 without frames."""
+    """The small mill run four ways: run.h5, fine.h5 with a frame every STEP, log.h5 with all impacts, none.h5
+    without frames."""
     (folder / "deck.ini").write_text(SMALL)
     for name, change in (
         ("run", "output.frames=5 ms"),
@@ -30,7 +31,8 @@ def make_runs(folder):
 
 
 def make_camera(path):
-    """A film of 64x48 pixels, 20 pictures at 25 a second, picture k as bright as 10 k in the middle, with a bright edge."""
+    """A film of 64x48 pixels, 20 pictures at 25 a second, picture k as bright as 10 k in the middle, with a bright
+    edge."""
     k = np.arange(20)[:, None, None, None]
     shots = np.broadcast_to(10 * k, (20, 48, 64, 3)).astype(np.uint8).copy()
     shots[:, :, :8] = shots[:, :, -8:] = shots[:, :8] = shots[:, -8:] = 255

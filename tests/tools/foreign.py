@@ -128,7 +128,8 @@ def simulate(folder, text):
 
 
 def accounts(deck, theirs):
-    """(times, {name: rows}) of millsim's time series as accounts name them; what turns evenly has its impulse from its work."""
+    """(times, {name: rows}) of millsim's time series as accounts name them; what turns evenly has its impulse from
+    its work."""
     group = theirs["observables"]
     names = [f"{name}/{kind}" for kind in deck.kinds for name in ("dissipation", "dissipation_normal")]
     found = {name: group[f"{name}/value"][:] for name in [*names, *(f"motion_work/{name}" for name in deck.motions)]}

@@ -2,8 +2,8 @@
 
     python tests/tools/hostile.py [FILES [SEED]]
 
-crafts so many files from a small run (all of them without a number), opens each with every command, and prints what ended neither
-well nor in one line. Commands run in forks of one process whose memory is bounded.
+crafts so many files from a small run (all of them without a number), opens each with every command, and prints what
+ended neither well nor in one line. Commands run in forks of one process whose memory is bounded.
 """
 
 import contextlib

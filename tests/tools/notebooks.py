@@ -1,6 +1,7 @@
 """Notebooks of the documentation: run with this interpreter, stored with what came out.
 
-PYTHONPATH=$PWD/tools .venv/bin/python tests/tools/notebooks.py docs/first-steps.ipynb      # runs it and stores its outputs
+PYTHONPATH=$PWD/tools .venv/bin/python tests/tools/notebooks.py docs/first-steps.ipynb      # runs it and stores its
+outputs
 """
 
 import base64

@@ -38,7 +38,8 @@ def blocks(path, *marks) -> list[Block]:
 
 
 def workplace(folder, root, program):
-    """Makes a folder look like a built checkout: ./mill, ./millsim, input/, docs/; returns the environment to run in."""
+    """Makes a folder look like a built checkout: ./mill, ./millsim, input/, docs/; returns the environment to run
+    in."""
     tools = root / "tools"
     mill = folder / "mill"
     mill.write_text(f'#!/bin/sh\nPYTHONPATH="{tools}" MILLSIM="{program}" exec "{sys.executable}" -m milltools "$@"\n')

@@ -85,7 +85,8 @@ def head(fragment):
 
 
 def decode(fragment):
-    """(position (F, n, 3) [m], levels by quantity (F, n)): planes, zigzag and differences undone one after the other."""
+    """(position (F, n, 3) [m], levels by quantity (F, n)): planes, zigzag and differences undone one after the
+    other."""
     facts = head(fragment)
     raw = gzip.decompress(base64.b64decode(part(fragment, "data"), validate=True))
     frames, balls = len(facts["times"]), facts["drawn"]

@@ -12,8 +12,8 @@ from milltools.base.text import size
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
-    """A folder with small.h5, the run of the small mill, and two of it that ended before anything was sampled: frames.h5,
-    which has the balls, and nothing.h5, which has not. Reports of these take little time."""
+    """A folder with small.h5, the run of the small mill, and two of it that ended before anything was sampled:
+    frames.h5, which has the balls, and nothing.h5, which has not. Reports of these take little time."""
     made = tmp_path_factory.mktemp("report")
     (made / "small.ini").write_text(SMALL)
     for name, sets in {

@@ -1,8 +1,8 @@
-"""A whole Slurm of one node on loopback, as a context manager: munged, slurmctld and slurmd in the foreground, in a folder
-of their own, with a key, sockets and ports of their own. It is up in seconds, and leaves nothing running.
+"""A whole Slurm of one node on loopback, as a context manager: munged, slurmctld and slurmd in the foreground, in a
+folder of their own, with a key, sockets and ports of their own. It is up in seconds, and leaves nothing running.
 
-Wants root (slurmd starts tasks as their owner) and Debian's slurmctld, slurmd, slurm-client and munge; `missing()` says
-what is not there.
+Wants root (slurmd starts tasks as their owner) and Debian's slurmctld, slurmd, slurm-client and munge; `missing()`
+says what is not there.
 """
 
 import contextlib

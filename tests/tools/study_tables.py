@@ -22,8 +22,8 @@ KEYS = {
 
 
 def wavy(n, h):
-    """Median normal speed [m/s] over buckles n and their height h [m], of Figure 7's shape: lowest for the circle, one flat
-    maximum of 1.1 m/s about n = 6.5, h = 6.5 mm, next to nothing gained where both are small."""
+    """Median normal speed [m/s] over buckles n and their height h [m], of Figure 7's shape: lowest for the circle, one
+    flat maximum of 1.1 m/s about n = 6.5, h = 6.5 mm, next to nothing gained where both are small."""
     x, y = (np.log(n) - np.log(6.5)) / 0.95, (h - 6.5e-3) / 6.5e-3
     hill = np.exp(-0.5 * (x**2 + y**2) ** 1.3)
     circle = np.exp(-((h / 1.2e-3) ** 2))
@@ -50,8 +50,8 @@ def vary(key, values=None, low=None, high=None, log=False, choices=None):
 
 
 def made(designs, entries, objectives, errors=None, status=None, replicates=1, noise=True, seed=1, **meta):
-    """(rows, metadata): designs is a frame of the varied keys; objectives {path: (goal, truth)}, truth one value a design;
-    errors {path: standard error of each run, NaN if not told}, scatter of the runs where noise."""
+    """(rows, metadata): designs is a frame of the varied keys; objectives {path: (goal, truth)}, truth one value a
+    design; errors {path: standard error of each run, NaN if not told}, scatter of the runs where noise."""
     random = np.random.default_rng(seed)
     designs = designs.reset_index(drop=True)
     status = np.full(len(designs), "done", object) if status is None else status

@@ -1,4 +1,5 @@
-"""milltools from Python: what it returns is what the file holds, to the last bit; what is wrong is millsim's own line."""
+"""milltools from Python: what it returns is what the file holds, to the last bit; what is wrong is millsim's own
+line."""
 
 import html
 import os

@@ -1,4 +1,5 @@
-"""What docs/python.md and the notebook show is what happens: all their code runs, and the stored outputs are its outputs."""
+"""What docs/python.md and the notebook show is what happens: all their code runs, and the stored outputs are its
+outputs."""
 
 import base64
 import io

@@ -1,4 +1,5 @@
-"""Cells of the maps: their room, and balls of frames spread over them, beside the maps that millsim makes of the same run."""
+"""Cells of the maps: their room, and balls of frames spread over them, beside the maps that millsim makes of the
+same run."""
 
 from time import process_time
 

@@ -23,7 +23,8 @@ def said_to_differ(make, trials, seed):
 
 @pytest.mark.parametrize("blocks", [2, 4, 6, 12, 60])
 def test_equal_runs_are_said_to_differ_once_in_a_hundred(blocks):
-    """4000 trials of independent blocks: 0.01 +- 0.0016; fewer than that is allowed, for Welch's freedom is cautious."""
+    """4000 trials of independent blocks: 0.01 +- 0.0016; fewer than that is allowed, for Welch's freedom is
+    cautious."""
     share = said_to_differ(lambda random: random.normal(size=blocks), 4000, seed=blocks)
     assert share < 0.0155
 
@@ -38,7 +39,8 @@ def series(random, count, r):
 
 
 def test_blocks_that_go_together_widen_the_error():
-    """r = 0.5: without the correction one comparison in seven of equal runs is said to differ, with it fewer than one in 25."""
+    """r = 0.5: without the correction one comparison in seven of equal runs is said to differ, with it fewer than
+    one in 25."""
     share = said_to_differ(lambda random: series(random, 30, 0.5), 2000, seed=5)
     assert share < 0.04
     random = np.random.default_rng(6)

@@ -1,4 +1,5 @@
-"""tests/covered.py: a line of the engine that no test reaches needs a reason, and reasons are of lines that are there."""
+"""tests/covered.py: a line of the engine that no test reaches needs a reason, and reasons are of lines that are
+there."""
 
 import sys
 

@@ -250,7 +250,8 @@ def first_impacts(run, end):
 @pytest.mark.slow
 @pytest.mark.parametrize("speed", [900, -900])
 def test_the_first_impacts_are_millsims_in_partner_time_speed_and_normal(ran, millsim, tmp_path, speed):
-    """Up to a ball's first impact both fly freely, so both must meet the same surfaces: geometry, rotor and solving back."""
+    """Up to a ball's first impact both fly freely, so both must meet the same surfaces: geometry, rotor and solving
+    back."""
     text = SMALL.replace("friction = 0.3", FRICTION) + BLADES
     words = sets("output.impacts=all", f"rotor.speed={speed} rpm", "blades.pitch=35 deg", "balls.count=60", "balls.speed=1 m/s", "rotor.angle=25 deg")  # fmt: skip
     with ran(text, "--time", "12 ms", "--modulus", "1e9", *words) as run:

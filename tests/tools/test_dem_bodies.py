@@ -223,7 +223,8 @@ def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(
 
 @needs_liggghts
 def test_work_of_each_motion_is_what_the_balls_have_taken():
-    """Planetary, no friction: kinetic energy less what is lost, and E - W L, with W of the sun, stays but for what is lost."""
+    """Planetary, no friction: kinetic energy less what is lost, and E - W L, with W of the sun, stays but for what
+    is lost."""
     deck = deck_of(PLANETARY + JAR, contact__restitution="1", balls__count="2")
     place = setup_of(deck).frame.track(0.0) + [[0.005, 0.006, 0.006], [-0.008, 0.003, -0.006]]
     mill, seen = follow(deck, place, [[0, 1, 0.5], [0.3, 0.5, -0.5]], 0.08)

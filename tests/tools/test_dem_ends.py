@@ -46,8 +46,8 @@ def heed_signals():
 
 @pytest.fixture
 def start(tmp_path, write_deck):
-    """start(*words) starts `mill dem` on a mill that runs for minutes, waits until it has begun, and returns the process.
-    Whatever a test does, none of it lives on after it."""
+    """start(*words) starts `mill dem` on a mill that runs for minutes, waits until it has begun, and returns the
+    process. Whatever a test does, none of it lives on after it."""
     write_deck(SMALL.replace("friction = 0.3", "friction = 0.3\ntangential_restitution = 0.484"))
     (tmp_path / "scratch").mkdir()
     mark, started = str(tmp_path), []

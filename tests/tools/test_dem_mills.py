@@ -1,4 +1,5 @@
-"""`mill dem` of jars, shaken boxes and drums that ride, beside millsim: the same first impacts, and a file that readers know."""
+"""`mill dem` of jars, shaken boxes and drums that ride, beside millsim: the same first impacts, and a file that
+readers know."""
 
 import shutil
 

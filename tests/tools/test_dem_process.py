@@ -1,4 +1,5 @@
-"""The watch over LIGGGHTS: each way in which it fails, most of them with status 0, is one line and leaves nothing running.
+"""The watch over LIGGGHTS: each way in which it fails, most of them with status 0, is one line and leaves nothing
+running.
 
 A program in its place, `liggghts` on the PATH, plays them.
 """

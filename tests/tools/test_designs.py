@@ -1,4 +1,5 @@
-"""Designs: a grid has every combination, a Latin hypercube every layer once, a Sobol sequence goes on where it ended."""
+"""Designs: a grid has every combination, a Latin hypercube every layer once, a Sobol sequence goes on where it
+ended."""
 
 import itertools
 import math

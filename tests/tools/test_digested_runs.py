@@ -1,4 +1,5 @@
-"""Runs of other programs in millsim's schema: millsim's own runs, handed to `millsim --digest`, give millsim's own file.
+"""Runs of other programs in millsim's schema: millsim's own runs, handed to `millsim --digest`, give millsim's own
+file.
 
 What the stream may hold, and what is refused, is in tests/cli/test_digest.py.
 """

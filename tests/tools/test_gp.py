@@ -1,4 +1,5 @@
-"""A surface through noisy runs: it knows what it was told, says how well, and never mistakes the noise for the objective."""
+"""A surface through noisy runs: it knows what it was told, says how well, and never mistakes the noise for the
+objective."""
 
 import math
 

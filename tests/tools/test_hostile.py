@@ -1,5 +1,6 @@
-"""Files from strangers: whatever is wrong with an output file, a command says it in one line, soon, in bounded memory, and writes and
-reads nothing else. tests/tools/hostile.py crafts the files and tries all of them; tests/fuzz/fuzz_reader.py mutates others."""
+"""Files from strangers: whatever is wrong with an output file, a command says it in one line, soon, in bounded memory,
+and writes and reads nothing else. tests/tools/hostile.py crafts the files and tries all of them;
+tests/fuzz/fuzz_reader.py mutates others."""
 
 # ruff: noqa: F811 - the fixtures of export_run
 import os

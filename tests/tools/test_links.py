@@ -1,5 +1,5 @@
-"""A link that somebody planted where a command writes is not followed: what it leads to stays as it is, and nothing but the output
-is left beside it."""
+"""A link that somebody planted where a command writes is not followed: what it leads to stays as it is, and nothing but
+the output is left beside it."""
 
 # ruff: noqa: F811 - the fixtures of export_run
 import pytest

@@ -1,4 +1,5 @@
-"""What the 3D player of the report is given: the frames of the run, within a thousandth of a pixel, in the room there is."""
+"""What the 3D player of the report is given: the frames of the run, within a thousandth of a pixel, in the room
+there is."""
 
 import base64
 import hashlib

@@ -1,4 +1,5 @@
-"""The 3D player of the report in a browser: what is drawn is what was stored, and every button and key does its work."""
+"""The 3D player of the report in a browser: what is drawn is what was stored, and every button and key does its
+work."""
 
 import shutil
 
@@ -67,8 +68,8 @@ def page_of(tmp_path):
 
 @pytest.fixture(scope="module")
 def painted(keep_page, file, tmp_path_factory):
-    """A page without a still of the run changed: from frame 1 on all balls of frame k are k m/s fast; in frame 0 a big and
-    a small ball alone are fast, at y = 20 and -20 mm before all others."""
+    """A page without a still of the run changed: from frame 1 on all balls of frame k are k m/s fast; in frame 0 a big
+    and a small ball alone are fast, at y = 20 and -20 mm before all others."""
     folder = tmp_path_factory.mktemp("painted")
     path = shutil.copy(file, folder / "painted.h5")
     speed = np.zeros((11, 200, 3), np.float32)

@@ -1,4 +1,5 @@
-"""mill render makes stills and films of a run, off-screen: the right pictures, at the right times, whole or not at all."""
+"""mill render makes stills and films of a run, off-screen: the right pictures, at the right times, whole or not at
+all."""
 
 import shutil
 import subprocess

@@ -28,8 +28,8 @@ IMAGE = '"><img src=x onerror=alert(2)>'
 
 @pytest.fixture
 def changed(folder, tmp_path):
-    """changed(change, name, source) copies a run, lets `change` work on the open file, and returns (page's text, Reader) of
-    its report."""
+    """changed(change, name, source) copies a run, lets `change` work on the open file, and returns (page's text,
+    Reader) of its report."""
 
     def make(change, name="copy.h5", source="nothing.h5"):
         shutil.copy(folder / source, tmp_path / name)

@@ -1,4 +1,5 @@
-"""Frames of the report's player that are close enough to see the mill turn: the very run, run again, or the stored ones."""
+"""Frames of the report's player that are close enough to see the mill turn: the very run, run again, or the stored
+ones."""
 
 import math
 import shutil

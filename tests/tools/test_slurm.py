@@ -23,8 +23,8 @@ def slurm(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def limited(tmp_path_factory, slurm):
-    """(case, its driver, a task): a study whose one task meets its time limit. Limits are whole minutes, this one is moved to
-    now; Slurm looks for it twice a minute. So it begins with the first test and is looked at by the last."""
+    """(case, its driver, a task): a study whose one task meets its time limit. Limits are whole minutes, this one is
+    moved to now; Slurm looks for it twice a minute. So it begins with the first test and is looked at by the last."""
     case = Case(tmp_path_factory.mktemp("limited"), 11, slurm.environment, "limited")
     case.hold(1, "only")
     sweep = case.start("--slurm", "--bundle", "4", "--slurm-options=--time=1")

@@ -1,5 +1,5 @@
-"""What of the way through Slurm needs no Slurm: what a task does, what the driver makes of it. Slurm's commands are played by
-functions that start each task as a process, as Slurm would."""
+"""What of the way through Slurm needs no Slurm: what a task does, what the driver makes of it. Slurm's commands are
+played by functions that start each task as a process, as Slurm would."""
 
 import argparse
 import collections

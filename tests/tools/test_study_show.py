@@ -1,5 +1,5 @@
-"""mill study: intervals are those of a hand computation, the optimum and its regions hold what they must, pictures show the values
-in the map's order, nothing from a study steers terminal or page."""
+"""mill study: intervals are those of a hand computation, the optimum and its regions hold what they must, pictures show
+the values in the map's order, nothing from a study steers terminal or page."""
 
 import csv
 import html.parser

@@ -1,4 +1,5 @@
-"""mill sweep: every design becomes a row; nothing that ends it loses one, and no design is run twice but those in flight."""
+"""mill sweep: every design becomes a row; nothing that ends it loses one, and no design is run twice but those in
+flight."""
 
 import contextlib
 import os
@@ -65,7 +66,8 @@ def start(tmp_path):
 
 @pytest.fixture
 def sweep(monkeypatch, capsys, tmp_path, the_program):
-    """sweep(*words, program) does `mill sweep` in this process, in tmp_path: status, stdout and stderr as a command's."""
+    """sweep(*words, program) does `mill sweep` in this process, in tmp_path: status, stdout and stderr as a
+    command's."""
     monkeypatch.chdir(tmp_path)
 
     def run(*words, program=PROGRAM):

@@ -1,4 +1,5 @@
-"""docs/tutorial.md: every command of it runs, in order, on smaller mills and for shorter times, and leaves what the text goes on with."""
+"""docs/tutorial.md: every command of it runs, in order, on smaller mills and for shorter times, and leaves what the
+text goes on with."""
 
 import os
 import re

@@ -1,4 +1,5 @@
-"""make validate-dem: are its checks able to fail, and are kept runs only used again where they may be? No LIGGGHTS needed."""
+"""make validate-dem: are its checks able to fail, and are kept runs only used again where they may be? No LIGGGHTS
+needed."""
 
 import pathlib
 import sys

@@ -13,8 +13,8 @@ DECK = ROOT / "input" / "simoloyer.ini"
 RADIUS = 75e-3  # [m] of the drum
 SEEDS = 4
 SCATTER = 10  # [%] between two seeds of 0.15 s
-# tip radius and width of the blades [mm]: gaps of two balls and more, of a little less than a ball (which jams between edge
-# and drum), of half a ball and of none; the reference mill, 67 and 12, is in steady.py
+# tip radius and width of the blades [mm]: gaps of two balls and more, of a little less than a ball (which jams between
+# edge and drum), of half a ball and of none; the reference mill, 67 and 12, is in steady.py
 WEDGE = ("70.5", "17")
 JAM = "half of the power goes to balls pushed along between corner and drum, and soft ones take a tenth more; when they are let go does not matter"
 DESIGNS = [("64", "13.5"), ("66", "17"), WEDGE, ("72.5", "10"), ("74.5", "23.5")]

@@ -1,4 +1,5 @@
-"""Isolated impacts in a mill: each ball meets one thing, and LIGGGHTS' speeds, rebuilt from its states, are millsim's."""
+"""Isolated impacts in a mill: each ball meets one thing, and LIGGGHTS' speeds, rebuilt from its states, are
+millsim's."""
 
 import shutil
 
@@ -22,7 +23,8 @@ AFTER_BAND = 3.0  # friction and restitution are LIGGGHTS' own, which shows at l
 
 
 def place_balls():
-    """Rows x y z vx vy vz: balls that rest ahead of the blades, and balls that fly between their planes, where nothing sweeps."""
+    """Rows x y z vx vy vz: balls that rest ahead of the blades, and balls that fly between their planes, where
+    nothing sweeps."""
     random = np.random.default_rng(SEED)
     rows = []
 
@@ -127,7 +129,8 @@ def part_of(log, row):
 
 
 def compare(soft, hard):
-    """Rows (part, normal speed of millsim, of LIGGGHTS, slip of each, time off, velocity after off) of each first impact."""
+    """Rows (part, normal speed of millsim, of LIGGGHTS, slip of each, time off, velocity after off) of each first
+    impact."""
     one, other = Log(hard), Log(soft)
     found = []
     for ball, rows in sorted(one.rows.items()):

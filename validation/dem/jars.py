@@ -1,4 +1,5 @@
-"""Jars, vibration and shift: planetary jars, a shaken tube, a box on a circular path, LIGGGHTS at steel stiffness against millsim."""
+"""Jars, vibration and shift: planetary jars, a shaken tube, a box on a circular path, LIGGGHTS at steel stiffness
+against millsim."""
 
 import dataclasses
 
@@ -27,8 +28,8 @@ TOLD = [
 
 @dataclasses.dataclass(frozen=True)
 class Mill:
-    """A deck of this folder, how many starts LIGGGHTS runs of it, and what it is in words; rates: whether fast impacts are so
-    many that their rates are claimed, too."""
+    """A deck of this folder, how many starts LIGGGHTS runs of it, and what it is in words; rates: whether fast impacts
+    are so many that their rates are claimed, too."""
 
     deck: str
     starts: int

@@ -1,8 +1,8 @@
 """What is compared of two mills: powers, energies, rates of fast impacts, maps; and how well each is known.
 
-A steady mill is measured over its sampled window. LIGGGHTS runs once; its standard error is the larger of two: that of its
-own blocks of whole revolutions, and the scatter of one run of millsim from seed to seed. millsim runs with several
-seeds: its value is their mean.
+A steady mill is measured over its sampled window. LIGGGHTS runs once; its standard error is the larger of two: that
+of its own blocks of whole revolutions, and the scatter of one run of millsim from seed to seed. millsim runs with
+several seeds: its value is their mean.
 """
 
 import dataclasses
@@ -17,7 +17,8 @@ FAST = {0.5: 0, 1.0: 1, 2.0: 2}  # columns of fast_collisions
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """One thing that is compared: its name, unit, allowed deviation [%], and whether the summary of RESULTS.md has it."""
+    """One thing that is compared: its name, unit, allowed deviation [%], and whether the summary of RESULTS.md has
+    it."""
 
     key: str
     name: str
@@ -198,7 +199,8 @@ def solid_off(one, other):
 def map_verdict(soft, hard, view, measure):
     """How far the mean map of millsim's runs is off that of LIGGGHTS' run, and how far noise alone would put it.
 
-    Noise: what single runs of millsim are off the mean of the others, in quadrature as seen by one run against a mean of n.
+    Noise: what single runs of millsim are off the mean of the others, in quadrature as seen by one run against a
+    mean of n.
     """
     maps = [read_map(path, view) for path in hard]
     off = measure(mean_map(maps), read_map(soft, view))

@@ -1,4 +1,5 @@
-"""Nips: gaps at the tip from a little more than a ball down to nine tenths of one, where friction holds the ball between edge and drum."""
+"""Nips: gaps at the tip from a little more than a ball down to nine tenths of one, where friction holds the ball
+between edge and drum."""
 
 import matplotlib.pyplot as plt
 import numpy as np

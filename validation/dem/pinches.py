@@ -1,4 +1,5 @@
-"""Pinches: mills whose blades press balls against walls, at steel stiffness, where balls are let go and where jams carry power."""
+"""Pinches: mills whose blades press balls against walls, at steel stiffness, where balls are let go and where jams
+carry power."""
 
 import numpy as np
 from mills import Quantity, Window, claim, judge

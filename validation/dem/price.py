@@ -1,4 +1,5 @@
-"""What the two programs cost: processor seconds for one simulated second of the steady reference mill, measured in turn."""
+"""What the two programs cost: processor seconds for one simulated second of the steady reference mill, measured in
+turn."""
 
 import os
 
@@ -27,7 +28,8 @@ def check(case):
 
 
 def measure(case, modulus, path):
-    """millsim is so many times as cheap as LIGGGHTS at a modulus (key of STIFFNESSES), from the last frame of its run at `path` on.
+    """millsim is so many times as cheap as LIGGGHTS at a modulus (key of STIFFNESSES), from the last frame of its run
+    at `path` on.
 
     Like with like: the steady mill alone, what two runs of different length differ by, so neither start nor end
     counts; no output of either, and no statistics, which LIGGGHTS has none of. What millsim takes for a run with

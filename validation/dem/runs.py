@@ -1,7 +1,9 @@
-"""The runs that the comparison stands on: millsim with many seeds, and LIGGGHTS by `mill dem`, kept from one call to the next.
+"""The runs that the comparison stands on: millsim with many seeds, and LIGGGHTS by `mill dem`, kept from one call to
+the next.
 
-A run of LIGGGHTS takes minutes, so its file stays in build/dem, with a note of what made it. It is used again only by
-the same deck (as text, defaults filled in), the same millsim and the same options of `mill dem`; the terminal says so.
+A run of LIGGGHTS takes minutes, so its file stays in build/dem, with a note of what made it. It is used again only
+by the same deck (as text, defaults filled in), the same millsim and the same options of `mill dem`; the terminal
+says so.
 """
 
 import concurrent.futures

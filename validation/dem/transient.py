@@ -1,6 +1,7 @@
 """The first 100 ms of the reference mill without friction, from rest, in LIGGGHTS and millsim from the same places.
 
-A smooth mill has no useful steady state, so the start is compared. There is one start for each seed; millsim runs with many.
+A smooth mill has no useful steady state, so the start is compared. There is one start for each seed; millsim runs
+with many.
 """
 
 import matplotlib.pyplot as plt

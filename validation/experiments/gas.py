@@ -111,7 +111,8 @@ def read(path, count):
 
 
 def lasting(runs):
-    """The ratio that three Haff times leave as it is, with its standard error, from runs of all STARTS; nan if there is none.
+    """The ratio that three Haff times leave as it is, with its standard error, from runs of all STARTS; nan if there is
+    none.
 
     Without friction there is none: spins last while all else cools.
     """
@@ -184,7 +185,8 @@ def claim_energy(case, run):
 
 
 def claim_unknown(case, usual):
-    """What could not be read, the box, and what is known with an error only, the coefficients: what they would change."""
+    """What could not be read, the box, and what is known with an error only, the coefficients: what they would
+    change."""
     less = {
         name: dataclasses.replace(ACETATE, **{name: getattr(ACETATE, name) - getattr(ACETATE_ERROR, name)})
         for name in ("e", "mu", "beta")

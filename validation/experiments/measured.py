@@ -13,7 +13,8 @@ ACETATE_ERROR = Law(0.02, 0.02, 0.06)
 # Spheres of aluminium oxide, 5 mm, on a thick plate of soda-lime glass. A. H. Kharaz, D. A. Gorham, A. D. Salman,
 # Powder Technology 120 (2001) 281-291. Two people read its figures for their own programs: MFIX (tests/dem/DEM05,
 # AUTOTEST/POST_ALPHA.dat, POST_COEFF.dat, POST_OMEGA.dat) and Lethe (examples/dem/3d-oblique-wall-impact,
-# oblique_wall_impact_postprocessing.py). The friction is what both and Yade take, the speed Lethe's and Yade's, the restitution Yade's.
+# oblique_wall_impact_postprocessing.py). The friction is what both and Yade take, the speed Lethe's and Yade's, the
+# restitution Yade's.
 SPEED = 3.9  # [m/s]
 DIAMETER, DENSITY = 0.005, 4000.0  # [m], [kg/m^3]
 FRICTION, RESTITUTION = 0.092, 0.98

@@ -11,7 +11,8 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-# (share of the free volume [%], restitution, rpm, run.time [s]); none of them is of those that the law's constants are from
+# (share of the free volume [%], restitution, rpm, run.time [s]); none of them is of those that the law's constants are
+# from
 DECKS = [
     (5, 0.7, 600, 0.3),
     (5, 0.9, 1500, 0.5),
@@ -111,8 +112,8 @@ def truth(case, deck):
 
 
 def watch(case, deck):
-    """(share done [%], time left as told [s], time that was left [s]) of each progress line, in processor time: what else the
-    machine does meanwhile is not for the line to know."""
+    """(share done [%], time left as told [s], time that was left [s]) of each progress line, in processor time: what
+    else the machine does meanwhile is not for the line to know."""
     master, slave = pty.openpty()
     output = case.scratch / "watched.h5"
     command = [*words(case, deck), "--force", "--output", str(output)]

@@ -1,4 +1,5 @@
-"""A ball in a jar that is carried on a circle without turning, as in an Emax: impacts, work at each of them, the rolling pendulum's rest."""
+"""A ball in a jar that is carried on a circle without turning, as in an Emax: impacts, work at each of them, the
+rolling pendulum's rest."""
 
 import mpmath
 import numpy as np
@@ -71,7 +72,8 @@ def first_impacts(case):
 
 
 def each_hit(case):
-    """Smooth and elastic: the energy changes by J . v_wall, J = 2 m g_n, at each hit of the log, and by nothing else."""
+    """Smooth and elastic: the energy changes by J . v_wall, J = 2 m g_n, at each hit of the log, and by nothing
+    else."""
     state = (AMPLITUDE, 0.005, 0.001, 0.7, 1.1, 0.3)
     step = 1e-5
     path = run(case, state, (1, 0, 0, 0), 0.3, output__series=f"{step!r} s")

@@ -56,8 +56,8 @@ def summary(path):
 
 
 def alike(one, other, stretch=1.0):
-    """How many impacts from the first on are of the same kind, balls and partners, at times that differ by less than 1e-6 s;
-    times of `other` are multiplied by `stretch` first."""
+    """How many impacts from the first on are of the same kind, balls and partners, at times that differ by less than
+    1e-6 s; times of `other` are multiplied by `stretch` first."""
     count = min(len(one["time"]), len(other["time"]))
     same = np.abs(other["time"][:count] * stretch - one["time"][:count]) < 1e-6
     for name in ("kind", "ball", "partner"):

@@ -1,4 +1,5 @@
-"""One ball in the capsule of a mixer mill that swings on an arc: impact by impact against an integration in 40 digits."""
+"""One ball in the capsule of a mixer mill that swings on an arc: impact by impact against an integration in 40
+digits."""
 
 import mpmath
 import numpy as np

@@ -1,4 +1,5 @@
-"""A ball between walls that a sine moves along z, in 40 digits: an independent reference that shares no code with the program."""
+"""A ball between walls that a sine moves along z, in 40 digits: an independent reference that shares no code with
+the program."""
 
 import dataclasses
 
@@ -37,7 +38,8 @@ class Shaken:
         return (fall - self.low - self.wall(t)) if end == 0 else self.high + self.wall(t) - fall
 
     def first(self, t0, z, v):
-        """The next contact after t0: its time and end. The gap's sign is looked at in steps that no flight is as short as."""
+        """The next contact after t0: its time and end. The gap's sign is looked at in steps that no flight is as
+        short as."""
         step = 1 / (self.frequency * TRIALS)
         before = None
         floats = [float(x) for x in (t0, z, v, self.amplitude, self.omega, self.phase)]

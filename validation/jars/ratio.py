@@ -28,7 +28,8 @@ def run(case, k, count, diameter, seed):
 
 
 def peak(ratios, values):
-    """Where the parabola through the largest of the values and two neighbours on each side has its top, of each start."""
+    """Where the parabola through the largest of the values and two neighbours on each side has its top, of each
+    start."""
     middle = int(np.clip(np.argmax(values.mean(axis=0)), 2, len(ratios) - 3))
     near = slice(middle - 2, middle + 3)
     tops = []

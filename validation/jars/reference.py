@@ -1,7 +1,8 @@
-"""One ball in a jar that is carried in a plane, in 30 digits and more: an independent reference that shares no code with the program.
+"""One ball in a jar that is carried in a plane, in 30 digits and more: an independent reference that shares no code
+with the program.
 
-Motions take a point p of the jar's frame to Rz(angle) p + (x, y, 0) in the laboratory; the closed forms, and their derivatives, are
-given here. The law of the impact is Walton's, with the rebound floor (docs/physics.md).
+Motions take a point p of the jar's frame to Rz(angle) p + (x, y, 0) in the laboratory; the closed forms, and their
+derivatives, are given here. The law of the impact is Walton's, with the rebound floor (docs/physics.md).
 """
 
 import math
@@ -80,7 +81,8 @@ class Capsule:
         self.centre, self.radius, self.half = map(mpmath.mpf, (centre, radius, length / 2))
 
     def room(self, p, a, lib):
-        """Room between the ball's surface and the wall, and where from the ball is seen so: -normal times the distance."""
+        """Room between the ball's surface and the wall, and where from the ball is seen so: -normal times the
+        distance."""
         half = lib.mpf(self.half)
         past = p[1] - max(-half, min(half, p[1]))
         arm = [p[0] - lib.mpf(self.centre), past, p[2]]

@@ -46,7 +46,8 @@ def work(path):
 def idle(case):
     """With restitution below 1 and no friction: the balls settle about the outermost point, and the mill does nothing.
 
-    As a heap they swing there undamped, and give and take back up to a tenth of a joule: so work is taken over fifteen seconds.
+    As a heap they swing there undamped, and give and take back up to a tenth of a joule: so work is taken over
+    fifteen seconds.
     """
     powers, spin = {}, 0.0
     for name, law in (("smooth", SMOOTH), ("rough", {})):
@@ -71,7 +72,8 @@ def idle(case):
 
 
 def swinging(case, rolls):
-    """Angle about the outermost point at each contact of a ball let go at 3 deg; its jar's speed relative to the disk is k."""
+    """Angle about the outermost point at each contact of a ball let go at 3 deg; its jar's speed relative to the
+    disk is k."""
     angle = SWING
     x, y = R + (RADIUS - A) * np.cos(angle), (RADIUS - A) * np.sin(angle)
     velocity = np.array([-SUN * y, SUN * x])

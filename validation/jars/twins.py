@@ -1,4 +1,5 @@
-"""Mills that are the same mill: mirrored, turned in space, a jar that does not turn told as a shift, a smooth jar's own spin."""
+"""Mills that are the same mill: mirrored, turned in space, a jar that does not turn told as a shift, a smooth jar's
+own spin."""
 
 import numpy as np
 from jars.common import RPM, as_started, claim_same, log_of, nudged, start

@@ -1,4 +1,5 @@
-"""Figure 7: median normal impact speed over number and height of the buckles, beyond the paper's 20 buckles, and measured anew with several seeds."""
+"""Figure 7: median normal impact speed over number and height of the buckles, beyond the paper's 20 buckles, and
+measured anew with several seeds."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,10 +17,12 @@ GRID = (
     "study.max_collisions=4e6",
 )
 SMOOTH = (2, 0.0)
-# With friction, the lowest of the grid of 19 x 21 by one run each, so twice as many seeds: few low buckles, and many high ones
+# With friction, the lowest of the grid of 19 x 21 by one run each, so twice as many seeds: few low buckles, and many
+# high ones
 LOW = ((2, 1e-3), (3, 1e-3), (18, 10e-3))
 LOW_SEEDS = tuple(range(1001, 1013))
-# The best designs of that grid; better ones of the wide grid, first without and then with overhanging buckles; one past the maximum
+# The best designs of that grid; better ones of the wide grid, first without and then with overhanging buckles; one past
+# the maximum
 WITHIN = {"smooth": (20, 4e-3), "rough": (20, 2.5e-3)}
 BEYOND = {"smooth": ((28, 4e-3), (40, 8e-3)), "rough": ((28, 4e-3), (36, 5e-3))}
 PAST = {"smooth": (120, 1e-3), "rough": (60, 5e-3)}

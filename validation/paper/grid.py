@@ -1,4 +1,5 @@
-"""The paper's own grid of Figure 7, 19 x 1001 designs: what it would cost, and whether its steps of 0.01 mm show anything."""
+"""The paper's own grid of Figure 7, 19 x 1001 designs: what it would cost, and whether its steps of 0.01 mm show
+anything."""
 
 import numpy as np
 from study_case import MEDIAN, ROOT, H

@@ -16,8 +16,8 @@ BALL, DRUM, END, BLADE = "ball_ball", "ball_drum", "ball_wall", "ball_blade"
 
 @dataclasses.dataclass
 class Log:
-    """Impacts of one run within a window: speeds `v` [m/s], `loss` [J], distances of the place of contact from drum, end walls and
-    the nearest blade [m]."""
+    """Impacts of one run within a window: speeds `v` [m/s], `loss` [J], distances of the place of contact from drum,
+    end walls and the nearest blade [m]."""
 
     kind: np.ndarray
     v: np.ndarray

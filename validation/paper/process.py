@@ -1,4 +1,5 @@
-"""The main process parameters of the reference mill: what rotor speed, filling, ball size and restitution do to impacts and power."""
+"""The main process parameters of the reference mill: what rotor speed, filling, ball size and restitution do to
+impacts and power."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -6,7 +7,8 @@ from study_case import MEDIAN, ROOT
 
 MAIN = "Rotor speed, filling, size and restitution of the balls are main process parameters"
 STUDY = ROOT / "input" / "process.study"
-# Of the deck's 128 designs, each cut off at 2e7 contacts: an eighth of the time, and the exponents are known well enough
+# Of the deck's 128 designs, each cut off at 2e7 contacts: an eighth of the time, and the exponents are known well
+# enough
 SAMPLES, CONTACTS = 32, 8e6
 POWER = "rotor/power"
 KEYS = {

@@ -1,4 +1,5 @@
-"""How hard the balls hit most often: the maximum of the distribution of normal impact speeds, steady and in the window of the paper's Figure 3."""
+"""How hard the balls hit most often: the maximum of the distribution of normal impact speeds, steady and in the
+window of the paper's Figure 3."""
 
 import matplotlib.pyplot as plt
 import numpy as np

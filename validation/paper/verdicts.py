@@ -1,7 +1,8 @@
 """Statements of the paper, the questions that the mill was asked about each, and what the answers make of it.
 
-A question has a number, its standard error, and a bound or an expected value with a band. Its verdict is *confirmed* or *refuted*
-where the number lies on one side of the bound by more than Student's 97.5 % quantile of standard errors, else *open*.
+A question has a number, its standard error, and a bound or an expected value with a band. Its verdict is *confirmed*
+or *refuted* where the number lies on one side of the bound by more than Student's 97.5 % quantile of standard
+errors, else *open*.
 """
 
 import collections
