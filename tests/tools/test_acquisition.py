@@ -19,7 +19,7 @@ from milltools.study.search.acquisition import (
 from milltools.study.search.space import Space
 
 # The paper's Figure 7: number of buckles and their height; 19 x 21 designs
-N = {"key": "n", "unit": "1", "whole": True, "low": 2, "high": 20, "values": list(range(2, 21))}
+N = {"key": "n", "unit": "1", "kind": "whole", "whole": True, "low": 2, "high": 20, "values": list(range(2, 21))}
 H = {"key": "h", "unit": "m", "low": 0.0, "high": 0.01, "values": [k * 5e-4 for k in range(21)]}
 LINE = [{"key": "x", "unit": "1", "low": 0.0, "high": 1.0, "values": None}]
 NOISE = 0.02
@@ -75,7 +75,7 @@ def test_four_workers_without_known_errors_and_a_capped_corner_do_as_well():
 
 @pytest.mark.slow
 def test_words_and_real_keys_are_searched_together():
-    space = Space([*LINE, {"key": "profile", "unit": "", "values": ["circle", "wavy"]}])
+    space = Space([*LINE, {"key": "profile", "unit": "", "kind": "choice", "values": ["circle", "wavy"]}])
     plan = Budget(30, seed=2)
     runs = search(space, lambda x, w: 1 + (w == "wavy") * (0.5 - (x - 0.3) ** 2), plan)
     x, word = fit(space, runs, plan).optimum(eligible(runs)).design
@@ -135,7 +135,7 @@ def test_capped_and_failed_runs_repel_but_only_near():
 
 
 def test_a_design_that_failed_is_never_run_again():
-    space = Space([{"key": "n", "unit": "1", "whole": True, "low": 1, "high": 6, "values": None}])
+    space = Space([{"key": "n", "unit": "1", "kind": "whole", "whole": True, "low": 1, "high": 6, "values": None}])
     runs = [Tried((n,), 1.0 + 0.1 * n, 0.05) for n in (1, 2, 3, 4)] + [Tried((6,), status="failed")]
     plan = Budget(30, seed=1)
     for _ in range(10):
@@ -148,7 +148,7 @@ def test_a_design_that_failed_is_never_run_again():
 
 
 def verdict(*runs):
-    space = Space([{"key": "n", "unit": "1", "values": ["a", "b", "c"]}])
+    space = Space([{"key": "n", "unit": "1", "kind": "choice", "values": ["a", "b", "c"]}])
     runs = [Tried((name,), value, error) for name, value, error in runs]
     return rival(fit(space, runs, Budget(20)), runs)
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from milltools.study.search import gp
-from milltools.study.search.space import Space, variable
+from milltools.study.search.space import Space
 
 LINE = [{"key": "x", "unit": "m", "low": 0.0, "high": 2.0, "values": None}]
 GRID = [
-    {"key": "n", "unit": "1", "whole": True, "low": 2, "high": 20, "values": list(range(2, 21))},
+    {"key": "n", "unit": "1", "kind": "whole", "whole": True, "low": 2, "high": 20, "values": list(range(2, 21))},
     {"key": "h", "unit": "m", "low": 0.0, "high": 0.01, "values": [k * 5e-4 for k in range(21)]},
 ]
 
@@ -33,19 +33,19 @@ def surface(count=25, error=0.05, seed=0, known=True, maximise=True, vary=LINE, 
 
 
 def test_a_whole_key_is_one_of_its_values_before_it_is_a_number():
-    space = Space([{"key": "n", "unit": "1", "whole": True, "low": 2, "high": 5, "values": None}])
+    space = Space([{"key": "n", "unit": "1", "kind": "whole", "whole": True, "low": 2, "high": 5, "values": None}])
     designs = space.at([[0.0], [0.24], [0.26], [0.99], [1.0]])
     assert designs == [(2,), (2,), (3,), (5,), (5,)]
     assert space.encode([(2,), (3,), (5,)]).ravel() == pytest.approx([0, 1 / 3, 1])
 
 
 def test_a_logarithmic_key_is_even_in_its_logarithm():
-    v = variable({"key": "d", "unit": "m", "low": 0.001, "high": 0.1, "values": None, "log": True})
-    assert v.at(0.5) == pytest.approx(0.01) and v.share(0.01) == pytest.approx(0.5)
+    space = Space([{"key": "d", "unit": "m", "low": 0.001, "high": 0.1, "values": None, "log": True}])
+    assert space.at([[0.5]])[0] == pytest.approx((0.01,)) and space.encode([(0.01,)]) == pytest.approx(0.5)
 
 
 def test_words_are_as_far_from_each_other_as_the_ends_of_a_number():
-    space = Space([{"key": "p", "unit": "", "values": ["a", "b", "c"]}])
+    space = Space([{"key": "p", "unit": "", "kind": "choice", "values": ["a", "b", "c"]}])
     codes = space.encode([("a",), ("b",), ("c",)])
     gaps = [np.linalg.norm(codes[i] - codes[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
     assert gaps == pytest.approx([1, 1, 1])

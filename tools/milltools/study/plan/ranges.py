@@ -19,6 +19,7 @@ from milltools.read.values import tell
 
 MOST = 1_000_000  # values of one key
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
+CLAUSES = {"log": r"(.*\S)\s+(log)$", "in": r"(.*\S)\s+in\s+(\d+)$", "step": r"(.*?\S)\s+step\s+(.+)$"}
 WANTED = (
     "expected values such as '600, 800, 1000 rpm', or a range such as '2..20', '0..10 mm step 0.5 mm' or "
     "'2..10 mm in 5 log'"
@@ -60,12 +61,9 @@ class Range:
         return float(self.low + (self.high - self.low) * share)
 
     def share(self, value) -> float:
-        """Where a value lies: the inverse of `at`; for a list the middle of its part."""
-        if self.values is not None and not (self.log and self.whole):
-            return (self.values.index(value) + 0.5) / len(self.values)
-        if self.log:
-            return math.log(value / self.low) / math.log(self.high / self.low)
-        return (value - self.low) / (self.high - self.low)
+        """Where a number lies between low (0) and high (1)."""
+        low, high, value = map(math.log if self.log else float, (self.low, self.high, value))
+        return (value - low) / (high - low) if high > low else 0.0
 
     def about(self) -> dict:
         """As the table's metadata keep it."""
@@ -78,9 +76,10 @@ class Range:
     @classmethod
     def of(cls, about) -> "Range":
         """From the table's metadata."""
-        values = None if about["values"] is None else tuple(about["values"])
-        names = ("key", "kind", "unit", "meaning", "log", "low", "high")
-        return cls(*(about[name] for name in names), values, tuple(about["choices"]))
+        values, log = about.get("values"), bool(about.get("log"))
+        texts = about["key"], about.get("kind", "number"), about.get("unit") or "", about.get("meaning") or ""
+        ends = about.get("low"), about.get("high")
+        return cls(*texts, log, *ends, values and tuple(values), tuple(about.get("choices") or ()))
 
 
 def parse(key: str, text: str) -> Range:
@@ -112,23 +111,13 @@ def _bare(item) -> bool:
 
 
 def _clauses(text):
-    """The span, then what follows it: step (text), in (count), log."""
-    rest, step, count, log = text.strip(), None, None, False
-    while True:
-        if found := re.match(r"(.*\S)\s+log$", rest, re.S):
-            if log:
-                raise UserError(f"{WANTED}, got 'log' twice")
-            rest, log = found.group(1), True
-        elif found := re.match(r"(.*\S)\s+in\s+(\d+)$", rest, re.S):
-            if count is not None:
-                raise UserError(f"{WANTED}, got 'in' twice")
-            rest, count = found.group(1), int(found.group(2))
-        elif found := re.match(r"(.*?\S)\s+step\s+(.+)$", rest, re.S):
-            if step is not None:
-                raise UserError(f"{WANTED}, got 'step' twice")
-            rest, step = found.group(1), found.group(2)
-        else:
-            return rest, step, count, log
+    """The span, then what follows it: {"step": text, "in": count, "log": "log"}."""
+    rest, found = text.strip(), {}
+    while clause := next((name for name, pattern in CLAUSES.items() if re.match(pattern, rest, re.S)), None):
+        if clause in found:
+            raise UserError(f"{WANTED}, got '{clause}' twice")
+        rest, found[clause] = re.match(CLAUSES[clause], rest, re.S).groups()
+    return rest, found
 
 
 def _number(text, what):
@@ -139,7 +128,8 @@ def _number(text, what):
 
 
 def _span(key, text) -> Range:
-    span, step, count, log = _clauses(text)
+    span, found = _clauses(text)
+    step, log, count = found.get("step"), "log" in found, int(found["in"]) if "in" in found else None
     if "..." in span or span.count("..") != 1:
         raise UserError(f"{WANTED}, got '{text[:80]}' (numbers such as 0.5 on both sides of '..')")
     low_text, high_text = span.split("..")

@@ -44,6 +44,11 @@ def hidden_command(line: str) -> str:
 # ---- lines of JSON
 
 
+def plain(row: dict) -> dict:
+    """A row as JSON has it: what is not known is null."""
+    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+
+
 def seal(values: dict) -> bytes:
     """One line of JSON that ends with a checksum of all before it."""
     text = json.dumps(values, ensure_ascii=False, allow_nan=False).encode()[:-1]
@@ -113,7 +118,7 @@ def _check_vary(one):
     said = [*(values or ()), *(end for end in ends if end is not None)]
     good = all(isinstance(value, kind) and not isinstance(value, bool) for value in said)
     good = good and all(abs(value) < math.inf for value in said if kind is not str)
-    if not good or values == [] or (values is None and (None in ends or ends[0] > ends[1])):
+    if not good or values == [] or (values is None and (kind is str or None in ends or ends[0] > ends[1])):
         raise ValueError(f"the values of {one['key'][:80]} are none")
 
 
@@ -131,22 +136,20 @@ def check_columns(table: pyarrow.Table, kind: pyarrow.Schema):
 def wrong_rows(table: pyarrow.Table, vary: list[dict]) -> np.ndarray:
     """Which rows cannot be of a study: no run's name or status, no number where there must be one, infinite ones."""
     finite = {"cpu", "wall", *(one["key"] for one in vary)}
-    wrong = ~_true(compute.is_in(table["status"], pyarrow.array(STATUSES)))
-    wrong |= ~_true(compute.match_substring_regex(table["id"], r"^[0-9a-f]{16}$"))
+    good = [
+        compute.is_in(table["status"], pyarrow.array(STATUSES)),
+        compute.match_substring_regex(table["id"], r"^[0-9a-f]{16}$"),
+        *(compute.greater_equal(table[name], 0) for name in ("design", "replicate", "seed", "collisions")),
+    ]
     for field in table.schema:
         column = table[field.name]
-        if pyarrow.types.is_floating(field.type):
-            values = column.to_numpy()
-            wrong |= ~np.isfinite(values) if field.name in finite else np.isinf(values)
-        elif column.null_count:
-            wrong |= _true(compute.is_null(column))
-        if field.name in ("design", "replicate", "seed", "collisions"):
-            wrong |= ~_true(compute.greater_equal(column, 0))
-    return wrong
-
-
-def _true(column) -> np.ndarray:
-    return column.fill_null(False).to_numpy().astype(bool)
+        if not pyarrow.types.is_floating(field.type):
+            good.append(column.is_valid())
+        elif field.name in finite:
+            good.append(compute.is_finite(column))
+        else:
+            good.append(compute.invert(compute.is_inf(column).fill_null(False)))
+    return ~np.logical_and.reduce([one.fill_null(False).to_numpy().astype(bool) for one in good])
 
 
 def content(table: pyarrow.Table) -> str:

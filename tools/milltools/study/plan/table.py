@@ -14,10 +14,10 @@ and kinds of values of their study, and get checksums when they are written next
 """
 
 import contextlib
+import errno
 import fcntl
 import json
 import math
-import numbers
 import os
 import pathlib
 import stat
@@ -73,12 +73,8 @@ class Table:
 
     def __init__(self, path, meta, stored, fresh=(), damaged=0):
         self.path, self.meta = pathlib.Path(path), meta
-        self._stored, self._fresh, self.damaged = (
-            stored,
-            list(fresh),
-            damaged,
-        )  # pyarrow.Table; a list of them, of a row each
-        self._frame = None
+        self._stored, self._fresh = stored, list(fresh)  # a pyarrow.Table; a list of them, of a row each
+        self.damaged, self._frame = damaged, None
 
     @classmethod
     def open(cls, path) -> "Table":
@@ -154,14 +150,11 @@ class Writer(Table):
         """Gives the rows the design numbers of a plan {id: number}; those outside of it are numbered behind."""
         self.plan = set(plan)
         frame = self.frame()
-        keys = [vary["key"] for vary in self.meta["vary"]]
-        outside, numbers, first = {}, [], max(plan.values(), default=-1) + 1
-        for row in frame[["id", *keys]].itertuples(index=False):
-            number = plan.get(row[0])
-            if number is None:
-                number = outside.setdefault(row[1:], first + len(outside))
-            numbers.append(number)
-        if numbers != list(frame["design"]):
+        numbers = frame["id"].map(plan)
+        outside = frame.loc[numbers.isna(), [vary["key"] for vary in self.meta["vary"]]]
+        behind = outside.groupby(list(outside), sort=False).ngroup() + max(plan.values(), default=-1) + 1
+        numbers = numbers.fillna(behind).astype("int64")
+        if (numbers != frame["design"]).any():
             frame = frame.assign(design=numbers)
             self._stored, self._fresh = pyarrow.Table.from_pandas(frame, schema(self.meta), preserve_index=False), []
             self._frame = None
@@ -169,19 +162,17 @@ class Writer(Table):
 
     def add(self, row: dict):
         """Keeps a row: it is on the disk when this returns."""
-        clean = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+        clean = sealed.plain(row)
         try:
             made = _made(clean, schema(self.meta))
             line = sealed.seal(clean) + b"\n"
         except ValueError as fault:
             raise UserError(f"{self.path}: a row that cannot be of this study: {fault}", status=1) from None
-        try:
+        with faults(journal_of(self.path)):
             written = os.write(self._journal, line)
             os.fsync(self._journal)
-        except OSError as fault:
-            raise UserError(f"{journal_of(self.path)}: {fault.strerror}", status=1) from None
-        if written != len(line):
-            raise UserError(f"{journal_of(self.path)}: No space left on device", status=1)
+            if written != len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         self._fresh.append(made)
         self._frame = None
         now = time.monotonic()
@@ -214,15 +205,15 @@ def _made(values: dict, kind) -> pyarrow.Table:
     if values.keys() != set(kind.names):
         odd = sorted(values.keys() ^ set(kind.names))
         raise ValueError(f"its columns are others, such as {odd[0][:80]}")
-    known = {}
     for name, value in values.items():
-        wanted = kind.field(name).type
-        if wanted == pyarrow.int64() and (isinstance(value, bool) or not isinstance(value, numbers.Integral)):
+        if kind.field(name).type == pyarrow.int64() and type(value) is not int:
             raise ValueError(f"{name} is no whole number")
-        # what is not known is NaN where numbers stand
-        known[name] = math.nan if value is None and wanted == pyarrow.float64() else value
+    # what is not known is NaN where numbers stand
+    unknown = {
+        name: math.nan for name in kind.names if values[name] is None and kind.field(name).type == pyarrow.float64()
+    }
     try:
-        return pyarrow.Table.from_pylist([known], kind)
+        return pyarrow.Table.from_pylist([values | unknown], kind)
     except (pyarrow.ArrowException, OverflowError, TypeError, ValueError) as fault:
         raise ValueError(str(fault)) from None
 
@@ -236,8 +227,7 @@ def _read(path):
     if text is None:
         raise UserError(f"{path}: a Parquet file, but not the table of a study")
     try:
-        meta = _metadata(text, stored)
-        stored = stored.select(schema(meta).names)
+        meta, stored = _believed(text, stored)
     except ValueError as fault:
         raise UserError(f"{path}: damaged: {fault}; take a copy from a backup, or begin anew with --force") from None
     kind, fresh, damaged = schema(meta), [], 0
@@ -254,14 +244,10 @@ def _read(path):
 
 def _lines(path) -> list[bytes]:
     """Those of a journal; what stands behind the last end of a line is the last."""
-    try:
-        with _opened(path) as file:
-            *whole_lines, rest = file.read().split(b"\n")
-    except FileNotFoundError:
-        return []
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror}", status=1) from None
-    return [*filter(None, whole_lines), rest]
+    with faults(path), contextlib.suppress(FileNotFoundError), _opened(path) as file:
+        *whole_lines, rest = file.read().split(b"\n")
+        return [*filter(None, whole_lines), rest]
+    return []
 
 
 def _opened(path):
@@ -291,8 +277,8 @@ def _read_parquet(path) -> pyarrow.Table:
         raise UserError(f"{path}: not a readable Parquet file: {fault}") from None
 
 
-def _metadata(text, stored) -> dict:
-    """The metadata of a table from their text; ValueError where they, or the rows, are not what was written."""
+def _believed(text, stored):
+    """The metadata of a table from their text, and its rows; ValueError where they are not what was written."""
     meta, has_sum = sealed.unseal(text)
     written = meta.pop("content", None) if has_sum else None
     sealed.check_metadata(meta, known_only=not has_sum)
@@ -306,25 +292,21 @@ def _metadata(text, stored) -> dict:
         raise ValueError("the checksum of its rows is that of others")
     if sealed.wrong_rows(stored, meta["vary"]).any():
         raise ValueError("it has rows that cannot be of a study")
-    return meta
+    return meta, stored
 
 
 def _check_same(path, old, new):
-    if old.get("fingerprint") != new["fingerprint"]:
-        raise UserError(
-            f"{path}: holds the runs of another study{_difference(old.get('common', {}), new.get('common', {}))}; "
-            "-o gives another name, --force begins anew"
-        )
-
-
-def _difference(old, new) -> str:
-    """The first thing in which two studies differ; nothing where a table does not tell."""
-    names = [name for name in old | new if old.get(name) != new.get(name)] if old and new else []
-    if not names:
-        return ""
-    there, here = (about.get(names[0], "not given") for about in (old, new))
-    more = f", and {len(names) - 1} more differ" if len(names) > 1 else ""
-    return f": {names[0]} is {there} there and {here} here{more}"
+    """UserError, with the first thing in which they differ where a table tells, if two studies are not the same."""
+    if old.get("fingerprint") == new["fingerprint"]:
+        return
+    there, here = old.get("common", {}), new.get("common", {})
+    names = [name for name in there | here if there.get(name) != here.get(name)] if there and here else []
+    said = ""
+    if names:
+        first, second = (about.get(names[0], "not given") for about in (there, here))
+        more = f", and {len(names) - 1} more differ" if len(names) > 1 else ""
+        said = f": {names[0]} is {first} there and {second} here{more}"
+    raise UserError(f"{path}: holds the runs of another study{said}; -o gives another name, --force begins anew")
 
 
 @contextlib.contextmanager
@@ -332,10 +314,8 @@ def _locked(path):
     """The journal's descriptor, locked; at the end the journal goes if it is empty."""
     name = journal_of(path)
     while True:
-        try:
+        with faults(name):
             journal = os.open(name, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o666)
-        except OSError as fault:
-            raise UserError(f"{name}: {fault.strerror}", status=1) from None
         try:
             fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -15,6 +15,7 @@ as another has a value. Everything here is a function of the runs, the seed and 
 changes nothing.
 """
 
+import collections
 import dataclasses
 import math
 
@@ -22,7 +23,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm, qmc
 
-from milltools.study.search.gp import ALIKE, Surface, candidates, reach
+from milltools.study.search.gp import ALIKE, REACH, Surface, candidates
 from milltools.study.search.space import Space
 
 CONFIRM = 0.2  # of the runs, at the end
@@ -85,7 +86,7 @@ def choose(space: Space, runs: list[Tried], budget: Budget) -> tuple | None:
 
 
 def fit(space: Space, runs: list[Tried], budget: Budget) -> Surface:
-    """The surface through the runs that have a value."""
+    """The surface through the runs."""
     columns = zip(*((r.design, r.value, r.error) for r in runs))
     return Surface(space, *columns, budget.maximise, budget.seed)
 
@@ -107,8 +108,8 @@ def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
         return None
     gap, spread = surface.gaps(others, leader)
     value = abs(surface.predict([leader])[0][0])
-    worse = gap > reach() * spread
-    alike = gap + reach() * spread < ALIKE * value
+    worse = gap > REACH * spread
+    alike = gap + REACH * spread < ALIKE * value
     doubt = ~(worse | alike)
     if not doubt.any():
         return leader if leader in pending else None
@@ -133,11 +134,13 @@ def gain(surface: Surface, designs) -> np.ndarray:
 
 def soundness(surface: Surface, runs: list[Tried], designs) -> np.ndarray:
     """Share of runs that are neither capped nor failed to be expected at designs: 1 where nothing is known."""
+    from sklearn.gaussian_process.kernels import Matern
+
     ended = [r for r in runs if r.status != "running"]
     bad = np.array([r.status in ("capped", "failed") for r in ended], float)
     if not bad.any() or bad.all():
         return np.ones(len(designs))
-    kernel = surface.shape(REPELLED)
+    kernel = Matern(np.minimum(surface.process.kernel_.k2.length_scale, REPELLED), nu=2.5)
     codes = surface.space.encode([r.design for r in ended])
     factor = cho_factor(kernel(codes) + 0.05 * np.eye(len(codes)))
     expected = kernel(surface.space.encode(designs), codes) @ cho_solve(factor, bad)
@@ -146,10 +149,8 @@ def soundness(surface: Surface, runs: list[Tried], designs) -> np.ndarray:
 
 def unfinished(runs, replicates) -> tuple | None:
     """The first design that has not yet had all its runs; one that failed has had them."""
-    counts, failed = {}, {r.design for r in runs if r.status == "failed"}
-    for r in runs:
-        counts[r.design] = counts.get(r.design, 0) + 1
-    return next((d for d, n in counts.items() if n < replicates and d not in failed), None)
+    counts, failed = collections.Counter(r.design for r in runs), {r.design for r in runs if r.status == "failed"}
+    return next((design for design, count in counts.items() if count < replicates and design not in failed), None)
 
 
 def spread(space: Space, known, budget: Budget, skip=0) -> tuple:
@@ -164,20 +165,17 @@ def spread(space: Space, known, budget: Budget, skip=0) -> tuple:
 def _search(space, surface, runs, generator) -> tuple:
     failed = {r.design for r in runs if r.status == "failed"}
 
-    def worth(designs):
-        return gain(surface, designs) * soundness(surface, runs, designs)
+    def by_worth(designs):
+        worth = gain(surface, designs) * soundness(surface, runs, designs)
+        return [designs[i] for i in np.argsort(-worth, kind="stable")]
 
-    tested = surface.tested()
-    designs = space.everything() if space.count <= LISTED else None
+    designs = space.everything(LISTED)
     if designs is None:
+        tested = surface.tested()
         shares = qmc.Sobol(len(space), seed=generator).random(CLOUD)
         designs = list(dict.fromkeys(tested + space.at(shares)))
         for step in STEPS:
-            order = np.argsort(-worth(designs), kind="stable")
-            heads = [designs[i] for i in order[:HEADS]] + [surface.best()]
+            heads = by_worth(designs)[:HEADS] + [surface.best()]
             near = [space.near(h, step, generator) for h in heads for _ in range(NEIGHBOURS)]
             designs = list(dict.fromkeys(tested + heads + near))
-    for i in np.argsort(-worth(designs), kind="stable"):
-        if designs[i] not in failed:
-            return designs[i]
-    return surface.best()
+    return next((design for design in by_worth(designs) if design not in failed), surface.best())

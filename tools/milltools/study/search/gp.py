@@ -14,15 +14,17 @@ import contextlib
 import copy
 import dataclasses
 import functools
+import itertools
 import math
 import warnings
 
 import numpy as np
-from scipy.stats import norm
+from scipy.optimize import minimize
+from scipy.stats import norm, qmc
 
 from milltools.study.search.space import Space
 
-CONFIDENCE = 0.95  # two-sided, of every interval
+REACH = float(norm.ppf(0.975))  # standard errors on either side of a 95 % interval
 ALIKE = 0.02  # designs this close to the best (share of its value) are as good for any purpose
 FLAT = 0.25  # of a key's range: where designs that are alike span more, the optimum is called flat
 MOST_RUNS = 1500  # of a surface: its time grows with the cube of their number
@@ -43,11 +45,6 @@ def _threads():
 def one_thread():
     """Within it linear algebra has one thread: more do not help with small matrices, and the runs need the cores."""
     return _threads().limit(limits=1)
-
-
-def reach() -> float:
-    """Standard errors on either side of a 95 % interval."""
-    return float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 
 def candidates(designs, values, statuses) -> list[tuple]:
@@ -146,22 +143,16 @@ class Surface:
 
         def search(objective, start, bounds):
             """The maximum of the posterior instead of the likelihood: what GaussianProcessRegressor calls an optimizer."""
-            from scipy.optimize import minimize
 
             def lost(theta):
                 value, slope = objective(theta, eval_gradient=True)
                 off = (theta - centre) / width
                 return value + 0.5 * float(off @ off), slope + off / width
 
-            best = None
-            starts = [start, centre] + [
-                centre + width * self.generator.standard_normal(len(centre)) for _ in range(TRIES - 2)
-            ]
-            for theta in starts:
-                theta = np.clip(theta, bounds[:, 0], bounds[:, 1])
-                found = minimize(lost, theta, jac=True, bounds=bounds, method="L-BFGS-B")
-                if best is None or found.fun < best.fun:
-                    best = found
+            starts = [start, centre, *(centre + width * self.generator.standard_normal((TRIES - 2, len(centre))))]
+            tries = (np.clip(theta, bounds[:, 0], bounds[:, 1]) for theta in starts)
+            found = [minimize(lost, theta, jac=True, bounds=bounds, method="L-BFGS-B") for theta in tries]
+            best = min(found, key=lambda one: one.fun)
             return best.x, best.fun
 
         process = GaussianProcessRegressor(kernel, alpha=known**2 + JITTER, optimizer=search)
@@ -190,13 +181,10 @@ class Surface:
     def predict(self, designs) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation of the objective itself at designs, in its unit."""
         codes = self.space.encode(designs)
+        parts = (codes[k : k + MOST_ASKED] for k in range(0, len(codes), MOST_ASKED))
         with one_thread():
-            parts = [
-                self.process.predict(codes[k : k + MOST_ASKED], return_std=True)
-                for k in range(0, len(codes), MOST_ASKED)
-            ]
-        mean = np.concatenate([m for m, _ in parts])
-        spread = np.concatenate([s for _, s in parts])
+            told = [self.process.predict(part, return_std=True) for part in parts]
+        mean, spread = map(np.concatenate, zip(*told))
         return self.middle + self.scale * mean, self.scale * spread
 
     def covariance(self, designs) -> tuple[np.ndarray, np.ndarray]:
@@ -236,13 +224,6 @@ class Surface:
         other.process = other._process(self.process.kernel_, noises)
         return other
 
-    def shape(self, longest: float):
-        """The kernel of the objective at unit variance, its lengths cut to `longest`: how far one place tells of another."""
-        from sklearn.gaussian_process.kernels import Matern
-
-        lengths = self.process.kernel_.k2.length_scale
-        return Matern(np.minimum(lengths, longest), nu=2.5)
-
     def tested(self) -> list[tuple]:
         """The designs that were run, each once, in the order they came."""
         return list(dict.fromkeys(self.designs))
@@ -256,36 +237,24 @@ class Surface:
         """The best design (of those run, or of those given) and how well it and its place are known."""
         best = self.best(among)
         (value,), (error,) = self.predict([best])
-        around = self.space.everything() or self._cloud(best)
+        # of a space that cannot be listed: designs that are spread evenly
+        around = self.space.everything() or self.space.at(qmc.Sobol(len(self.space), seed=0).random_base2(11))
         gap, spread = self.gaps(around, best)
         # one-sided at 97.5 %: worse than the best beyond doubt, or not
-        open_ = gap <= reach() * np.maximum(spread, 1e-12 * abs(value))
+        open_ = gap <= REACH * np.maximum(spread, 1e-12 * abs(value))
         alike = gap <= ALIKE * abs(value)
-        places, near = (self._intervals(around, keep, best) for keep in (open_, alike))
-        flat = [
-            v.key
-            for v, part in zip(self.space.variables, near)
-            if not v.words and v.share(part.high) - v.share(part.low) >= FLAT
-        ]
+        places, near = (self._intervals([best, *itertools.compress(around, which)]) for which in (open_, alike))
+        wide = ((r, r.share(part.high) - r.share(part.low)) for r, part in zip(self.space.ranges, near) if r.numeric)
         return Optimum(
-            best, float(value), float(error), float(value - reach() * error),
-            float(value + reach() * error), self.designs.count(best),
-            places, float(open_.mean()), near, float(alike.mean()), flat,
+            best, float(value), float(error), float(value - REACH * error), float(value + REACH * error),
+            self.designs.count(best), places, float(open_.mean()), near, float(alike.mean()),
+            flat=[r.key for r, share in wide if share >= FLAT],
         )  # fmt: skip
 
-    def _cloud(self, best) -> list[tuple]:
-        """Designs that stand for the whole of a space that cannot be listed: spread evenly."""
-        from scipy.stats import qmc
-
-        shares = qmc.Sobol(len(self.space), seed=0).random_base2(11)
-        return self.space.at(shares)
-
-    def _intervals(self, designs, keep, best) -> list[Interval]:
-        kept = [best, *(design for design, k in zip(designs, keep) if k)]
-        parts = []
-        for v, column in zip(self.space.variables, zip(*kept)):
-            if v.words:
-                parts.append(Interval(v.key, None, None, tuple(w for w in v.values if w in column)))
-            else:
-                parts.append(Interval(v.key, min(column), max(column)))
-        return parts
+    def _intervals(self, designs) -> list[Interval]:
+        return [
+            Interval(r.key, min(column), max(column))
+            if r.numeric
+            else Interval(r.key, None, None, tuple(word for word in r.values if word in column))
+            for r, column in zip(self.space.ranges, zip(*designs))
+        ]

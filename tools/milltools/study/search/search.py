@@ -1,10 +1,16 @@
 """A search for the best design: asks Optuna what to run next, sends it, tells what came out, and forgets nothing.
 
-Every run is a trial in Optuna's storage and a row in the table. In this order: the trial is made; "id" and "owner" are noted
-with it; it is run; the row goes into the table; the row goes into the trial; the trial is told its values. So whenever a
-driver is killed, the next one finds out from the two what was paid for: a trial whose row is in the table is told, a row that the
-storage does not know is made a trial, and a trial of this table without a row is run again. Trials of other
-drivers on the same storage (other tables) are left to them; their rows are taken over as they come.
+One objective: `acquisition.choose`, which takes the noise of every run from its own standard error. (Optuna's own Gaussian process knows no
+noise of single trials and needs PyTorch.) Several: Optuna's NSGA-II (Deb, Pratap, Agarwal & Meyarivan 2002), after a first
+generation from a Sobol sequence; a capped run violates a constraint, so that it is inferior to any that is not. What is proposed
+follows from the seed and the number of the trial alone: an interrupted search goes on as if nothing had happened.
+
+Every run is a trial in Optuna's storage and a row in the table. In this order: the trial is made; "owner" (the driver that runs
+it), "seed" and "id" of its run are noted with it; it is run; the row goes into the table; the row goes into the trial, as "row" and with
+the constraint "capped"; the trial is told its values. So whenever a driver is killed, the next one finds out from the two what was
+paid for: a trial whose row is in the table is told, a row that the storage does not know is made a trial, and a trial of this table
+without a row is run again. Trials of other drivers on the same storage (other tables) are left to them; their rows are taken
+over as they come.
 """
 
 import contextlib
@@ -15,14 +21,81 @@ import math
 import socket
 
 import optuna
+from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
 from optuna.trial import TrialState
 
-from milltools.study.search import sampler as optunas
-from milltools.study.search.acquisition import Budget
+from milltools.study.plan.ranges import Range
+from milltools.study.plan.sealed import plain
+from milltools.study.search.acquisition import Budget, Tried, choose, spread, unfinished
 from milltools.study.search.space import Space
 
 ASKING = datetime.timedelta(minutes=5)  # longest between a trial and its id, which others may be making
 CAPPED = "capped"  # Optuna's constraint: satisfied where not positive
+
+
+# ---- designs as Optuna has them
+
+
+def by_place(r: Range) -> bool:
+    """Is a key's parameter the place in the list of its values? Whole numbers without a gap are themselves; Optuna's steps are
+    computed and need not meet the deck's numbers."""
+    gapless = r.whole and r.values[-1] - r.values[0] == len(r.values) - 1
+    return r.numeric and r.values is not None and not gapless
+
+
+def name(r: Range) -> str:
+    """The parameter's name: the key, or what says that it is a place in a list."""
+    return f"{r.key} (place)" if by_place(r) else r.key
+
+
+def distribution(r: Range):
+    if r.values is None:
+        return FloatDistribution(r.low, r.high, log=r.log)
+    if not r.numeric:
+        return CategoricalDistribution(r.values)
+    return IntDistribution(0, len(r.values) - 1) if by_place(r) else IntDistribution(r.low, r.high)
+
+
+def parameters(space: Space, design) -> dict:
+    """The parameters of a design."""
+    return {name(r): r.values.index(value) if by_place(r) else value for r, value in zip(space.ranges, design)}
+
+
+def design_of(space: Space, params: dict) -> tuple | None:
+    """The design of a trial's parameters; None where it has not got them all."""
+    found = [params.get(name(r)) for r in space.ranges]
+    if None in found:
+        return None
+    return tuple(r.values[value] if by_place(r) else value for r, value in zip(space.ranges, found))
+
+
+class Sampler(optuna.samplers.BaseSampler):
+    """Gives each trial the `design` that was chosen for it; where there is none, what NSGA-II breeds, at first `start`."""
+
+    design: tuple | None = None
+    start: tuple
+
+    def __init__(self, space: Space, budget: Budget):
+        self.space, self.budget = space, budget
+        self.distributions = {name(r): distribution(r) for r in space.ranges}
+
+    def infer_relative_search_space(self, study, trial):
+        return self.distributions
+
+    def sample_relative(self, study, trial, search_space):
+        if self.design:
+            return parameters(self.space, self.design)
+        population = max(8, min(50, 2 * (self.budget.runs // 10)))
+        seed = (self.budget.seed * 1_000_003 + trial.number) % 2**32
+        self._evolution = optuna.samplers.NSGAIISampler(population_size=population, seed=seed)
+        return self._evolution.sample_relative(study, trial, search_space) or parameters(self.space, self.start)
+
+    def sample_independent(self, *asked):
+        """A parameter that NSGA-II mutates."""
+        return self._evolution.sample_independent(*asked)
+
+
+# ---- the search
 
 
 def name_of(study) -> str:
@@ -43,10 +116,9 @@ class Search:
 
     def __init__(self, study, table, storage, budget: Budget, private=True):
         self.study, self.table, self.budget = study, table, budget
-        about = study.about()
-        self.space = Space(about["vary"])
+        self.space = Space(study.about()["vary"])
         self.paths = [objective.path for objective in study.objectives]
-        self.sampler = optunas.Sampler(self.space, budget, self.paths)
+        self.sampler = Sampler(self.space, budget)
         self.owner = f"{socket.gethostname()}:{table.path.resolve()}"
         self.optuna = optuna.create_study(
             study_name=name_of(study),
@@ -63,25 +135,42 @@ class Search:
     def trials(self):
         return self.optuna.get_trials(deepcopy=False)
 
-    def runs(self) -> list:
-        """All runs (acquisition.Run), of other drivers too."""
-        return optunas.runs_of(self.space, self.optuna, self.paths)
+    def runs(self) -> list[Tried]:
+        """All runs, of other drivers too, by their first objective, in the order of the trials."""
+        found = []
+        for trial in self.trials():
+            design, row = design_of(self.space, trial.params), trial.user_attrs.get("row")
+            if row is not None:
+                values, error = self._values(row), row[f"{self.paths[0]}:error"]
+                status = "failed" if row["status"] == "done" and not values else row["status"]
+                value = values[0] if values else math.nan
+                found.append(Tried(design, value, math.nan if error is None else error, status))
+            elif trial.state == TrialState.RUNNING and "id" in trial.user_attrs:
+                found.append(Tried(design, status="running"))
+        return found
+
+    def _values(self, row) -> list[float] | None:
+        """The objectives of a row; None where it failed or one is not known (JSON has null for NaN)."""
+        values = [math.nan if row[path] is None else row[path] for path in self.paths]
+        return values if row["status"] != "failed" and all(map(math.isfinite, values)) else None
 
     def _recover(self, private) -> list:
         """Brings table and storage together; returns the trials of this table that were out when its driver ended."""
-        latest = datetime.datetime.now() - (datetime.timedelta(0) if private else ASKING)
+        latest = datetime.datetime.now() - ASKING
         rows = {row["id"]: row for row in self.table.rows()}
         again = []
         for trial in self.trials():
-            known, own = trial.user_attrs, trial.user_attrs.get("owner") == self.owner
+            if trial.state != TrialState.RUNNING:
+                continue
+            known = trial.user_attrs
             row = known.get("row") or rows.get(known.get("id"))
-            if row is not None and trial.state == TrialState.RUNNING:
+            if row is not None:
                 self._tell(trial._trial_id, row)
-            elif row is None and trial.state == TrialState.RUNNING and own and "id" in known:
-                again.append(trial)
-            elif trial.state == TrialState.RUNNING and "id" not in known:
-                if trial.datetime_start < latest:  # its driver ended before it knew what to run
+            elif "id" not in known:
+                if private or trial.datetime_start < latest:  # its driver ended before it knew what to run
                     self.optuna.tell(trial.number, state=TrialState.FAIL)
+            elif known.get("owner") == self.owner:
+                again.append(trial)
         self.take_over()
         known = {trial.user_attrs.get("id") for trial in self.trials()}
         for row in rows.values():
@@ -100,66 +189,65 @@ class Search:
 
     def _adopt(self, row):
         """Makes a trial of a row, if its design is one of this search."""
-        design = tuple(row[key] for key in self.space.keys)
-        values = [row[path] for path in self.paths]
-        good = row["status"] != "failed" and all(map(math.isfinite, values))
-        try:
+        values = self._values(row)
+        with contextlib.suppress(ValueError):  # a range was made smaller
             trial = optuna.trial.create_trial(
-                state=TrialState.COMPLETE if good else TrialState.FAIL,
-                values=values if good else None,
-                params=optunas.parameters(self.space, design),
-                distributions=optunas.distributions(self.space),
+                state=TrialState.COMPLETE if values else TrialState.FAIL,
+                values=values,
+                params=parameters(self.space, [row[key] for key in self.space.keys]),
+                distributions=self.sampler.distributions,
                 user_attrs={"id": row["id"], "owner": self.owner, "row": plain(row)},
                 constraints={CAPPED: float(row["status"] == "capped")},
             )
-        except ValueError:  # a range was made smaller
-            return
-        self.optuna.add_trial(trial)
+            self.optuna.add_trial(trial)
 
     # ---- what is to be run
 
     def jobs(self, workers: int):
-        """The jobs, one by one, for sending.send: at most `workers` are out; None where it has to wait for a row."""
-        for trial in self._again:
-            while len(self._out) >= workers:
-                yield None
-            yield self._job(trial._trial_id, trial.params)
+        """The jobs, one by one, for filling.send: at most `workers` are out; None where it has to wait for a row."""
         while True:
-            while len(self._out) >= workers:
+            if len(self._out) >= workers:
                 yield None
-            if len(self.runs()) >= self.budget.runs:
+            elif self._again:
+                yield self._job(self._again.pop(0))
+            elif len(runs := self.runs()) >= self.budget.runs:
                 return
-            if self.sampler.propose(self.optuna) is None:
-                if not self._out:
-                    return
+            elif self._choose(runs):
+                yield self._job(self.optuna.ask(self.sampler.distributions))
+            elif self._out:
                 yield None  # what is still out may raise the question again
-                continue
-            trial = self.optuna.ask(optunas.distributions(self.space))
-            yield self._job(trial._trial_id, trial.params)
+            else:
+                return
 
-    def _job(self, trial_id, params):
+    def _choose(self, runs) -> bool:
+        """Tells the sampler what the next trial is to be; false when there is nothing left to be found out."""
+        if len(self.paths) == 1:
+            self.sampler.design = choose(self.space, runs, self.budget)
+            return self.sampler.design is not None
+        self.sampler.design = unfinished(runs, self.budget.replicates)
+        self.sampler.start = spread(self.space, [run.design for run in runs], self.budget)
+        return True
+
+    def _job(self, trial):
         """The job of a trial; its id and owner are in the storage before it is run."""
-        design = optunas.design_of(self.space, params)
-        number, replicate = self._number(design, trial_id)
+        design = design_of(self.space, trial.params)
+        number, replicate = self._number(design, trial._trial_id)
         job = self.study.job(number, dict(zip(self.space.keys, design, strict=True)), replicate)
-        self._out[job["id"]] = trial_id
-        storage = self.optuna._storage
-        storage.set_trial_user_attr(trial_id, "owner", self.owner)
-        storage.set_trial_user_attr(trial_id, "seed", job["seed"])
-        storage.set_trial_user_attr(trial_id, "id", job["id"])
+        self._out[job["id"]] = trial._trial_id
+        for what, value in (("owner", self.owner), ("seed", job["seed"]), ("id", job["id"])):
+            self.optuna._storage.set_trial_user_attr(trial._trial_id, what, value)
         return job
 
     def _number(self, design, trial_id):
         """Number of the design in the order they came, and of this run of it."""
         seen, replicate = {}, 0
         for trial in self.trials():
-            other = optunas.design_of(self.space, trial.params)
             if trial._trial_id == trial_id:
                 break
-            if other is None or (trial.state == TrialState.FAIL and "id" not in trial.user_attrs):
-                continue
-            seen.setdefault(other, len(seen))
-            replicate += other == design
+            other = design_of(self.space, trial.params)
+            if other is not None and (trial.state != TrialState.FAIL or "id" in trial.user_attrs):
+                seen.setdefault(other, len(seen))
+                replicate += other == design
         return seen.setdefault(design, len(seen)), replicate
 
     def take(self, row):
@@ -168,26 +256,13 @@ class Search:
         self._tell(self._out.pop(row["id"]), row)
 
     def _tell(self, trial_id, row):
-        storage = self.optuna._storage
+        storage, values = self.optuna._storage, self._values(row)
         storage.set_trial_user_attr(trial_id, "row", plain(row))
-        storage.set_trial_system_attr(trial_id, f"constraints:{CAPPED}", float(row["status"] == "capped"))  # fmt: skip
-        values = [optunas.finite(row[path]) for path in self.paths]
-        number = storage.get_trial_number_from_id(trial_id)
-        if row["status"] == "failed" or not all(map(math.isfinite, values)):
-            self.optuna.tell(number, state=TrialState.FAIL)
-        else:
-            self.optuna.tell(number, values)
+        storage.set_trial_system_attr(trial_id, f"constraints:{CAPPED}", float(row["status"] == "capped"))
+        state = TrialState.COMPLETE if values else TrialState.FAIL
+        self.optuna.tell(storage.get_trial_number_from_id(trial_id), values, state=state)
 
     @property
     def out(self) -> int:
         """Runs that other drivers have not ended yet."""
         return sum(run.status == "running" for run in self.runs())
-
-
-def plain(row) -> dict:
-    """A row as JSON has it: what is not known is null."""
-    found = {}
-    for key, value in row.items():
-        value = value.item() if hasattr(value, "item") else value
-        found[key] = None if isinstance(value, float) and not math.isfinite(value) else value
-    return found

@@ -33,7 +33,7 @@ def indices(table, objective=0, seed=0, surface=None) -> list[tuple]:
     with more than one value, or too few runs to tell (fewer than three designs a key). A surface through the runs may be given
     by who has one."""
     space = Space(table.meta["vary"])
-    active = [k for k, v in enumerate(space.variables) if v.values is None or len(v.values) > 1]
+    active = [k for k, r in enumerate(space.ranges) if r.values is None or len(r.values) > 1]
     if len(active) < 2:
         return []
     found = _planned(table, space, objective, seed)
@@ -109,10 +109,10 @@ def _surface(table, space, active, objective, seed, surface=None):
         shares[:, active] = saltelli(size, base, seed + batch)
         draws = surface.realisations(space.at(shares), REALISATIONS, seed + batch)
         each += [_analyse(size, draw, RESAMPLES, seed + batch) for draw in draws]
-    each, reach = np.array(each), gp.reach()
-    sampling = np.mean((each[:, :, [1, 3]] / reach) ** 2, axis=0)
+    each = np.array(each)
+    sampling = np.mean((each[:, :, [1, 3]] / gp.REACH) ** 2, axis=0)
     left_open = np.maximum(each[:, :, [0, 2]].var(axis=0, ddof=1) - sampling, 0)
-    ci = reach * np.sqrt(left_open + sampling / BATCHES)
+    ci = gp.REACH * np.sqrt(left_open + sampling / BATCHES)
     mean = each[:, :, [0, 2]].mean(axis=0)
     found = np.zeros((len(space), 4))
     found[active] = np.column_stack([mean[:, 0], ci[:, 0], mean[:, 1], ci[:, 1]])

@@ -19,6 +19,7 @@ from optuna.storages.journal import JournalFileBackend, JournalStorage
 
 from milltools.base.errors import UserError
 from milltools.base.extras import needs
+from milltools.base.files import faults
 from milltools.study.plan.sealed import hidden
 
 SCHEMES = ("sqlite", "postgresql")
@@ -60,33 +61,17 @@ def open_storage(asked: str | None, output):
 
 def _journal(path):
     try:
-        lock = KernelLock(path)
-        lock.acquire()
-        try:
-            with open(path, "ab+") as file:
-                _cut_torn(file)
-        finally:
-            lock.release()
-        return JournalStorage(JournalFileBackend(str(path), lock_obj=lock))
-    except OSError as fault:
-        raise UserError(f"{path}: {fault.strerror}", status=1) from None
+        with faults(path):
+            lock = KernelLock(path)
+            lock.acquire()
+            try:
+                with open(path, "rb+") as file:  # what stands behind the last end of a line was torn
+                    file.truncate(file.read().rfind(b"\n") + 1)
+            finally:
+                lock.release()
+            return JournalStorage(JournalFileBackend(str(path), lock_obj=lock))
     except ValueError:  # no JSON
         raise UserError(f"{path}: not a journal of Optuna") from None
-
-
-def _cut_torn(file):
-    """Cuts off what stands behind the last end of a line."""
-    end = place = file.seek(0, os.SEEK_END)
-    while place > 0:
-        start = max(0, place - 65536)
-        file.seek(start)
-        found = file.read(place - start).rfind(b"\n")
-        if found >= 0:
-            place = start + found + 1
-            break
-        place = start
-    if place < end:
-        file.truncate(place)
 
 
 def _database(url, scheme):
