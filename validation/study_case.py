@@ -89,7 +89,7 @@ class StudyCase(Part):
 
     def measure(self, designs, seeds, precision, *sets):
         """Designs (n, h [m]) measured anew, with seeds that no study used: the medians, shape (designs, seeds)."""
-        study = Study.read(FIGURE7, [f"study.precision={precision}", *sets])
+        study = Study(FIGURE7, [f"study.precision={precision}", *sets])
         orders = [value.order for value in study.fixed]
 
         def one(job):

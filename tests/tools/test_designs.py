@@ -20,7 +20,7 @@ REAL = "contact.restitution = 0.7..0.9\ncontact.friction = 0..0.4\nballs.diamete
 @pytest.fixture
 def study(write_study):
     def read(method, samples=64, seed=1, vary=REAL):
-        return Study.read(write_study(RANDOM.format(method, samples, seed, vary)))
+        return Study(write_study(RANDOM.format(method, samples, seed, vary)))
 
     return read
 
@@ -30,7 +30,7 @@ def unit_cube(study, plan):
 
 
 def test_a_grid_is_every_combination_the_last_key_fastest(write_study):
-    plan = designs.plan(Study.read(write_study()))
+    plan = designs.plan(Study(write_study()))
     expected = itertools.product([300, 600, 900], [40, 60])
     assert [tuple(design) for design in plan] == [("rotor.speed", "balls.count")] * 6
     for design, (speed, count) in zip(plan, expected, strict=True):
@@ -40,7 +40,7 @@ def test_a_grid_is_every_combination_the_last_key_fastest(write_study):
 def test_a_grid_needs_single_values(write_study, tmp_path):
     path = write_study(STUDY.replace("300, 600, 900 rpm", "300..900 rpm"))
     with pytest.raises(UserError) as fault:
-        designs.plan(Study.read(path))
+        designs.plan(Study(path))
     assert str(fault.value).startswith(
         f"{tmp_path}/a.study:8: [vary] rotor.speed: expected 'step' or 'in' behind the range"
     )
@@ -50,7 +50,7 @@ def test_a_grid_of_more_than_can_be_run_is_refused(write_study):
     text = "rotor.speed = 1..10000 rpm step 1 rpm\nballs.count = 1..10000\n"
     path = write_study(STUDY.partition("[vary]")[0] + "[vary]\n" + text)
     with pytest.raises(UserError, match="100000000 designs are more than 1000000"):
-        designs.plan(Study.read(path))
+        designs.plan(Study(path))
 
 
 @pytest.mark.slow
@@ -94,7 +94,7 @@ def test_equal_designs_are_run_once(study):
 
 
 def test_all_designs_are_run_with_one_seed_before_the_next(write_study):
-    own = Study.read(write_study(), ["study.replicates=2"])
+    own = Study(write_study(), ["study.replicates=2"])
     jobs = list(designs.jobs(own, designs.plan(own)))
     assert [(job["replicate"], job["design"], job["seed"]) for job in jobs] == [
         (replicate, design, 1 + replicate) for replicate in range(2) for design in range(6)

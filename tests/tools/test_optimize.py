@@ -18,7 +18,7 @@ from studies import MEDIAN, alive, runs
 
 from milltools.base.errors import UserError
 from milltools.study.plan import job
-from milltools.study.plan.sending import send
+from milltools.study.plan.filling import send
 from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table, Writer
 from milltools.study.search.acquisition import Budget
@@ -86,7 +86,7 @@ def searched(study, path, executor, plan=None, storage=None, dies=None):
 
 @pytest.fixture
 def study(write_study):
-    return Study.read(write_study(STUDY))
+    return Study(write_study(STUDY))
 
 
 def designs(rows):
@@ -136,7 +136,7 @@ def test_a_design_that_fails_does_not_stop_the_search(study, tmp_path):
 
 
 def test_several_objectives_end_with_their_front(write_study, tmp_path):
-    study = Study.read(write_study(STUDY.replace("[set]", f"minimise = {POWER}\n[set]")))
+    study = Study(write_study(STUDY.replace("[set]", f"minimise = {POWER}\n[set]")))
 
     def two(one):  # between 2 and 10 balls either objective can be had for the other
         count = one["values"]["balls.count"]

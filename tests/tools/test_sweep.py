@@ -20,8 +20,7 @@ from milltools.__main__ import dispatch
 from milltools.base import processes
 from milltools.base.errors import UserError
 from milltools.study.plan import job
-from milltools.study.plan.filling import Tracker
-from milltools.study.plan.sending import send
+from milltools.study.plan.filling import Tracker, send
 from milltools.study.plan.study_deck import Study
 from milltools.study.plan.table import Table
 from milltools.study.remote import executors
@@ -152,7 +151,7 @@ def test_replicates_have_seeds_of_their_own_and_give_an_error(sweep, write_study
 
 
 def test_progress_is_lines_where_there_is_no_terminal(write_study, capsys):
-    study = Study.read(write_study())
+    study = Study(write_study())
     kept = [{"status": "capped", MEDIAN: 0.75}, {"status": "failed", MEDIAN: float("nan")}]
     tracker = Tracker("mill sweep", 6, kept, study.objectives[0], quiet=False)
     tracker.note({"status": "done", MEDIAN: 0.5})
@@ -341,7 +340,7 @@ def one_job(write_study, tmp_path):
     """one_job(program, **changes): a job of the small study and the program."""
 
     def make(program=PROGRAM, **changes):
-        study = Study.read(write_study())
+        study = Study(write_study())
         made = study.job(0, {"rotor.speed": 60.0, "balls.count": 40})
         return made | {"program": str(program)} | changes
 

@@ -130,9 +130,9 @@ def main() -> int:
     except UserError as fault:
         print(f"{name}: {fault}", file=sys.stderr)
         return fault.status
-    except KeyboardInterrupt:
-        print(f"{name}: interrupted", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as stop:  # one of a study says how far it is, and which signal it was
+        print(f"{name}: {str(stop) or 'interrupted'}", file=sys.stderr)
+        return getattr(stop, "status", 130)
     except BrokenPipeError:
         # whoever read our output has had enough; what is still buffered must not be tried again at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -14,7 +14,7 @@ KINDS = ("ball_drum", "ball_wall")
 
 def mill(case, design, name, *sets):
     """File of one mill of the study, known to 2 %."""
-    study = Study.read(FIGURE7, list(sets))
+    study = Study(FIGURE7, list(sets))
     orders = [value.order for value in study.fixed]
     orders += [f"{N}={design[0]}", f"{H}={design[1]!r} m"]
     settings = dict(order.split("=", 1) for order in orders)

@@ -3,7 +3,6 @@
 import shlex
 
 from milltools.base.errors import UserError
-from milltools.base.progress import say
 from milltools.study.remote import executors
 
 SUMMARY = (
@@ -51,7 +50,7 @@ def optimize(
     from milltools.study.search.space import Space
     from milltools.study.search.storage import open_storage
 
-    study_deck = Study.read(study, overrides)
+    study_deck = Study(study, overrides)
     path = options.output_of(study, output, "-optimize")  # not that of `mill sweep`: a grid half done is no search
     goal = study_deck.objectives[0]
     budget = Budget(runs, study_deck.replicates, goal.sign > 0, study_deck.seed if seed is None else seed)
@@ -78,15 +77,11 @@ def optimize(
 def run(arguments) -> int:
     from milltools.study.plan import filling
 
-    try:
-        table = optimize(
-            arguments.study, arguments.output, runs=arguments.runs, seed=arguments.seed, storage=arguments.storage,
-            overrides=arguments.set, force=arguments.force, quiet=arguments.quiet, command=shlex.join(arguments.words),
-            **executors.asked(arguments),
-        )  # fmt: skip
-    except filling.Interrupted as stop:
-        say(NAME, str(stop))
-        return stop.status
+    table = optimize(
+        arguments.study, arguments.output, runs=arguments.runs, seed=arguments.seed, storage=arguments.storage,
+        overrides=arguments.set, force=arguments.force, quiet=arguments.quiet, command=shlex.join(arguments.words),
+        **executors.asked(arguments),
+    )  # fmt: skip
     from milltools.study.show import summary
 
     print("\n".join(summary.of_search(table)))

@@ -2,7 +2,6 @@
 
 import shlex
 
-from milltools.base.progress import say
 from milltools.study.remote import executors
 
 SUMMARY = (
@@ -34,7 +33,7 @@ def sweep(
     from milltools.study.plan import designs, filling, options, probe
     from milltools.study.plan.study_deck import Study
 
-    study_deck = Study.read(study, overrides)
+    study_deck = Study(study, overrides)
     path = options.output_of(study, output)
     plan = designs.plan(study_deck)
     probe.probe(study_deck, plan)
@@ -56,14 +55,10 @@ def sweep(
 def run(arguments) -> int:
     from milltools.study.plan import filling
 
-    try:
-        table = sweep(
-            arguments.study, arguments.output, overrides=arguments.set, retry=arguments.retry, force=arguments.force,
-            quiet=arguments.quiet, command=shlex.join(arguments.words), **executors.asked(arguments),
-        )  # fmt: skip
-    except filling.Interrupted as stop:
-        say(NAME, str(stop))
-        return stop.status
+    table = sweep(
+        arguments.study, arguments.output, overrides=arguments.set, retry=arguments.retry, force=arguments.force,
+        quiet=arguments.quiet, command=shlex.join(arguments.words), **executors.asked(arguments),
+    )  # fmt: skip
     from milltools.study.search import sensitivity
     from milltools.study.show import summary
 

@@ -19,13 +19,12 @@ MOST = 1_000_000
 
 def plan(study) -> list[dict]:
     """All designs, in order."""
-    if study.method == "grid":
-        return list(_grid(study))
-    found = {}
-    for point in _points(study):
-        values = [r.at(float(share)) for r, share in zip(study.vary, point, strict=True)]
-        found.setdefault(tuple(values), None)
     keys = [r.key for r in study.vary]
+    if study.method == "grid":
+        found = _grid(study)
+    else:
+        points = _points(study)
+        found = dict.fromkeys(tuple(r.at(float(share)) for r, share in zip(study.vary, point)) for point in points)
     return [dict(zip(keys, values, strict=True)) for values in found]
 
 
@@ -38,9 +37,7 @@ def _grid(study):
     count = math.prod(len(r.values) for r in study.vary)
     if count * study.replicates > MOST:
         raise UserError(f"{study.file}: [vary]: {count} designs are more than {MOST}")
-    keys = [r.key for r in study.vary]
-    for values in itertools.product(*(r.values for r in study.vary)):
-        yield dict(zip(keys, values, strict=True))
+    return itertools.product(*(r.values for r in study.vary))
 
 
 def _points(study):

@@ -1,14 +1,25 @@
-"""What `mill sweep` and `mill optimize` share: a table that is filled, its progress, and the end when a signal asks for it."""
+"""What `mill sweep` and `mill optimize` share: a table that is filled, its progress, and the end when a signal asks for it.
 
+Jobs go through an executor, never more at once than it wants, lost ones again; a row is handed on as soon as it is there. Memory and
+time per row do not grow with the study.
+"""
+
+import concurrent.futures
 import contextlib
+import queue
 import sys
 
 from milltools.base import processes
+from milltools.base.errors import UserError
 from milltools.base.progress import Progress, say
 from milltools.base.text import number, plural, spoken_unit
+from milltools.study.plan import job as one_job
 from milltools.study.plan.sealed import STATUSES
-from milltools.study.plan.sending import send
 from milltools.study.plan.table import Writer, journal_of
+
+ATTEMPTS = 3  # of a run that is lost
+TICK = 0.2  # [s] between looks at the clock
+END = object()  # of a plan
 
 
 class Interrupted(KeyboardInterrupt):
@@ -74,6 +85,55 @@ def fill(jobs, executor, take, tracker):
 
     with tracker.progress:
         send(jobs, executor, took, tracker.tick)
+
+
+def send(jobs, executor, take, tick=lambda: None):
+    """Runs every job of the iterator `jobs` through the executor; take(row) gets each row, in the main thread.
+
+    The iterator is asked only when there is room for one more, after the rows so far were taken; it may yield None: nothing
+    now, ask again when the next row is there. tick() is called while there is none. A job that raises Lost, or whose worker
+    went, is submitted again, ATTEMPTS times in all, then its row says so.
+    """
+    jobs, done, flying, more = iter(jobs), queue.SimpleQueue(), 0, True
+
+    def submit(job, attempt):
+        future = executor.submit(one_job.run, job)
+        future.add_done_callback(lambda future: done.put((future, job, attempt)))
+
+    with processes.between_steps():
+        while True:
+            processes.raise_if_asked()
+            while more and flying < executor.width and (job := next(jobs, END)) is not None:
+                if job is END:
+                    more = False
+                else:
+                    submit(job, 1)
+                    flying += 1
+            if not flying:
+                return
+            try:
+                future, job, attempt = done.get(timeout=TICK)
+            except queue.Empty:
+                tick()
+                continue
+            row = _row(future, job, attempt)
+            if row is None:
+                submit(job, attempt + 1)
+            else:
+                flying -= 1
+                take(row)
+
+
+def _row(future, job, attempt):
+    """The row of a finished job; None if it is worth another try."""
+    try:
+        return future.result()
+    except (one_job.Lost, concurrent.futures.BrokenExecutor, concurrent.futures.CancelledError) as fault:
+        return one_job.empty(job, "failed", f"lost {attempt} times: {fault}") if attempt == ATTEMPTS else None
+    except UserError:
+        raise
+    except Exception as fault:  # a disk that is full, a folder that cannot be made
+        return one_job.empty(job, "failed", f"{type(fault).__name__}: {fault}")
 
 
 def last_words(table, command, more=()) -> int:

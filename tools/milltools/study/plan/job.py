@@ -25,24 +25,14 @@ class Lost(Exception):
     """The run was killed from outside, or its machine went: nothing is known of it."""
 
 
-def worker() -> str:
-    """host:pid of this process."""
-    return f"{socket.gethostname()}:{os.getpid()}"
-
-
 def empty(job, status, message) -> dict:
     """The row of a run without results."""
-    row = {"design": job["design"], "replicate": job["replicate"], "seed": job["seed"], "id": job["id"]}
-    row.update(job["values"])
+    row = {name: job[name] for name in ("design", "replicate", "seed", "id")} | job["values"]
     for path in (*job["objectives"], *job["record"]):
         row[path] = row[f"{path}:error"] = math.nan
     row.update(status=status, message=message, time=math.nan, sample_from=math.nan, collisions=0)
-    row.update(cpu=0.0, wall=0.0, version="", worker=worker(), finished=_now())
-    return row
-
-
-def _now():
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    row.update(cpu=0.0, wall=0.0, version="", worker=f"{socket.gethostname()}:{os.getpid()}")
+    return row | {"finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")}
 
 
 def run(job, reader=None) -> dict:
@@ -160,24 +150,19 @@ def read(job, path) -> dict:
 
 
 def _facts(run) -> dict:
-    time = run.time
-    duration = float(run.read("statistics/duration"))
-    collisions = run.contacts
-    ended = run.read("run/ended_by") if run.has("run/ended_by") else "time"
     facts = {
-        "time": time,
-        "sample_from": time - duration,
-        "collisions": collisions,
+        "time": run.time,
+        "sample_from": run.time - float(run.read("statistics/duration")),
+        "collisions": run.contacts,
         "cpu": float(run.read("run/cpu_time")),
         "wall": float(run.read("run/wall_time")),
         "version": run.version,
     }
-    if ended == "max_collisions":
-        facts |= {"status": "capped", "message": "stopped at run.max_collisions"}
+    why = ""
+    if run.has("run/ended_by") and run.read("run/ended_by") == "max_collisions":
+        why = "stopped at run.max_collisions"
     elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
-        facts |= {"status": "capped", "message": "run.time was reached before run.precision"}
-    deep = int(run.read("run/overlaps"))
-    if deep:
+        why = "run.time was reached before run.precision"
+    if deep := int(run.read("run/overlaps")):
         why = f"{deep} balls deep in other bodies: its impacts are not to be trusted"
-        facts |= {"status": "capped", "message": why}
-    return facts
+    return facts | {"status": "capped", "message": why} if why else facts

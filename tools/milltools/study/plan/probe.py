@@ -60,12 +60,11 @@ def _look(study, job):
     row = jobs.run(job, read)
     if row["status"] != "done":
         raise UserError(row["message"])
-    for goal in ("maximise", "minimise", "record"):
-        for path in study.paths_of(goal):
-            if path not in found:
-                near = difflib.get_close_matches(path, found, 1, 0.6)
-                hint = f"; did you mean '{near[0]}'?" if near else ""
-                raise study.fault(goal, f"'{path}' is no scalar of /statistics in a run of this deck{hint}")
+    for key, path in [*((o.goal, o.path) for o in study.objectives), *(("record", path) for path in study.record)]:
+        if path not in found:
+            near = difflib.get_close_matches(path, found, 1, 0.6)
+            hint = f"; did you mean '{near[0]}'?" if near else ""
+            raise study.fault(key, f"'{path}' is no scalar of /statistics in a run of this deck{hint}")
     study.objectives = [
         dataclasses.replace(o, unit=found[o.path][0], description=found[o.path][1]) for o in study.objectives
     ]

@@ -1,11 +1,12 @@
 """The study deck: what is varied, over which base deck, and what is wanted.
 
-    study = Study.read("input/figure7.study", ["study.replicates=3"])
+    study = Study("input/figure7.study", ["study.replicates=3"])
     job = study.job(0, {"drum.buckles": 5, "drum.buckle_height": 0.004})        # -> job.run(job)
 
 docs/studies.md lists the keys. Every mistake is a UserError that names file, line and key.
 """
 
+import contextlib
 import dataclasses
 import functools
 import hashlib
@@ -44,54 +45,45 @@ class Objective:
         return 1 if self.goal == "maximise" else -1
 
 
-@dataclasses.dataclass
 class Study:
-    """A study deck as read. Values are in SI."""
+    """A study deck as read, in SI; overrides are "study.KEY=VALUE", "vary.SECTION.KEY=RANGE" or, for [set], "SECTION.KEY=VALUE".
 
-    file: str
-    text: str
-    deck: str  # absolute path of the base deck
-    deck_text: str
-    start: str  # digest of its start file; "" for a random start
-    objectives: list[Objective]
-    record: list[str]
-    replicates: int
-    seed: int
-    seeds: str  # "shared" or "own"
-    limit: float | None  # [s] CPU time of one run
-    method: str
-    samples: int | None
-    base: dict[str, Value]  # all keys that the base deck and [set] give, by section.key
-    fixed: list[Value]  # of these the ones that override the base deck
-    vary: list[ranges.Range]
-    places: dict[str, lines.Entry]  # where each key of [study] and each varied key stands
+    file, text              its name and what it says
+    deck, deck_text         absolute path of the base deck and what that says
+    objectives, record      list of Objective; further paths below /statistics
+    vary                    list of ranges.Range
+    base                    {section.key: Value} of all keys that the base deck and [set] give
+    fixed                   list of the Values that override the base deck
+    start                   digest of its start file; "" for a random start
+    method, samples         one of METHODS; how many designs, None for a grid
+    replicates, seed, seeds runs of a design; the first seed; "shared" or "own"
+    limit                   [s] CPU time of one run, or None
+    """
 
-    # ---- reading
-
-    @classmethod
-    def read(cls, path, overrides=()) -> "Study":
-        """Reads a study deck. An override is "study.KEY=VALUE", "vary.SECTION.KEY=RANGE" or, for [set],
-        "SECTION.KEY=VALUE"."""
-        path = pathlib.Path(path)
-        text = lines.read_text(path)
-        return _Reader(path, text, overrides).study()
-
-    # ---- runs
+    def __init__(self, path, overrides=()):
+        self._lines = told = _Lines(pathlib.Path(path), overrides)
+        self.file, self.text = str(told.path), told.text
+        deck, self.deck_text, base = told.deck()
+        self.deck = str(deck)
+        self.objectives, fixed, self.vary = told.objectives(), told.fixed(), told.vary()
+        self.method, self.samples = told.method()
+        self.record = [path for path in told.paths("record") if path not in {o.path for o in self.objectives}]
+        merged = {value.key: value for value in [*base, *fixed]}
+        self.base = {key: value for key, value in merged.items() if key != "balls.start"}
+        self.fixed, self.start = _start(merged, fixed, deck)
+        self.replicates, self.seed = told.whole("replicates", 1, 1, 10000), told.whole("seed", 1, 0, SEEDS - 1)
+        self.seeds = told.choice("seeds", "shared", ("shared", "own"))
+        limit = told.get("cpu_limit")
+        self.limit = _tell(limit, "run.time").value if limit else None
 
     @property
     def paths(self) -> list[str]:
         """All scalars that a row holds: objectives first."""
         return [*(objective.path for objective in self.objectives), *self.record]
 
-    def paths_of(self, key) -> list[str]:
-        """Those of `maximise`, `minimise` or `record`."""
-        if key == "record":
-            return self.record
-        return [objective.path for objective in self.objectives if objective.goal == key]
-
     def fault(self, key, text) -> UserError:
         """About a key of [study] or a varied key, with file and line."""
-        return self.places[key].fault(text)
+        return self._lines.entries["vary" if "." in key else "study", key].fault(text)
 
     def seed_of(self, design: int, replicate: int) -> int:
         """The seed of a run: with shared ones (common random numbers) that of its replicate alone."""
@@ -101,7 +93,7 @@ class Study:
     def job(self, design: int, values: dict, replicate: int = 0) -> dict:
         """One run as job.run takes it: JSON-able, all that is needed to run it on another machine."""
         seed = self.seed_of(design, replicate)
-        chosen = {key: (self._text(r, values[key]), r.unit) for key, r in self._ranges.items()}
+        chosen = {r.key: (self._text(r, values[r.key]), r.unit) for r in self.vary}
         chosen["run.seed"] = (str(seed), "1")
         orders = [value.order for value in self.fixed]
         orders += [order(key, text, unit) for key, (text, unit) in chosen.items()]
@@ -109,13 +101,13 @@ class Study:
             "deck": self.deck,
             "text": self.deck_text,
             "set": orders,
-            "values": dict(values),
-            "design": int(design),
-            "replicate": int(replicate),
+            "values": values,
+            "design": design,
+            "replicate": replicate,
             "seed": seed,
             "id": self._identity({key: text for key, (text, _) in chosen.items()}),
             "objectives": [objective.path for objective in self.objectives],
-            "record": list(self.record),
+            "record": self.record,
             "limit": self.limit,
             "program": self._program,
         }
@@ -131,8 +123,9 @@ class Study:
         return str(engine.program().resolve())
 
     @functools.cached_property
-    def _ranges(self):
-        return {r.key: r for r in self.vary}
+    def _varied(self):
+        """What stands in the place of texts that are a run's own."""
+        return dict.fromkeys([*(r.key for r in self.vary), "run.seed"], "varied")
 
     @functools.cached_property
     def _shared(self):
@@ -152,44 +145,37 @@ class Study:
     @property
     def fingerprint(self) -> str:
         """16 hex digits of what all runs have in common: rows of equal fingerprints belong into one table."""
-        return self._identity(dict.fromkeys([*self._ranges, "run.seed"], "varied"))
+        return self._identity(self._varied)
 
     def common(self) -> dict[str, str]:
         """What the fingerprint is made of, for people: by section.key, or by what else it is."""
         keys = {k: v.order.partition("=")[2] for k, v in self.base.items() if k not in STORED_ONLY}
-        keys |= dict.fromkeys([*self._ranges, "run.seed"], "varied")
         rest = {"the start file": self.start and f"one with digest {self.start[:8]}",
                 "what is recorded": ", ".join(sorted(self.paths)),
                 "study.cpu_limit": "" if self.limit is None else f"{self.limit!r} s"}  # fmt: skip
-        return keys | {k: v for k, v in rest.items() if v}
+        return keys | self._varied | {k: v for k, v in rest.items() if v}
 
     def about(self, planned=None, command="") -> dict:
         """The metadata of the table."""
-        return {
+        own = ("file", "record", "method", "samples", "seed", "replicates", "fingerprint")
+        return {name: getattr(self, name) for name in own} | {
             "study": self.text,
-            "file": self.file,
             "deck": self.deck_text,
-            "fingerprint": self.fingerprint,
             "common": self.common(),
             "objectives": [dataclasses.asdict(objective) for objective in self.objectives],
-            "record": list(self.record),
             "vary": [r.about() for r in self.vary],
-            "method": self.method,
-            "samples": self.samples,
-            "seed": self.seed,
-            "replicates": self.replicates,
             "planned": planned,
             "command": command,
             "version": engine.version(),
         }
 
 
-class _Reader:
-    """Reads one study deck; the first thing that is wrong ends it."""
+class _Lines:
+    """What the lines of one study deck say; the first thing that is wrong ends it."""
 
-    def __init__(self, path, text, overrides):
-        self.path, self.text = path, text
-        found = lines.entries(text, path)
+    def __init__(self, path, overrides):
+        self.path, self.text = path, lines.read_text(path)
+        found = lines.entries(self.text, path)
         for entry in found:
             if entry.section not in ("study", "set", "vary"):
                 raise UserError(f"{entry.where}: [{entry.section}]: unknown section; there are [study], [set] and [vary]")  # fmt: skip
@@ -213,28 +199,28 @@ class _Reader:
         if section != "study":
             self.entries.pop(("vary" if section == "set" else "set", key), None)
 
-    def _of(self, section):
+    def of(self, section):
         return [entry for (own, _), entry in self.entries.items() if own == section]
 
-    def _get(self, key):
+    def get(self, key):
         return self.entries.get(("study", key))
 
-    def _whole(self, key, preset, least, most=10**9):
-        entry = self._get(key)
+    def whole(self, key, preset, least, most=10**9):
+        entry = self.get(key)
         if not entry:
             return preset
         if not re.fullmatch(r"\d+", entry.value) or not least <= int(entry.value) <= most:
             raise entry.fault(f"expected a whole number from {least} to {most}, got '{entry.value[:80]}'")
         return int(entry.value)
 
-    def _choice(self, key, preset, words):
-        entry = self._get(key)
+    def choice(self, key, preset, words):
+        entry = self.get(key)
         if entry and entry.value not in words:
             raise entry.fault(f"expected {', '.join(words[:-1])} or {words[-1]}, got '{entry.value[:80]}'")
         return entry.value if entry else preset
 
-    def _paths(self, key):
-        entry = self._get(key)
+    def paths(self, key):
+        entry = self.get(key)
         if not entry:
             return []
         found = [word.strip().removeprefix("/statistics/") for word in entry.value.split(",")]
@@ -247,16 +233,9 @@ class _Reader:
                 raise entry.fault(f"'{word}' is there twice")
         return found
 
-    def _tell(self, entry, key, text):
-        """What `key = text` is; millsim's complaint with the place of the study deck."""
-        try:
-            return tell([f"{key}={text}"])[0]
-        except UserError as fault:
-            raise UserError(_placed(entry, key, fault), fault.status) from None
-
-    def _deck(self):
+    def deck(self):
         """Absolute path of the base deck, its text, and its entries in SI."""
-        entry = self._get("deck")
+        entry = self.get("deck")
         if not entry:
             raise UserError(f"{self.path}: [study] deck: missing; expected the name of the base deck")
         if not entry.value:
@@ -271,14 +250,14 @@ class _Reader:
             values = tell(f"{one.section}.{one.key}={one.value}" for one in found)
         except UserError:
             for one in found:  # which of them
-                self._tell(lines.Entry(one.section, one.key, one.value, one.where), f"{one.section}.{one.key}", one.value)  # fmt: skip
+                _tell(one, f"{one.section}.{one.key}")
             raise
         return path.resolve(), text, values
 
     def _without(self, text, found):
         """The base deck without the keys that [set] leaves empty: their defaults hold. Lines keep their numbers."""
         rows, out = text.splitlines(), set()
-        for entry in self._of("set"):
+        for entry in self.of("set"):
             if entry.value:
                 continue
             own = [one for one in found if f"{one.section}.{one.key}" == entry.key]
@@ -288,8 +267,8 @@ class _Reader:
             out.add(entry.key)
         return "\n".join(rows) + "\n", [one for one in found if f"{one.section}.{one.key}" not in out]
 
-    def _objectives(self):
-        found = [Objective(path, goal) for goal in ("maximise", "minimise") for path in self._paths(goal)]  # fmt: skip
+    def objectives(self):
+        found = [Objective(path, goal) for goal in ("maximise", "minimise") for path in self.paths(goal)]  # fmt: skip
         if not found:
             raise UserError(
                 f"{self.path}: [study] maximise: missing, and so is minimise; expected at least one, such as "
@@ -298,94 +277,71 @@ class _Reader:
         paths = [objective.path for objective in found]
         for path in paths:
             if paths.count(path) > 1:
-                raise self._get("minimise").fault(f"'{path}' is to be maximised already")
+                raise self.get("minimise").fault(f"'{path}' is to be maximised already")
         return found
 
-    def _fixed(self):
+    def fixed(self):
         """[set], and the keys of [study] that are keys of the deck."""
-        found = [self._tell(entry, entry.key, entry.value) for entry in self._of("set") if entry.value]
+        found = [_tell(entry, entry.key) for entry in self.of("set") if entry.value]
         for key in ("precision", "max_collisions"):
-            entry = self._get(key)
+            entry = self.get(key)
             if entry and ("set", f"run.{key}") in self.entries:
                 raise entry.fault(f"stands in [set] as run.{key} already")
             if entry:
-                found.append(self._tell(entry, f"run.{key}", entry.value))
+                found.append(_tell(entry, f"run.{key}"))
         for value in found:
             if value.key == "run.seed":
                 raise UserError(f"{self.path}: [set] run.seed: seeds are those of [study] seed and seeds")  # fmt: skip
         return found
 
-    def _vary(self):
+    def vary(self):
         found = []
-        for entry in self._of("vary"):
+        for entry in self.of("vary"):
             if ("set", entry.key) in self.entries:
                 raise entry.fault(f"stands in [set] already ({self.entries['set', entry.key].where})")
             if entry.key == "run.seed":
                 raise entry.fault("seeds are not varied: give [study] replicates")
-            try:
+            with _placed(entry, entry.key):
                 found.append(ranges.parse(entry.key, entry.value))
-            except UserError as fault:
-                raise UserError(_placed(entry, entry.key, fault), fault.status) from None
         if not found:
             raise UserError(f"{self.path}: [vary]: missing or empty; expected a line such as 'drum.buckles = 2..20'")  # fmt: skip
         return found
 
-    def _limit(self):
-        entry = self._get("cpu_limit")
-        return self._tell(entry, "run.time", entry.value).value if entry else None
-
-    def study(self) -> Study:
-        deck, deck_text, base = self._deck()
-        objectives, fixed = self._objectives(), self._fixed()
-        vary = self._vary()
-        method = self._choice("method", "grid", METHODS)
-        samples = self._whole("samples", None, 1)
+    def method(self):
+        """The method, and how many samples it takes."""
+        method, samples = self.choice("method", "grid", METHODS), self.whole("samples", None, 1)
         if method != "grid" and samples is None:
-            raise UserError(f"{self.path}: [study] samples: missing; 'method = {method}' needs their number")  # fmt: skip
+            raise UserError(f"{self.path}: [study] samples: missing; 'method = {method}' needs their number")
         if method == "grid" and samples is not None:
-            raise self._get("samples").fault("belongs to the methods lhs, sobol and saltelli; a grid has steps")
-        record = [path for path in self._paths("record") if path not in {o.path for o in objectives}]  # fmt: skip
-        merged = {value.key: value for value in [*base, *fixed]}
-        fixed, start = self._start(merged, fixed, deck)
-        return Study(
-            file=str(self.path),
-            text=self.text,
-            deck=str(deck),
-            deck_text=deck_text,
-            start=start,
-            objectives=objectives,
-            record=record,
-            replicates=self._whole("replicates", 1, 1, 10000),
-            seed=self._whole("seed", 1, 0, SEEDS - 1),
-            seeds=self._choice("seeds", "shared", ("shared", "own")),
-            limit=self._limit(),
-            method=method,
-            samples=samples,
-            base={key: value for key, value in merged.items() if key != "balls.start"},
-            fixed=fixed,
-            vary=vary,
-            places={entry.key: entry for entry in [*self._of("study"), *self._of("vary")]},
-        )
-
-    @staticmethod
-    def _start(merged, fixed, deck):
-        """A start file is named absolutely, for runs have folders of their own; and what it holds counts."""
-        value = merged.get("balls.start")
-        if not value or value.text == "random":
-            return fixed, ""
-        path = (deck.parent / value.text).resolve()
-        try:
-            digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-        except OSError as fault:
-            raise UserError(f"{path}: start file: {fault.strerror}", status=1) from None
-        fixed = [one for one in fixed if one.key != "balls.start"]
-        return [*fixed, dataclasses.replace(value, text=str(path))], digest
+            raise self.get("samples").fault("belongs to the methods lhs, sobol and saltelli; a grid has steps")
+        return method, samples
 
 
-def _placed(entry, key, fault) -> str:
-    """millsim's "[drum] radius: expected ..." where the study deck says so."""
-    section, _, name = key.rpartition(".")
-    text = str(fault).removeprefix(f"[{section}] {name}: ")
-    if entry.section == section and entry.key == name:
-        return f"{entry.where}: [{section}] {name}: {text}"
-    return f"{entry.where}: [{entry.section}] {entry.key}: {text}"
+def _start(merged, fixed, deck):
+    """A start file is named absolutely, for runs have folders of their own; and what it holds counts."""
+    value = merged.get("balls.start")
+    if not value or value.text == "random":
+        return fixed, ""
+    path = (deck.parent / value.text).resolve()
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    except OSError as fault:
+        raise UserError(f"{path}: start file: {fault.strerror}", status=1) from None
+    fixed = [one for one in fixed if one.key != "balls.start"]
+    return [*fixed, dataclasses.replace(value, text=str(path))], digest
+
+
+@contextlib.contextmanager
+def _placed(entry, key):
+    """Within it millsim's "[drum] radius: expected ..." of a key is a complaint with the place of the study deck."""
+    try:
+        yield
+    except UserError as fault:
+        section, _, name = key.rpartition(".")
+        raise UserError(entry.fault(str(fault).removeprefix(f"[{section}] {name}: ")), fault.status) from None
+
+
+def _tell(entry, key) -> Value:
+    """What the value of an entry is to a key of the deck."""
+    with _placed(entry, key):
+        return tell([f"{key}={entry.value}"])[0]

@@ -1,7 +1,7 @@
 """The one door through which runs are sent: a concurrent.futures.Executor.
 
     with open_executor(Where(workers=4), "a.parquet") as executor:
-        sending.send(jobs, executor, take)
+        filling.send(jobs, executor, take)
 
 An executor has two more attributes: `workers`, how many runs go on at once (for the time left), and `width`, how many are
 handed over at once (waves). When the block is left by an exception, what runs is ended.
