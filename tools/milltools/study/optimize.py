@@ -3,6 +3,7 @@
 import shlex
 
 from milltools.base.errors import UserError
+from milltools.study.plan import options
 from milltools.study.remote import executors
 
 SUMMARY = (
@@ -15,8 +16,6 @@ RUNS = 40
 
 
 def add_arguments(parser):
-    from milltools.study.plan import options
-
     options.add_arguments(parser)
     parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"runs in all, earlier ones included (default: {RUNS})")  # fmt: skip
     parser.add_argument("--seed", type=int, metavar="N", help="of the search's own choices (default: the study's seed)")
@@ -43,10 +42,10 @@ def optimize(
         raise UserError(f"--seed: expected a whole number from 0 to {2**32 - 1}, got {seed}")
     where = executors.Where(**where)
     # imported here: neither --help nor wrong usage waits for Optuna and scikit-learn
-    from milltools.study.plan import filling, options, probe
+    from milltools.study.plan import filling, probe
     from milltools.study.plan.study_deck import Study
     from milltools.study.search.acquisition import Budget, spread
-    from milltools.study.search.search import Search, forget
+    from milltools.study.search.search import Search
     from milltools.study.search.space import Space
     from milltools.study.search.storage import open_storage
 
@@ -57,11 +56,9 @@ def optimize(
     space = Space(study_deck.about()["vary"])
     probe.probe(study_deck, [dict(zip(space.keys, spread(space, [], budget, k), strict=True)) for k in range(5)])
     kept = open_storage(storage, path) if storage else None
-    with filling.filled(NAME, path, study_deck.about(runs, command), force, runs) as table:
+    with filling.filled(NAME, path, study_deck.about(runs, command), force) as table:
         kept, place = kept or open_storage(None, path)
-        if force:
-            forget(study_deck, kept)
-        search = Search(study_deck, table, kept, budget, private=storage is None)
+        search = Search(study_deck, table, kept, budget, private=storage is None, anew=force)
         rows = table.rows()
         tracker = filling.Tracker(NAME, runs, rows, goal, quiet)
         if rows:

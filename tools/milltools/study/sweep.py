@@ -2,6 +2,7 @@
 
 import shlex
 
+from milltools.study.plan import options
 from milltools.study.remote import executors
 
 SUMMARY = (
@@ -12,8 +13,6 @@ NAME = "mill sweep"
 
 
 def add_arguments(parser):
-    from milltools.study.plan import options
-
     options.add_arguments(parser)
     parser.add_argument("--retry", action="store_true", help="run again what failed")
     parser.add_argument("--no-picture", action="store_true", help="do not draw one at the end")
@@ -30,7 +29,7 @@ def sweep(
     where: the fields of executors.Where (workers, dask, slurm, ...). Ctrl-C is a filling.Interrupted: what was done is kept."""
     # imported as they are needed: neither --help nor a wrong option waits for pandas
     where = executors.Where(**where)
-    from milltools.study.plan import designs, filling, options, probe
+    from milltools.study.plan import designs, filling, probe
     from milltools.study.plan.study_deck import Study
 
     study_deck = Study(study, overrides)
@@ -38,7 +37,7 @@ def sweep(
     plan = designs.plan(study_deck)
     probe.probe(study_deck, plan)
     numbers = {job["id"]: job["design"] for job in designs.jobs(study_deck, plan)}
-    with filling.filled(NAME, path, study_deck.about(len(numbers), command), force, len(numbers)) as table:
+    with filling.filled(NAME, path, study_deck.about(len(numbers), command), force) as table:
         table.number(numbers)
         there = table.ids(failed=not retry) & set(numbers)
         rows = [row for row in table.rows() if row["id"] in there]
@@ -70,12 +69,12 @@ def run(arguments) -> int:
 
 def _draw(table):
     """The main picture, where there are two axes for it."""
-    axes = [v for v in table.meta["vary"] if v["kind"] in ("number", "whole")]
-    axes = [v for v in axes if v["values"] is None or len(v["values"]) > 1]
-    if len(axes) < 2:
-        return
+    from milltools.study.plan.ranges import Range
     from milltools.study.show import outputs
 
+    axes = [r for r in map(Range.of, table.meta["vary"]) if r.numeric and (r.values is None or len(r.values) > 1)]
+    if len(axes) < 2:
+        return
     path = table.path.with_suffix(".png")
     outputs.draw(table, path)
     print(f"{path}: the first objective over two of the varied keys")

@@ -31,27 +31,25 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextlib.contextmanager
-def filled(command, path, about, force, planned):
+def filled(command, path, about, force):
     """The Writer of a table while it is filled; whatever asks for an end is an Interrupted that says how far it is."""
     with Writer.begin(path, about, force) as table:
         if table.damaged:
-            what = (
-                f"{plural(table.damaged, 'damaged line')} left out; what {'it' if table.damaged == 1 else 'they'} held"
-            )
-            say(command, f"{journal_of(path)}: {what} is run again")
+            lines, what = plural(table.damaged, "damaged line"), "it" if table.damaged == 1 else "they"
+            say(command, f"{journal_of(path)}: {lines} left out; what {what} held is run again")
         try:
             with processes.stops_in_order():
                 yield table
         except (KeyboardInterrupt, processes.Stopped) as stop:
-            text = f"interrupted; {path} has {len(table.of_plan())} of {planned} runs, and the same command goes on"
+            text = f"interrupted; {path} has {len(table.of_plan())} of {about['planned']} runs, and the same command goes on"
             raise Interrupted(text, 128 + getattr(stop, "number", 2)) from None
 
 
 class Tracker:
-    """Progress of a study: take(row) keeps each row and says how many runs there are, and the best of `objective`."""
+    """Progress of a study: how many runs there are, and the best of `objective`."""
 
     def __init__(self, command, planned, rows, objective, quiet):
-        self.objective, self.best, self.latest = objective, None, None
+        self.objective, self.best = objective, None
         self.count = dict.fromkeys(STATUSES, 0)
         self.progress = Progress(command, planned, quiet, kept=len(rows))
         for row in rows:
@@ -68,8 +66,8 @@ class Tracker:
     def tick(self):
         """Time goes on."""
         runs = sum(self.count.values())
-        total = self.progress.total
-        words = [f"{runs} of {total} runs", *(f"{self.count[name]} {name}" for name in ("failed", "capped") if self.count[name])]  # fmt: skip
+        words = [f"{runs} of {self.progress.total} runs"]
+        words += [f"{self.count[name]} {name}" for name in ("failed", "capped") if self.count[name]]
         if self.best is not None:
             words.append(f"best {number(self.best, 4)} {spoken_unit(self.objective.unit)}".rstrip())
         self.progress(runs, ", ".join(words))

@@ -90,14 +90,9 @@ def _execute(command, folder, limit):
     with _lock:
         if _ended:
             raise Lost("the study is being ended")
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C is the driver's business
-        )
+        # a session of its own: Ctrl-C is the driver's business
+        quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "start_new_session": True}
+        process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, **quiet)
         _running[threading.get_ident()] = process
     cut, begin = "", time.monotonic()
     try:
@@ -137,32 +132,21 @@ def _spent(pid, begin) -> tuple[float, str]:
 
 def read(job, path) -> dict:
     """The row of a finished run, from its file."""
-    row = empty(job, "done", "")
+    row, why = empty(job, "done", ""), ""
     try:
         with Run(path) as run:
             for name in (*job["objectives"], *job["record"]):
                 row[name] = float(run.read(f"statistics/{name}"))
                 row[f"{name}:error"] = run.standard_error(name)
-            row.update(_facts(run))
+            row["time"], row["collisions"], row["version"] = run.time, run.contacts, run.version
+            row["sample_from"] = run.time - float(run.read("statistics/duration"))
+            row["cpu"], row["wall"] = (float(run.read(f"run/{name}_time")) for name in ("cpu", "wall"))
+            if run.has("run/ended_by") and run.read("run/ended_by") == "max_collisions":
+                why = "stopped at run.max_collisions"
+            elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
+                why = "run.time was reached before run.precision"
+            if deep := int(run.read("run/overlaps")):
+                why = f"{deep} balls deep in other bodies: its impacts are not to be trusted"
     except (UserError, TypeError) as fault:
         return empty(job, "failed", str(fault).replace(f"{path}: ", ""))
-    return row
-
-
-def _facts(run) -> dict:
-    facts = {
-        "time": run.time,
-        "sample_from": run.time - float(run.read("statistics/duration")),
-        "collisions": run.contacts,
-        "cpu": float(run.read("run/cpu_time")),
-        "wall": float(run.read("run/wall_time")),
-        "version": run.version,
-    }
-    why = ""
-    if run.has("run/ended_by") and run.read("run/ended_by") == "max_collisions":
-        why = "stopped at run.max_collisions"
-    elif run.has("statistics/precision/reached") and not run.read("statistics/precision/reached"):
-        why = "run.time was reached before run.precision"
-    if deep := int(run.read("run/overlaps")):
-        why = f"{deep} balls deep in other bodies: its impacts are not to be trusted"
-    return facts | {"status": "capped", "message": why} if why else facts
+    return row | {"status": "capped", "message": why} if why else row

@@ -19,18 +19,17 @@ MOMENT = ["run.sample_from=0 s", "run.time=1 ns"]
 def probe(study, designs):
     """Fills in units and descriptions of the objectives. UserError if none of a few designs is taken, or an objective
     is no scalar of /statistics. Nothing is written."""
-    many = len(designs)
-    places = sorted({round(k * (many - 1) / (TRIED - 1)) for k in range(TRIED)})
-    first = None
+    places = sorted({round(k * (len(designs) - 1) / (TRIED - 1)) for k in range(TRIED)})
+    faults = []
     for number in places:
         job = study.job(number, designs[number])
         try:
             _check(job)
             return _look(study, job)
         except UserError as fault:
-            first = first or fault
-    others = f" (and {len(places) - 1} others tried are refused too)" if many > 1 else ""
-    raise UserError(f"{first}{others}", first.status)
+            faults.append(fault)
+    others = f" (and {len(places) - 1} others tried are refused too)" if len(designs) > 1 else ""
+    raise UserError(f"{faults[0]}{others}", faults[0].status)
 
 
 def _check(job):

@@ -20,6 +20,18 @@ from milltools.read.values import tell
 MOST = 1_000_000  # values of one key
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$", re.S)
 CLAUSES = {"log": r"(.*\S)\s+(log)$", "in": r"(.*\S)\s+in\s+(\d+)$", "step": r"(.*?\S)\s+step\s+(.+)$"}
+ABOUT = (
+    "key",
+    "unit",
+    "meaning",
+    "kind",
+    "whole",
+    "log",
+    "low",
+    "high",
+    "values",
+    "choices",
+)  # a search is known by their order
 WANTED = (
     "expected values such as '600, 800, 1000 rpm', or a range such as '2..20', '0..10 mm step 0.5 mm' or "
     "'2..10 mm in 5 log'"
@@ -67,11 +79,7 @@ class Range:
 
     def about(self) -> dict:
         """As the table's metadata keep it."""
-        return {
-            "key": self.key, "unit": self.unit, "meaning": self.meaning, "kind": self.kind, "whole": self.whole,
-            "log": self.log, "low": self.low, "high": self.high,
-            "values": None if self.values is None else list(self.values), "choices": list(self.choices),
-        }  # fmt: skip
+        return {name: getattr(self, name) for name in ABOUT}
 
     @classmethod
     def of(cls, about) -> "Range":
@@ -91,11 +99,11 @@ def _list(key, text) -> Range:
     items = [item.strip() for item in text.split(",")]
     if not all(items):
         raise UserError(f"{WANTED}, got '{text[:80]}'" if text.strip() else f"{WANTED}, got nothing")
-    last = NUMBER.match(items[-1])
-    unit = last.group(2) if last and not NUMBER.match(last.group(2)) else ""
-    # '600, 800, 1000 rpm': the unit of the last is that of all that have none
-    whole = [f"{item} {unit}" if unit and _bare(item) else item for item in items]
-    found = tell(f"{key}={item}" for item in whole)
+    numbers = [NUMBER.match(item) for item in items]
+    unit = numbers[-1].group(2) if numbers[-1] else ""
+    # '600, 800, 1000 rpm': the unit of the last is that of all that have none; '0 0 -9.81 m/s^2' is three numbers
+    bare = [bool(number) and not number.group(2) and unit and not NUMBER.match(unit) for number in numbers]
+    found = tell(f"{key}={item} {unit}" if add else f"{key}={item}" for item, add in zip(items, bare))
     values = tuple(value.value for value in found)
     for k, value in enumerate(values):
         if value in values[:k]:
@@ -103,11 +111,6 @@ def _list(key, text) -> Range:
     first = found[0]
     ends = (min(values), max(values)) if first.kind in ("number", "whole") else (None, None)
     return Range(key, first.kind, first.unit, first.meaning, False, *ends, values, first.choices)
-
-
-def _bare(item) -> bool:
-    number = NUMBER.match(item)
-    return bool(number) and not number.group(2)
 
 
 def _clauses(text):
@@ -129,7 +132,8 @@ def _number(text, what):
 
 def _span(key, text) -> Range:
     span, found = _clauses(text)
-    step, log, count = found.get("step"), "log" in found, int(found["in"]) if "in" in found else None
+    step, log = found.get("step"), "log" in found
+    count = int(found["in"]) if "in" in found else None
     if "..." in span or span.count("..") != 1:
         raise UserError(f"{WANTED}, got '{text[:80]}' (numbers such as 0.5 on both sides of '..')")
     low_text, high_text = span.split("..")
@@ -141,12 +145,12 @@ def _span(key, text) -> Range:
     if step and log:
         raise UserError("expected 'in N log' for a logarithmic range, got 'step' and 'log'")
     ends = tell(f"{key}={number} {u}".strip() for number, u in ((low, low_unit or unit), (high, unit)))
-    about = ends[0]
+    about, first, last = ends[0], ends[0].value, ends[1].value
     if about.kind not in ("number", "whole"):
         raise UserError(f"expected a list of values, got the range '{text[:80]}'")
-    if not ends[0].value < ends[1].value:
+    if not first < last:
         raise UserError(f"expected a range from low to high, got '{text[:80]}'")
-    if log and not ends[0].value > 0:
+    if log and not first > 0:
         raise UserError(f"expected a range above 0 for 'log', got '{text[:80]}'")
     if count is not None and not 2 <= count <= MOST:
         raise UserError(f"expected 'in 2' to 'in {MOST}', got 'in {count}'")
@@ -156,10 +160,10 @@ def _span(key, text) -> Range:
     if width is not None:
         values = _steps(key, (low, low_unit), (high, unit), (width, step_unit), ends, text)
     elif count is not None:
-        values = _spread(about.kind, ends[0].value, ends[1].value, count, log)
+        values = _spread(about.kind, first, last, count, log)
     elif about.kind == "whole":
-        values = tuple(range(ends[0].value, ends[1].value + 1))
-    return Range(key, about.kind, about.unit, about.meaning, log, ends[0].value, ends[1].value, values, ())  # fmt: skip
+        values = tuple(range(first, last + 1))
+    return Range(key, about.kind, about.unit, about.meaning, log, first, last, values, ())
 
 
 def _steps(key, low, high, step, ends, text):

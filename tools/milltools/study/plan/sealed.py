@@ -37,8 +37,8 @@ def hidden_command(line: str) -> str:
         words = shlex.split(line)
     except ValueError:
         words = [line]
-    plain = [hidden(word) for word in words]
-    return line if plain == words else shlex.join(plain)
+    shown = [hidden(word) for word in words]
+    return line if shown == words else shlex.join(shown)
 
 
 # ---- lines of JSON
@@ -123,14 +123,6 @@ def _check_vary(one):
 
 
 # ---- rows
-
-
-def check_columns(table: pyarrow.Table, kind: pyarrow.Schema):
-    """ValueError where the columns of a schema are not all there once, each of its type."""
-    for field in kind:
-        places = table.schema.get_all_field_indices(field.name)
-        if len(places) != 1 or table.schema.field(places[0]).type != field.type:
-            raise ValueError(f"the column {field.name} is not there as {field.type}")
 
 
 def wrong_rows(table: pyarrow.Table, vary: list[dict]) -> np.ndarray:

@@ -256,15 +256,12 @@ class _Lines:
 
     def _without(self, text, found):
         """The base deck without the keys that [set] leaves empty: their defaults hold. Lines keep their numbers."""
-        rows, out = text.splitlines(), set()
-        for entry in self.of("set"):
-            if entry.value:
-                continue
-            own = [one for one in found if f"{one.section}.{one.key}" == entry.key]
-            if not own:
+        rows, out = text.splitlines(), {entry.key: entry for entry in self.of("set") if not entry.value}
+        own = {f"{one.section}.{one.key}": one for one in found}
+        for key, entry in out.items():
+            if key not in own:
                 raise entry.fault("an empty value takes a key out of the base deck, which has none such")
-            rows[own[0].line - 1] = ""
-            out.add(entry.key)
+            rows[own[key].line - 1] = ""
         return "\n".join(rows) + "\n", [one for one in found if f"{one.section}.{one.key}" not in out]
 
     def objectives(self):

@@ -71,10 +71,10 @@ class Table:
     """The rows of a study and its metadata (a dict: file-format in docs/studies.md). `damaged`: lines of the journal that
     were left out."""
 
-    def __init__(self, path, meta, stored, fresh=(), damaged=0):
-        self.path, self.meta = pathlib.Path(path), meta
-        self._stored, self._fresh = stored, list(fresh)  # a pyarrow.Table; a list of them, of a row each
-        self.damaged, self._frame = damaged, None
+    def __init__(self, path, meta, stored, damaged=0):
+        self.path, self.meta, self.damaged = pathlib.Path(path), meta, damaged
+        self._stored, self._fresh = stored, []  # a pyarrow.Table; those of the rows since, one each
+        self._frame = None
 
     @classmethod
     def open(cls, path) -> "Table":
@@ -90,9 +90,7 @@ class Table:
     def frame(self) -> pandas.DataFrame:
         """Each run once, by design and replicate."""
         if self._frame is None:
-            whole = self._arrow().to_pandas(use_threads=False)
-            whole = whole.sort_values(["design", "replicate"], kind="stable")
-            self._frame = whole.reset_index(drop=True)
+            self._frame = self._arrow().to_pandas(use_threads=False)
         return self._frame
 
     def rows(self) -> list[dict]:
@@ -103,11 +101,12 @@ class Table:
         return len(self.frame())
 
     def _arrow(self):
-        """Both parts, each run once, the later of two."""
+        """Both parts, each run once (the later of two), by design and replicate."""
         kind = schema(self.meta)
         stored = pyarrow.concat_tables([self._stored, *self._fresh]).select(kind.names).combine_chunks()
         last = {name: place for place, name in enumerate(stored["id"].to_pylist())}
-        return stored if len(last) == len(stored) else stored.take(sorted(last.values()))
+        stored = stored if len(last) == len(stored) else stored.take(sorted(last.values()))
+        return stored.sort_by([("design", "ascending"), ("replicate", "ascending")])
 
 
 class Writer(Table):
@@ -134,7 +133,7 @@ class Writer(Table):
             try:
                 yield table
             finally:
-                table.fold(tidy=True)
+                table.fold()
 
     def ids(self, failed=True) -> set[str]:
         """Runs that are there; those that failed only if asked for."""
@@ -179,12 +178,10 @@ class Writer(Table):
         if now - self._folded > max(FOLD, SHARE * self._cost):
             self.fold()
 
-    def fold(self, tidy=False):
-        """Brings the journal into the Parquet file; `tidy` sorts the rows as `frame` does."""
+    def fold(self):
+        """Brings the journal into the Parquet file."""
         begin = time.monotonic()
         self._stored, self._fresh = self._arrow(), []
-        if tidy:
-            self._stored = self._stored.sort_by([("design", "ascending"), ("replicate", "ascending")])
         self._write()
         self._folded = time.monotonic()
         self._cost = self._folded - begin
@@ -219,7 +216,7 @@ def _made(values: dict, kind) -> pyarrow.Table:
 
 
 def _read(path):
-    """(metadata, rows of the Parquet file, rows of the journal, lines of it that are damaged)"""
+    """(metadata, rows of the Parquet file and then of the journal, lines of that which are damaged)"""
     # the journal first: what is folded into the file meanwhile is then in both, not in neither
     lines = _lines(journal_of(path))
     stored = _read_parquet(path)
@@ -239,7 +236,7 @@ def _read(path):
             fresh.append(made)
         except ValueError:
             damaged += place < len(lines)  # the last one was torn when its writer was killed
-    return meta, stored, fresh, damaged
+    return meta, pyarrow.concat_tables([stored, *fresh]), damaged
 
 
 def _lines(path) -> list[bytes]:
@@ -286,7 +283,10 @@ def _believed(text, stored):
     kind = schema(meta)
     if len(kind) != len(COLUMNS) + len(meta["vary"]) + 2 * len(paths(meta)):
         raise ValueError("two of its columns have one name")
-    sealed.check_columns(stored, kind)
+    for field in kind:
+        places = stored.schema.get_all_field_indices(field.name)
+        if len(places) != 1 or stored.schema.field(places[0]).type != field.type:
+            raise ValueError(f"the column {field.name} is not there as {field.type}")
     stored = stored.select(kind.names)
     if has_sum and sealed.content(stored) != written:
         raise ValueError("the checksum of its rows is that of others")

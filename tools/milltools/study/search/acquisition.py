@@ -22,6 +22,7 @@ import math
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm, qmc
+from sklearn.gaussian_process.kernels import Matern
 
 from milltools.study.search.gp import ALIKE, REACH, Surface, candidates
 from milltools.study.search.space import Space
@@ -108,9 +109,7 @@ def rival(surface: Surface, runs: list[Tried], pending=()) -> tuple | None:
         return None
     gap, spread = surface.gaps(others, leader)
     value = abs(surface.predict([leader])[0][0])
-    worse = gap > REACH * spread
-    alike = gap + REACH * spread < ALIKE * value
-    doubt = ~(worse | alike)
+    doubt = (gap <= REACH * spread) & (gap + REACH * spread >= ALIKE * value)
     if not doubt.any():
         return leader if leader in pending else None
     better = norm.cdf(-gap / np.maximum(spread, 1e-300)) * doubt
@@ -126,16 +125,12 @@ def gain(surface: Surface, designs) -> np.ndarray:
     mean, cov = surface.covariance(designs)
     mean = surface.sign * mean
     shift = cov / np.sqrt(np.diag(cov) + surface.noise**2 + 1e-300)
-    risen = np.zeros(len(designs))
-    for z, weight in zip(*NORMAL):
-        risen += weight * (mean[:, None] + z * shift).max(axis=0)
+    risen = sum(weight * (mean[:, None] + z * shift).max(axis=0) for z, weight in zip(*NORMAL))
     return risen - mean.max()
 
 
 def soundness(surface: Surface, runs: list[Tried], designs) -> np.ndarray:
     """Share of runs that are neither capped nor failed to be expected at designs: 1 where nothing is known."""
-    from sklearn.gaussian_process.kernels import Matern
-
     ended = [r for r in runs if r.status != "running"]
     bad = np.array([r.status in ("capped", "failed") for r in ended], float)
     if not bad.any() or bad.all():

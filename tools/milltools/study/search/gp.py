@@ -13,7 +13,6 @@ sections 4.2, 5.4; priors as in Hvarfner, Hellsten & Nardi, ICML 2024).
 import contextlib
 import copy
 import dataclasses
-import functools
 import itertools
 import math
 import warnings
@@ -21,6 +20,9 @@ import warnings
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import norm, qmc
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+from threadpoolctl import ThreadpoolController
 
 from milltools.study.search.space import Space
 
@@ -32,19 +34,8 @@ MOST_FITTED = 200  # of these for kernel and scatter, which are looked for in so
 MOST_ASKED = 2000  # designs asked for at once: their covariance is a matrix
 JITTER = 1e-10  # of the variance, so that equal designs can be solved for
 TRIES = 4  # starts of the search for kernel and scatter
-
-
-@functools.cache
-def _threads():
-    import sklearn.gaussian_process  # noqa: F401  what it loads is then known
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
-
-
-def one_thread():
-    """Within it linear algebra has one thread: more do not help with small matrices, and the runs need the cores."""
-    return _threads().limit(limits=1)
+# within limit(limits=1) linear algebra has one thread: more do not help with small matrices, and the runs need the cores
+THREADS = ThreadpoolController()
 
 
 def candidates(designs, values, statuses) -> list[tuple]:
@@ -71,7 +62,6 @@ def of_table(table, objective=0, seed=0) -> tuple["Surface", "Optimum"]:
 class Interval:
     """What designs that cannot be told from the best have of one key: low..high, or a list of words."""
 
-    key: str
     low: float | None
     high: float | None
     words: tuple = ()
@@ -82,7 +72,7 @@ class Optimum:
     """The best design, its value with standard error and 95 % interval (from all runs together), and its place.
 
     `place`: one Interval a key, of the designs that cannot be told from the best at 95 % (each against the best);
-    `place_share`: their share of the space. `alike_share`: share of designs expected within 2 % of the best;
+    `place_share`: their share of the space. `alike`: the same of designs expected within 2 % of the best;
     `flat`: keys along which those span a quarter of the range or more. `runs`: runs of the best design itself."""
 
     design: tuple
@@ -94,7 +84,6 @@ class Optimum:
     place: list[Interval]
     place_share: float
     alike: list[Interval]
-    alike_share: float
     flat: list[str]
 
 
@@ -117,16 +106,13 @@ class Surface:
         self.codes = space.encode(self.designs)
         self.middle = float(self.values.mean())
         self.scale = float(self.values.std()) or abs(self.middle) or 1.0
-        with one_thread():
+        with THREADS.limit(limits=1):
             kernel, self.scatter = self._kernel()
         known = np.where(np.isfinite(self.errors), self.errors, 0.0)
         self.process = self._process(kernel, np.hypot(known, self.scatter))
 
     def _kernel(self):
         """Kernel of the objective (variance and lengths, of values less their mean, in their deviation) and scatter of a run."""
-        from sklearn.gaussian_process import GaussianProcessRegressor
-        from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
-
         some = np.arange(len(self.values))
         if len(some) > MOST_FITTED:
             some = self.generator.choice(some, MOST_FITTED, replace=False)
@@ -164,12 +150,10 @@ class Surface:
 
     def _process(self, kernel, noises):
         """The process through this surface's runs with a kernel that is known and a noise for each run."""
-        from sklearn.gaussian_process import GaussianProcessRegressor
-
         self.noises = noises
         alpha = (noises / self.scale) ** 2 + JITTER
         process = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None)
-        with one_thread():
+        with THREADS.limit(limits=1):
             return process.fit(self.codes, (self.values - self.middle) / self.scale)
 
     @property
@@ -182,14 +166,14 @@ class Surface:
         """Mean and standard deviation of the objective itself at designs, in its unit."""
         codes = self.space.encode(designs)
         parts = (codes[k : k + MOST_ASKED] for k in range(0, len(codes), MOST_ASKED))
-        with one_thread():
+        with THREADS.limit(limits=1):
             told = [self.process.predict(part, return_std=True) for part in parts]
         mean, spread = map(np.concatenate, zip(*told))
         return self.middle + self.scale * mean, self.scale * spread
 
     def covariance(self, designs) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of the objective at (at most MOST_ASKED) designs."""
-        with one_thread():
+        with THREADS.limit(limits=1):
             mean, cov = self.process.predict(self.space.encode(designs), return_cov=True)
         return self.middle + self.scale * mean, self.scale**2 * cov
 
@@ -200,7 +184,7 @@ class Surface:
         # rounding leaves eigenvalues a little below zero; what lifts them is far below any error
         lift, whole = 1e-10 * self.scale**2, np.eye(len(mean))
         while True:
-            with contextlib.suppress(np.linalg.LinAlgError), one_thread():
+            with contextlib.suppress(np.linalg.LinAlgError), THREADS.limit(limits=1):
                 return mean + draws @ np.linalg.cholesky(cov + lift * whole).T
             lift *= 10
 
@@ -247,14 +231,14 @@ class Surface:
         wide = ((r, r.share(part.high) - r.share(part.low)) for r, part in zip(self.space.ranges, near) if r.numeric)
         return Optimum(
             best, float(value), float(error), float(value - REACH * error), float(value + REACH * error),
-            self.designs.count(best), places, float(open_.mean()), near, float(alike.mean()),
+            self.designs.count(best), places, float(open_.mean()), near,
             flat=[r.key for r, share in wide if share >= FLAT],
         )  # fmt: skip
 
     def _intervals(self, designs) -> list[Interval]:
         return [
-            Interval(r.key, min(column), max(column))
+            Interval(min(column), max(column))
             if r.numeric
-            else Interval(r.key, None, None, tuple(word for word in r.values if word in column))
+            else Interval(None, None, tuple(word for word in r.values if word in column))
             for r, column in zip(self.space.ranges, zip(*designs))
         ]

@@ -104,24 +104,22 @@ def name_of(study) -> str:
     return f"millsim-{hashlib.sha256(json.dumps(what).encode()).hexdigest()[:16]}"
 
 
-def forget(study, storage):
-    """Takes the search out of the storage, if it is there."""
-    with contextlib.suppress(KeyError):
-        optuna.delete_study(study_name=name_of(study), storage=storage)
-
-
 class Search:
-    """`study`: the study deck (deck.Study). `table`: a table.Writer. `storage`: Optuna's. Rows that are known to
-    the table or to the storage are runs of this search at once. `private`: no other driver has this storage."""
+    """`study`: a study_deck.Study. `table`: a table.Writer. `storage`: Optuna's. Rows that are known to the table or to the
+    storage are runs of this search at once, unless it begins `anew`. `private`: no other driver has this storage."""
 
-    def __init__(self, study, table, storage, budget: Budget, private=True):
+    def __init__(self, study, table, storage, budget: Budget, private=True, anew=False):
         self.study, self.table, self.budget = study, table, budget
         self.space = Space(study.about()["vary"])
         self.paths = [objective.path for objective in study.objectives]
         self.sampler = Sampler(self.space, budget)
         self.owner = f"{socket.gethostname()}:{table.path.resolve()}"
+        name = name_of(study)
+        if anew:
+            with contextlib.suppress(KeyError):  # there is none
+                optuna.delete_study(study_name=name, storage=storage)
         self.optuna = optuna.create_study(
-            study_name=name_of(study),
+            study_name=name,
             storage=storage,
             directions=["maximize" if o.sign > 0 else "minimize" for o in study.objectives],
             sampler=self.sampler,

@@ -11,7 +11,6 @@ import contextlib
 import fcntl
 import logging
 import os
-import pathlib
 import warnings
 
 import optuna
@@ -48,8 +47,7 @@ def open_storage(asked: str | None, output):
     logging.getLogger("alembic").setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", category=optuna.exceptions.ExperimentalWarning)
     if asked is None:
-        output = pathlib.Path(output)
-        asked = str(output.with_name(output.name.removesuffix(".parquet") + ".optuna.journal"))
+        asked = str(output).removesuffix(".parquet") + ".optuna.journal"
     scheme, colon, _ = asked.partition("://")
     if not colon:
         return _journal(asked), asked
