@@ -9,7 +9,7 @@ import pandas as pd
 import players
 import pytest
 from moving_mills import ATTRITOR, PLANETARY
-from test_scene import at, picture, stored
+from test_scene import at, picture, project, stored
 
 import milltools
 from milltools.compare import load, page
@@ -237,7 +237,7 @@ def test_a_riding_camera_shows_the_container_large_and_at_one_place(runs):
             into = bodies.container(run, k)
             points = bodies.moved(into, np.array([[0, 0, 0], [0.015, 0.02, 0], [-0.015, 0, 0.02]]))
             placed = camera.of(name, run, poses=run.poses(k)).placed((320, 180))
-            seen.append(placed.project(points, (320, 180)))
+            seen.append(project(placed, points, (320, 180)))
         assert seen[1] == pytest.approx(seen[0], abs=1e-6)
         assert seen[2] == pytest.approx(seen[0], abs=1e-6)
     image, _ = picture(run, stored(run, 40), camera.of("end", run, poses=run.poses(40)))

@@ -70,52 +70,32 @@ class Camera:
         pixels); itself if it has no hull."""
         if self.hull is None:
             return self
-        axes = self.axes
-        points = self.hull @ axes.T
+        points = self.hull @ self.axes.T
         aspect = size[0] / size[1]
-        # edges of the frame, counted from the picture's middle, in half heights
-        left, right = ((2 * frame[k] - 1) * aspect for k in (0, 2))
-        bottom, top = 1 - 2 * frame[3], 1 - 2 * frame[1]
-        if self.angle == 0:
-            return self._placed_flat(points, (left, right, bottom, top))
-        return self._placed_deep(points, (left, right, bottom, top))
+        # corners of the frame, counted from the picture's middle, in half heights
+        begin = np.array([(2 * frame[0] - 1) * aspect, 1 - 2 * frame[3]])
+        end = np.array([(2 * frame[2] - 1) * aspect, 1 - 2 * frame[1]])
+        return (self._placed_flat if self.angle == 0 else self._placed_deep)(points, begin, end)
 
-    def _placed_flat(self, points, edges):
-        left, right, bottom, top = edges
+    def _placed_flat(self, points, begin, end):
         low, high = points.min(axis=0), points.max(axis=0)
-        scale = max((high[0] - low[0]) / (right - left), (high[1] - low[1]) / (top - bottom))
+        scale = ((high - low)[:2] / (end - begin)).max()
         middle = (low + high) / 2
-        middle[0] -= scale * (left + right) / 2
-        middle[1] -= scale * (bottom + top) / 2
+        middle[:2] -= scale * (begin + end) / 2
         target = middle @ self.axes
-        away = 4 * np.linalg.norm(high - low)
-        eye = target - away * self.axes[2]
+        eye = target - 4 * np.linalg.norm(high - low) * self.axes[2]
         return dataclasses.replace(self, eye=eye, target=target, height=2 * scale, hull=None)
 
-    def _placed_deep(self, points, edges):
+    def _placed_deep(self, points, begin, end):
         """A point is in the frame if it lies on the inner side of four planes through the eye: each is a bound linear in
         the eye, so the nearest eye follows from the extreme points."""
         slope = math.tan(math.radians(self.angle) / 2)
-        low, high = [], []
-        for axis, (a, b) in enumerate(((edges[0], edges[1]), (edges[2], edges[3]))):
-            across, depth = points[:, axis], points[:, 2]
-            low.append(((across - b * slope * depth).max(), b * slope))
-            high.append(((across - a * slope * depth).min(), a * slope))
-        bounds = list(zip(low, high, strict=True))
-        depth = min((h[0] - w[0]) / (w[1] - h[1]) for w, h in bounds)  # of the eye, along the view
-        eye = [(w[0] + w[1] * depth + h[0] + h[1] * depth) / 2 for w, h in bounds]
-        place = np.array([*eye, depth])
+        begin, end, across, deep = begin * slope, end * slope, points[:, :2], points[:, 2:]
+        low, high = (across - end * deep).max(axis=0), (across - begin * deep).min(axis=0)
+        depth = ((high - low) / (end - begin)).min()  # of the eye, along the view
+        place = np.append((low + end * depth + high + begin * depth) / 2, depth)
         middle = np.append(place[:2], points[:, 2].mean())
         return dataclasses.replace(self, eye=place @ self.axes, target=middle @ self.axes, hull=None)
-
-    def project(self, points, size) -> np.ndarray:
-        """Where `points` (K, 3) [m] are in a picture of `size` pixels: x from the left, y from the top, depth [m]; (K, 3)."""
-        seen = (np.asarray(points, float) - self.eye) @ self.axes.T
-        if self.angle == 0:
-            scale = np.full(len(seen), size[1] / self.height)
-        else:
-            scale = size[1] / 2 / math.tan(math.radians(self.angle) / 2) / seen[:, 2]
-        return np.stack([size[0] / 2 + seen[:, 0] * scale, size[1] / 2 - seen[:, 1] * scale, seen[:, 2]], axis=1)
 
 
 def of(view: str | Camera, run, fraction: float = 0.0, poses=None) -> Camera:

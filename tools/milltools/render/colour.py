@@ -1,7 +1,6 @@
 """What the balls are coloured by: a value for each, limits that hold for a whole film, a colour map."""
 
 import dataclasses
-import functools
 from collections.abc import Callable
 
 import matplotlib
@@ -13,6 +12,7 @@ from milltools.figures.style import SPEEDS
 from milltools.geometry.trajectory import stored
 
 SHARE = 0.995  # of the balls are within the limits, if not said otherwise
+TABLE = (matplotlib.colormaps[SPEEDS](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
 LOOKED_AT = 12  # frames that the limits are found from
 
 
@@ -50,7 +50,7 @@ class Colour:
         share = (np.asarray(values, float) - low) / (high - low)
         known = np.isfinite(share)
         index = np.clip(np.where(known, share, 0.0) * 256, 0, 255).astype(int)
-        return np.where(known[:, None], _table()[index], np.uint8(150))
+        return np.where(known[:, None], TABLE[index], np.uint8(150))
 
     # ---- for the bar
 
@@ -69,16 +69,9 @@ class Colour:
         return f"{QUANTITIES[self.quantity].label} [{self.scale[1]}]"
 
 
-@functools.cache
-def _table():
-    return (matplotlib.colormaps[SPEEDS](np.arange(256))[:, :3] * 255 + 0.5).astype(np.uint8)
-
-
 def of(run, quantity: str, limits=None) -> Colour:
     """The colours of a milltools.read.runfile.Run: `limits` (low, high) [SI], or such that all but few balls of its frames are
     within them, from 0 on."""
-    if quantity not in QUANTITIES:
-        raise UserError(f"colour: expected one of {', '.join(QUANTITIES)}, got {quantity!r}")
     if limits is None:
         limits = 0.0, _nice(_top(run, quantity))
     low, high = map(float, limits)

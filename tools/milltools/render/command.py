@@ -1,6 +1,6 @@
 """`mill render`: pictures and films of a run in 3D, off-screen.
 
-One way through, in film.py: when (times.py) -> states of the balls then (states.py) -> pictures (settings.py, by team.py in several
+One way through, in film.py: when (times.py) -> states of the balls then (states.py) -> pictures (film.py, by team.py in several
 processes) -> a file (a film by encode.py, beside a camera's by footage.py).
 """
 
@@ -20,6 +20,7 @@ frame; with it, times between them, exactly: the deck is run again up to there. 
 STILLS, FILMS = (".png", ".pov"), (".mp4", ".webm", ".webp", ".gif")
 FILM_ONLY = ("fps", "slow", "begin", "end", "beside")
 BESIDE_ONLY = ("offset", "crop", "camera_fps")
+TIMED = ("slow", "fps", "begin")
 CAMERAS = ("front", "three-quarter", "end", "orbit")
 EYE_ONLY = ("target", "up", "angle")
 
@@ -103,23 +104,17 @@ def _suffix(arguments):
     if suffix not in known:
         mend = "; --pov writes scenes" if suffix == ".pov" else ""
         raise UserError(f"{arguments.file}: expected a name ending in {', '.join(known)}{mend}")
-    for words, needed in ((FILM_ONLY, FILMS), (("time",), STILLS)):
+    beside, eye = arguments.beside is not None, arguments.eye is not None
+    for words, allowed, why in (
+        (FILM_ONLY, suffix in FILMS, f"only for {' and '.join(FILMS)}"),
+        (("time",), suffix in STILLS, f"only for {' and '.join(STILLS)}"),
+        (BESIDE_ONLY, beside, "only with --beside"),
+        (EYE_ONLY, eye, "only with --eye"),
+        (TIMED, not beside, "not with --beside: the camera's pictures say when; see --offset, --camera-fps"),
+        (("eye",), not arguments.camera, "not with --camera: it is a camera of its own"),
+    ):
         for word in words:
-            if getattr(arguments, word) is not None and suffix not in needed:
-                name = {"begin": "from", "end": "to"}.get(word, word)
-                raise UserError(f"--{name}: only for {' and '.join(needed)}")
-    _go_together(arguments, BESIDE_ONLY, "beside")
-    _go_together(arguments, EYE_ONLY, "eye")
-    for word in ("slow", "fps", "begin"):
-        if arguments.beside and getattr(arguments, word) is not None:
-            name = {"begin": "from"}.get(word, word)
-            raise UserError(f"--{name}: not with --beside: the camera's pictures say when; see --offset, --camera-fps")  # fmt: skip
-    if arguments.eye and arguments.camera:
-        raise UserError("--eye: not with --camera: it is a camera of its own")
+            if getattr(arguments, word) is not None and not allowed:
+                name = {"begin": "from", "end": "to"}.get(word, word.replace("_", "-"))
+                raise UserError(f"--{name}: {why}")
     return suffix
-
-
-def _go_together(arguments, words, needed):
-    for word in words:
-        if getattr(arguments, word) is not None and getattr(arguments, needed) is None:
-            raise UserError(f"--{word.replace('_', '-')}: only with --{needed}")

@@ -42,42 +42,22 @@ def program(name="ffmpeg") -> str:
     return extras.program(name, "ffmpeg")
 
 
-def rate(fps) -> str:
-    """A frame rate [1/s] as ffmpeg takes it, exactly: '25', '30000/1001'."""
-    return str(fractions.Fraction(fps).limit_denominator(100_000))
-
-
 @contextlib.contextmanager
-def encoder(path, size, fps):
-    """A function that adds a picture, uint8 (height, width, 3), top row first, to the film that is at `path` afterwards.
-
-    path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
-    width, height = size
-    with whole(path) as draft, tempfile.TemporaryFile() as said:
-        command = [
-            *processes.guard(), program(), "-v", "error", "-nostdin", "-xerror", "-y",
-            "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate(fps), "-i", "pipe:0",
-            "-an", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1",
-            *FORMATS[path.suffix.lower()], f"file:{draft}",
-        ]  # fmt: skip
+def ffmpeg(path, *words, **streams):
+    """The process of an ffmpeg command. UserError about `path` if it has failed, at the end or where it is written to."""
+    with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
+            [*processes.guard(), program(), "-v", "error", "-nostdin", *words],
             stderr=said,
             start_new_session=True,  # Ctrl-C is ours to handle
             restore_signals=False,  # what it may not write it shall say, not die of
+            **streams,
         )
-
-        def add(picture):
-            if picture.shape != (height, width, 3) or picture.dtype != "uint8":
-                raise ValueError(f"expected {width} x {height} pictures, got {picture.shape}")
-            process.stdin.write(np.ascontiguousarray(picture).data)
-
         try:
             try:
-                yield add
-                process.stdin.close()
+                yield process
+                if process.stdin:
+                    process.stdin.close()
             except BrokenPipeError:
                 process.wait()
                 raise _fault(path, process, said) from None
@@ -86,8 +66,29 @@ def encoder(path, size, fps):
         finally:
             process.kill()
             process.wait()
-            with contextlib.suppress(BrokenPipeError):
-                process.stdin.close()
+            for stream in filter(None, (process.stdin, process.stdout)):
+                with contextlib.suppress(BrokenPipeError):
+                    stream.close()
+
+
+@contextlib.contextmanager
+def encoder(path, size, fps):
+    """A function that adds a picture, uint8 (height, width, 3), top row first, to the film that is at `path` afterwards.
+
+    path: its suffix is one of FORMATS; size (width, height) [pixels], both even; fps [1/s]."""
+    width, height = size
+    rate = str(fractions.Fraction(fps).limit_denominator(100_000))  # exactly: '25', '30000/1001'
+    words = [
+        "-xerror", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", rate, "-i", "pipe:0",
+        "-an", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1", *FORMATS[path.suffix.lower()],
+    ]  # fmt: skip
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL}
+    with whole(path) as draft, ffmpeg(path, *words, f"file:{draft}", **streams) as process:
+
+        def add(picture):
+            process.stdin.write(np.ascontiguousarray(picture).data)
+
+        yield add
 
 
 def _fault(path, process, said):
@@ -100,25 +101,25 @@ def _fault(path, process, said):
     return UserError(f"{path}: ffmpeg: {lines[0]}", status=1)
 
 
-def probe(path) -> dict:
-    """What ffprobe says of the first video stream of a file: width, height, rate [1/s], pictures (or None)."""
+def probe(path) -> tuple[int, int, float, int | None]:
+    """Width and height [pixels], rate [1/s] and number of pictures (None: not said) of a file's first video, by ffprobe."""
     try:
         with open(path, "rb"):
             pass
     except OSError as fault:
         raise UserError(f"{path}: {fault.strerror}") from None
     words = [program("ffprobe"), "-v", "error", "-select_streams", "v:0", "-show_streams", "-of", "json", f"file:{path}"]  # fmt: skip
-    done = subprocess.run(words, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)  # fmt: skip
+    done = subprocess.run(words, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
     try:
         stream = json.loads(done.stdout)["streams"][0]
-        found = {
-            "width": int(stream["width"]),
-            "height": int(stream["height"]),
-            "rate": float(fractions.Fraction(stream["r_frame_rate"])),
-            "pictures": int(stream["nb_frames"]) if stream.get("nb_frames", "").isdigit() else None,
-        }
+        width, height, rate = (
+            int(stream["width"]),
+            int(stream["height"]),
+            float(fractions.Fraction(stream["r_frame_rate"])),
+        )
+        count = int(stream["nb_frames"]) if stream.get("nb_frames", "").isdigit() else None
+        if not (rate > 0 and width > 0 and height > 0):
+            raise ValueError
     except (ValueError, KeyError, IndexError, TypeError, ZeroDivisionError):
         raise UserError(f"{path}: ffmpeg finds no video in it") from None
-    if not (found["rate"] > 0 and found["width"] > 0 and found["height"] > 0):
-        raise UserError(f"{path}: ffmpeg finds no video in it")
-    return found
+    return width, height, rate, count

@@ -1,15 +1,15 @@
-"""A picture or a film of a run: what it shows, who draws it, where it goes."""
+"""A picture or a film of a run: what it shows, how it looks, who draws it, where it goes."""
 
 import contextlib
+import dataclasses
 import functools
 import io
-import itertools
 import os
 
 import psutil
 from PIL import Image
 
-from milltools.base import files, processes, progress
+from milltools.base import extras, files, processes, progress
 from milltools.base.errors import UserError
 from milltools.base.text import plural, size
 from milltools.geometry import rerun
@@ -17,10 +17,10 @@ from milltools.geometry.bodies import Mill
 from milltools.read.runfile import Run
 from milltools.read.values import seconds
 from milltools.render import camera, colour, encode, footage, pov, scene, states, team, times
-from milltools.render.settings import Settings
 
 PROCESS, PIXEL = 3.2e8, 12.0  # bytes that a process takes, and more for each pixel it draws
-EYE = {"eye": (3, "0.3,-0.2,0.1"), "target": (3, "0.3,-0.2,0.1"), "up": (3, "0.3,-0.2,0.1"), "angle": (1, "30")}
+EYE = {"eye": 3, "target": 3, "up": 3, "angle": 1}  # how many numbers each option has
+EXAMPLES = {1: "30", 2: "0,4", 3: "0.3,-0.2,0.1"}
 
 say = functools.partial(progress.say, "mill render")
 
@@ -29,11 +29,12 @@ def still(arguments, path):
     """Writes the picture that `mill render` was asked for, or the scene of one for POV-Ray, to `path`."""
     with Run(arguments.run) as run:
         plan = times.still(run, arguments.time, _again(arguments, run))
-        look = _settings(arguments, run, _size(arguments))
+        look = _look(arguments, run, _size(arguments))
         with _moving(arguments, run, plan) as moving:
             (state,) = moving.states(plan.times)
         if path.suffix.lower() == ".pov":
-            pov.write(run, state, path, look.view(run, 0.0, state.poses), look.colour, look.size)
+            text = pov.scene(run, state, look.view(run, 0.0, state.poses), look.colour, look.size)
+            files.write_text(path, text)
             _written(path, "a scene for POV-Ray")
             return
         with look.drawing() as draw:
@@ -42,32 +43,29 @@ def still(arguments, path):
     Image.fromarray(picture).save(content, "PNG")
     with files.whole(path) as draft:
         draft.write_bytes(content.getvalue())
-    height, width = picture.shape[:2]
-    _written(path, f"{width} x {height} pixels at {state.time:.6g} s")
+    _written(path, f"{look.size[0]} x {look.size[1]} pixels at {state.time:.6g} s")
 
 
 def film(arguments, path):
     """Writes the film that `mill render` was asked for to `path`."""
     encode.program()  # before anything is drawn
     with Run(arguments.run) as run:
+        again, (width, height) = _again(arguments, run), _size(arguments)
         if not arguments.beside:
-            plan = times.film(run, arguments, _again(arguments, run))
-            look = _settings(arguments, run, _size(arguments))
-            _write(arguments, path, run, plan, look, look.size)
+            plan = times.film(run, arguments, again)
+            _write(arguments, path, run, plan, _look(arguments, run, (width, height)))
             return
         shot = footage.open_film(arguments.beside, arguments.crop)
-        offset, end = arguments.offset, arguments.end
-        offset = seconds({"--offset": offset}, negative=True)[0] if offset else 0.0
+        offset = seconds({"--offset": arguments.offset}, negative=True)[0] if arguments.offset else 0.0
         rate = arguments.camera_fps or shot.rate
-        plan, first = times.camera(run, offset, rate, shot.rate, shot.pictures, _again(arguments, run))
-        if end is not None:
-            plan = times.until(plan, *seconds({"--to": end}))
-        width, height = _size(arguments)
+        plan, first = times.camera(run, offset, rate, shot.rate, shot.pictures, again)
+        if arguments.end is not None:
+            plan = times.until(plan, *seconds({"--to": arguments.end}))
         if (arguments.size or scene.DEFAULT).lower() in scene.SIZES:
             width = shot.width(height)  # both see as much
-        look = _settings(arguments, run, (width, height))
-        joined = footage.beside(look.size, shot, first)
-        _write(arguments, path, run, plan, look, footage.size(look.size, shot), joined)
+        look = _look(arguments, run, (width, height))
+        more = footage.GAP + shot.width(height)
+        _write(arguments, path, run, plan, look, more, lambda mine: footage.beside(mine, height, shot, first))
 
 
 def _again(arguments, run) -> bool:
@@ -93,35 +91,21 @@ def _written(path, what):
     print(f"{path}: {what}, {size(os.path.getsize(path))}", flush=True)
 
 
-def painters(look) -> int:
-    """How many draw at once, if nobody says: one a core, fewer where memory would not do."""
-    if look.pov:
-        return processes.cores()
-    pixels = look.size[0] * look.size[1] * (4 if look.quality == "final" else 1)
-    room = psutil.virtual_memory().available * 0.7
-    return max(1, min(processes.cores(), int(room / (PROCESS + PIXEL * pixels))))
-
-
-def _write(arguments, path, run, plan, look, pixels, change=iter):
-    """Draws the pictures of a plan, changes them (a function of the iterable), writes them, `pixels` large."""
-    if any(side % 2 for side in pixels):
-        raise UserError(f"--size: films have even sizes, got {pixels[0]}x{pixels[1]}")
+def _write(arguments, path, run, plan, look, more=0, change=iter):
+    """Draws the pictures of a plan, changes them (a function of the iterable; they get `more` pixels wider), writes them."""
     count, drawn = len(plan.times), 0
     say(f"{count} pictures at {plan.fps:g} a second, {times.words(plan.slow)}")
-    workers = min(arguments.workers or painters(look), count)
+    workers = min(arguments.workers or look.painters(), count)
     with _moving(arguments, run, plan) as moving:
-        tasks = ((state, number / count) for number, state in zip(itertools.count(), moving.states(plan.times)))
-        pictures = team.results(look.drawing, workers, tasks)
+        tasks = ((state, number / count) for number, state in enumerate(moving.states(plan.times)))
         with (
-            encode.encoder(path, pixels, plan.fps) as add,
+            encode.encoder(path, (look.size[0] + more, look.size[1]), plan.fps) as add,
             progress.Progress("mill render", count, arguments.quiet) as watch,
+            contextlib.closing(team.results(look.drawing, workers, tasks)) as pictures,
         ):
-            try:
-                for drawn, picture in enumerate(change(pictures), 1):
-                    add(picture)
-                    watch(drawn, f"{drawn} of {count} pictures")
-            finally:
-                pictures.close()
+            for drawn, picture in enumerate(change(pictures), 1):
+                add(picture)
+                watch(drawn, f"{drawn} of {count} pictures")
             if not drawn:
                 raise UserError(f"{path}: there is no picture to show")
         _written(path, f"{drawn} pictures, {drawn / plan.fps:.3g} s")
@@ -130,37 +114,84 @@ def _write(arguments, path, run, plan, look, pixels, change=iter):
 # ---- how it looks
 
 
+@dataclasses.dataclass(frozen=True)
+class Look:
+    """How all pictures of a film look: what every process that draws must know, and small enough to be sent to it.
+
+    `path` of the run, `size` (width, height) [pixels], `quality` of scene.QUALITIES, `camera` as camera.of() takes it; `pov`:
+    traced by POV-Ray, not drawn by VTK; `rides`: the camera does, on the container."""
+
+    path: str
+    size: tuple[int, int]
+    quality: str
+    camera: str | camera.Camera
+    colour: colour.Colour
+    pov: bool
+    rides: bool
+
+    def view(self, run, fraction=0.0, poses=None) -> camera.Camera:
+        """The camera at a share of the film, where motions are at `poses`."""
+        return camera.of(self.camera, run, fraction, (poses or {}) if self.rides else None)
+
+    @contextlib.contextmanager
+    def drawing(self):
+        """A function of (state, share of the film) that gives its picture, uint8 (h, w, 3)."""
+        with Run(self.path) as run:
+            if self.pov:
+                yield lambda state, fraction=0.0: pov.draw(
+                    run, state, self.view(run, fraction, state.poses), self.colour, self.size
+                )
+                return
+            moves = self.camera == "orbit" or self.rides
+            with scene.Scene(run, self.size, self.quality, self.view(run), self.colour) as drawn:
+
+                def draw(state, fraction=0.0):
+                    if moves:
+                        drawn.look(self.view(run, fraction, state.poses))
+                    return drawn.draw(state)
+
+                yield draw
+
+    def painters(self) -> int:
+        """How many draw at once, if nobody says: one a core, fewer where memory would not do."""
+        if self.pov:
+            return processes.cores()
+        pixels = self.size[0] * self.size[1] * scene.QUALITIES[self.quality] ** 2
+        room = psutil.virtual_memory().available * 0.7
+        return max(1, min(processes.cores(), int(room / (PROCESS + PIXEL * pixels))))
+
+
 def _size(arguments) -> tuple[int, int]:
     return scene.size_of(arguments.size or scene.DEFAULT)
 
 
-def _settings(arguments, run, pixels) -> Settings:
-    """How a run's pictures look. UserError for what cannot be shown, before anything is drawn."""
-    if arguments.pov and not arguments.file.lower().endswith(".pov"):
-        pov.program()
+def _look(arguments, run, pixels) -> Look:
+    """UserError for what cannot be shown, before anything is drawn."""
+    suffix = os.path.splitext(arguments.file)[1].lower()
+    if arguments.pov and suffix != ".pov":
+        extras.program("povray", "povray")
     view = arguments.camera or "front"
     if arguments.eye:
         given = {name: getattr(arguments, name) for name in EYE if getattr(arguments, name) is not None}
-        view = camera.free(**{name: _numbers(text, name, *EYE[name]) for name, text in given.items()})
+        view = camera.free(**{name: _numbers(text, name, EYE[name]) for name, text in given.items()})
     mill, rides = Mill.of(run), arguments.ride
     if rides and not mill.carrier:
         say("--ride: the container stands still, and so does the camera")
     elif rides is None and not arguments.eye and mill.wanders:
         rides = True
         say("the camera rides on the container, whose path is long (--no-ride: it stands still)")
-    limits = _numbers(arguments.limits, "limits", 2, "0,4") if arguments.limits else None
+    limits = _numbers(arguments.limits, "limits", 2) if arguments.limits else None
     colours = colour.of(run, arguments.colour, limits)
-    drawn = arguments.file.lower().endswith((".png", ".pov"))
-    quality = arguments.quality or ("final" if drawn else "draft")
-    return Settings(run.path, pixels, quality, view, colours, pov=arguments.pov, rides=bool(rides))
+    quality = arguments.quality or ("final" if suffix in (".png", ".pov") else "draft")
+    return Look(run.path, pixels, quality, view, colours, arguments.pov, bool(rides))
 
 
-def _numbers(text, name, count, example):
+def _numbers(text, name, count):
     """As camera.free() and colour.of() take them: one number alone is no list."""
     try:
         found = [float(word) for word in text.split(",")]
     except ValueError:
         found = []
     if len(found) != count:
-        raise UserError(f"--{name}: expected {plural(count, 'number')} such as {example}, got '{text}'")
+        raise UserError(f"--{name}: expected {plural(count, 'number')} such as {EXAMPLES[count]}, got '{text}'")
     return found if count > 1 else found[0]

@@ -15,11 +15,9 @@ from PIL import Image
 
 from milltools.base import extras
 from milltools.base.errors import UserError
-from milltools.base.files import write_text
 from milltools.geometry.bodies import Mill, moved
 from milltools.render.camera import FILL
-from milltools.render.overlay import Overlay
-from milltools.render.scene import BACKGROUNDS, caption
+from milltools.render.scene import STUDIO, written_over
 
 FLAGS = ("-D", "-GD", "-GR", "-GS", "-GW", "+FN8", "+UA", "+A0.3", "+AM1", "+R2")
 THREADS = "MILL_POVRAY_THREADS"
@@ -49,15 +47,10 @@ sphere {{ <X, Y, Z>, Radius pigment {{ rgb <Red, Green, Blue> }} finish {{ Ball 
 # ---- the scene
 
 
-def write(run, state, path, camera, colour, size):
-    """Writes a scene() to `path`."""
-    write_text(path, scene(run, state, camera, colour, size))
-
-
 def scene(run, state, camera, colour, size) -> str:
     """The scene of a trajectory.State of a milltools.read.runfile.Run, for a picture of `size` pixels."""
     mill = Mill.of(run)
-    placed = camera.placed(size, _overlay(run, camera, colour, size).frame)
+    placed = camera.placed(size, written_over(run, camera, colour, size).frame)
     head = HEAD.format(
         time=state.time,
         width=size[0],
@@ -66,8 +59,7 @@ def scene(run, state, camera, colour, size) -> str:
         camera=_camera(placed, size),
         lights=_lights(placed, mill),
     )
-    parts = [head, *_bodies(mill, state.poses or {}), *_balls(run, state, colour)]
-    return "\n".join(parts) + "\n"
+    return "\n".join([head, *_bodies(mill, state.poses or {}), *_balls(run, state, colour), ""])
 
 
 def _vector(values):
@@ -76,41 +68,32 @@ def _vector(values):
 
 def _camera(camera, size):
     right, up, forward = camera.axes
-    aspect = size[0] / size[1]
-    if camera.angle == 0:
-        kind, high, direction = "orthographic", camera.height, forward
-    else:
+    kind, high = "orthographic", camera.height
+    if camera.angle > 0:
         kind, high = "perspective", 2 * np.tan(np.radians(camera.angle) / 2)
-        direction = forward
     return (
-        f"{kind} location {_vector(camera.eye)} direction {_vector(direction)}\n"
-        f"  right {_vector(right * high * aspect)} up {_vector(up * high)}"
+        f"{kind} location {_vector(camera.eye)} direction {_vector(forward)}\n"
+        f"  right {_vector(right * high * (size[0] / size[1]))} up {_vector(up * high)}"
     )
 
 
 def _lights(camera, mill):
     """The lamps of the other pictures: the main one throws shadows, two fill."""
     axes = camera.axes * np.array([[1], [1], [-1]])
-    reach = 12 * mill.reach
-    lines = [f"light_source {{ {_vector(reach * (camera.lamp @ axes))} rgb {POV_MAIN} }}"]
-    for place, strength in FILL:
-        lines.append(
-            f"light_source {{ {_vector(reach * (np.array(place) @ axes))} rgb {POV_FILL * strength:.3g} shadowless }}"
-        )
-    return "\n".join(lines)
+    lamps = [(camera.lamp, f"{POV_MAIN}")]
+    lamps += [(np.array(place), f"{POV_FILL * strength:.3g} shadowless") for place, strength in FILL]
+    return "\n".join(
+        f"light_source {{ {_vector(12 * mill.reach * (place @ axes))} rgb {how} }}" for place, how in lamps
+    )
 
 
 def _mesh(triangles, texture, *words):
-    corners = triangles.reshape(-1, 3)
-    points, index = np.unique(np.round(corners, 9), axis=0, return_inverse=True)
-    faces = index.reshape(-1, 3)
-    return "\n".join(
-        [
-            "mesh2 {",
-            f"vertex_vectors {{ {len(points)}, {', '.join(map(_vector, points))} }}",
-            f"face_indices {{ {len(faces)}, {', '.join(f'<{a}, {b}, {c}>' for a, b, c in faces)} }}",
-            f"texture {{ {texture} }} {' '.join(words)} }}",
-        ]
+    points, index = np.unique(np.round(triangles.reshape(-1, 3), 9), axis=0, return_inverse=True)
+    faces = [f"<{a}, {b}, {c}>" for a, b, c in index.reshape(-1, 3)]
+    return (
+        f"mesh2 {{\nvertex_vectors {{ {len(points)}, {', '.join(map(_vector, points))} }}\n"
+        f"face_indices {{ {len(faces)}, {', '.join(faces)} }}\n"
+        f"texture {{ {texture} }} {' '.join(words)} }}"
     )
 
 
@@ -133,18 +116,13 @@ def _balls(run, state, colour):
 # ---- the picture
 
 
-def program() -> str:
-    """Where povray is. UserError if it is not installed."""
-    return extras.program("povray", "povray")
-
-
-def trace(scene, size, background="studio") -> np.ndarray:
-    """povray's picture (h, w, 3 or 4) uint8 of the text of a scene, of `size` pixels on a `background` of scene.BACKGROUNDS."""
+def trace(scene, size) -> np.ndarray:
+    """povray's picture (h, w, 3) uint8 of the text of a scene, of `size` pixels, over the other pictures' background."""
     width, height = size
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
         folder = pathlib.Path(name)
         (folder / "scene.pov").write_text(scene)
-        words = [program(), "+Iscene.pov", "+Otraced.png", f"+W{width}", f"+H{height}", *FLAGS]
+        words = [extras.program("povray", "povray"), "+Iscene.pov", "+Otraced.png", f"+W{width}", f"+H{height}", *FLAGS]
         if os.environ.get(THREADS, "").isdigit():
             words.append(f"+WT{os.environ[THREADS]}")
         # run() ends povray with us, on Ctrl-C too
@@ -155,33 +133,20 @@ def trace(scene, size, background="studio") -> np.ndarray:
             raise UserError(f"povray ended with status {done.returncode}: {_reason(done.stderr)}", 1)
         with Image.open(folder / "traced.png") as image:
             picture = np.array(image.convert("RGBA"))
-    return picture if background == "transparent" else _over(picture, BACKGROUNDS[background][:2])
-
-
-def _reason(said):
-    """povray's own line of what went wrong, from all it says."""
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
-    for line in lines:
-        if "rror" in line:
-            return line
-    return lines[-1] if lines else "it said nothing"
-
-
-def _over(picture, colours):
-    """An RGBA picture over a background, `colours` below and above."""
-    share = np.linspace(0, 1, len(picture))[:, None, None]
-    below, above = (255 * np.array(c) for c in colours)
-    behind = above + (below - above) * share
+    below, above = (255 * np.array(c) for c in STUDIO)
+    behind = above + (below - above) * np.linspace(0, 1, height)[:, None, None]
     alpha = picture[..., 3:] / 255
     return np.round(picture[..., :3] * alpha + behind * (1 - alpha)).astype(np.uint8)
 
 
-def _overlay(run, camera, colour, size):
-    return Overlay(size, colour, caption(run, camera), run.quantity("run/time", 1.0))
+def _reason(said):
+    """povray's own line of what went wrong, from all it says."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()] or ["it said nothing"]
+    return next((line for line in lines if "rror" in line), lines[-1])
 
 
-def draw(run, state, camera, colour, size, background="studio") -> np.ndarray:
+def draw(run, state, camera, colour, size) -> np.ndarray:
     """The finished picture (h, w, 3) uint8 of a state, as scene.Scene.draw gives it."""
-    picture = trace(scene(run, state, camera, colour, size), size, background)
-    _overlay(run, camera, colour, size).paste(picture, state.time)
+    picture = trace(scene(run, state, camera, colour, size), size)
+    written_over(run, camera, colour, size).paste(picture, state.time)
     return picture

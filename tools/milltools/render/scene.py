@@ -4,30 +4,23 @@ Everything is made once; a frame only moves what moves. One Scene per process: O
 """
 
 import numpy as np
+from PIL import Image
 
 from milltools.base.errors import UserError
 from milltools.base.text import plural
 from milltools.geometry.bodies import Mill
 from milltools.read import motions
 from milltools.render import window as windows
-from milltools.render.overlay import DARK, LIGHT, Overlay
-from milltools.render.pixels import darken, halved, halved_light, smooth, soften, straighten
+from milltools.render.overlay import Overlay
 from milltools.render.shade import Shade
 
 SIZES, DEFAULT = {"720p": (1280, 720), "1080p": (1920, 1080), "1440p": (2560, 1440), "4k": (3840, 2160)}, "1080p"
 LEAST, MOST = 16, 8192  # pixels of a side
 
-BACKGROUNDS = {  # colours below and above, and the ink of what is written there
-    "studio": ((0.965, 0.97, 0.98), (0.80, 0.845, 0.895), DARK),
-    "white": ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), DARK),
-    "dark": ((0.13, 0.15, 0.18), (0.05, 0.06, 0.08), LIGHT),
-    "transparent": ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), DARK),
-}
+STUDIO = (0.965, 0.97, 0.98), (0.80, 0.845, 0.895)  # colours of the background, below and above
 TILE = 2_100_000  # pixels that VTK draws at a time; each costs it some 60 bytes
 EDGE = 0.4  # neighbours this much deeper are behind an edge; in radii of a ball
 QUALITIES = {"draft": 1, "final": 2}  # how many times larger it is drawn, and averaged down for clean edges
-
-METAL, RIM, GLASS = (0.74, 0.76, 0.79), (0.20, 0.25, 0.33), (0.80, 0.87, 0.94)
 
 
 def size_of(text: str) -> tuple[int, int]:
@@ -53,60 +46,49 @@ def tiles(size, over):
 
 
 class Scene:
-    """Draws states of a milltools.read.runfile.Run. A context manager; close() does as well.
+    """Draws states of a milltools.read.runfile.Run. A context manager.
 
-    `size` (width, height) pixels; `quality` of QUALITIES, `background` of BACKGROUNDS; `camera` a camera.Camera, `colour` a
-    colour.Colour; `overlay`: whether colour bar and time are written over the picture."""
+    `size` (width, height) pixels; `quality` of QUALITIES; `camera` a camera.Camera, `colour` a colour.Colour; `background`: as
+    STUDIO; `overlay`: whether colour bar and time are written over the picture."""
 
-    def __init__(self, run, size, quality, camera, colour, background="studio", overlay=True):
+    def __init__(self, run, size, quality, camera, colour, background=STUDIO, overlay=True):
         self.run, self.size, self.colour = run, tuple(size), colour
-        for name, known, what in ((quality, QUALITIES, "quality"), (background, BACKGROUNDS, "background")):
-            if name not in known:
-                raise UserError(f"{what}: expected one of {', '.join(known)}, got {name!r}")
         self._larger = QUALITIES[quality]
-        self._transparent = background == "transparent"
-        self._over = None
-        ink = BACKGROUNDS[background][2]
-        if overlay:
-            self._over = Overlay(self.size, colour, caption(run, camera), run.quantity("run/time", 1.0), ink)
-        self.mill = Mill.of(run)
+        self._over = written_over(run, camera, colour, self.size) if overlay else None
+        self.mill = mill = Mill.of(run)
         tile, count = tiles(self.size, self._larger)
         self._window = windows.open_window(tile)
         from milltools.render import actors  # imports vtk, which asks for the kind of window
 
-        ground = BACKGROUNDS[background][:2]
-        self._eye = actors.Eye(self._window, tile, count, ground, self._transparent)
+        self._eye, self._shadow = actors.Eye(self._window, tile, count, background), actors.Shadow(self._window, tile)
         diameter = run.balls("diameter")
-        self._balls = actors.Balls(diameter / 2)
-        self._place = actors.place
-        self._glass = actors.Glass(self.mill.glass, GLASS)
-        carrier, rims = self.mill.carrier, actors.rims(self.mill.frame, RIM)
-        self._moving = [(body.motion, actors.metal(body.triangles, METAL)) for body in self.mill.inner]
-        solid = [self._balls.actor, *rims, *(actor for _, actor in self._moving)]
-        self._moving += [(carrier, actor) for actor in (*rims, *self._glass.actors)]
-        self._shadow = actors.Shadow(self._window, tile, self.mill)
-        for actor in (*solid, *self._glass.actors):
-            self._eye.renderer.AddActor(actor)
-        for actor in solid:
-            self._shadow.renderer.AddActor(actor)
         self._radius = float(np.median(diameter)) / 2
+        self._balls, self._glass, self._place = actors.Balls(diameter / 2), actors.Glass(mill.glass), actors.place
+        rims = [actors.solid(mill.frame, actors.RIM)] if len(mill.frame) else []
+        inner = [(body.motion, actors.solid(body.triangles, actors.METAL)) for body in mill.inner]
+        self._moving = inner + [(mill.carrier, actor) for actor in (*rims, *self._glass.actors)]
+        for actor in (self._balls.actor, *rims, *(actor for _, actor in inner)):
+            self._eye.renderer.AddActor(actor)
+            self._shadow.renderer.AddActor(actor)
+        for actor in self._glass.actors:
+            self._eye.renderer.AddActor(actor)
         self.look(camera)
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *exception):
-        self.close()
+    def __exit__(self, *_):
+        self._window.Finalize()
 
     def look(self, camera):
         """Another camera from the next frame on (an orbit has one for every frame)."""
         frame = self._over.frame if self._over else (0.02, 0.02, 0.98, 0.98)
         self.camera = camera.placed(self.size, frame)
-        eye, lamp = self._eye.look(self.camera, self.mill), self._shadow.look(self.camera)
+        eye, lamp = self._eye.look(self.camera, self.mill), self._shadow.look(self.camera, self.mill)
         self._shade = Shade(eye, lamp, self._radius)
 
     def draw(self, state) -> np.ndarray:
-        """The picture of a trajectory.State: (h, w, 3) uint8, top row first; (h, w, 4) on a transparent background."""
+        """The picture of a trajectory.State: (h, w, 3) uint8, top row first."""
         self._balls.move(state.position, self.colour.rgb(self.colour.values(state, self.run)))
         poses = state.poses or {}
         for motion, actor in self._moving:
@@ -120,8 +102,6 @@ class Scene:
         else:
             soften(picture, self._shade.eye.depth(depth), EDGE * self._radius)
         picture = darken(picture, smooth(light, grid))
-        if self._transparent:
-            straighten(picture)
         if self._over:
             self._over.paste(picture, state.time)
         return picture
@@ -129,7 +109,7 @@ class Scene:
     def _see(self):
         """The picture without shade, and the depth buffer behind it (of the larger picture where there is one)."""
         over, (width, height) = self._larger, self.size
-        picture = np.empty((height, width, 4 if self._transparent else 3), np.uint8)
+        picture = np.empty((height, width, 3), np.uint8)
         depth = np.empty((over * height, over * width), np.float32)
         for place, colours, buffer in self._eye.tiles():
             depth[place] = buffer
@@ -137,14 +117,62 @@ class Scene:
             picture[here] = halved(colours) if over == 2 else colours
         return picture, depth
 
-    def close(self):
-        """Lets go of the window. The scene cannot draw any more."""
-        if self._window is not None:
-            self._window.Finalize()
-            self._window = None
 
-
-def caption(run, camera) -> str:
-    """What the picture is of, as in "4000 balls, 1000 rpm"."""
+def written_over(run, camera, colour, size) -> Overlay:
+    """What is written over a picture of `size` pixels, with a caption such as "4000 balls, 1000 rpm"."""
     seen = ["camera on the container"] if camera.riding else []
-    return ", ".join([plural(len(run.balls("mass")), "ball"), *motions.speeds(run), *seen])
+    caption = ", ".join([plural(len(run.balls("mass")), "ball"), *motions.speeds(run), *seen])
+    return Overlay(size, colour, caption, run.quantity("run/time", 1.0))
+
+
+# ---- sums over pixels between what VTK has drawn and the finished picture
+
+
+def halved(picture):
+    """A picture (h, w, 3) uint8 of half the size, its pixels means of four."""
+    return np.asarray(Image.fromarray(np.ascontiguousarray(picture)).reduce(2))
+
+
+def halved_light(light):
+    """An array (h, w) float32 of half the size, likewise."""
+    small = light[::2, ::2] + light[1::2, ::2]
+    small += light[::2, 1::2]
+    small += light[1::2, 1::2]
+    small *= np.float32(0.25)
+    return small
+
+
+def _neighbours(axis, step=1):
+    """Indices of the values of an array (h, w) that have another one `step` behind them, and of those."""
+    return ((np.s_[:-step], np.s_[step:]), (np.s_[:, :-step], np.s_[:, step:]))[axis]
+
+
+def smooth(light, width):
+    """Means over `width` x `width` pixels (1, 2 or 4) of an array (h, w): of values 1 apart with the one before, then 2 apart
+    with the one behind, so that means of means stay in the middle. At the edge values as they are."""
+    for step in (1, 2)[: width.bit_length() - 1]:
+        for axis in (0, 1):
+            here, there = _neighbours(axis, step)[:: -1 if step == 1 else 1]
+            made = light.copy()
+            made[here] += light[there]
+            made[here] *= np.float32(0.5)
+            light = made
+    return light
+
+
+def soften(picture, depth, least):
+    """Mixes pixels of `picture` in place where neighbours differ in `depth` by more than `least`: edges without stairs, for a
+    fraction of the cost of a larger picture."""
+    for axis in (0, 1):
+        a, b = _neighbours(axis)
+        edge = np.abs(depth[a] - depth[b]) > least
+        p, q = picture[a][edge].astype(np.uint16), picture[b][edge].astype(np.uint16)
+        picture[a][edge] = (3 * p + q + 2) >> 2
+        picture[b][edge] = (p + 3 * q + 2) >> 2
+
+
+def darken(picture, light):
+    """A picture (h, w, 3) uint8 with the share `light` (h, w), 0..1, of its own."""
+    made = picture * (light * 256 + 0.5).astype(np.uint16)[..., None]
+    made >>= 8
+    return made.astype(np.uint8)

@@ -45,45 +45,32 @@ class View:
             return near + buffer * (far - near)
         return near * far / (far - buffer * (far - near))
 
-    @property
-    def middle(self) -> float:
-        return (self.clipping[0] + self.clipping[1]) / 2
-
     def pixels(self, length):
         """How many pixels a length [m] is in the middle of the depths."""
-        return length / (self.scale or self.slope * self.middle)
+        return length / (self.scale or self.slope * sum(self.clipping) / 2)
 
-    def into(self, other):
-        """Places in the View `other`, in pixels and metres of depth, from depths z here: (R + C) * z + B + O for each of column, row
-        and depth there, where R (h, 1) and C (1, w) are of rows and columns here; see places(). `other` is without perspective."""
+    def places(self, other, depth, phase, grid):
+        """Columns and rows [pixels] and depths [m] in the View `other`, which is without perspective, of every grid-th place here
+        from row and column `phase` on, which are `depth` [m] deep."""
         width, height = self.size
-        column = np.arange(width, dtype=np.float32)[None, :] - (width - 1) / 2
-        row = (height - 1) / 2 - np.arange(height, dtype=np.float32)[:, None]
+        column = np.arange(width, dtype=np.float32)[None, phase[1] :: grid] - (width - 1) / 2
+        row = (height - 1) / 2 - np.arange(height, dtype=np.float32)[phase[0] :: grid, None]
         right, up, forward = self.camera.axes
-        there, found = other.camera.axes, []
+        there = other.camera.axes
         for axis, scale, offset in (
             (there[0], 1 / other.scale, other.size[0] / 2),
             (-there[1], 1 / other.scale, other.size[1] / 2),
             (there[2], 1.0, 0.0),
         ):
             pixel = scale * (self.slope or self.scale)
-            along = scale * (forward @ axis)
-            start = offset + scale * ((self.camera.eye - other.camera.eye) @ axis)
-            rows, columns = (row * np.float32(pixel * (up @ axis)), column * np.float32(pixel * (right @ axis)))
-            found.append((rows, columns, np.float32(along), np.float32(start)))
-        return found
-
-    def places(self, into, depth, phase, grid):
-        """Columns, rows and depths in the other view of into(), of every grid-th place from row and column `phase` on, which are
-        `depth` [m] deep here."""
-        for rows, columns, along, start in into:
-            found = rows[phase[0] :: grid] + columns[:, phase[1] :: grid]
+            along = np.float32(scale * (forward @ axis))
+            found = row * np.float32(pixel * (up @ axis)) + column * np.float32(pixel * (right @ axis))
             if self.slope:
                 found += along
                 found *= depth
             else:
                 found += along * depth
-            found += start
+            found += np.float32(offset + scale * ((self.camera.eye - other.camera.eye) @ axis))
             yield found
 
 
@@ -97,7 +84,6 @@ class Shade:
         while self.grid > 1 and eye.pixels(self.reach) < LEAST_REACH * self.grid:
             self.grid //= 2
         self.phases = [(p, q) for p in range(self.grid) for q in range(self.grid)]
-        self._into = eye.into(lamp)
 
     def light(self, eye_buffer, lamp_buffer):
         """The light that is left, 0..1, from depth buffers: float32 (h, w), grainy, to be averaged over `grid` x `grid` pixels."""
@@ -151,7 +137,7 @@ class Shade:
         """The lamp's light."""
         spread = min(BLUR * self.radius / self.lamp.scale, MOST_BLUR)
         away = spread * math.sqrt((index + 0.5) / len(self.phases))
-        column, row, far = self.eye.places(self._into, depth, self.phases[index], self.grid)
+        column, row, far = self.eye.places(self.lamp, depth, self.phases[index], self.grid)
         column += np.float32(away * math.cos(index * GOLDEN))
         row += np.float32(away * math.sin(index * GOLDEN))
         side = lamp.shape[0]

@@ -57,23 +57,19 @@ def film(run, arguments, again) -> Plan:
         raise UserError(f"--from: the run's balls are known up to {last:.6g} s")
     fps, end = arguments.fps or FPS, min(end, last)
     if arguments.slow is None:
-        return _stored(run, begin, end, fps)
+        times = run.frame_times()
+        if not len(times):
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again for them")  # fmt: skip
+        times = times[(times >= begin - SAME_TIME) & (times <= end + SAME_TIME)]
+        if len(times) < 2:
+            raise UserError(
+                f"{run.path}: fewer than two frames are stored from {begin:.6g} s to {end:.6g} s: --slow N makes others"
+            )
+        return Plan(times, fps, 1 / (fps * float(np.diff(times).mean())))
     step = 1 / (fps * arguments.slow)
     first = round(begin / step)
     count = int((end - first * step) / step + 1e-6) + 1
     return _plan(run, (first + np.arange(_few(count, step))) * step, fps, arguments.slow, step)
-
-
-def _stored(run, begin, end, fps):
-    times = run.frame_times()
-    if not len(times):
-        raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s): --slow N runs the deck again for them")  # fmt: skip
-    times = times[(times >= begin - SAME_TIME) & (times <= end + SAME_TIME)]
-    if len(times) < 2:
-        raise UserError(
-            f"{run.path}: fewer than two frames are stored from {begin:.6g} s to {end:.6g} s: --slow N makes others"
-        )
-    return Plan(times, fps, 1 / (fps * float(np.diff(times).mean())))
 
 
 def camera(run, offset, camera_fps, play_fps, count, again) -> tuple[Plan, int]:
@@ -115,8 +111,8 @@ def _few(count, step):
 def _plan(run, times, fps, slow, step):
     """Frames that are stored need no other run."""
     stored = run.frame_times()
-    near = np.searchsorted(stored, times - SAME_TIME) if len(stored) else np.zeros(0, int)
-    if len(stored) and near.max() < len(stored) and (np.abs(stored[near] - times) <= SAME_TIME).all():
+    near = np.searchsorted(stored, times - SAME_TIME)
+    if near.max() < len(stored) and (np.abs(stored[near] - times) <= SAME_TIME).all():
         step = 0.0
     return Plan(times, fps, slow, step)
 

@@ -3,30 +3,28 @@
 VTK itself only warns when it finds neither, and goes on drawing nothing; here that is an error.
 """
 
+import contextlib
 import ctypes
 import os
 
 from milltools.base.errors import UserError
 from milltools.base.extras import needs, on_debian
 
-# How VTK calls a kind of window, and the library it loads for it
-WINDOWS = (("vtkOSOpenGLRenderWindow", ("libOSMesa.so.8", "libOSMesa.so")), ("vtkEGLRenderWindow", ("libEGL.so.1",)))
+# How VTK calls a kind of window, and a library it loads for it
+WINDOWS = (
+    ("vtkOSOpenGLRenderWindow", "libOSMesa.so.8"),
+    ("vtkOSOpenGLRenderWindow", "libOSMesa.so"),
+    ("vtkEGLRenderWindow", "libEGL.so.1"),
+)
 CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 MEND = f"libosmesa6 is not installed; {on_debian('libosmesa6')}"
 
 
-def _loads(library: str) -> bool:
-    try:
-        ctypes.CDLL(library)
-    except OSError:
-        return False
-    return True
-
-
 def choose() -> str:
     """The kind of window to be had here, told to VTK; before vtk is imported. UserError if there is none."""
-    for kind, libraries in WINDOWS:
-        if any(map(_loads, libraries)):
+    for kind, library in WINDOWS:
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(library)
             os.environ[CHOICE] = kind
             os.environ.setdefault("EGL_PLATFORM", "surfaceless")  # never asks for a display
             return kind
@@ -46,10 +44,7 @@ def open_window(size):
     if (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) < (9, 4):
         raise UserError(f"pictures need VTK 9.4 or later, this is {vtkVersion.GetVTKVersion()}", 1)
     vtkObject.GlobalWarningDisplayOff()  # VTK's own words go to the terminal; ours are below
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetMultiSamples(0)
-    window.SetSize(*size)
+    window = vtkRenderWindow(off_screen_rendering=True, multi_samples=0, size=size)
     if window.GetClassName() != kind or not _draws(window):
         raise UserError(f"VTK draws nothing with {kind}: {MEND}", status=1)
     return window
@@ -60,8 +55,7 @@ def _draws(window) -> bool:
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
     from vtkmodules.vtkRenderingCore import vtkRenderer
 
-    probe, pixel = vtkRenderer(), vtkUnsignedCharArray()
-    probe.SetBackground(1.0, 0.2, 0.6)
+    probe, pixel = vtkRenderer(background=(1.0, 0.2, 0.6)), vtkUnsignedCharArray()
     window.AddRenderer(probe)
     window.Render()
     window.GetPixelData(0, 0, 0, 0, True, pixel, 0)
