@@ -60,12 +60,16 @@ def _need_room(folder, needed):
         )
 
 
+class OtherRun(UserError):
+    """What came of running a deck again is not the same run."""
+
+
 @contextlib.contextmanager
 def again(run, until, interval=0.0, impacts=False, watch=None):
     """The Run that comes of running a run's deck again to `until` [s], with frames every `interval` [s] (0: none) and, if
     asked for, all impacts; its file is gone afterwards. `watch(line)` gets millsim's own lines of progress.
 
-    UserError if millsim fails; whether it is the same run is for differs() to say."""
+    UserError if millsim fails, OtherRun if that is not the same run up to then."""
     with tempfile.TemporaryDirectory(prefix="mill-") as name:
         folder = pathlib.Path(name)
         _need_room(folder, size(run, until, interval, impacts))
@@ -74,6 +78,9 @@ def again(run, until, interval=0.0, impacts=False, watch=None):
         changes["output.impacts"] = "all" if impacts else "statistics"
         millsim(folder, changes, watch)
         with Run(folder / "run.h5") as other:
+            where = _series_differ(run, other, until) or _frames_differ(run, other, until)
+            if where:
+                raise OtherRun(f"run again, {where}")
             yield other
 
 
@@ -134,13 +141,8 @@ def _wait(process, said, watch):
             known = len(lines)
 
 
-def differs(run, other, until) -> str | None:
-    """Where `other` is not the same run as `run` up to `until` [s], in words; None if it is."""
-    said = _series_differ(run, other, until)
-    return said or _frames_differ(run, other, until)
-
-
 def _series_differ(run, other, until):
+    """Where the series of another run are not those of `run` up to `until` [s], in words; None if they are."""
     for name in SERIES:
         if not (run.has_series(name) and other.has_series(name)):
             continue
@@ -154,6 +156,7 @@ def _series_differ(run, other, until):
 
 
 def _frames_differ(run, other, until):
+    """The same of the balls in frames at the same times."""
     mine, its = run.frame_times(), other.frame_times()
     for index, time in enumerate(mine):
         if time > until + SAME_TIME or not len(its):

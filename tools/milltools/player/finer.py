@@ -34,6 +34,9 @@ class Finer:
     def frame_times(self):
         return self._other.frame_times()[self._first :]
 
+    def frame_time(self, index):
+        return float(self.frame_times()[index])
+
     def frame(self, index, name="velocity"):
         return self._other.frame(int(index) + self._first, name)
 
@@ -88,12 +91,9 @@ def frames_of(run, most_bytes, wanted, say, watch):
     until = float(times[-1])
     reason = rerun.why_not(run) or (wanted == "auto" and _too_dear(run, until, step)) or None
     with contextlib.ExitStack() as stack:
-        other = None
         if not reason:
             try:
                 other = stack.enter_context(rerun.again(run, until, step, watch=watch))
-                differs = rerun.differs(run, other, until)
-                reason = f"run again, {differs}" if differs else None
             except UserError as fault:
                 reason = str(fault)
         if reason:

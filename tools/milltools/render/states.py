@@ -10,6 +10,7 @@ import dataclasses
 import numpy as np
 
 from milltools.base.errors import UserError
+from milltools.base.text import size
 from milltools.geometry import rerun
 from milltools.geometry.trajectory import Trajectory
 
@@ -20,62 +21,47 @@ class LastImpacts:
     """Normal speed of the last impact of every ball [m/s], from the log of a run; NaN before its first."""
 
     def __init__(self, run):
-        self.run = run
-        self.count = run.length("impacts/time")
-        kinds = list(run.attribute("impacts/kind", "kinds"))
-        self.pair = kinds.index("ball_ball")
+        self.run, self.count = run, run.length("impacts/time")
+        self.pair = list(run.attribute("impacts/kind", "kinds")).index("ball_ball")
         self.speed = np.full(len(run.balls("id")), np.nan)
-        self.next = None  # the first row not looked at
+        self.next = 0  # the first row not looked at
 
     def until(self, time) -> np.ndarray:
-        """(N,) of the impacts before a time; times must rise."""
-        rows = range(self.next or 0, self.count)
-        end = rows.start + bisect.bisect_left(rows, time, key=lambda row: float(self.run.read("impacts/time", row)))
-        if self.next is None:
-            self._look_back(end)
-        else:
-            for begin in range(self.next, end, ROWS):
-                self._take(self.speed, begin, min(begin + ROWS, end))
-        self.next = max(end, self.next or 0)
-        return self.speed.copy()
+        """(N,) of the impacts before a time; times must rise. Rows are read backwards, until every ball has been met."""
+        rows = range(self.next, self.count)
+        end = begin = self.next + bisect.bisect_left(
+            rows, time, key=lambda row: float(self.run.read("impacts/time", row))
+        )
+        latest = np.full_like(self.speed, np.nan)
+        while begin > self.next and np.isnan(latest).any():
+            first = max(self.next, begin - ROWS)
+            earlier = self._within(slice(first, begin))
+            latest, begin = np.where(np.isnan(latest), earlier, latest), first
+        self.speed, self.next = np.where(np.isnan(latest), self.speed, latest), end
+        return self.speed
 
-    def _look_back(self, end):
-        """From a row backwards until every ball has been met."""
-        while end > 0 and np.isnan(self.speed).any():
-            begin = max(0, end - ROWS)
-            earlier = np.full_like(self.speed, np.nan)
-            self._take(earlier, begin, end)
-            self.speed = np.where(np.isnan(self.speed), earlier, self.speed)
-            end = begin
-
-    def _take(self, speed, begin, end):
-        rows = slice(begin, end)
-        ball, partner, kind = (self.run.read(f"impacts/{n}", rows) for n in ("ball", "partner", "kind"))  # fmt: skip
+    def _within(self, rows):
+        ball, partner, kind, speed = (
+            self.run.read(f"impacts/{name}", rows) for name in ("ball", "partner", "kind", "normal_speed")
+        )
+        found = np.full_like(self.speed, np.nan)
         # both balls of a row, rows in their order: of several the last one stays
-        balls = np.stack([ball, np.where(kind == self.pair, partner, ball)], axis=1).ravel()
-        speed[balls] = np.repeat(self.run.read("impacts/normal_speed", rows), 2)
+        found[np.stack([ball, np.where(kind == self.pair, partner, ball)], axis=1).ravel()] = np.repeat(speed, 2)
+        return found
 
 
-@dataclasses.dataclass
 class Motion:
-    """Where the states come from: `run`, whose frames hold all times or are asked for flights, `log` of impacts or None.
-    `reason`: why the deck was not run again, where it should have been."""
+    """Where the states come from: a `run` whose frames hold all times or are asked for flights, another with a `log` of impacts."""
 
-    run: object
-    log: object = None
-    reason: str | None = None
-
-    def __post_init__(self):
-        self.trajectory = Trajectory(self.run)
+    def __init__(self, run, log=None):
+        self.trajectory, self.log = Trajectory(run), log
 
     def states(self, times):
         """Yields the State at each of the times."""
         impacts = LastImpacts(self.log) if self.log else None
-        for time in times:
-            state = self.trajectory.at(float(time))
-            if impacts:
-                state = dataclasses.replace(state, value=impacts.until(float(time)))
-            yield state
+        for time in map(float, times):
+            state = self.trajectory.at(time)
+            yield dataclasses.replace(state, value=impacts.until(time)) if impacts else state
 
     @property
     def guessed(self) -> float:
@@ -92,35 +78,30 @@ def of(run, plan, impacts, allowed, say, watch):
     if not plan.step and not wants_log:
         yield Motion(run, log)
         return
-    reason = None if allowed else "--no-rerun"
-    reason = reason or rerun.why_not(run)
+    reason = rerun.why_not(run) if allowed else "--no-rerun"
     with contextlib.ExitStack() as stack:
-        other = None
         if not reason:
             until = float(plan.times[-1])
             say(_announce(run, plan, until, wants_log))
-            other = stack.enter_context(rerun.again(run, until, plan.step, wants_log, watch))
-            differs = rerun.differs(run, other, until)
-            reason = f"run again, {differs}" if differs else None
+            try:
+                other = stack.enter_context(rerun.again(run, until, plan.step, wants_log, watch))
+            except rerun.OtherRun as fault:
+                reason = str(fault)
         if not reason:
             yield Motion(other if plan.step else run, other if wants_log else log)
             return
         if wants_log:
-            raise UserError(f"{run.path}: --colour impact needs every impact (output.impacts = all), and {reason}")  # fmt: skip
+            raise UserError(f"{run.path}: --colour impact needs every impact (output.impacts = all), and {reason}")
         if not len(run.frame_times()):
-            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s), and {reason}")  # fmt: skip
+            raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s), and {reason}")
         if allowed:
             say(f"between stored frames balls are where their flights say ({reason})")
-        yield Motion(run, log, reason)
+        yield Motion(run, log)
 
 
 def _announce(run, plan, until, impacts):
-    needed = rerun.size(run, until, plan.step, impacts)
-    cost = rerun.cost(run, until)
+    needed, cost = rerun.size(run, until, plan.step, impacts), rerun.cost(run, until)
     what = " and ".join(["exact states"] * bool(plan.step) + ["impacts"] * impacts)
     takes = [f"about {cost:.0f} s of CPU time"] if cost >= 1 else []
-    if needed > 1e6:
-        size = f"{needed / 1e9:.2g} GB" if needed > 1e9 else f"{needed / 1e6:.3g} MB"
-        takes.append(f"{size} of temporary disk")
-    words = f"runs the deck again up to {until:.4g} s for {what}"
-    return words + (f": {', '.join(takes)}" if takes else "")
+    takes += [f"{size(needed)} of temporary disk"] if needed > 1e6 else []
+    return f"runs the deck again up to {until:.4g} s for {what}" + (f": {', '.join(takes)}" if takes else "")
