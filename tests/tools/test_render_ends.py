@@ -55,7 +55,7 @@ def drawing(process, folder):
     """The children of a film that is being drawn; waits until it is."""
     for _ in range(600):
         found = children(process.pid)
-        if any(folder.glob(".long.mp4.*.part")) and sum("render.worker" in a for a in found.values()) == 2:  # fmt: skip
+        if any(folder.glob(".long.mp4.*.part")) and sum("render.team" in a for a in found.values()) == 2:  # fmt: skip
             return found
         assert process.poll() is None
         time.sleep(0.1)
@@ -76,7 +76,7 @@ def test_a_signal_leaves_neither_file_nor_process(start_mill, runs, tmp_path, nu
     assert not any(os.path.exists(f"/proc/{pid}") for pid in helpers)
 
 
-@pytest.mark.parametrize("victim", ["render.worker", "ffmpeg"])
+@pytest.mark.parametrize("victim", ["render.team", "ffmpeg"])
 def test_a_helper_that_dies_is_one_line(start_mill, runs, tmp_path, victim):
     process = start(start_mill, runs, "--workers", "2")
     helpers = drawing(process, tmp_path)

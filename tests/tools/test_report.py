@@ -360,7 +360,7 @@ def test_ctrl_c_leaves_neither_page_nor_process(folder, tmp_path):
         return found
 
     end = time.monotonic() + 60
-    while not alive(b"milltools.render.worker"):
+    while not alive(b"milltools.render.team"):
         assert process.poll() is None and time.monotonic() < end
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)

@@ -8,14 +8,14 @@ import pathlib
 from milltools import pages
 from milltools.base.text import lines, plain
 from milltools.compare import pictures, rows, terminal
-from milltools.player import painter, parts, player, policy
+from milltools.player import parts, player
 from milltools.read.runfile import Run
 
 MOST_BYTES = 6_000_000  # of all players together
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
     ("verdict", "Runs"), ("notes", "To know first"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"),
-    *parts.FIGURES, ("deck", "Decks"), ("cite", "Cite"),
+    *parts.CONTENTS, ("deck", "Decks"), ("cite", "Cite"),
 )  # fmt: skip
 
 
@@ -44,7 +44,7 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
     """The page as text; `watch`: a Progress; `rerun`: of the player, see finer.frames_of."""
     with contextlib.ExitStack() as stack:
         runs = [stack.enter_context(Run(side.first.path)) for side in sides]
-        drawing = stack.enter_context(painter.Painter(runs, parts.figure_names()))
+        draw_all = stack.enter_context(parts.painter(runs, parts.figure_names()))
         players = []
         for run in runs if any(len(run.frame_times()) for run in runs) else ():
             with watch.step("the balls", 3):
@@ -54,15 +54,14 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
         for title, words, figure in pictures.figures(sides):
             with watch.step("pictures"):
                 shown.append((title, words, pages.embedded(figure, dots=110)))
-        figures = parts.sections(drawing.all(watch))
+        figures = parts.sections(draw_all(watch))
         decks = [run.deck_text() for run in runs]
         cite = list(dict.fromkeys(line for run in runs for line in parts.cite(run)))
-    scripts, theme = player.scripts(), pages.theme()
     return (
         pages.environment(pathlib.Path(__file__).parent)
         .get_template("page.html")
         .render(
-            policy=policy.of(*players, scripts, f"<script>{theme}</script>"),
+            policy=player.policy(pages.theme()),
             maker=pages.maker(),
             title="Runs compared",
             kicker=plain(", ".join(side.label for side in sides)),
@@ -80,7 +79,7 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
             figures=figures,
             decks=[(side, pages.data_link(text), lines(text)) for side, text in zip(sides, decks)],
             cite=cite,
-            scripts=scripts,
-            theme=theme,
+            scripts=player.scripts(),
+            theme=pages.theme(),
         )
     )

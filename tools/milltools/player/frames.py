@@ -20,6 +20,8 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.geometry.bodies import Mill
+from milltools.geometry.trajectory import stored
+from milltools.render.colour import QUANTITIES
 
 MOST_FRAMES = 300
 MOST_BALLS = 20_000  # what a browser draws smoothly without a strong graphics card
@@ -28,19 +30,17 @@ PRICE = 8.4  # [byte] of a ball in a frame, packed: a first guess
 SHARE = 0.99  # of the balls are slower than the end of the colours, before it is rounded up
 SAMPLED = 40  # frames are looked at for that
 STEPS = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10)  # what a colour bar may end at
-UNITS = {"speed": "m/s", "spin": "rad/s", "energy": "J"}
+SHOWN = ("speed", "spin", "energy")  # of colour.QUANTITIES
 
 
 @dataclasses.dataclass(frozen=True)
 class Packed:
-    """`data`: the gzip stream. Of the `stored` frames those at `index` (F,) are in it, of the `balls` in the run those
+    """`data`: the gzip stream. Of the stored frames those at `index` (F,) are in it, of the balls in the run those
     numbered `chosen` (n,). `lower`, `upper` (3,) [m]: the box; `limits`: end of the colours by quantity [SI]."""
 
     data: bytes
     index: np.ndarray
-    stored: int
     chosen: np.ndarray
-    balls: int
     lower: np.ndarray
     upper: np.ndarray
     limits: dict[str, float]
@@ -48,24 +48,23 @@ class Packed:
 
 def planned(run) -> Packed:
     """What pack() would give if room were no question, without the data."""
-    stored, balls = _counts(run)
-    index = np.arange(0, stored, -(-stored // MOST_FRAMES))
+    count, balls = _counts(run)
+    index = np.arange(0, count, -(-count // MOST_FRAMES))
     chosen = np.arange(0, balls, -(-balls // MOST_BALLS))
-    limits = dict.fromkeys(UNITS, 0.123456)
-    return Packed(b"", index, stored, chosen, balls, *_box(run, index), limits)
+    return Packed(b"", index, chosen, *_box(run, index), dict.fromkeys(SHOWN, 0.123456))
 
 
 def pack(run, room: int) -> Packed:
     """The frames of a milltools.read.runfile.Run in at most `room` bytes of data, but one frame of one ball at least."""
-    stored, balls = _counts(run)
+    count, balls = _counts(run)
     room = max(room, 1)
-    wanted = PRICE * balls * min(stored, FEWEST_FRAMES)
+    wanted = PRICE * balls * min(count, FEWEST_FRAMES)
     step = max(math.ceil(balls / MOST_BALLS), round(wanted / room), 1)
     chosen = np.arange(0, balls, step)
-    stride = _stride(stored, room, PRICE * len(chosen))
-    stride = _stride(stored, room, _price(run, stride, chosen))
+    stride = _stride(count, room, PRICE * len(chosen))
+    stride = _stride(count, room, _price(run, stride, chosen))
     while True:
-        packed = _pack(run, np.arange(0, stored, stride), np.arange(0, balls, step))
+        packed = _pack(run, np.arange(0, count, stride), np.arange(0, balls, step))
         excess = len(packed.data) / room
         if excess <= 1 or (len(packed.index) == 1 and len(packed.chosen) == 1):
             return packed
@@ -75,26 +74,26 @@ def pack(run, room: int) -> Packed:
             step = max(step + 1, math.ceil(step * excess))
 
 
-def _stride(stored, room, price):
+def _stride(count, room, price):
     """So that frames of `price` bytes fit."""
-    return math.ceil(stored / min(MOST_FRAMES, max(1, room // price)))
+    return math.ceil(count / min(MOST_FRAMES, max(1, room // price)))
 
 
 def _price(run, stride, chosen):
     """Bytes of a frame, by two in the middle of the run."""
-    stored, _ = _counts(run)
-    first = max(0, min(stored // 2, stored - 1 - stride))
+    count, _ = _counts(run)
+    first = max(0, min(count // 2, count - 1 - stride))
     one = len(_pack(run, [first], chosen).data)
-    two = len(_pack(run, [first, min(first + stride, stored - 1)], chosen).data)
+    two = len(_pack(run, [first, min(first + stride, count - 1)], chosen).data)
     return max(two - one, 1)
 
 
 def _counts(run):
     """How many frames and balls are stored."""
-    stored, balls = len(run.frame_times()), len(run.balls("diameter"))
-    if not stored or not balls:
+    count, balls = len(run.frame_times()), len(run.balls("diameter"))
+    if not count or not balls:
         raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
-    return stored, balls
+    return count, balls
 
 
 def _box(run, index):
@@ -106,25 +105,30 @@ def _box(run, index):
 
 def _pack(run, index, chosen):
     lower, upper = _box(run, index)
-    balls = _Balls(run, chosen)
-    limits = balls.limits(index)
+    mass = run.balls("mass")
+
+    def values(state):
+        return {name: QUANTITIES[name].values(state, mass)[chosen] for name in SHOWN}
+
+    seen = [values(stored(run, int(k))) for k in index[:: -(-len(index) // SAMPLED)]]
+    limits = {name: rounded_up(np.quantile(np.concatenate([one[name] for one in seen]), SHARE)) for name in SHOWN}
     gzip = zlib.compressobj(6, zlib.DEFLATED, 31)  # 31: gzip, without a time: the same bytes always
     pieces, last = [], np.zeros((3, len(chosen)), np.uint16)
     for k in index:
-        place = quantise(run.frame(k, "position")[chosen], lower, upper).T
+        state = stored(run, int(k))
+        place = quantise(state.position[chosen], lower, upper).T
         pieces.append(gzip.compress(planes(place, last)))
-        for name, values in balls.values(k).items():
-            level = np.clip(values * (256 / limits[name]), 0, 255).astype(np.uint8)
+        for name, found in values(state).items():
+            level = np.clip(found * (256 / limits[name]), 0, 255).astype(np.uint8)
             pieces.append(gzip.compress(level.tobytes()))
         last = place
     pieces.append(gzip.flush())
-    stored, total = _counts(run)
-    return Packed(b"".join(pieces), index, stored, chosen, total, lower, upper, limits)
+    return Packed(b"".join(pieces), index, chosen, lower, upper, limits)
 
 
 def quantise(position, lower, upper):
     """Positions (n, 3) [m] as uint16 steps of (upper - lower) / 65535 from lower; what lies outside is put on the box."""
-    share = (position.astype(float) - lower) / (upper - lower)
+    share = (position - lower) / (upper - lower)
     return np.rint(np.clip(share, 0, 1) * 65535).astype(np.uint16)
 
 
@@ -133,26 +137,6 @@ def planes(place, last) -> bytes:
     change = (place - last).view(np.int16)  # wraps
     zigzag = ((change << 1) ^ (change >> 15)).view(np.uint16)
     return b"".join(plane.astype(np.uint8).tobytes() for axis in zigzag for plane in (axis >> 8, axis & 255))
-
-
-class _Balls:
-    """What the chosen balls are coloured by."""
-
-    def __init__(self, run, chosen):
-        self.run, self.chosen = run, chosen
-        self.mass = run.balls("mass")[chosen]
-
-    def values(self, k) -> dict[str, np.ndarray]:
-        """Speed [m/s], spin [rad/s], translational kinetic energy [J] of the chosen balls in frame k, (n,) each."""
-        speed = np.linalg.norm(self.run.frame(k, "velocity")[self.chosen].astype(float), axis=1)
-        spin = self.run.frame(k, "angular_velocity")[self.chosen].astype(float)
-        return {"speed": speed, "spin": np.linalg.norm(spin, axis=1), "energy": self.mass * speed**2 / 2}
-
-    def limits(self, index) -> dict[str, float]:
-        """A round number that most of the balls stay below in most of the frames, by quantity."""
-        some = index[:: -(-len(index) // SAMPLED)]
-        seen = [self.values(k) for k in some]
-        return {name: rounded_up(np.quantile(np.concatenate([s[name] for s in seen]), SHARE)) for name in UNITS}
 
 
 def rounded_up(value: float) -> float:

@@ -1,37 +1,77 @@
 """What pages of runs are made of: the balls, the figures under their headings, how to cite."""
 
+import contextlib
 import dataclasses
+import functools
+import io
+import itertools
 
+from markupsafe import escape
+from matplotlib.figure import Figure as Canvas
+from PIL import Image
+
+from milltools.base import processes
+from milltools.base.errors import UserError
+from milltools.base.progress import Progress
 from milltools.base.text import plain
-from milltools.player import finer, painter, player, poster
+from milltools.figures import FIGURES, overview, svg
+from milltools.geometry.bodies import Mill
+from milltools.geometry.trajectory import stored
+from milltools.player import finer, player
+from milltools.read.runfile import Run
+from milltools.render import camera, colour, scene
+from milltools.render.team import team
 
 MOST_BYTES = 6_500_000  # of the player
+STILL = 960, 540  # [pixels]
+SHARE = 0.6  # of the figures are the second process's; the balls take the first as long as the rest of them
 CITE = (
     "millsim: event-driven simulation of high-energy ball mills. The millsim developers.",
     "Reichardt, Wiechert: Design optimization of high energy ball mills by discrete event simulation (2007).",
 )
-FIGURES = (("energy", "Energy"), ("spectra", "Impacts"), ("maps", "Maps"), ("time", "Over time"))
-TITLES = {
-    "energy": "Where the energy goes",
-    "spectra": "How hard they hit",
-    "maps": "Where it happens",
-    "time": "Over time",
+# groups of figures: what the contents call them, heading, words below it
+GROUPS = {
+    "energy": ("Energy", "Where the energy goes", ""),
+    "spectra": (
+        "Impacts",
+        "How hard they hit",
+        "How often the balls meet, how hard, and what that takes of the power, by kind of contact.",
+    ),
+    "maps": (
+        "Maps",
+        "Where it happens",
+        "Averaged around the axis (axial cut) and along it (cross-section), over the sampled window.",
+    ),
+    "time": ("Over time", "Over time", ""),
 }
-LEADS = {
-    "energy": "",
-    "spectra": "How often the balls meet, how hard, and what that takes of the power, by kind of contact.",
-    "maps": "Averaged around the axis (axial cut) and along it (cross-section), over the sampled window.",
-    "time": "",
-}
+CONTENTS = tuple((anchor, name) for anchor, (name, *_) in GROUPS.items())
 
 
 def balls(run, rerun: str, say, tell, most_bytes: int = MOST_BYTES) -> str:
     """The player with its still picture, or why there is none; `rerun`, `say`, `tell`: see finer.frames_of."""
-    if not len(run.frame_times()):
-        why = "output.frames is 0 s" if run.time > 0 else "it has not come to its first checkpoint"
-        return f'<p class="missing">No ball states are stored in this run: {why}.</p>'
+    why = player.no_frames(run)
+    if why:
+        return f'<p class="missing">{why}</p>'
     with finer.frames_of(run, most_bytes, rerun, say, tell) as shown:
-        return player.fragment(shown, most_bytes, poster.picture(shown))
+        return player.fragment(shown, most_bytes, still(shown))
+
+
+def still(run) -> bytes:
+    """The last stored frame as a PNG, for where there is no WebGL and for paper."""
+    last, store = len(run.frame_times()) - 1, io.BytesIO()
+    try:  # as `mill render` draws it
+        state = stored(run, last)
+        riding = state.poses if Mill.of(run).wanders else None  # as the player begins
+        look = camera.of("front", run, poses=riding), colour.of(run, "speed")
+        with scene.Scene(run, STILL, "draft", *look) as drawing:
+            Image.fromarray(drawing.draw(state)).save(store, format="png")
+    except UserError:  # nothing here can draw in 3D without a display: seen along the axis, the ones in front last
+        figure = Canvas(figsize=(8, 6.4), layout="constrained")
+        ax = figure.subplots()
+        overview.mill(ax, run)
+        overview.draw_balls(ax, run)
+        figure.savefig(store, format="png", dpi=100)
+    return store.getvalue()
 
 
 def cite(run) -> list[str]:
@@ -41,35 +81,84 @@ def cite(run) -> list[str]:
     return [*CITE, f"{plain(run.program)} {made}, which made this run."]
 
 
-@dataclasses.dataclass(frozen=True)
-class Section:
-    """Figures under one heading, in panels; those of one panel begin with one name: "slip", "slip-power". Where none of them
-    can be drawn there are no panels, and `missing` says why."""
+# ---- figures
 
-    anchor: str
+
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """A figure of milltools.figures as SVG that is part of a page; `svg` is empty where it cannot be drawn; then `why` says so."""
+
+    name: str
     title: str
-    lead: str
-    panels: list[list[painter.Picture]]
-    missing: str
+    caption: str
+    svg: str
+    why: str = ""
+
+
+def draw(name: str, runs: list[Run]) -> Picture:
+    """A figure of open runs together."""
+    figure = FIGURES[name]
+    try:
+        for run in runs:
+            why = figure.why_not(run)
+            if why:
+                raise UserError(f"{run.path}: {why}" if len(runs) > 1 else why)
+        drawing, caption = figure.draw(runs, titled=False), figure.says(runs)
+    except UserError as fault:
+        return Picture(name, figure.title, figure.caption, "", str(fault))
+    label = escape(f"{figure.title}: {caption}")
+    markup = svg(drawing, f"figure-{name}").replace('role="img"', f'role="img" aria-label="{label}"', 1)
+    return Picture(name, figure.title, caption, markup)
+
+
+@contextlib.contextmanager
+def drawing(paths: list[str]):
+    """draw() of the runs at paths, for a second process."""
+    with contextlib.ExitStack() as stack:
+        runs = [stack.enter_context(Run(path)) for path in paths]
+        yield lambda name: draw(name, runs)
+
+
+@contextlib.contextmanager
+def painter(runs: list[Run], names: list[str]):
+    """A function of a Progress that gives every figure of `names` by its name, of open `runs` together. They take most of a
+    page's time, so a second process begins some while this one is busy with the balls. What it does not finish is drawn here."""
+    worth_it = processes.cores() > 1 and any(run.has_statistics and run.duration > 0 for run in runs)
+    begun = {}
+
+    def draw_all(watch: Progress) -> dict[str, Picture]:
+        found = {}
+        for name in sorted(names, key=begun.__contains__):  # our own first
+            with watch.step("pictures"):
+                try:
+                    found[name] = begun[name].result()
+                except (KeyError, UserError):  # not begun, or not finished
+                    found[name] = draw(name, runs)
+        return found
+
+    with contextlib.ExitStack() as stack:
+        if worth_it:
+            submit = stack.enter_context(team(functools.partial(drawing, [run.path for run in runs]), 1))
+            begun |= {name: submit(name) for name in names[: round(SHARE * len(names))]}
+        yield draw_all
 
 
 def figure_names() -> list[str]:
     """Of all figures, in the order of the page."""
-    return [name for anchor, _ in FIGURES for name in painter.names(anchor)]
+    return [name for group in GROUPS for name, figure in FIGURES.items() if figure.group == group]
 
 
-def sections(drawings: dict[str, painter.Picture]) -> list[Section]:
-    """The sections of figures, from all of them by name."""
+def sections(drawings: dict[str, Picture]) -> list[dict]:
+    """All figures, by name, under the headings of GROUPS in panels; those of one panel begin with one name: "slip",
+    "slip-power". Where none of them can be drawn there are no panels, and `missing` says why."""
     found = []
-    for anchor, _ in FIGURES:
-        panels = {}
-        for name in painter.names(anchor):
-            panels.setdefault(name.split("-")[0], []).append(drawings[name])
-        drawn = [one for panel in panels.values() for one in panel]
-        missing = "; ".join(dict.fromkeys(one.why for one in drawn))
-        if any(one.svg for one in drawn):
-            missing = ""
-        shown = [drawn] if max(map(len, panels.values()), default=1) == 1 else list(panels.values())
-        shown = [] if missing else shown
-        found.append(Section(anchor, TITLES[anchor], LEADS[anchor], shown, plain(missing)))
+    for anchor, (_, title, lead) in GROUPS.items():
+        drawn = [drawings[name] for name in figure_names() if FIGURES[name].group == anchor]
+        panels = [list(some) for _, some in itertools.groupby(drawn, key=lambda one: one.name.split("-")[0])]
+        missing = "" if any(one.svg for one in drawn) else plain("; ".join(dict.fromkeys(one.why for one in drawn)))
+        if len(panels) == len(drawn):
+            panels = [drawn]
+        found.append(
+            {"anchor": anchor, "title": title, "lead": lead, "panels": [] if missing else panels, "missing": missing}
+        )
     return found

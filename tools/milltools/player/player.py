@@ -1,6 +1,6 @@
 """The balls themselves, turning, in 3D: the player of the report, a piece of HTML that needs nothing but itself.
 
-    text = page(run)                                # a page of its own
+    text = page(run, "a mill")                      # a page of its own
     balls, shared = fragment(run), scripts()        # parts of a larger one: `balls` of each run, `shared` once
 
 The browser draws it with WebGL through three.js (vendor/, MIT licence); frames.py says what it gets. It opens from
@@ -10,52 +10,67 @@ are stored: between two of them balls collide many times, so that paths drawn in
 """
 
 import base64
+import hashlib
 import pathlib
 
 import matplotlib
 import numpy as np
 
 from milltools import pages
-from milltools.base.errors import UserError
-from milltools.base.text import plain, prefix
+from milltools.base.text import plain
 from milltools.figures.style import SPEEDS
 from milltools.geometry.bodies import Mill
-from milltools.player import frames, policy
+from milltools.player import frames
 from milltools.player.finer import Finer
-from milltools.render import camera
+from milltools.render import camera, colour
 
-LABELS = {"speed": "speed", "spin": "spin", "energy": "kinetic energy"}
+FOLDER = pathlib.Path(__file__).parent
 VIEWS = ("front", "three-quarter")  # as in mill render
-NO_FRAMES = "No ball states are stored in this run: output.frames is 0 s."
+
+
+def no_frames(run) -> str:
+    """Why there is nothing to be seen turning, as a sentence; "" if there is something."""
+    if len(run.frame_times()):
+        return ""
+    why = "output.frames is 0 s" if run.time > 0 else "it has not come to its first checkpoint"
+    return f"No ball states are stored in this run: {why}."
 
 
 def fragment(run, most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
     """The player of a milltools.read.runfile.Run as HTML, at most `most_bytes` long if that can be (frames are left out,
     then balls); `still`: a PNG for where it cannot be drawn. The page needs scripts() once."""
-    try:
-        bare = len(_whole(run, frames.planned(run), still).encode())
-        packed = frames.pack(run, (most_bytes - bare) // 4 * 3)
-    except UserError:
-        if len(run.frame_times()):
-            raise
-        return _template("player.html").render(still=_text(still), why=NO_FRAMES, head=None, caption="")
-    return _whole(run, packed, still)
+    why = no_frames(run)
+    if why:
+        return _template("player.html").render(still=_text(still), why=why, head=None, caption="")
+    bare = len(_whole(run, frames.planned(run), still).encode())
+    return _whole(run, frames.pack(run, (most_bytes - bare) // 4 * 3), still)
 
 
-def page(run, title: str = "mill", most_bytes: int = 6_000_000, still: bytes | None = None) -> str:
+def page(run, title: str) -> str:
     """The player as a page of its own, which needs nothing else: for a notebook's frame, or a file."""
-    balls, shared = fragment(run, most_bytes, still), scripts()
-    return _template("page.html").render(
-        title=plain(title), policy=policy.of(balls, shared), player=balls, scripts=shared
-    )
+    return _template("page.html").render(title=plain(title), policy=policy(), player=fragment(run), scripts=scripts())
+
+
+def _scripts() -> list[str]:
+    return [(FOLDER / name).read_text("utf-8") for name in ("vendor/three.min.js", "mill3d.js", "player.js")]
 
 
 def scripts() -> str:
     """Style and scripts of all players of a page: to be put into it once, anywhere."""
-    folder = pathlib.Path(__file__).parent
-    texts = [(folder / name).read_text("utf-8") for name in ("vendor/three.min.js", "mill3d.js", "player.js")]
-    style = (folder / "player.css").read_text("utf-8")
-    return f"<style>{style}</style>\n" + "".join(f"<script>{text}</script>\n" for text in texts)
+    style = (FOLDER / "player.css").read_text("utf-8")
+    return f"<style>{style}</style>\n" + "".join(f"<script>{text}</script>\n" for text in _scripts())
+
+
+def policy(*others: str) -> str:
+    """The Content-Security-Policy of a page with players: nothing is loaded from anywhere, only our scripts and the `others` run.
+
+    Scripts are allowed by their hash: were something of a deck ever to come through unescaped, it would still not be executed."""
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (*_scripts(), *others)]
+    run = " ".join(f"'sha256-{one}'" for one in hashes)
+    return (
+        f"default-src 'none'; script-src {run}; style-src 'unsafe-inline'; img-src data: blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
 
 
 def _text(data: bytes | None) -> str:
@@ -63,7 +78,7 @@ def _text(data: bytes | None) -> str:
 
 
 def _template(name):
-    found = pages.environment(pathlib.Path(__file__).parent)
+    found = pages.environment(FOLDER)
     found.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     return found.get_template(name)
 
@@ -87,7 +102,6 @@ def _whole(run, packed, still):
 
 def _head(run, packed):
     times = run.frame_times()[packed.index]
-    quantities = [_quantity(name, packed.limits[name]) for name in packed.limits]
     up, views = _views(run, packed.index[0])
     mill = Mill.of(run)
     poses = [run.poses(int(k)) for k in packed.index]
@@ -113,8 +127,8 @@ def _head(run, packed):
         "lower": packed.lower.tolist(),
         "upper": packed.upper.tolist(),
         "runs": _runs(run.balls("diameter")[packed.chosen]),
-        "values": quantities,
-        "colours": base64.b64encode(table.tobytes()).decode(),
+        "values": [_quantity(name, limit) for name, limit in packed.limits.items()],
+        "colours": _text(table.tobytes()),
         "up": up,
         "views": views,
     }
@@ -135,7 +149,7 @@ def _runs(diameters):
 
 
 def _numbers(values, kind) -> str:
-    return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
+    return _text(np.ascontiguousarray(values, kind).tobytes())
 
 
 def _bodies(mill, names):
@@ -148,13 +162,14 @@ def _bodies(mill, names):
     for look, motion, triangles in parts:
         corners = triangles.reshape(-1, 3).astype("<f4")
         points, index = np.unique(corners, axis=0, return_inverse=True)
+        wide = len(points) >= 1 << 16
         found.append(
             {
                 "look": look,
                 "motion": names.index(motion) if motion in names else -1,
                 "points": _numbers(points, "<f4"),
-                "corners": _numbers(index, "<u2" if len(points) < 1 << 16 else "<u4"),
-                "wide": len(points) >= 1 << 16,
+                "corners": _numbers(index, "<u4" if wide else "<u2"),
+                "wide": wide,
             }
         )
     return found
@@ -179,19 +194,18 @@ def _views(run, first):
 
 def _quantity(name, limit):
     """A choice of colour, with the ticks of its bar as [share, text]."""
-    unit = frames.UNITS[name]
-    scale, letter = prefix(limit) if unit == "J" else (1, "")
-    end, unit = limit / scale, letter + unit
+    label, (scale, unit) = colour.QUANTITIES[name].label, colour.Colour(name, (0.0, limit)).scale
+    end = limit / scale
     power = 10.0 ** np.floor(np.log10(end))
     step = next(m * power for m in (0.2, 0.25, 0.5, 1, 2, 5) if end / (m * power) <= 5 + 1e-9)
     between = [k * step for k in range(6) if k * step < 0.87 * end]  # the last word is a long one
     ticks = [[round(v / end, 4), f"{v:.4g}"] for v in between] + [[1, f"≥ {end:.4g} {unit}"]]
     return {
         "name": name,
-        "label": LABELS[name],
+        "label": label,
         "limit": limit,
         "ticks": ticks,
-        "describe": f"Colours: {LABELS[name]} from 0, dark blue, to {end:.4g} {unit} and more, dark red",
+        "describe": f"Colours: {label} from 0, dark blue, to {end:.4g} {unit} and more, dark red",
     }
 
 
@@ -218,11 +232,11 @@ def _factor(factor):
 def _caption(run, packed, head):
     """What is seen, what is left out, and why nothing moves between frames."""
     words = [_balls(run, packed) + "."]
-    every = len(packed.index), packed.stored
-    if every[0] < every[1] and not isinstance(run, Finer):
-        stride = int(packed.index[1]) if every[0] > 1 else every[1]
-        words.append(f"Every {_ordinal(stride)} stored frame is here, {every[0]} of {every[1]}.")
-    if len(packed.index) > 1:
+    here, stored = len(packed.index), len(run.frame_times())
+    if here < stored and not isinstance(run, Finer):
+        stride = int(packed.index[1]) if here > 1 else stored
+        words.append(f"Every {_ordinal(stride)} stored frame is here, {here} of {stored}.")
+    if here > 1:
         words.append(_between(run, head["interval"]))
     return " ".join(words)
 
@@ -240,9 +254,10 @@ def _balls(run, packed):
         noun = "balls" if name == "balls" else f"balls “{name}”"
         kinds.append(f"{len(own)} {noun} of {size} mm")
     text = ", ".join(kinds)
-    if len(packed.chosen) < packed.balls:
-        step = int(packed.chosen[1]) if len(packed.chosen) > 1 else packed.balls
-        text += f"; every {_ordinal(step)} ball is drawn, {len(packed.chosen)} of {packed.balls}"
+    drawn, every = len(packed.chosen), len(diameter)
+    if drawn < every:
+        step = int(packed.chosen[1]) if drawn > 1 else every
+        text += f"; every {_ordinal(step)} ball is drawn, {drawn} of {every}"
     return text
 
 

@@ -6,12 +6,12 @@ import pathlib
 from milltools import pages
 from milltools.base.errors import UserError
 from milltools.base.text import lines, plain
-from milltools.player import painter, parts, player, policy
+from milltools.player import parts, player
 from milltools.report import facts, tables
 
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
-    ("balls", "Balls"), ("summary", "Summary"), *parts.FIGURES, ("anomalies", "Anomalies"), ("precision", "Precision"),
+    ("balls", "Balls"), ("summary", "Summary"), *parts.CONTENTS, ("anomalies", "Anomalies"), ("precision", "Precision"),
     ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
 
@@ -34,18 +34,18 @@ def render(run, watch, rerun: str = "auto") -> str:
     """The page of an open run as text."""
     name = plain(facts.deck_name(run))
     made = f"{plain(run.program)} {plain(run.version)}"
-    with painter.Painter([run], parts.figure_names()) as drawing:
+    with parts.painter([run], parts.figure_names()) as draw_all:
         with watch.step("the balls", 4):
             fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
-        figures = parts.sections(drawing.all(watch))
-    sampled, shared = facts.sampled(run), player.scripts()
+        figures = parts.sections(draw_all(watch))
+    sampled = facts.sampled(run)
     precision = tables.precision(run) if sampled else []
     deck = run.deck_text()
     return (
         pages.environment(HERE)
         .get_template("page.html")
         .render(
-            policy=policy.of(fragment, shared, f"<script>{pages.theme()}</script>"),
+            policy=player.policy(pages.theme()),
             maker=pages.maker(),
             title=name,
             kicker=" \N{MIDDLE DOT} ".join((plain(os.path.basename(run.path)), made, plain(run.status))),
@@ -72,7 +72,7 @@ def render(run, watch, rerun: str = "auto") -> str:
             deck_file=name if name.endswith(".ini") else f"{name}.ini",
             deck_link=pages.data_link(deck),
             cite=parts.cite(run),
-            scripts=shared,
+            scripts=player.scripts(),
             theme=pages.theme(),
         )
     )
