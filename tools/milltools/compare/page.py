@@ -44,7 +44,7 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
     """The page as text; `watch`: a Progress; `rerun`: of the player, see finer.frames_of."""
     with contextlib.ExitStack() as stack:
         runs = [stack.enter_context(Run(side.first.path)) for side in sides]
-        draw_all = stack.enter_context(parts.painter(runs, parts.figure_names()))
+        draw_all = stack.enter_context(parts.painter(runs))
         players = []
         for run in runs if any(len(run.frame_times()) for run in runs) else ():
             with watch.step("the balls", 3):

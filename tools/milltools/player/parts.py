@@ -120,11 +120,11 @@ def drawing(paths: list[str]):
 
 
 @contextlib.contextmanager
-def painter(runs: list[Run], names: list[str]):
-    """A function of a Progress that gives every figure of `names` by its name, of open `runs` together. They take most of a
-    page's time, so a second process begins some while this one is busy with the balls. What it does not finish is drawn here."""
+def painter(runs: list[Run]):
+    """A function of a Progress that gives every figure by its name, of open `runs` together. They take most of a page's time,
+    so a second process begins some while this one is busy with the balls. What it does not finish is drawn here."""
+    names, begun = figure_names(), {}
     worth_it = processes.cores() > 1 and any(run.has_statistics and run.duration > 0 for run in runs)
-    begun = {}
 
     def draw_all(watch: Progress) -> dict[str, Picture]:
         found = {}

@@ -34,7 +34,7 @@ def render(run, watch, rerun: str = "auto") -> str:
     """The page of an open run as text."""
     name = plain(facts.deck_name(run))
     made = f"{plain(run.program)} {plain(run.version)}"
-    with parts.painter([run], parts.figure_names()) as draw_all:
+    with parts.painter([run]) as draw_all:
         with watch.step("the balls", 4):
             fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
         figures = parts.sections(draw_all(watch))
