@@ -19,9 +19,9 @@ from milltools.__main__ import main
 from milltools.base.errors import UserError
 from milltools.figures import (
     FIGURES,
-    account,
     bins,
     energies,
+    flow,
     maps,
     outlines,
     overtime,
@@ -294,7 +294,7 @@ def test_plot_names_what_it_knows_where_a_word_is_wrong(plain, what):
 
 
 def test_the_flow_adds_up_to_the_energy_balance(run):
-    found = account.account(run)
+    found = flow.account(run)
     gives, takes = (sum(p for *_, p in side) for side in (found.sources, found.sinks))
     assert gives == pytest.approx(takes, rel=1e-9)
     assert abs(found.residual) < 1e-9 * found.turnover
@@ -307,14 +307,14 @@ def test_the_flow_adds_up_to_the_energy_balance(run):
 
 
 def test_a_gas_that_cools_lives_on_its_kinetic_energy(gas):
-    found = account.account(gas)
+    found = flow.account(gas)
     assert found.drives == {}
     assert {what for what, *_ in found.sources} <= {"kinetic_energy", "potential_energy"}
     assert found.energies["kinetic_energy"] < 0
 
 
 def test_negative_losses_and_energies_that_fall_are_sources():
-    found = account.Account(
+    found = flow.Account(
         (0, 1), {"rotor": 5.0}, {"kinetic_energy": -2.0, "potential_energy": 1.0},
         {"ball_ball": (4.0, 2.0), "ball_drum": (-0.5, 0.25)},
     )  # fmt: skip
@@ -339,7 +339,7 @@ def bands(figure, low, high):
 
 
 def test_widths_of_the_flow_are_true_to_scale(run):
-    found = account.account(run)
+    found = flow.account(run)
     figure = FIGURES["flow"].draw(run)
     assert np.allclose(bands(figure, 0.62, 1.0), [p / found.turnover for *_, p in found.sinks])
     assert np.allclose(bands(figure, 0.0, 0.26), [p / found.turnover for *_, p in found.sources])
@@ -375,7 +375,7 @@ def test_what_another_program_does_not_tell_is_named(foreign):
         assert "normal part [W" in words
         assert any("normal part" in head for head in FIGURES[name].tables(foreign)[0].columns)
     assert "rebound" not in str(spectra.plot(axes(), foreign)[0].axes.get_legend_handles_labels())
-    found = account.account(foreign)
+    found = flow.account(foreign)
     assert {part for what, _, part, _ in found.sinks if what == "dissipation"} == {""}
     assert abs(found.residual) < 1e-9 * found.turnover
 

@@ -14,7 +14,7 @@ from test_scene import at, picture, project, stored
 import milltools
 from milltools.compare import load, page
 from milltools.compare import rows as compared
-from milltools.figures import FIGURES, account, maps, outlines, spectra
+from milltools.figures import FIGURES, flow, maps, outlines, spectra
 from milltools.geometry import bodies, vessel
 from milltools.geometry.trajectory import Trajectory
 from milltools.player import player
@@ -22,7 +22,7 @@ from milltools.read import motions
 from milltools.read.histogram import ENERGIES
 from milltools.read.runfile import Run
 from milltools.render import camera
-from milltools.report import facts, tables
+from milltools.report import facts, run_page
 
 pytest_plugins = ["browser"]
 
@@ -55,9 +55,9 @@ def test_kinds_that_a_mill_has_no_surface_of_are_left_out(runs):
     assert runs["planetary"].kinds == ("ball_ball", "ball_jar")
     assert runs["attritor"].kinds == ("ball_ball", "ball_tank", "ball_pin")  # as in the deck
     for run in runs.values():
-        assert [name for name, _ in tables.contacts(run)][:2] == ["ball-ball", f"ball-{run.vessel}"]
+        assert [name for name, _ in run_page.contacts(run)][:2] == ["ball-ball", f"ball-{run.vessel}"]
         assert not any("drum" in name for name in run.series_names())
-        told = [name for name, *_ in tables.everything(run) if "ball_" in name]
+        told = [name for name, *_ in run_page.everything(run) if "ball_" in name]
         assert any("ball_ball" in name for name in told)
         assert not any(kind in name for name in told for kind in ("drum", "wall", "shaft", "blade"))
 
@@ -76,7 +76,7 @@ def test_motions_share_the_power_of_the_drive(files):
 
 
 def test_the_account_has_a_source_for_each_motion_and_adds_up(runs):
-    found = account.account(runs["planetary"])
+    found = flow.account(runs["planetary"])
     assert set(found.drives) == {"sun", "jar"} and set(found.dissipation) == {
         "ball_ball",
         "ball_jar",
@@ -90,7 +90,7 @@ def test_the_report_names_container_motions_and_the_drives_power(runs):
     assert "the container “jar”, a cylinder of radius 20 mm and length 30 mm; sun turns at 600 rpm" in text
     assert "The drive puts" in text and "of the slowest motion" in text
     assert facts.tiles(run)[0][0] == "drive power" and "±" in facts.tiles(run)[0][1]
-    rows = {name: remark for name, _, remark in tables.balance(run)}
+    rows = {name: remark for name, _, remark in run_page.balance(run)}
     assert rows["power of jar"].startswith("turns at −1200 rpm on sun; torque")
 
 
@@ -119,7 +119,7 @@ def test_words_of_a_mill_without_a_rotor_do_not_speak_of_one(runs, mill, files):
     done = mill("plot", "--list", *files.values())
     assert "not of" not in done.stdout and "rotor" not in done.stdout, done.stdout
     for run in runs.values():
-        said = [*facts.verdict(run), *(" ".join(map(str, row)) for row in tables.balance(run))]
+        said = [*facts.verdict(run), *(" ".join(map(str, row)) for row in run_page.balance(run))]
         said += [figure.says([run]) for figure in FIGURES.values() if figure.group == "maps"]
         assert "rotor" not in " ".join(said)
 

@@ -28,7 +28,7 @@ def facts(result: Any) -> dict[str, str]:
     state = "" if run.status == "complete" else f", {run.status}"
     found = {"run": f"{result.name}: {run.program}{state}, {run.time:.4g} s simulated"}
     found["mill"] = f"{report.charge(run)} in {report.mill(run)}"
-    if not report.sampled(run):
+    if run.unsampled:
         found["statistics"] = f"none: status '{run.status}', nothing sampled so far"
         return found
     begin, end = run.window
@@ -53,12 +53,12 @@ def facts(result: Any) -> dict[str, str]:
 
 def anomalies(run: Run) -> str:
     """What should not have happened, counted; "none"."""
-    return ", ".join(f"{one.times} {one.name}" for one in report.anomalies(run) or []) or "none"
+    return ", ".join(f"{times} {what}" for what, times, _ in report.anomalies(run) or []) or "none"
 
 
 def table(result: Any) -> pandas.DataFrame | None:
     """The table of contact kinds as texts; None where nothing was sampled."""
-    if not report.sampled(result.file):
+    if result.file.unsampled:
         return None
     found = result.summary.rename_axis(None)
     cells = {

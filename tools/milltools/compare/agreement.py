@@ -14,6 +14,7 @@ import dataclasses
 import functools
 import math
 import statistics
+import typing
 
 import numpy as np
 
@@ -141,8 +142,7 @@ def combine(first: list[Estimate], second: list[Estimate], steady: bool):
     return mean_of(first), mean_of(second)
 
 
-@dataclasses.dataclass(frozen=True)
-class Difference:
+class Difference(typing.NamedTuple):
     """B - A relative to A, its standard error likewise (as told, NaN: unknown), and the verdict with its `mood`: "agree",
     "differ" or "open"."""
 
@@ -159,10 +159,8 @@ def difference(a: Estimate, b: Estimate, unknown: str) -> Difference:
     off = b.value - a.value
     errors = np.array([a.error, b.error])
     error = math.hypot(*errors)
-    if not math.isfinite(off):
-        return Difference(off / scale, math.nan, 0, "no value", "open")
-    if not math.isfinite(error) or error == 0:
-        return Difference(off / scale, math.nan, 0, unknown, "open")
+    if not (math.isfinite(off) and math.isfinite(error) and error):
+        return Difference(off / scale, math.nan, 0, unknown if math.isfinite(off) else "no value", "open")
     # of B/A: both errors count, A's as often as it goes into B
     share = np.array([a.error * b.value / scale, b.error])
     dof = a.dof if a.pooled else float(_welch(share, [a, b]))

@@ -8,13 +8,13 @@ import pathlib
 
 from milltools.base.errors import UserError
 from milltools.base.files import check_writable, write_text
+from milltools.figures.command import PICTURES
 
 SUMMARY = (
     "Puts runs side by side: power, energies, losses, impacts, ball speeds, maps, price; each with its difference from the "
     "first run, the standard error of that, and a verdict. Files joined by commas are replicates of one run "
     "(other seeds): their scatter gives the error, which runs that are not steady need."
 )
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def add_arguments(parser):

@@ -15,86 +15,62 @@ cross-section: noise is known roughly. With ten seeds of the reference mill (45 
 
 import numpy as np
 
-VIEWS = {"cross_section": ("x", "y", "z"), "axial": ("x", "r", "phi")}
+from milltools.figures.maps import VIEWS
+
 LEAST = 0.02  # solid fraction of cells that count
 FEWEST_FRAMES = 8
 BEYOND = 2  # times the noise that a deviation may be and still be called noise: see above
 
 
-class StoredMaps:
-    """The maps of a file: `get(view, "solid_fraction")`, `get(view, "velocity")` with the components first."""
-
-    def __init__(self, run):
-        self.edges = {view: run.edges(view) for view in VIEWS}
-        self._maps = {}
-        for view, axes in VIEWS.items():
-            self._maps[view, "solid_fraction"] = run.map("solid_fraction", view).astype(float)
-            self._maps[view, "velocity"] = np.array([run.map(f"velocity_{a}", view) for a in axes])
-        self.samples = int(run.statistic("maps/samples"))
-
-    def get(self, view, name):
-        return self._maps[view, name]
-
-    def same_cells(self, other) -> bool:
-        return all(
-            len(a) == len(b) and np.allclose(a, b, rtol=1e-9)
-            for view in VIEWS
-            for a, b in zip(self.edges[view], other.edges[view])
-        )
+def stored(run, view: str, name: str) -> np.ndarray:
+    """The map of a file; of "velocity" its components come first."""
+    if name == "velocity":
+        return np.array([run.map(f"velocity_{axis}", view) for axis in VIEWS[view][2]])
+    return run.map(name, view).astype(float)
 
 
-class Scatter:
-    """Maps of single blocks of time, from frames."""
+def same_cells(run, other) -> bool:
+    return all(
+        len(a) == len(b) and np.allclose(a, b, rtol=1e-9)
+        for view in VIEWS
+        for a, b in zip(run.edges(view), other.edges(view))
+    )
 
-    def __init__(self, run, vessel, blocks: int):
-        self.frames = np.zeros(blocks)
-        self.radius = run.balls("diameter").astype(float) / 2
-        self.parts = [vessel.noise for _ in range(blocks)]
 
-    def add(self, block: int, position, velocity):
-        if self.parts[block] is None:
-            return
-        self.frames[block] += 1
-        self.parts[block].sample(position, velocity, self.radius)
-
-    def noise(self, stored: StoredMaps) -> dict:
-        """(view, name) -> (variance of the frames' map, its squared distance from the stored one) by cell, velocity summed
-        over its components; empty where frames are too few to tell."""
-        if len(self.frames) < 4 or self.frames.min() < 1 or self.frames.sum() < FEWEST_FRAMES:
+def noise(run, parts) -> dict:
+    """(view, name) -> (variance of the frames' map, its squared distance from the stored one) by cell, velocity summed
+    over its components; empty where frames are too few to tell. `parts`: cells.Maps of the frames of each block of time, or None."""
+    frames = np.array([part.samples if part else 0 for part in parts])
+    if len(frames) < 4 or frames.min() < 1 or frames.sum() < FEWEST_FRAMES:
+        return {}
+    found = {}
+    for view in VIEWS:
+        cells = [part.cross if view == "cross_section" else part.axial for part in parts]
+        shape = run.map("solid_fraction", view).shape
+        if shape != cells[0].n:  # not the cells of this drum
             return {}
-        found = {}
-        for view in VIEWS:
-            parts = [p.cross if view == "cross_section" else p.axial for p in self.parts]
-            shape = stored.get(view, "solid_fraction").shape
-            if shape != parts[0].n:  # not the cells of this drum
-                return {}
-            flow = np.array([p.flow.reshape(4, *shape) for p in parts]) / self.frames[:, None, None, None]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                fraction = flow[:, 0] / parts[0].room.reshape(shape)
-                mean = flow.mean(axis=0)
-                speed = mean[1:] / mean[0]
-                # the velocity is a ratio of two means; to first order its blocks are
-                ratio = (flow[:, 1:] - speed * flow[:, :1]) / mean[0]
-            for name, blocks, middle in (
-                ("solid_fraction", fraction, fraction.mean(axis=0)),
-                ("velocity", ratio, speed),
-            ):
-                rough = blocks.var(axis=0, ddof=1) / len(blocks)
-                coarse = (middle - stored.get(view, name)) ** 2
-                if name == "velocity":
-                    rough, coarse = rough.sum(axis=0), coarse.sum(axis=0)
-                found[view, name] = rough, coarse
-        return found
+        flow = np.array([one.flow.reshape(4, *shape) for one in cells]) / frames[:, None, None, None]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            fraction = flow[:, 0] / cells[0].room.reshape(shape)
+            mean = flow.mean(axis=0)
+            speed = mean[1:] / mean[0]
+            # the velocity is a ratio of two means; to first order its blocks are
+            ratio = (flow[:, 1:] - speed * flow[:, :1]) / mean[0]
+        for name, blocks, middle in (("solid_fraction", fraction, fraction.mean(axis=0)), ("velocity", ratio, speed)):
+            rough, coarse = blocks.var(axis=0, ddof=1) / len(blocks), (middle - stored(run, view, name)) ** 2
+            found[view, name] = _summed(name, rough), _summed(name, coarse)
+    return found
 
 
-def _ratio(square, mean_square, weight):
-    return float(np.sqrt(np.sum(weight * square) / np.sum(weight * mean_square)))
+def _summed(name, squares):
+    """Of a velocity over its components."""
+    return squares.sum(axis=0) if name == "velocity" else squares
 
 
 def deviation(a, b, view: str, name: str, steady: bool):
     """(deviation D of side b from side a, the part that noise alone explains or NaN), both relative; None where the cells
     differ or none are filled on both sides. Noise is from replicates where the runs are not steady."""
-    if not all(r.maps.same_cells(a.first.maps) for side in (a, b) for r in side.runs):
+    if not all(same_cells(r, a.first) for side in (a, b) for r in side.runs):
         return None
     one, two = (side.mean_map("solid_fraction", view) for side in (a, b))
     with np.errstate(invalid="ignore"):
@@ -107,14 +83,11 @@ def deviation(a, b, view: str, name: str, steady: bool):
         runs = [len(side.runs) for side in (a, b)]
         single = np.nanmean([v * n for v, n in zip(variances, runs)]) if not np.isnan(variances).all() else np.nan
         variances = [single / n if np.isnan(v) else v for v, n in zip(variances, runs)]
-    if name == "velocity":
-        one, two = (side.mean_map("velocity", view) for side in (a, b))
-        square = np.sum((two - one) ** 2, axis=0)[counts]
-        mean_square = (np.sum(one**2 + two**2, axis=0) / 2)[counts]
-    else:
-        square, mean_square = ((two - one) ** 2)[counts], weight**2
+    one, two = (side.mean_map(name, view) for side in (a, b))
+    square = _summed(name, (two - one) ** 2)[counts]
+    mean_square = (_summed(name, one**2 + two**2) / 2)[counts] if name == "velocity" else weight**2
     total = np.sum(weight * mean_square)
-    return _ratio(square, mean_square, weight), float(np.sqrt(np.sum(variances) / total))
+    return tuple(float(np.sqrt(part / total)) for part in (np.sum(weight * square), np.sum(variances)))
 
 
 def _variance(side, view, name, counts, weight, steady) -> float:
@@ -122,16 +95,15 @@ def _variance(side, view, name, counts, weight, steady) -> float:
     if not steady:
         if len(side.runs) < 2:
             return np.nan
-        stack = np.array([r.maps.get(view, name) for r in side.runs])
-        cells = stack.var(axis=0, ddof=1) / len(side.runs)
-        cells = cells.sum(axis=0) if name == "velocity" else cells
+        stack = np.array([stored(run, view, name) for run in side.runs])
+        cells = _summed(name, stack.var(axis=0, ddof=1) / len(side.runs))
         return float(np.sum(weight * cells[counts]))
     total = 0.0
     for run in side.runs:
         if (view, name) not in run.map_noise:
             return np.nan
         rough, coarse = (np.nansum(weight * part[counts]) for part in run.map_noise[view, name])
-        share = min(1.0, run.map_frames / max(run.maps.samples, 1))
+        share = min(1.0, run.map_frames / max(int(run.statistic("maps/samples")), 1))
         total += max(rough - coarse, share * rough)
     return float(total) / len(side.runs) ** 2
 

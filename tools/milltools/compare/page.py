@@ -1,21 +1,19 @@
 """Runs side by side on one page that opens from disk: what differs and how sure that is, pictures, the balls of each, decks.
 Everything from the runs is escaped."""
 
-import contextlib
 import math
 import pathlib
 
 from milltools import pages
 from milltools.base.text import lines, plain
 from milltools.compare import pictures, rows, terminal
-from milltools.player import parts, player
-from milltools.read.runfile import Run
+from milltools.player import parts
 
 MOST_BYTES = 6_000_000  # of all players together
 TOLD = ("rotor_power", "drive_power", "median_above_50mm_s", "kinetic_energy")
 CONTENTS = (
     ("verdict", "Runs"), ("notes", "To know first"), ("balls", "Balls"), ("tables", "Differences"), ("pictures", "Pictures"),
-    *parts.CONTENTS, ("deck", "Decks"), ("cite", "Cite"),
+    *parts.FIGURES, ("deck", "Decks"), ("cite", "Cite"),
 )  # fmt: skip
 
 
@@ -42,9 +40,8 @@ def steps(sides) -> float:
 
 def render(sides, tables, notes, watch, rerun: str = "never") -> str:
     """The page as text; `watch`: a Progress; `rerun`: of the player, see finer.frames_of."""
-    with contextlib.ExitStack() as stack:
-        runs = [stack.enter_context(Run(side.first.path)) for side in sides]
-        draw_all = stack.enter_context(parts.painter(runs))
+    runs = [side.first for side in sides]
+    with parts.painter(runs) as draw_all:
         players = []
         for run in runs if any(len(run.frame_times()) for run in runs) else ():
             with watch.step("the balls", 3):
@@ -55,31 +52,21 @@ def render(sides, tables, notes, watch, rerun: str = "never") -> str:
             with watch.step("pictures"):
                 shown.append((title, words, pages.embedded(figure, dots=110)))
         figures = parts.sections(draw_all(watch))
-        decks = [run.deck_text() for run in runs]
-        cite = list(dict.fromkeys(line for run in runs for line in parts.cite(run)))
-    return (
-        pages.environment(pathlib.Path(__file__).parent)
-        .get_template("page.html")
-        .render(
-            policy=player.policy(pages.theme()),
-            maker=pages.maker(),
-            title="Runs compared",
-            kicker=plain(", ".join(side.label for side in sides)),
-            style=pages.style(pages.FOLDER / "report.css"),
-            contents=[entry for entry in CONTENTS if players or entry[0] != "balls"],
-            verdict=[sentence(table) for table in tables],
-            sides=sides,
-            differ=rows.deck_differences(sides),
-            notes=notes,
-            players=zip(sides, players),
-            tables=[
-                (table, terminal.heads(table), [(row, terminal.cells(row)) for row in table.shown]) for table in tables
-            ],
-            pictures=shown,
-            figures=figures,
-            decks=[(side, pages.data_link(text), lines(text)) for side, text in zip(sides, decks)],
-            cite=cite,
-            scripts=player.scripts(),
-            theme=pages.theme(),
-        )
+    return parts.page(
+        pathlib.Path(__file__).parent,
+        title="Runs compared",
+        kicker=plain(", ".join(side.label for side in sides)),
+        contents=[entry for entry in CONTENTS if players or entry[0] != "balls"],
+        verdict=[sentence(table) for table in tables],
+        sides=sides,
+        differ=rows.deck_differences(sides),
+        notes=notes,
+        players=zip(sides, players),
+        tables=[
+            (table, terminal.heads(table), [(row, terminal.cells(row)) for row in table.shown]) for table in tables
+        ],
+        pictures=shown,
+        figures=figures,
+        decks=[(side, pages.data_link(deck), lines(deck)) for side in sides for deck in [side.first.deck_text()]],
+        cite=list(dict.fromkeys(line for run in runs for line in parts.cite(run))),
     )

@@ -10,19 +10,11 @@ from matplotlib.figure import Figure
 
 from milltools.base.text import literal
 from milltools.compare.load import SPEED_EDGES
-from milltools.compare.map_deviation import LEAST
-from milltools.figures.bins import MERGED
+from milltools.compare.map_deviation import LEAST, same_cells
+from milltools.figures.bins import curve
+from milltools.figures.overtime import means
 from milltools.figures.style import run_style, save
 from milltools.read.kinds import label as kind_label
-
-
-def _spectrum(histograms, duration):
-    """(speed [m/s], impacts per second and decade [1/s]), bins put together for a smooth curve; NaN where there were none."""
-    whole = len(histograms[0].count) // MERGED * MERGED
-    edges = histograms[0].edges[: whole + 1 : MERGED]
-    count = sum(one.count[:whole].reshape(-1, MERGED).sum(axis=1) for one in histograms)
-    rate = count / duration / np.diff(np.log10(edges))
-    return np.sqrt(edges[:-1] * edges[1:]), np.where(rate > 0, rate, np.nan)
 
 
 def draw_spectra(figure, sides):
@@ -31,11 +23,9 @@ def draw_spectra(figure, sides):
     axes = figure.subplots(1, len(every), sharey=True)
     for ax, kind in zip(axes, every):
         for number, side in enumerate(sides):
-            histograms = [run.impacts[kind] for run in side.runs if kind in run.impacts]
-            if sum(h.count.sum() for h in histograms) >= 100:  # else too few for a curve
-                duration = sum(run.duration for run in side.runs)
-                label = literal(side.label, 44)
-                ax.loglog(*_spectrum(histograms, duration), **run_style(number), label=label)
+            histograms = [run.histogram(kind) for run in side.runs if kind in run.kinds]
+            duration = sum(run.duration for run in side.runs)
+            curve(ax, histograms, duration, **run_style(number), label=literal(side.label, 44))
         ax.set_title(kind_label(kind))
         ax.set_xlim(1e-3, 20)
         ax.grid(alpha=0.3)
@@ -49,18 +39,9 @@ def draw_spectra(figure, sides):
 
 def _legend(figure, axes, count):
     """One for all axes of a figure, above them."""
-    found = {}
-    for ax in np.ravel(axes):
-        for handle, label in zip(*ax.get_legend_handles_labels()):
-            found.setdefault(label, handle)
+    found = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels())}
     if found:
         figure.legend(found.values(), found.keys(), loc="outside upper left", ncols=min(count, 4), frameon=False)
-
-
-def _shade(ax, sides):
-    first, last = sides[0].first.window
-    if all(np.allclose(s.first.window, (first, last)) for s in sides):
-        ax.axvspan(first, last, color="0.93", zorder=0, lw=0, label="sampled window")
 
 
 def draw_power(figure, sides):
@@ -68,27 +49,28 @@ def draw_power(figure, sides):
     axes = figure.subplots(1, 2)
     for number, side in enumerate(sides):
         for k, run in enumerate(side.runs):
-            time, work = run.series["drive_work"]
+            time, work = run.drive_work()
             look = {**run_style(number), "alpha": 1 if len(side.runs) == 1 else 0.6}
             label = literal(side.label, 44) if k == 0 else None
             pieces = np.linspace(time[0], time[-1], min(100, len(time)))
-            power = np.diff(np.interp(pieces, time, work)) / np.diff(pieces)
-            axes[0].plot((pieces[1:] + pieces[:-1]) / 2, power, **look, label=label)
-            axes[1].plot(*run.series["kinetic_energy"], **look, label=label)
-    for ax, what in zip(axes, ("power of the drive [W]", "kinetic energy of the balls [J]")):
-        _shade(ax, sides)
+            axes[0].plot((pieces[1:] + pieces[:-1]) / 2, means(time, work, pieces), **look, label=label)
+            axes[1].plot(*run.series("kinetic_energy"), **look, label=label)
+    window = sides[0].first.window
+    same = all(np.allclose(side.first.window, window) for side in sides)
+    for ax in axes:
+        if same:
+            ax.axvspan(*window, color="0.93", zorder=0, lw=0, label="sampled window")
         ax.set_xlabel("time [s]")
-        ax.set_ylabel(what)
         ax.set_xlim(left=0)
         ax.grid(alpha=0.3)
-    axes[0].set_title("power, means over short pieces of time")
-    axes[1].set_title("translational kinetic energy")
+    axes[0].set(title="power, means over short pieces of time", ylabel="power of the drive [W]")
+    axes[1].set(title="translational kinetic energy", ylabel="kinetic energy of the balls [J]")
     _legend(figure, axes, len(sides) + 1)
 
 
 def draw_speeds(figure, sides):
     """Distribution of the balls' speeds over the frames in the window, and what a second of it costs."""
-    axes = figure.subplots(1, 2, width_ratios=(3, 2))
+    ax, price = figure.subplots(1, 2, width_ratios=(3, 2))
     middle = np.sqrt(SPEED_EDGES[1:] * SPEED_EDGES[:-1])
     top = 0.0
     for number, side in enumerate(sides):
@@ -97,19 +79,17 @@ def draw_speeds(figure, sides):
             continue
         density = count / count.sum() / np.diff(SPEED_EDGES)
         density[density == 0] = np.nan
-        axes[0].semilogy(middle, density, **run_style(number), label=literal(side.label, 44))
+        ax.semilogy(middle, density, **run_style(number), label=literal(side.label, 44))
         top = max(top, SPEED_EDGES[1 + np.searchsorted(np.cumsum(count), 0.9995 * count.sum())])
-    axes[0].set_title("speeds of the balls")
-    axes[0].set_xlabel("speed [m/s]")
-    axes[0].set_ylabel("probability density [s/m]")
-    axes[0].grid(alpha=0.3)
+    ax.set(title="speeds of the balls", xlabel="speed [m/s]", ylabel="probability density [s/m]")
+    ax.grid(alpha=0.3)
     if top:
-        axes[0].set_xlim(0, top)
-        axes[0].set_ylim(bottom=1e-4)
+        ax.set_xlim(0, top)
+        ax.set_ylim(bottom=1e-4)
     else:
-        axes[0].text(0.5, 0.5, "no frames in the window", ha="center", transform=axes[0].transAxes)
-    _draw_price(axes[1], sides)
-    _legend(figure, axes[:1], len(sides))
+        ax.text(0.5, 0.5, "no frames in the window", ha="center", transform=ax.transAxes)
+    _draw_price(price, sides)
+    _legend(figure, [ax], len(sides))
 
 
 def _draw_price(ax, sides):
@@ -120,51 +100,42 @@ def _draw_price(ax, sides):
     ax.bar_label(bars, [f"{c:.3g}" for c in costs], padding=4)
     ax.set_yticks(range(len(sides)), [literal(side.label, 24) for side in sides])
     ax.invert_yaxis()
-    ax.set_title("price")
-    ax.set_xlabel("CPU seconds per simulated second [s/s]")
+    ax.set(title="price", xlabel="CPU seconds per simulated second [s/s]")
     if known:
         ax.set_xlim(0, 1.2 * max(known))
 
 
-MAPS = (
-    ("solid_fraction", "solid fraction [1]", "viridis"),
-    ("velocity", "speed of the mean flow [m/s]", "viridis"),
-)  # the second where the solid fraction is above LEAST: elsewhere it is the speed of the odd ball
+# the second where the solid fraction is above LEAST: elsewhere it is the speed of the odd ball
+MAPS = (("solid_fraction", "solid fraction [1]"), ("velocity", "speed of the mean flow [m/s]"))
 
 
 def draw_maps(figure, sides):
     """Cross-sections: each side on one scale, and what each has more than the first."""
     columns = 2 * len(sides) - 1
     axes = figure.subplots(2, columns, squeeze=False, sharex=True, sharey=True)
-    for line, (name, label, colours) in zip(axes, MAPS):
+    for line, (name, label) in zip(axes, MAPS):
         fields = [_field(side, name) for side in sides]
         top = max(np.nanquantile(f, 0.995) if np.isfinite(f).any() else 0 for f in fields) or 1
         for ax, side, field in zip(line, sides, fields):
-            image = _map(ax, side, field, colours, 0, top)
+            image = _map(ax, side, field, "viridis", 0, top)
             ax.set_title(literal(side.label, 30))
         figure.colorbar(image, ax=line[: len(sides)], label=label, extend="max", shrink=0.9)
-        off = [
-            field - fields[0] if side.first.maps.same_cells(sides[0].first.maps) else None
-            for side, field in zip(sides[1:], fields[1:])
-        ]
-        finite = [np.abs(o[np.isfinite(o)]) for o in off if o is not None]
+        off = {k: fields[k] - fields[0] for k in range(1, len(sides)) if same_cells(sides[k].first, sides[0].first)}
+        finite = [np.abs(o[np.isfinite(o)]) for o in off.values()]
         reach = max((np.quantile(f, 0.99) for f in finite if len(f)), default=0) or top / 100
-        image = None
-        for ax, side, field in zip(line[len(sides) :], sides[1:], off):
-            ax.set_title(f"{side.letter} - A")
-            if field is None:
-                ax.text(0, 0, "maps have different cells", ha="center")
+        for k, ax in enumerate(line[len(sides) :], 1):
+            ax.set_title(f"{sides[k].letter} - A")
+            if k in off:
+                image = _map(ax, sides[k], off[k], "RdBu_r", -reach, reach)
             else:
-                image = _map(ax, side, field, "RdBu_r", -reach, reach)
-        if image:
+                ax.text(0, 0, "maps have different cells", ha="center")
+        if off:
             what = label.replace(" [", ", difference [")
             figure.colorbar(image, ax=line[len(sides) :], label=what, extend="both", shrink=0.9)
-    radius = max(side.first.vessel.outermost for side in sides)
+    reach = 1.02 * max(side.first.container.outermost for side in sides)
     for ax in axes.ravel():
-        ax.set_aspect("equal")
         ax.locator_params(nbins=4)
-        ax.set_xlim(-1.02 * radius, 1.02 * radius)
-        ax.set_ylim(-1.02 * radius, 1.02 * radius)
+        ax.set(aspect="equal", xlim=(-reach, reach), ylim=(-reach, reach))
     for ax in axes[-1]:
         ax.set_xlabel("y, across the container's axis [m]")
     for ax in axes[:, 0]:
@@ -182,9 +153,9 @@ def _field(side, name):
 
 
 def _map(ax, side, field, colours, low, high):
-    edges = side.first.maps.edges["cross_section"]
+    edges = side.first.edges()
     image = ax.pcolormesh(*edges, field.T, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    rim = ax.add_patch(side.first.vessel.rim(lw=0.8))
+    rim = ax.add_patch(side.first.container.rim(lw=0.8))
     image.set_clip_path(rim)
     return image
 

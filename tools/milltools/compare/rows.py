@@ -3,6 +3,8 @@
 import dataclasses
 import math
 
+import numpy as np
+
 from milltools.compare import agreement as errors
 from milltools.compare import map_deviation as maps
 from milltools.compare.agreement import Estimate
@@ -13,6 +15,7 @@ from milltools.read.runfile import THRESHOLDS
 
 HARD_SOFT = "not comparable between hard and soft spheres"
 STIFFNESS = "depends on the stiffness"
+SOFT = ("rate_all", "median", "median_above_50mm_s")  # keys of what depends on the softness of spheres
 IDENTICAL = "agree: the same data"
 ZERO = "zero within the errors of both"
 
@@ -28,12 +31,12 @@ class Row:
     unit: str
     a: Estimate
     b: Estimate
-    difference: float
-    difference_error: float
-    dof: float
-    verdict: str
-    mood: str
-    remark: str
+    difference: float = math.nan
+    difference_error: float = math.nan
+    dof: float = 0
+    verdict: str = ""
+    mood: str = "open"
+    remark: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,76 +68,65 @@ class Comparison:
 
 def told(name, otherwise):
     """As the file tells it; of a file that does not, `otherwise` measures it."""
-    return lambda run: errors.from_file(run.known[name]) or otherwise(run)
+    return lambda run: errors.from_file(run.known(name)) or otherwise(run)
 
 
 def added(run: Member, name: str, kind: str, column=None):
     """Rate, and its blocks, of a cumulative series of a kind, or of "all" added up; None where the file does not hold it."""
     names = [name.format(kind=k) for k in (run.kinds if kind == "all" else [kind])]
-    if any(n not in run.series for n in names):
+    if not all(map(run.has_series, names)):
         return None
     parts = [run.rates(n, column) for n in names]
     return sum(p[0] for p in parts), sum(p[1] for p in parts)
 
 
-def power(name, kind="rotor"):
+def power(name, kind="", divisor=lambda run: 1.0):
+    """Rate of a cumulative series over the `divisor` of the run."""
+
     def measure(run: Member):
         found = added(run, name, kind)
-        return found and errors.from_blocks(*found)
+        return found and errors.from_blocks(*(part / divisor(run) for part in found))
 
     return measure
 
 
 def drive_power(run: Member):
     """Of the rotor, or of all motions together."""
-    return told(f"{run.drive}_power", power("drive_work"))(run)
+    return errors.from_file(run.known(f"{run.drive}_power")) or errors.from_blocks(*run.rates("drive_work"))
 
 
-def torque(run: Member):
-    """A rotor of constant speed does work as its torque goes."""
-    found = added(run, "rotor_work", "rotor")
-    speed = run.rotor_speed or math.inf
-    return found and errors.from_blocks(*(part / speed for part in found))
+# a rotor of constant speed does work as its torque goes
+torque = told("rotor_torque", power("rotor_work", divisor=lambda run: run.rotor_speed or math.inf))
 
 
 def mean(name):
-    def measure(run: Member):
-        return errors.from_blocks(*run.means(name)) if name in run.series else None
-
-    return measure
+    return lambda run: errors.from_blocks(*run.means(name)) if run.has_series(name) else None
 
 
 def final(name):
     """At the end of the window; one moment has no error of its own."""
-
-    def measure(run: Member):
-        return Estimate(run.value_at(name, run.span[1])) if name in run.series else None
-
-    return measure
+    return lambda run: Estimate(float(np.interp(run.span[1], *run.series(name)))) if run.has_series(name) else None
 
 
 def fast(kind, column, strikes=False):
     """Rate of impacts (or strikes) at or above a threshold."""
 
     def measure(run: Member):
-        if kind not in run.impacts:
+        if kind not in (*run.kinds, "all"):
             return None
-        known = errors.from_file(run.known[f"rate_above_{THRESHOLDS[column]:g}/{kind}"])
+        known = errors.from_file(run.known(f"rate_above_{THRESHOLDS[column]:g}/{kind}"))
         if known and not strikes:
             return known
-        count = (run.strikes if strikes else run.impacts)[kind].above(THRESHOLDS[column])
+        count = run.histogram(kind, "strikes" if strikes else "impacts").above(THRESHOLDS[column])
         value = count / run.duration
         remark = "error as of the impacts" if strikes else ""
         if known and known.value > 0:
-            relative = known.error / known.value
-            return Estimate(value, value * relative, known.dof, remark)
+            return Estimate(value, value * (known.error / known.value), known.dof, remark)
         found = added(run, "fast_collisions/{kind}", kind, column)
         if not found:  # what fast impacts lose goes up and down with their number
             found = added(run, "dissipation_normal/{kind}", kind)
             remark = "error as of the normal dissipation"
-        if not found:
-            return Estimate(value)
-        rate, blocks = found
+        rate, blocks = found or (0, None)
         if not rate > 0:
             return Estimate(value)
         estimate = errors.from_blocks(value, blocks * value / rate, remark)
@@ -146,14 +138,14 @@ def fast(kind, column, strikes=False):
 
 
 def all_impacts(run: Member):
-    value = run.impacts["all"].above(0.0) / run.duration
+    value = run.histogram("all").above(0.0) / run.duration
     return errors.from_blocks(value, sum(run.rates(f"collisions/{kind}")[1] for kind in run.kinds))
 
 
 def median(name):
     """Median impact speed. Impacts come in bursts, so their number says nothing about its error (two seeds of the reference
     mill differed by eight times what independent impacts would): the file tells it, else only replicates do."""
-    return told(name, lambda run: Estimate(run.medians["all", name]))
+    return told(name, lambda run: Estimate(float(run.statistic(f"impacts/all/normal_speed/{name}"))))
 
 
 def ball_speed(column):
@@ -165,47 +157,44 @@ def ball_speed(column):
         value, blocks = float(run.speeds[:, column].mean()), run.speed_blocks_of(column)
         if column == 1:
             blocks, value = blocks**0.5, value**0.5
-        if len(run.speeds) < 8:
-            return Estimate(value)
-        return errors.from_blocks(value, blocks)
+        return errors.from_blocks(value, blocks) if len(run.speeds) >= 8 else Estimate(value)
 
     return measure
 
 
 def quantities(steady: bool, kinds, first: Member, second: Member):
-    """(group, key, label, unit, measure, whether hard and soft spheres can be compared) of every row but maps and price, of these
-    kinds; `first` and `second` say what drives."""
+    """(group, key, label, unit, measure) of every row but maps and price, of these kinds; `first` and `second` say what drives."""
     group, both = "power", (first, second)
     who = "drive" if any(run.drive == "drive" for run in both) else "rotor"
-    yield group, f"{who}_power", f"{who} power", "W", drive_power, True
+    yield group, f"{who}_power", f"{who} power", "W", drive_power
     shared = [name for name in first.motions if name in second.motions] if who == "drive" else []
     for name in shared if len(shared) > 1 else ():
-        yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}"), True
+        yield group, f"motion_power_{name}", f"  of motion {name}", "W", power(f"motion_work/{name}")
     if all(run.rotor_speed for run in both):
-        yield group, "rotor_torque", "rotor torque", "N m", told("rotor_torque", torque), True
-    yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}", "all"), True
+        yield group, "rotor_torque", "rotor torque", "N m", torque
+    yield group, "dissipated_power", "dissipated power, all", "W", power("dissipation/{kind}", "all")
     for kind in ("all", *kinds):
         key = "normal_dissipation" + (f"_{kind}" if kind != "all" else "")
         label = f"  normal part, {_label(kind)}"
-        yield group, key, label, "W", power("dissipation_normal/{kind}", kind), True
+        yield group, key, label, "W", power("dissipation_normal/{kind}", kind)
     group = "energy"
     for name in ("kinetic", "rotational", "elastic"):
-        yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy"), True
+        yield group, f"{name}_energy", f"{name} energy, mean", "J", mean(f"{name}_energy")
         if not steady:
-            yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy"), True
+            yield group, f"{name}_energy_end", f"{name} energy, at the end", "J", final(f"{name}_energy")
     group = "impacts"
-    merged = [kind for kind in kinds if kind == "ball_blade" or kind not in KINDS]
-    for kind, strikes in [*((kind, False) for kind in ("all", *kinds)), *((kind, True) for kind in merged)]:
+    merged = [(kind, True) for kind in kinds if kind == "ball_blade" or kind not in KINDS]
+    for kind, strikes in [*((kind, False) for kind in ("all", *kinds)), *merged]:
         for column, speed in enumerate(THRESHOLDS):
             key = f"{'strike_' if strikes else ''}rate_{kind}_above_{speed:g}"
             label = f"{_label(kind)} above {speed:g} m/s{', merged' if strikes else ''}"
-            yield group, key, label, "1/s", fast(kind, column, strikes), True
-    yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts), False
-    yield group, "median", "median v_n, all impacts", "m/s", median("median"), False
-    yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s"), False
+            yield group, key, label, "1/s", fast(kind, column, strikes)
+    yield group, "rate_all", "impacts, all", "1/s", told("rate/all", all_impacts)
+    yield group, "median", "median v_n, all impacts", "m/s", median("median")
+    yield group, "median_above_50mm_s", "median v_n above 50 mm/s", "m/s", median("median_above_50mm_s")
     names = [("mean", "mean"), ("rms", "rms"), *((f"{100 * p:g}", f"{100 * p:g} % are slower") for p in LEVELS)]
     for column, (name, words) in enumerate(names):
-        yield "balls", f"ball_speed_{name}", f"speed of balls, {words}", "m/s", ball_speed(column), True
+        yield "balls", f"ball_speed_{name}", f"speed of balls, {words}", "m/s", ball_speed(column)
 
 
 def _label(kind: str) -> str:
@@ -220,31 +209,28 @@ def compare(a: Side, b: Side) -> Comparison:
     unknown = "error unknown: run longer"
     if not steady:
         several = any(len(side.runs) > 1 for side in (a, b))
-        unknown = f"error unknown: {'replicates do not tell' if several else 'not steady, no replicates'}"
+        unknown = "error unknown: " + ("replicates do not tell" if several else "not steady, no replicates")
     rows = []
-    for *what, measure, robust in quantities(steady, kinds, a.first, b.first):
+    for *what, measure in quantities(steady, kinds, a.first, b.first):
         sides = [[measure(run) for run in side.runs] for side in (a, b)]
         held = [all(e is not None for e in side) for side in sides]
         if not any(held) or all(e.value == 0 for s, h in zip(sides, held) if h for e in s):
             continue
         if not all(held):
             there, missing = ("A", b.letter) if held[0] else (b.letter, "A")
-            value = errors.mean_of(sides[0 if held[0] else 1]).value
-            values = (Estimate(value if h else math.nan) for h in held)
+            values = (Estimate(errors.mean_of(s).value if h else math.nan) for s, h in zip(sides, held))
             verdict = f"only in {there}: the file of {missing} does not hold it"
-            rows.append(Row(*what, *values, math.nan, math.nan, 0, verdict, "open", ""))
+            rows.append(Row(*what, *values, verdict=verdict))
             continue
         one, two = errors.combine(*sides, steady)
         found = errors.difference(one, two, unknown)
-        verdict, mood = found.verdict, found.mood
         if identical and two.value == one.value:
-            verdict, mood = IDENTICAL, "agree"
-        elif not robust and (a.soft or b.soft):
-            verdict, mood = (STIFFNESS if a.soft and b.soft else HARD_SOFT), "open"
+            found = found._replace(verdict=IDENTICAL, mood="agree")
+        elif what[1] in SOFT and (a.soft or b.soft):
+            found = found._replace(verdict=STIFFNESS if a.soft and b.soft else HARD_SOFT, mood="open")
         elif is_zero(one) and is_zero(two):
-            verdict, mood = ZERO, "open"
-        remark = one.remark or two.remark
-        rows.append(Row(*what, one, two, found.relative, found.error, found.dof, verdict, mood, remark))
+            found = found._replace(verdict=ZERO, mood="open")
+        rows.append(Row(*what, one, two, *found, one.remark or two.remark))
     rows += map_rows(a, b, steady, identical)
     rows.append(price_row(a, b))
     return Comparison(a, b, rows)
@@ -266,27 +252,23 @@ def map_rows(a: Side, b: Side, steady: bool, identical: bool):
             label, nothing = f"{what}, {where}, rms", Estimate(math.nan)
             row = ("maps", f"map_{view}_{name}", label, "", nothing, nothing)
             if found is None:
-                yield Row(*row, math.nan, math.nan, 0, "maps have different cells", "open", "")
+                yield Row(*row, verdict="maps have different cells")
             else:
-                same = identical and found[0] == 0
-                words = (IDENTICAL, "agree") if same else maps.verdict(*found)
+                words = (IDENTICAL, "agree") if identical and found[0] == 0 else maps.verdict(*found)
                 yield Row(*row, *found, 0, *words, "error: what noise explains")
 
 
 def price_row(a: Side, b: Side) -> Row:
     one, two = (errors.mean_of([Estimate(r.cost) for r in side.runs]) for side in (a, b))
     ratio = two.value / one.value
+    dear, cheap = (b.letter, "A") if ratio >= 1 else ("A", b.letter)
     if not math.isfinite(ratio) or ratio <= 0:
         verdict = "unknown"
     elif 0.99 < ratio < 1.01:
         verdict = "the same cost"
-    elif ratio >= 1:
-        verdict = f"{b.letter} costs {ratio:.3g} times as much as A"
     else:
-        verdict = f"A costs {1 / ratio:.3g} times as much as {b.letter}"
-    return Row(
-        "price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, math.nan, 0, verdict, "open", ""
-    )
+        verdict = f"{dear} costs {max(ratio, 1 / ratio):.3g} times as much as {cheap}"
+    return Row("price", "cost", "CPU seconds per simulated s", "s/s", one, two, ratio - 1, verdict=verdict)
 
 
 # ---- what a reader ought to know first
@@ -294,16 +276,15 @@ def price_row(a: Side, b: Side) -> Row:
 
 def deck_differences(sides: list[Side]) -> list[tuple[str, list[str]]]:
     """(key, value on every side) of all keys that are not the same everywhere, in rpm and degrees; "" where a deck does not have it."""
-    keys = {}
-    for side in sides[1:]:
-        keys.update(dict.fromkeys(different_keys(sides[0].first.deck, side.first.deck)))
-    return [(key, [usual(side.first.deck.get(key, "")) for side in sides]) for key in keys]
+    decks = [side.first.deck() for side in sides]
+    keys = dict.fromkeys(key for other in decks[1:] for key in different_keys(decks[0], other))
+    return [(key, [usual(deck.get(key, "")) for deck in decks]) for key in keys]
 
 
 def strike_notes(a: Side, b: Side, keys: list[str]) -> list[str]:
     """Whether both sides mean the same by merged re-contacts. A soft contact merges what falls into its duration."""
-    window = float(a.first.deck.get("output.strike_window", "nan").split()[0])
-    lasts = b.first.contact_duration
+    window = float(a.first.text("output/strike_window", "nan").split()[0])
+    lasts = float(b.first.about("contact_duration", math.nan))
     if not a.soft and not 0.67 * lasts < window < 1.5 * lasts and math.isfinite(lasts):
         return [
             f"Contacts last {1e6 * lasts:.3g} us in {b.letter}, A merges re-contacts within {1e6 * window:.3g} us: merged rates compare "
@@ -329,9 +310,8 @@ def notes(sides: list[Side]) -> list[str]:
     for side in sides[1:]:
         if abs(side.first.duration - a.first.duration) > 1e-6 * a.first.duration or abs(side.first.window[0] - a.first.window[0]) > 1e-9:  # fmt: skip
             said.append(f"The sampled windows of A and {side.letter} differ.")
-        keys = different_keys(a.first.deck, side.first.deck)
-        shape = [key for key in keys if GEOMETRY.fullmatch(key)]
-        if shape:
+        keys = different_keys(a.first.deck(), side.first.deck())
+        if shape := [key for key in keys if GEOMETRY.fullmatch(key)]:
             said.append(f"The geometry of A and {side.letter} differs: {', '.join(shape)}.")
         said += strike_notes(a, side, keys)
         if a.soft != side.soft:
@@ -352,7 +332,7 @@ def notes(sides: list[Side]) -> list[str]:
             "replicates (a1.h5,a2.h5), and are unknown without."
         )
     runs = [run for side in sides for run in side.runs]
-    if any("fast_collisions/ball_ball" not in r.series and not r.known["rate/all"] for r in runs):
+    if any(not r.has_series("fast_collisions/ball_ball") and not r.known("rate/all") for r in runs):
         said.append("Without /observables/fast_collisions errors of impact rates are those of the normal dissipation.")
     said.append(
         f"Agree: what chance allows {100 * errors.CONFIDENCE:g} times in 100 (Student's t). Undecided: the errors are so large that a "

@@ -50,17 +50,16 @@ def header_lines(sides) -> list[str]:
     return [*lines, "", "The decks differ:", *(f"  {line}" for line in columns(pairs, left=(0, 1)))]
 
 
-def show(sides, tables, notes, stream=None):
+def show(sides, tables, notes):
     """Prints everything: with colours and rules where it is a terminal wide enough, else as aligned text."""
-    stream = stream or sys.stdout
     for line in (*header_lines(sides), "", *notes):
-        print(plain(line), file=stream)
+        print(plain(line))
     for table in tables:
-        print(file=stream)
-        if not (stream.isatty() and _show_rich(table, stream)):
-            print("\n".join(_plain_table(table)), file=stream)
+        print()
+        if not (sys.stdout.isatty() and _show_rich(table)):
+            print("\n".join(_plain_table(table)))
         if table.zeros:
-            print(f"\n{plain(table.zeros)}", file=stream)
+            print(f"\n{plain(table.zeros)}")
 
 
 def _plain_table(table) -> list[str]:
@@ -71,9 +70,9 @@ def _plain_table(table) -> list[str]:
     return found
 
 
-def _show_rich(table, stream) -> bool:
+def _show_rich(table) -> bool:
     """False, with nothing shown, where the terminal is too narrow for it."""
-    console = Console(file=stream, highlight=False)
+    console = Console(highlight=False)
     grid = Table(title=Text(table.title), title_justify="left")
     for k, head in enumerate(heads(table)):
         grid.add_column(head, justify="left" if k in LEFT else "right", no_wrap=True)

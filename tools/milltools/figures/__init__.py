@@ -16,6 +16,10 @@ __all__ = ["FIGURES", "Columns", "Figure", "svg"]
 def __getattr__(name):
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from milltools.figures import catalogue  # with matplotlib, which 'mill plot --help' does without
+    # with matplotlib, which 'mill plot --help' does without
+    from milltools.figures import base, flow, inline, maps, overtime, spectra
 
-    return getattr(catalogue, name)
+    every = (*flow.FIGURES, *spectra.FIGURES, *maps.FIGURES, *overtime.FIGURES)
+    found = {"FIGURES": {figure.name: figure for figure in every}, "svg": inline.svg}
+    globals().update(found, Columns=base.Columns, Figure=base.Figure)
+    return globals()[name]

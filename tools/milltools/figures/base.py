@@ -9,7 +9,7 @@ from matplotlib.figure import Figure as Canvas
 
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
-from milltools.figures.style import INK, STYLE, save
+from milltools.figures.style import INK, STYLE
 
 WIDTH = 4.8  # [inch]: a column of a page, or a phone held upright
 QUIET = {"color": INK, "alpha": 0.7}  # what stands back; no grey, as a dark page needs a light one
@@ -37,9 +37,6 @@ class Columns:
 
     name: str
     columns: dict[str, np.ndarray]
-
-    def __len__(self):
-        return len(next(iter(self.columns.values()), ()))
 
 
 class Figure:
@@ -71,14 +68,8 @@ class Figure:
             figure.set_layout_engine("constrained", h_pad=0.05, w_pad=0.05)
             self.paint(figure, runs, **options)
             if titled:
-                figure.suptitle(self.heading(runs, **options), x=0.015, ha="left", fontsize=10, fontweight="bold")
+                figure.suptitle(self.title, x=0.015, ha="left", fontsize=10, fontweight="bold")
         return figure
-
-    @staticmethod
-    def save(drawing, path, dots: int):
-        """A drawing of this package as .png, .svg or .pdf, on white."""
-        with matplotlib.rc_context(LOOK):
-            save(drawing, path, dots)
 
     def paint(self, figure, runs, **options):
         """Draws into an empty figure and sets its size."""
@@ -87,9 +78,6 @@ class Figure:
     def says(self, runs) -> str:
         """The caption, as it is of these runs."""
         return self.caption
-
-    def heading(self, runs, **options) -> str:
-        return self.title
 
     def tables(self, runs, **options) -> list[Columns]:
         """The numbers drawn, in SI: a table for each run, all with the same heads."""
@@ -100,7 +88,7 @@ class Figure:
         raise NotImplementedError
 
     def checked(self, runs, options):
-        runs = as_list(runs)
+        runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
         for name in options:
             if name not in self.options:
                 raise UserError(f"figure '{self.name}' takes no option '{name.replace('_', '-')}'")
@@ -111,24 +99,11 @@ class Figure:
         return runs
 
 
-def as_list(runs) -> list:
-    return list(runs) if isinstance(runs, (list, tuple)) else [runs]
-
-
 def labels(runs) -> list[str]:
     """A short name for each run, all different: of its file, its path where that is not enough, then numbered."""
     stems, names = [pathlib.Path(run.path).stem for run in runs], [str(run.path) for run in runs]
     numbered = [f"{name} ({k + 1})" for k, name in enumerate(names)]
     return next((some for some in (stems, names) if len(set(some)) == len(some)), numbered)
-
-
-def not_sampled(run) -> str | None:
-    """Why there is nothing from the sampled window; None if there is."""
-    if not run.has_statistics:
-        return f"no statistics yet: the run (status '{run.status}') has not come to its first checkpoint"
-    if not run.duration > 0:
-        return f"nothing sampled: the run ended at {run.time:.6g} s, before run.sample_from"
-    return None
 
 
 def sampled(run) -> str:
@@ -137,6 +112,6 @@ def sampled(run) -> str:
     return f"sampled {number(run.duration, 4)} s ({number(begin, 4)} to {number(end, 4)} s)"
 
 
-def subtitle(ax, text: str):
+def subtitle(ax, text: str, most: int = 110):
     """Smaller letters above axes: which run, which window."""
-    ax.set_title(literal(text, 110), loc="left", fontsize=8, **QUIET)
+    ax.set_title(literal(text, most), loc="left", fontsize=8, **QUIET)

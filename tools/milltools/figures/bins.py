@@ -62,10 +62,6 @@ class Bins:
         above = np.concatenate([np.cumsum(self.count[::-1])[::-1], [0]]) + self.above[0]
         return above / self.duration
 
-    def scaled(self, edges) -> "Bins":
-        """The same impacts by another quantity that grows with the first: its values at the edges."""
-        return dataclasses.replace(self, edges=np.asarray(edges, float))
-
 
 def merged(histogram, duration: float, together: int = MERGED) -> Bins:
     """A histogram of the file in wider bins, `together` in one; the last is narrower where they do not go into it."""
@@ -80,3 +76,11 @@ def merged(histogram, duration: float, together: int = MERGED) -> Bins:
         float(duration),
         histogram.part,
     )
+
+
+def curve(ax, histograms, duration: float, **look):
+    """Draws impacts per second and decade of histograms over a window together; nothing where there are too few for a curve."""
+    if sum(one.count.sum() for one in histograms) >= 100:
+        found = [merged(one, duration) for one in histograms]
+        rate = sum(one.rate_density for one in found)
+        ax.loglog(found[0].middle, np.where(rate > 0, rate, np.nan), **look)

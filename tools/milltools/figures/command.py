@@ -69,7 +69,9 @@ def write_figure(figures, name, runs, target, options):
         with Progress("mill plot", 1.0) as watch:
             figure.prepare(one, lambda share: watch(share, "log of impacts"))
     if suffix != ".csv":
-        figure.save(figure.draw(runs, **options), target, DOTS)
+        from milltools.figures import base, style
+
+        style.save(figure.draw(runs, **options), target, DOTS, base.LOOK)
         return
     tables = figure.tables(runs, **options)
     who = [[table.name] * (len(tables) > 1) for table in tables]

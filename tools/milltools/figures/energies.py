@@ -7,6 +7,7 @@ single impacts (output.impacts = all) tells which masses met; it is read by slic
 """
 
 import bisect
+import dataclasses
 import math
 import weakref
 
@@ -34,15 +35,14 @@ def stored(run) -> bool:
 
 def why_not(run, group: str = "impacts") -> str | None:
     """Why the energies of the impacts are not known; None if they are."""
-    if one_mass(run) is not None or (group == "impacts" and stored(run)):
+    if one_mass(run) is not None:
         return None
     if group != "impacts":
         return "the balls' masses differ, and which of them meet in a strike is not recorded"
-    if run.has("impacts/time"):
+    if stored(run) or run.has("impacts/time"):
         return None
-    return (
-        "the balls' masses differ, and which of them meet is only in the log of single impacts (output.impacts = all)"
-    )
+    log = "the log of single impacts (output.impacts = all)"
+    return f"the balls' masses differ, and which of them meet is only in {log}"
 
 
 def kinds_known(run) -> tuple[str, ...]:
@@ -60,7 +60,7 @@ def bins(run, kind: str, group: str = "impacts") -> Bins:
         return _logged[run][kind]
     effective = mass / 2 if kind == "ball_ball" else mass
     by_speed = merged(run.histogram(kind, group), run.duration)
-    return by_speed.scaled(0.5 * effective * by_speed.edges**2)
+    return dataclasses.replace(by_speed, edges=0.5 * effective * by_speed.edges**2)
 
 
 def read(run, told=None):

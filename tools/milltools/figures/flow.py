@@ -1,17 +1,115 @@
 """Where the power goes, as a flow: from what moves, and from energy that the charge gives up, to the impacts by contact kind,
-each parted into what the normal and the tangential motion lost, and into energy that the charge takes up."""
+each parted into what the normal and the tangential motion lost, and into energy that the charge takes up. It is from the time
+series (docs/file-format.md, /observables). In every row
+
+    work of all that moves = change of the energies + dissipation,
+
+so differences of two rows over the time between balance to rounding; what is left over is the balance error.
+"""
+
+import dataclasses
 
 import numpy as np
 
 from milltools.base.text import number, quantity
 from milltools.figures import sankey
-from milltools.figures.account import ENERGIES, Account, account, why_not
-from milltools.figures.base import WIDTH, Figure, labels, not_sampled, subtitle
+from milltools.figures.base import WIDTH, Figure, labels, subtitle
 from milltools.figures.style import INK, kind_look
 from milltools.read.kinds import label
 
 PARTS = {"normal": 0.85, "tangential": 0.5, "": 0.7}  # how solid a band is
 STORED = "#8c8c8c"
+ENERGIES = ("kinetic_energy", "rotational_energy", "potential_energy", "elastic_energy")
+NOTHING = 1e-12  # of the turnover: a flow below it is rounding
+
+
+@dataclasses.dataclass(frozen=True)
+class Account:
+    """Mean powers [W] between two times (from, to) [s]: of the `drives` on the balls by name, into the
+    `energies` by name (> 0: it grows), and `dissipation` by kind: (normal, tangential), tangential None where only the sum
+    is known, which then stands first."""
+
+    window: tuple[float, float]
+    drives: dict[str, float]
+    energies: dict[str, float]
+    dissipation: dict[str, tuple[float, float | None]]
+
+    @property
+    def residual(self) -> float:
+        """What came in and went nowhere [W]: the balance error."""
+        lost = sum(a + (b or 0.0) for a, b in self.dissipation.values())
+        return sum(self.drives.values()) - sum(self.energies.values()) - lost
+
+    @property
+    def turnover(self) -> float:
+        """All that the sources give [W]: 100 %."""
+        return sum(power for *_, power in self.sources)
+
+    @property
+    def sources(self) -> list[tuple[str, str, str, float]]:
+        """(what, kind or "", part or "", power > 0 [W]) of everything that gives, without what is mere rounding."""
+        return self._terms(1)
+
+    @property
+    def sinks(self) -> list[tuple[str, str, str, float]]:
+        """The same of everything that takes."""
+        return self._terms(-1)
+
+    def _terms(self, sign):
+        terms = [
+            ("rotor", "", "", p) if name == "rotor" else ("motion", name, "", p) for name, p in self.drives.items()
+        ]
+        for kind, (normal, tangential) in self.dissipation.items():
+            parts = {"": normal} if tangential is None else {"normal": normal, "tangential": tangential}
+            terms += [("dissipation", kind, part, -power) for part, power in parts.items()]
+        terms += [(name, "", "", -power) for name, power in self.energies.items()]
+        terms.append(("residual", "", "", -self.residual))
+        least = NOTHING * max(abs(power) for *_, power in terms)
+        return [(*what, sign * power) for *what, power in terms if sign * power > least]
+
+
+def why_no_account(run) -> str | None:
+    """Why there is no account of the sampled window; None if there is."""
+    for name in ("rotor_work", "kinetic_energy", *(f"dissipation/{k}" for k in run.kinds)):
+        if not run.has_series(name):
+            return f"the file has no series /observables/{name}"
+        if not np.isfinite(run.series(name)[1]).all():
+            return f"the run does not tell its {name.replace('_', ' ')}"
+    begin, end = window(run)
+    if not end > begin:
+        return "no two rows of the time series lie in the sampled window (output.series)"
+    return None
+
+
+def window(run) -> tuple[float, float]:
+    """The sampled window as far as there are rows of the time series [s]."""
+    time = run.series("rotor_work")[0]
+    begin, end = run.window
+    if not len(time):
+        return begin, begin
+    return max(begin, float(time[0])), min(end, float(time[-1]))
+
+
+def account(run) -> Account:
+    """Of the sampled window; between rows of the series they are taken as straight."""
+    begin, end = window(run)
+
+    def power(name, otherwise=0.0):
+        if not run.has_series(name):
+            return otherwise
+        time, value = run.series(name)
+        low, high = np.interp([begin, end], time, value)
+        return float(high - low) / (end - begin)
+
+    energies = {name: value for name in ENERGIES if np.isfinite(value := power(name, np.nan))}
+    dissipation = {}
+    for kind in run.kinds:
+        total, normal = power(f"dissipation/{kind}"), power(f"dissipation_normal/{kind}", np.nan)
+        dissipation[kind] = (normal, total - normal) if np.isfinite(normal) else (total, None)
+    drives = {n: power(f"motion_work/{n}") for n in run.motions if run.has_series(f"motion_work/{n}")}
+    if not drives and run.has_rotor:
+        drives = {"rotor": power("rotor_work")}
+    return Account((begin, end), drives, energies, dissipation)
 
 
 class Flow(Figure):
@@ -23,7 +121,7 @@ class Flow(Figure):
     )
 
     def why_not(self, run):
-        why = not_sampled(run) or why_not(run)
+        why = run.unsampled or why_no_account(run)
         if why:
             return why
         return None if account(run).turnover > 0 else "no energy was turned over in the sampled window"
@@ -41,18 +139,9 @@ class Flow(Figure):
     def columns(self, run):
         found = account(run)
         rows = [("gives", *s) for s in found.sources] + [("takes", *s) for s in found.sinks]
-        way, what, kind, part, power = zip(*rows)
-        power = np.array(power)
-        return {
-            "way": np.array(way),
-            "what": np.array(what),
-            "kind": np.array(kind),
-            "part": np.array(part),
-            "power [W]": power,
-            "share [1]": power / found.turnover,
-            "from [s]": np.full(len(power), found.window[0]),
-            "to [s]": np.full(len(power), found.window[1]),
-        }
+        columns = dict(zip(("way", "what", "kind", "part", "power [W]"), map(np.array, zip(*rows))))
+        begin, end = (np.full(len(rows), time) for time in found.window)
+        return {**columns, "share [1]": columns["power [W]"] / found.turnover, "from [s]": begin, "to [s]": end}
 
 
 def _words(found: Account) -> str:
@@ -64,49 +153,29 @@ def _words(found: Account) -> str:
 
 def panel(ax, found: Account, height: float):
     """One account in axes of its own, `height` [inch] high."""
-    whole = found.turnover
-    kinds = tuple(found.dissipation)
-    sources = [_source(term, whole, kinds) for term in found.sources]
-    sinks, seen = [], set()
-    for term in found.sinks:
-        sinks.append(_sink(term, whole, kinds, first=term[1] not in seen))
-        seen.add(term[1])
+    kinds = [kind for _, kind, *_ in found.sinks]
+    sources = [_band(found, *term, gives=True) for term in found.sources]
+    sinks = [_band(found, *term, named=term[1] not in kinds[:k]) for k, term in enumerate(found.sinks)]
     line = 0.168 / (height - 0.45)
-    extent = sankey.draw(ax, sources, sinks, line=line)
+    extent = sankey.draw(ax, sources, sinks, line)
     ax.set_axis_off()
     ax.set_xlim(sankey.LEFT, sankey.COLUMNS[-1])
     ax.set_ylim(extent, -line / 2)
 
 
-def _numbers(power, whole):
-    percent = 100 * power / whole
-    return quantity(power, "W"), f"{percent:.1f} %" if percent >= 0.05 else "<0.1 %"
-
-
-def _source(term, whole, kinds) -> sankey.Band:
-    what, kind, part, power = term
-    words = {"rotor": "rotor", "residual": "balance error"}.get(what)
-    if what in ENERGIES:
-        words = ENERGIES[what]
-    if what == "motion":
-        words = kind
+def _band(found: Account, what, kind, part, power, gives=False, named=True) -> sankey.Band:
+    """A source, or a sink: of a kind whose name stands there already the part alone."""
+    percent = 100 * power / found.turnover
+    numbers = quantity(power, "W"), f"{percent:.1f} %" if percent >= 0.05 else "<0.1 %"
     if what == "dissipation":
-        words = f"{label(kind)} {part}".strip()
-    colour = INK if what in ("rotor", "motion") else STORED
-    if what == "dissipation":
-        colour = kind_look(kind, kinds)["color"]
-    return sankey.Band(power, colour, 0.55, (words, *_numbers(power, whole)), what)
-
-
-def _sink(term, whole, kinds, first) -> sankey.Band:
-    what, kind, part, power = term
-    if what == "dissipation":
-        colour, words = kind_look(kind, kinds)["color"], (label(kind) if first else "", part)
-        return sankey.Band(power, colour, PARTS[part], (*words, *_numbers(power, whole)), kind)
-    words = {"rotor": "rotor, braked", "motion": f"{kind}, braked", "residual": "balance error"}.get(
-        what
-    ) or f"{ENERGIES[what]} rises"
-    return sankey.Band(power, STORED, 0.7, (words, "", *_numbers(power, whole)), what)
+        colour, group = kind_look(kind, tuple(found.dissipation))["color"], what if gives else kind
+        words = [f"{label(kind)} {part}".strip()] if gives else [label(kind) if named else "", part]
+    else:
+        name = {"motion": kind, "residual": "balance error"}.get(what, what.replace("_", " "))
+        way = {"motion": ", braked", "rotor": ", braked", "residual": ""}.get(what, " rises")
+        colour, group = INK if gives and what in ("rotor", "motion") else STORED, what
+        words = [name] if gives else [name + way, ""]
+    return sankey.Band(power, colour, 0.55 if gives else PARTS[part], (*words, *numbers), group)
 
 
 FIGURES = (Flow(),)

@@ -27,13 +27,13 @@ def svg(figure, prefix: str) -> str:
     used = {a or b for a, b in _USED.findall("".join(_TAG.findall(text)))}
     text = _TAG.sub(lambda tag: _own(tag[0], used, prefix), text)
     head, body = text.split(">", 1)
-    box = re.search(r'viewBox="[^"]*"', head)[0]
-    points = [float(v) for v in box.split('"')[1].split()]
+    box, width = re.search(r'viewBox="\S+ \S+ (\S+) [^"]*"', head).group(0, 1)
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {box} '
-        f'class="figure" style="width:100%;max-width:{points[2] * 4 / 3:.0f}px;height:auto" role="img"'
+        f'class="figure" style="width:100%;max-width:{float(width) * 4 / 3:.0f}px;height:auto" role="img"'
     )
-    return f"{head}>{_smaller(body)}"
+    body = re.sub(r"<!--.*?-->", "", body, flags=re.S)
+    return f"{head}>" + re.sub(r">\s+<", "><", body)  # without line ends and indentation
 
 
 def _drawn(figure) -> str:
@@ -56,8 +56,3 @@ def _own(tag: str, used: set, prefix: str) -> str:
     tag = _ID.sub(lambda m: f' id="{prefix}-{m[1]}"' if m[1] in used else "", tag)
     tag = tag.replace("url(#", f"url(#{prefix}-").replace('href="#', f'href="#{prefix}-')
     return tag.replace(INK, "currentColor")
-
-
-def _smaller(body: str) -> str:
-    """Without comments, and without the line ends and indentation between tags."""
-    return re.sub(r">\s+<", "><", re.sub(r"<!--.*?-->", "", body, flags=re.S))

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 
 from milltools.figures import outlines
-from milltools.figures.base import WIDTH, Figure, labels, not_sampled, sampled, subtitle
+from milltools.figures.base import WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.style import log_ticks
 from milltools.geometry import vessel
 
@@ -36,10 +36,6 @@ class Shown:
     label: str
     log: bool
     impacts: bool  # from impacts, or from the balls
-
-    @property
-    def cmap(self) -> str:
-        return "inferno" if self.log else "viridis"
 
 
 QUANTITIES = {
@@ -78,7 +74,13 @@ def field(run, view: str) -> Field:
     """A view of a run's maps."""
     edges = run.edges(view)
     count = run.map("impact_count", view).astype(float)
-    volume = _volume(run, view, edges)
+    volume = vessel.of(run).volume(view, edges)
+    whole = np.outer(np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2))
+    if view == "cross_section":
+        whole *= np.ptp(run.edges("axial")[0])
+    volume = np.where(
+        (volume <= 0) & (count > 0), whole, volume
+    )  # cells with impacts that are outside but for rounding
     fraction = run.map("solid_fraction", view).astype(float)
     flow = np.array([run.map(f"velocity_{axis}", view) for axis in VIEWS[view][2]], float)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -95,15 +97,6 @@ def field(run, view: str) -> Field:
     return Field(edges, volume, count, values, flow, part)
 
 
-def _volume(run, view, edges):
-    """Of the cells within the container [m^3]; of one that lies outside but for rounding, and yet counted impacts, all of it."""
-    room = vessel.of(run).volume(view, edges)
-    whole = np.outer(np.diff(edges[0]), np.diff(edges[1] if view == "cross_section" else np.pi * edges[1] ** 2))
-    if view == "cross_section":
-        whole = whole * np.ptp(run.edges("axial")[0])
-    return np.where((room <= 0) & (run.map("impact_count", view) > 0), whole, room)
-
-
 def limits(fields, name) -> tuple[float, float]:
     """Ends of a colour scale that serves all fields: what a share ENDS of the volume is below."""
     value = np.concatenate([f.values[name].ravel() for f in fields])
@@ -112,9 +105,7 @@ def limits(fields, name) -> tuple[float, float]:
     good = np.isfinite(value) & (volume > 0) & ((value > 0) if log else True)
     if not good.any():
         return (1.0, 10.0) if log else (0.0, 1.0)
-    order = np.argsort(value[good])
-    value, share = value[good][order], np.cumsum(volume[good][order])
-    low, high = value[np.minimum(np.searchsorted(share / share[-1], ENDS), len(value) - 1)]
+    low, high = np.quantile(value[good], ENDS, weights=volume[good], method="inverted_cdf")
     if log:
         return min(max(low, high / RANGE), high / 2), high
     return 0.0, high or 1.0
@@ -131,9 +122,8 @@ class MapFigure(Figure):
         return " ".join(dict.fromkeys([self.caption, *(outlines.signs(run, self.view) for run in runs)]))
 
     def why_not(self, run):
-        why = not_sampled(run)
-        if why:
-            return why
+        if run.unsampled:
+            return run.unsampled
         if not run.has(f"statistics/maps/{self.view}"):
             return "the file has no maps"
         if QUANTITIES[self.quantity].impacts:
@@ -146,39 +136,38 @@ class MapFigure(Figure):
         norm = LogNorm(low, high, clip=False) if quantity.log else Normalize(low, high)
         figure.set_size_inches(WIDTH, 0.4 + len(runs) * self._height(runs))
         axes = figure.subplots(len(runs), 1, squeeze=False)[:, 0]
+        first, second, _ = VIEWS[self.view]
+        words = vessel.axes(runs)
         for ax, run, name, found in zip(axes, runs, labels(runs), fields):
             image = self._panel(ax, run, found, norm)
             subtitle(ax, f"{name}, {sampled(run)}")
-        ends = [np.array([(*ax.get_xlim(), *ax.get_ylim()) for ax in axes])[:, k] for k in range(4)]
-        for ax in axes:  # mills of different size on one scale
-            ax.set(xlim=(ends[0].min(), ends[1].max()), ylim=(ends[2].min(), ends[3].max()))
-        first, second, _ = VIEWS[self.view]
-        words = vessel.axes(runs)
-        axes[-1].set_xlabel(words[first])
-        for ax in axes:
             ax.set_ylabel(words[second])
+        axes[-1].set_xlabel(words[first])
+        x, y = [ax.get_xlim() for ax in axes], [ax.get_ylim() for ax in axes]
+        for ax in axes:  # mills of different size on one scale
+            ax.set(xlim=(np.min(x), np.max(x)), ylim=(np.min(y), np.max(y)))
         words = quantity.label
         if self.quantity == "power" and fields[0].part != "all":
             words = words.replace(" [", f", {fields[0].part} part [")
-        bar = figure.colorbar(image, ax=list(axes), label=words, extend=self._extend(fields, low, high), pad=0.02)
+        values = np.concatenate([found.values[self.quantity].ravel() for found in fields])
+        extend = ("neither", "min", "max", "both")[(values < low).any() + 2 * (values > high).any()]
+        bar = figure.colorbar(image, ax=list(axes), label=words, extend=extend, pad=0.02)
         bar.solids.set_rasterized(True)
         if quantity.log:
             log_ticks(bar.ax.yaxis, low, high)
         bar.ax.grid(False)
 
     def _panel(self, ax, run, found, norm):
-        value = found.values[self.quantity]
-        if QUANTITIES[self.quantity].log:  # a negative loss, of slow impacts at the rebound floor, is below the scale
+        value, log = found.values[self.quantity], QUANTITIES[self.quantity].log
+        if log:  # a negative loss, of slow impacts at the rebound floor, is below the scale
             value = np.where(value <= 0, norm.vmin / 2, value)
-        outline = outlines.section if self.view == "cross_section" else outlines.axial
-        rim = outline(ax, run)
+        rim = (outlines.section if self.view == "cross_section" else outlines.axial)(ax, run)
         image = ax.pcolormesh(
-            *found.edges, value.T, norm=norm, cmap=colours(QUANTITIES[self.quantity].cmap), rasterized=True, zorder=1,
+            *found.edges, value.T, norm=norm, cmap=colours("inferno" if log else "viridis"), rasterized=True, zorder=1,
         )  # fmt: skip
         image.set_clip_path(rim)
-        if self.quantity == "velocity":
-            if arrows := self._arrows(ax, found):
-                arrows.set_clip_path(rim)
+        if self.quantity == "velocity" and (arrows := self._arrows(ax, found)):
+            arrows.set_clip_path(rim)
         ax.set_aspect("equal")
         ax.locator_params(nbins=5)
         ax.grid(False)
@@ -189,31 +178,21 @@ class MapFigure(Figure):
         planar = (1, 2) if self.view == "cross_section" else (0, 1)
         weight = np.nan_to_num(found.values["solid"]) * found.volume
         step = max(1, round(max(weight.shape) / ARROWS))
-        sums = [_blocks(w, step) for w in (weight, *(weight * np.nan_to_num(found.flow[k]) for k in planar))]
-        middle = [0.5 * (e[:-1] + e[1:]) for e in found.edges]
-        places = np.meshgrid(*middle, indexing="ij")
-        at = [_blocks(np.where(weight > 0, weight * p, 0), step) for p in places]
-        room = _blocks(found.volume, step)
-        there = sums[0] > 0.005 * np.maximum(room, 1e-300)  # not the odd ball's
-        u, v = (s[there] / sums[0][there] for s in sums[1:])
+        places = np.meshgrid(*(0.5 * (e[:-1] + e[1:]) for e in found.edges), indexing="ij")
+        flow = [np.nan_to_num(found.flow[k]) for k in planar]
+        balls, room = _blocks(weight, step), _blocks(found.volume, step)
+        there = balls > 0.005 * np.maximum(room, 1e-300)  # not the odd ball's
+        x, y, u, v = (_blocks(weight * what, step)[there] / balls[there] for what in (*places, *flow))
         top = np.quantile(np.hypot(u, v), 0.98) if there.any() else 0
         if not top:
             return None
         long = np.hypot(u, v) > 0.04 * top  # shorter ones are dots
-        there[there] = long
-        u, v = u[long], v[long]
         span = step * float(np.diff(found.edges[0][:2])[0])
         return ax.quiver(
-            at[0][there] / sums[0][there], at[1][there] / sums[0][there], u, v,
+            x[long], y[long], u[long], v[long],
             angles="xy", scale_units="xy", scale=top / (1.5 * span), units="xy", width=0.14 * span, pivot="mid",
             headwidth=3.4, headlength=3.6, headaxislength=3.2, fc="#fafafa", ec="#101010", lw=0.35, zorder=2,
         )  # fmt: skip
-
-    def _extend(self, fields, low, high):
-        values = np.concatenate([f.values[self.quantity].ravel() for f in fields])
-        values = values[np.isfinite(values)]
-        over, under = (values > high).any(), (values < low).any()
-        return "both" if over and under else "max" if over else "min" if under else "neither"
 
     def _height(self, runs):
         if self.view == "cross_section":
@@ -226,21 +205,18 @@ class MapFigure(Figure):
     def columns(self, run):
         found = field(run, self.view)
         first, second, components = VIEWS[self.view]
-        ends = [(edge[:-1], edge[1:]) for edge in found.edges]
-        mesh = [np.meshgrid(*one, indexing="ij") for one in zip(*ends)]  # of lower ends, of upper ones
-        mesh = {
-            f"{name} {word} [m]": mesh[end][k].ravel()
-            for k, name in enumerate((first, second)) for end, word in enumerate(("from", "to"))
-        }  # fmt: skip
-        inside = found.volume.ravel() > 0
+        low, high = (
+            np.meshgrid(*(edge[part] for edge in found.edges), indexing="ij") for part in (slice(-1), slice(1, None))
+        )
         part = "" if found.part == "all" else f", {found.part} part"
-        table = {**mesh, "volume in the container [m3]": found.volume.ravel(), "impacts [1]": found.count.ravel()}
+        table = {f"{first} from [m]": low[0], f"{first} to [m]": high[0]}
+        table |= {f"{second} from [m]": low[1], f"{second} to [m]": high[1]}
+        table |= {"volume in the container [m3]": found.volume, "impacts [1]": found.count}
         for name, quantity in QUANTITIES.items():
             head = quantity.head.replace(" per volume", f"{part} per volume") if name == "power" else quantity.head
-            table[head] = found.values[name].ravel()
-        for axis, values in zip(components, found.flow):
-            table[f"mean velocity {axis} [m/s]"] = values.ravel()
-        return {head: values[inside] for head, values in table.items()}
+            table[head] = found.values[name]
+        table |= {f"mean velocity {axis} [m/s]": values for axis, values in zip(components, found.flow)}
+        return {head: values[found.volume > 0] for head, values in table.items()}
 
 
 def _blocks(values, step):

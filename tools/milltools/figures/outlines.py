@@ -16,16 +16,13 @@ UNDER, OVER = {"color": "#101010", "lw": 1.8, "alpha": 0.55}, {"color": "#f4f4f4
 DASHES = (0, (5, 3))
 
 
-def sweeps(run) -> list[tuple[float, float, float]]:
+def sweeps(run):
     """(from, to along the axis, reach from it) [m] of the bodies that the blades sweep over, corners included."""
-    found = []
     for blade in run.blades():
         sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
         half = (cosine * blade.width + sine * blade.thickness) / 2
         across = (sine * blade.width + cosine * blade.thickness) / 2
-        reach = math.hypot(blade.tip_radius, across)
-        found.append((blade.position - half, blade.position + half, reach))
-    return found
+        yield blade.position - half, blade.position + half, math.hypot(blade.tip_radius, across)
 
 
 def bodies(run):
@@ -64,8 +61,7 @@ def swept(run):
         if run.has_rotor and body.kind in ("ball_shaft", "ball_blade"):  # the deck tells them
             continue
         moves = body.motion != run.carrier
-        seen = [_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])]
-        seen = np.concatenate(seen)
+        seen = np.concatenate([_seen(run, body, triangles, one) for one in (poses if moves else poses[:1])])
         x, across = seen[..., 0], seen[..., 1:]
         yield (_nearest(across), np.linalg.norm(across, axis=2).max()), (x.min(), x.max()), moves
 
@@ -95,26 +91,24 @@ def signs(run, view) -> str:
 def section(ax, run):
     """Container, shaft and sweep over (y, z); returns the container's patch, which is what the field is clipped to."""
     rim = _wall(ax, run, "cross_section")
-    reach = 0.0
     if run.has_rotor:
         radius = run.quantity("rotor/shaft_radius")
         ax.add_patch(Circle((0, 0), radius, fc=STEEL, ec=INK, lw=0.6, zorder=3, label="_shaft"))
-        reach = max((r for *_, r in sweeps(run)), default=0)
     stand(ax, run, Mill.of(run).poses[0], moving=False)
-    reach = max([reach, *(far for (_, far), _, moves in swept(run) if moves)])
-    if reach:
+    reaches = [reach for *_, reach in sweeps(run)] if run.has_rotor else []
+    reaches += [far for (_, far), _, moves in swept(run) if moves]
+    if reach := max(reaches, default=0):
         turn = np.linspace(0, 2 * math.pi, 361)
         _line(ax, reach * np.cos(turn), reach * np.sin(turn), "_sweep")
     edge = 1.02 * vessel.of(run).outermost
-    ax.set_xlim(-edge, edge)
-    ax.set_ylim(-edge, edge)
+    ax.set(xlim=(-edge, edge), ylim=(-edge, edge))
     return rim
 
 
 def axial(ax, run):
     """Container, shaft and the sweeps of blades and bodies over (x, r); returns the container's patch. Where a wall is wavy, the
     drum ends at its outermost radius, and a line is at the innermost."""
-    holds, radius = vessel.of(run), 0.0
+    holds = vessel.of(run)
     rim = _wall(ax, run, "axial")
     low, high = holds.low, holds.high
     if not run.vessel and holds.profile.innermost < holds.outermost:
@@ -127,21 +121,18 @@ def axial(ax, run):
             _line(ax, [begin, begin, end, end], [radius, reach, reach, radius], "_sweep")
     for (near, far), (begin, end), _ in swept(run):
         _line(ax, [begin, begin, end, end, begin], [near, far, far, near, near], "_sweep")
-    ax.set_xlim(low - 0.01 * (high - low), high + 0.01 * (high - low))
-    ax.set_ylim(0, 1.02 * holds.outermost)
+    edge = 0.01 * (high - low)
+    ax.set(xlim=(low - edge, high + edge), ylim=(0, 1.02 * holds.outermost))
     return rim
 
 
 def _wall(ax, run, view):
     holds = vessel.of(run)
-    paper(ax, holds.rim(view))
+    # beneath the field: cells where nothing was are told from the darkest colour on dark pages too
+    paper = holds.rim(view, fc=INK, ec="none", alpha=0.08, zorder=0)
+    paper.set_fill(True)
+    ax.add_patch(paper)
     return ax.add_patch(holds.rim(view, ec=INK, lw=1.0, zorder=4, label="_drum"))
-
-
-def paper(ax, patch):
-    """What lies beneath the field: cells where nothing was are told from the darkest colour on dark pages too."""
-    patch.set(fill=True, facecolor=INK, edgecolor="none", alpha=0.08, zorder=0)
-    ax.add_patch(patch)
 
 
 def _line(ax, x, y, label):

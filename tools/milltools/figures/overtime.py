@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from milltools.base.text import literal, number
-from milltools.figures.base import QUIET, WIDTH, Figure, labels
+from milltools.figures.base import WIDTH, Figure, labels, subtitle
 from milltools.figures.spectra import run_look
 from milltools.figures.style import COLOURS, INK, KIND_LOOK, LINES, kind_look, log_ticks
 from milltools.read import motions
@@ -52,11 +52,14 @@ class OverTime(Figure):
 
     group = "time"
     ylabel = ""
+    series = "kinetic_energy"
 
     def paint(self, figure, runs):
         figure.set_size_inches(WIDTH, 3.3)
         ax = figure.subplots()
-        self.shade(ax, runs)
+        windows = {run.window for run in runs if not run.unsampled}
+        if len(windows) == 1:  # the same of all
+            ax.axvspan(*windows.pop(), color=INK, alpha=0.07, lw=0, zorder=0, label="sampled window")
         for k, (run, name) in enumerate(zip(runs, labels(runs))):
             self.lines(ax, run, name if len(runs) > 1 else "", k)
         ax.set_xlabel("time [s]")
@@ -66,17 +69,10 @@ class OverTime(Figure):
         if handles:
             columns = 2 if max(map(len, texts)) <= 31 else 1  # as the width allows
             figure.set_size_inches(WIDTH, 3.3 + 0.17 * max(0, -(-len(texts) // columns) - 4))
-            figure.legend(handles, texts, loc="outside lower left", ncols=columns, handlelength=2.4, columnspacing=1.2)  # fmt: skip
+            look = {"loc": "outside lower left", "handlelength": 2.4, "columnspacing": 1.2}
+            figure.legend(handles, texts, ncols=columns, **look)
         if len(runs) == 1:
-            ax.set_title(literal(labels(runs)[0]), loc="left", fontsize=8, **QUIET)
-
-    series = "kinetic_energy"
-
-    def shade(self, ax, runs):
-        """The sampled window, where there is one and it is the same of all."""
-        windows = {run.window for run in runs if run.has_statistics and run.duration > 0}
-        if len(windows) == 1:
-            ax.axvspan(*windows.pop(), color=INK, alpha=0.07, lw=0, zorder=0, label="sampled window")
+            subtitle(ax, labels(runs)[0], 60)
 
     def why_not(self, run):
         for name in self.needed(run):
@@ -115,50 +111,44 @@ class Draw(OverTime):
 
     def sources(self, run):
         """(motion, its series, what that is divided by, where its statistics are); motion "": all that drives."""
-        if run.driven == "drive":
-            rates = {n: motions.rate(run, n) if self.statistic == "torque" else 1.0 for n in run.motions}  # fmt: skip
-            each = [(n, f"motion_work/{n}", r, f"motions/{n}") for n, r in rates.items() if r]
-            if self.statistic == "torque":
-                return each
-            known = len(each) > 1 and all(run.has_series(series) for _, series, *_ in each)
-            return [("", self.series, 1.0, "drive"), *(each if known else [])]
-        return [("", self.series, 1.0, "rotor")] if run.has_rotor else []
+        if run.driven != "drive":
+            return [("", self.series, 1.0, "rotor")] if run.has_rotor else []
+        torque = self.statistic == "torque"
+        rates = {name: motions.rate(run, name) if torque else 1.0 for name in run.motions}
+        each = [(name, f"motion_work/{name}", rate, f"motions/{name}") for name, rate in rates.items() if rate]
+        if torque:
+            return each
+        known = len(each) > 1 and all(run.has_series(series) for _, series, *_ in each)
+        return [("", self.series, 1.0, "drive"), *(each if known else [])]
 
     def needed(self, run):
         return [series for _, series, *_ in self.sources(run)]
 
-    def cumulative(self, run, series, divisor):
-        """(time, integral over it) of the quantity."""
-        if series == "rotor_work":
-            return run.drive_work()
-        time, value = run.series(series)
-        if series == "rotor_torque":  # the mean over the interval before each row
-            value = np.concatenate([[0.0], np.cumsum(value[1:] * np.diff(time))])
-        return time, value / divisor
-
-    def of_window(self, run, place):
-        """(mean, standard error) over the sampled window; NaN where it is not known."""
-        found = [f"{place}/{self.statistic}{end}" for end in ("", "_error")]
-        if not (run.has_statistics and run.duration > 0 and run.has(f"statistics/{found[0]}")):
-            return math.nan, math.nan
-        return tuple(float(run.statistic(one)) for one in found)
+    def curves(self, run):
+        """(motion, time, integral over it of the quantity, its mean and standard error over the sampled window, NaN where not known)
+        of every source."""
+        for motion, series, divisor, place in self.sources(run):
+            time, value = run.drive_work() if series == "rotor_work" else run.series(series)
+            if series == "rotor_torque":  # the mean over the interval before each row
+                value = np.concatenate([[0.0], np.cumsum(value[1:] * np.diff(time))])
+            mean = error = math.nan
+            if not run.unsampled and run.has(f"statistics/{place}/{self.statistic}"):
+                mean, error = (float(run.statistic(f"{place}/{self.statistic}{end}")) for end in ("", "_error"))
+            yield motion, time, value / divisor, mean, error
 
     def parts(self, run):
         """(what a mean is over, bounds) of the fine and of the coarse means."""
         time = run.series(self.series)[0]
-        return ("interval", intervals(time)), (
-            "period" if run.driven == "drive" else "revolution",
-            revolutions(run, time),
-        )
+        turn = "period" if run.driven == "drive" else "revolution"
+        return ("interval", intervals(time)), (turn, revolutions(run, time))
 
     def lines(self, ax, run, name, position):
-        sources = self.sources(run)
+        sources = list(self.curves(run))
         if name and self.statistic == "power":  # of several runs all that drives
             sources = sources[:1]
         (_, fine), (period, turns) = self.parts(run)
         low, high = ax.get_ylim() if position else (0.0, 0.0)
-        for k, (motion, series, divisor, place) in enumerate(sources):
-            time, whole = self.cumulative(run, series, divisor)
+        for k, (motion, time, whole, mean, error) in enumerate(sources):
             colour = run_look(position)["color"] if name else EACH[k % len(EACH)]
             who = ", ".join(filter(None, [name, motion]))
             look = {"baseline": None, "color": colour, "ls": LINES[k % len(LINES)] if name else "-"}
@@ -171,43 +161,29 @@ class Draw(OverTime):
                 thick = means(time, whole, turns)
                 ax.stairs(thick, turns, lw=1.8, **look, label=_named(who, f"mean of a {period}"))
                 value = np.append(value, thick)
-            self._mean(ax, run, who, place, colour if name or len(sources) > 1 else SECOND)
             low, high = min(low, 1.05 * float(value.min())), max(high, 1.05 * float(value.max()))
+            if math.isfinite(mean):
+                begin, end = run.window
+                colour = colour if name or len(sources) > 1 else SECOND
+                sure = ""
+                if math.isfinite(error):
+                    sure = f" ± {number(error, 2)}"
+                    ax.fill_between([begin, end], mean - error, mean + error, color=colour, alpha=0.3, lw=0)
+                words = _named(who, f"window: {number(mean)}{sure} {self.unit}")
+                ax.plot([begin, end], [mean] * 2, color=colour, lw=1.2, ls=(0, (5, 2)), label=words)
         ax.set_ylim(low, high if high > low else 1)
-
-    def _mean(self, ax, run, name, place, colour):
-        mean, error = self.of_window(run, place)
-        if not math.isfinite(mean):
-            return
-        begin, end = run.window
-        words = f"window: {number(mean)} {self.unit}"
-        if math.isfinite(error):
-            words = f"window: {number(mean)} ± {number(error, 2)} {self.unit}"
-            ax.fill_between([begin, end], mean - error, mean + error, color=colour, alpha=0.3, lw=0)
-        ax.plot([begin, end], [mean] * 2, color=colour, lw=1.2, ls=(0, (5, 2)), label=_named(name, words))
 
     def columns(self, run):
         rows = []
-        for motion, series, divisor, place in self.sources(run):
-            time, whole = self.cumulative(run, series, divisor)
+        for motion, time, whole, mean, error in self.curves(run):
             who = motion or ("all" if run.driven == "drive" else "rotor")
             for what, bounds in self.parts(run):
-                rows += [
-                    (who, what, a, b, v, math.nan)
-                    for a, b, v in zip(bounds[:-1], bounds[1:], means(time, whole, bounds) if len(bounds) else ())
-                ]  # fmt: skip
-            mean, error = self.of_window(run, place)
+                rows += [(who, what, *row, math.nan) for row in zip(bounds, bounds[1:], means(time, whole, bounds))]
             if math.isfinite(mean):
                 rows.append((who, "window", *run.window, mean, error))
-        who, what, begin, end, value, error = (np.array(column) for column in zip(*rows))
-        return {
-            "motion": who,
-            "mean over": what,
-            "from [s]": begin,
-            "to [s]": end,
-            f"{self.statistic} [{self.unit}]": value,
-            f"standard error [{self.unit}]": error,
-        }
+        mean, error = f"{self.statistic} [{self.unit}]", f"standard error [{self.unit}]"
+        heads = ("motion", "mean over", "from [s]", "to [s]", mean, error)
+        return dict(zip(heads, map(np.array, zip(*rows))))
 
 
 class Energy(OverTime):
@@ -246,11 +222,8 @@ class Collisions(OverTime):
         return [f"collisions/{kind}" for kind in run.kinds]
 
     def why_not(self, run):
-        why = super().why_not(run)
-        if why:
-            return why
-        none = not any(run.series(name)[1].any() for name in self.needed(run))
-        return "no impact was counted" if none else None
+        none = "no impact was counted"
+        return super().why_not(run) or (None if any(run.series(n)[1].any() for n in self.needed(run)) else none)
 
     def rates(self, run, kind):
         """(bounds, rates) [s], [1/s] of a kind, or of "all"."""

@@ -7,7 +7,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure as Canvas
 
 from milltools.figures import outlines
-from milltools.figures.bins import merged
+from milltools.figures.bins import curve
 from milltools.figures.style import SPEEDS
 from milltools.geometry import bodies, vessel
 from milltools.read import kinds
@@ -74,11 +74,7 @@ def draw_power(ax, run, rim):
 def draw_spectra(ax, run):
     ax.set(title="impact speeds", xlabel="normal impact speed [m/s]", ylabel="impacts per second and decade [1/s]")
     for kind in run.kinds:
-        histogram = run.histogram(kind)
-        if histogram.count.sum() < 100:  # too few for a curve
-            continue
-        found = merged(histogram, run.duration)
-        ax.loglog(found.middle, np.where(found.count > 0, found.rate_density, np.nan), label=kinds.label(kind))
+        curve(ax, [run.histogram(kind)], run.duration, label=kinds.label(kind))
     if not ax.lines:
         ax.text(0.5, 0.5, "too few impacts for a spectrum", ha="center", transform=ax.transAxes)
         return

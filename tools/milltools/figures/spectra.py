@@ -14,7 +14,7 @@ import numpy as np
 from milltools.base.errors import UserError
 from milltools.base.text import literal, number
 from milltools.figures import energies
-from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, not_sampled, sampled, subtitle
+from milltools.figures.base import LOOK, QUIET, WIDTH, Figure, labels, sampled, subtitle
 from milltools.figures.bins import Bins, merged
 from milltools.figures.style import INK, KIND_LOOK, kind_look, log_ticks, run_style
 from milltools.read.kinds import label
@@ -22,8 +22,7 @@ from milltools.read.kinds import label
 GROUPS = ("impacts", "strikes")
 SPEEDS = {"normal_speed": "normal impact speed", "tangential_speed": "slip speed at impact"}
 WEIGHTS = ("count", "energy", "cumulative")
-SEEN = 1e-4  # share of the impacts that may lie to the left of the picture
-SEEN_POWER = 1e-4  # of the power, on either side
+SEEN = 1e-4  # share of the impacts that may lie to the left of the picture, of the power on either side
 
 
 def bins(run, kind="all", group="impacts", speed="normal_speed", abscissa="speed") -> Bins:
@@ -34,17 +33,9 @@ def bins(run, kind="all", group="impacts", speed="normal_speed", abscissa="speed
 
 
 def plot(
-    ax,
-    run,
-    group="impacts",
-    speed="normal_speed",
-    abscissa="speed",
-    weight="count",
-    kinds=None,
-    per_ball=False,
-    name="",
-    position=None,
-):
+    ax, run, group="impacts", speed="normal_speed", abscissa="speed", weight="count", kinds=None, per_ball=False,
+    name="", position=None,
+):  # fmt: skip
     """Draws the spectra of a run into matplotlib axes, with axis labels, units and limits; returns the lines, one a kind.
 
     run        an open milltools.read.runfile.Run
@@ -71,7 +62,8 @@ def plot(
         words = label(kind) if not name else f"{name}, {label(kind)}"
         amount = f"{number(total * share)} {unit}" if found.total else "none"
         lines += ax.plot(x, y, **look, label=literal(f"{words}: {amount}", 70))
-        _dots(ax, x, y, look["color"], weight)
+        if weight != "cumulative":
+            _dots(ax, x, y, look["color"])
         drawn.append(found)
     _marks(ax, run, drawn, speed, abscissa, weight, share, position)
     _axes(ax, group, speed, abscissa, weight, per_ball, drawn[0].part)
@@ -79,7 +71,7 @@ def plot(
     return lines
 
 
-def _checked(run, group, speed, abscissa, weight, kinds):
+def _checked(run, group, speed="normal_speed", abscissa="speed", weight="count", kinds=None):
     known = energies.kinds_known(run) if abscissa == "energy" else (*run.kinds, "all")
     kinds = list(run.kinds if kinds is None else [kinds] if isinstance(kinds, str) else kinds)
     for word, words, what in (
@@ -91,7 +83,7 @@ def _checked(run, group, speed, abscissa, weight, kinds):
     ):
         if word not in words:
             raise UserError(f"unknown {what} '{word}': one of {', '.join(words)}")
-    why = not_sampled(run) or (energies.why_not(run, group) if abscissa == "energy" else None)
+    why = run.unsampled or (energies.why_not(run, group) if abscissa == "energy" else None)
     if why:
         raise UserError(f"{run.path}: {why}")
     if abscissa == "energy" and speed != "normal_speed":
@@ -106,10 +98,8 @@ def _curve(found: Bins, weight, share):
     return found.middle, np.where(density != 0, density * share, np.nan)
 
 
-def _dots(ax, x, y, colour, weight):
+def _dots(ax, x, y, colour):
     """Bins between empty ones, which no line reaches."""
-    if weight == "cumulative":
-        return
     there = np.isfinite(np.concatenate([[np.nan], y, [np.nan]]))
     alone = there[1:-1] & ~there[:-2] & ~there[2:]
     if alone.any():
@@ -149,10 +139,8 @@ def _axes(ax, group, speed, abscissa, weight, per_ball, part):
     if weight != "energy":
         ax.set_yscale("log")
         log_ticks(ax.yaxis)
-    x = f"{SPEEDS[speed]} [m/s]"
-    if abscissa == "energy":
-        x = "available normal energy ½ m* v² of an impact [J]"
-    ax.set_xlabel(x)
+    energy = "available normal energy ½ m* v² of an impact [J]"
+    ax.set_xlabel(energy if abscissa == "energy" else f"{SPEEDS[speed]} [m/s]")
     ball = " and ball" if per_ball else ""
     power = "dissipated power per decade" + ball + (f", {part} part" if part != "all" else "")
     words = {
@@ -166,7 +154,7 @@ def _axes(ax, group, speed, abscissa, weight, per_ball, part):
 
 def _limits(ax, weight):
     """What is worth looking at of all curves in the axes: the few slowest impacts reach over many decades."""
-    low, high, bottom, top = [], [], [], []
+    ends = []  # left, right, bottom, top of each curve
     for line in ax.lines:
         x, y = (np.asarray(v, float) for v in line.get_data())
         there = np.isfinite(y)
@@ -176,21 +164,19 @@ def _limits(ax, weight):
         if weight == "cumulative":
             seen = x[y <= y.max() * (1 - SEEN)]
         else:
-            share = np.cumsum(np.abs(y)) / (np.abs(y).sum() or 1)
-            least = SEEN if weight == "count" else SEEN_POWER
-            seen = x[(share > least) & (share - np.diff(share, prepend=0) < 1 - least)]
-        low.append(seen[0] if len(seen) else x[0])
-        high.append(seen[-1] if len(seen) and weight == "energy" else x[-1])
-        bottom.append(y.min())
-        top.append(y.max())
-    if not low:  # nothing within the bins
+            share = np.cumsum(np.abs(y)) / np.abs(y).sum()
+            seen = x[(share > SEEN) & (share - np.diff(share, prepend=0) < 1 - SEEN)]
+        seen = seen if len(seen) else x
+        ends.append((seen[0], seen[-1] if weight == "energy" else x[-1], y.min(), y.max()))
+    if not ends:  # nothing within the bins
         ax.set(xlim=(1e-3, 10), ylim=(1e-3, 1))
         return
-    ax.set_xlim(min(low) / 1.3, max(high) * 1.3)
+    left, right, bottom, top = zip(*ends)
+    ax.set_xlim(min(left) / 1.3, max(right) * 1.3)
     if weight == "energy":
         ax.set_ylim(min(0, 1.05 * min(bottom)), 1.05 * max(top) or 1)
-        return
-    ax.set_ylim(min(bottom) / 1.6, max(top) * 2)
+    else:
+        ax.set_ylim(min(bottom) / 1.6, max(top) * 2)
 
 
 class SpectrumFigure(Figure):
@@ -199,25 +185,21 @@ class SpectrumFigure(Figure):
     group = "spectra"
     options = ("kinds", "strikes", "per_ball")
 
-    def __init__(self, name, title, caption, **what):
-        self.name, self.title, self.caption, self.what = name, title, caption, what
-
-    @property
-    def energetic(self) -> bool:
-        return self.what.get("abscissa") == "energy"
+    def __init__(self, name, title, caption, weight, speed="normal_speed", abscissa="speed"):
+        self.name, self.title, self.caption, self.weight = name, title, caption, weight
+        self.by = {"speed": speed, "abscissa": abscissa}
+        self.energetic = abscissa == "energy"
 
     def why_not(self, run, kinds=None, strikes=False, per_ball=False):
-        group = "strikes" if strikes else "impacts"
-        why = not_sampled(run) or (energies.why_not(run, group) if self.energetic else None)
+        group = GROUPS[bool(strikes)]
+        why = run.unsampled or (energies.why_not(run, group) if self.energetic else None)
         if why:
             return why
-        _checked(run, group, "normal_speed", "speed", "count", kinds)
-        rows = [kinds] if isinstance(kinds, str) else kinds or ["all"]
+        rows = _checked(run, group, kinds=kinds or "all")
         of_kind = " of that kind" if kinds else ""
         if not any(int(run.statistic(f"{group}/{kind}/count")) for kind in rows):
             return f"no {group}{of_kind} in the sampled window"
-        speed = self.what.get("speed", "normal_speed")
-        if not any(run.histogram(kind, group, speed).count.any() for kind in rows):
+        if not any(run.histogram(kind, group, self.by["speed"]).count.any() for kind in rows):
             return f"all {group}{of_kind} are slower or faster than the bins of the file"
         return None
 
@@ -225,44 +207,38 @@ class SpectrumFigure(Figure):
         if self.energetic and not self.why_not(run):
             energies.read(run, told)
 
-    def _kinds(self, runs, kinds):
-        if kinds:
-            return [kinds] if isinstance(kinds, str) else list(kinds)
-        if len(runs) == 1:
-            return list(runs[0].kinds)
-        together = not self.energetic or all("all" in energies.kinds_known(r) for r in runs)
-        return ["all"] if together else ["ball_ball"]
-
     def paint(self, figure, runs, kinds=None, strikes=False, per_ball=False):
-        group = "strikes" if strikes else "impacts"
         figure.set_size_inches(WIDTH, 4.1)
         ax = figure.subplots()
-        kinds = self._kinds(runs, kinds)
-        for k, (run, name) in enumerate(zip(runs, labels(runs))):
-            several = {} if len(runs) == 1 else {"name": name, "position": k}
-            plot(ax, run, group, kinds=kinds, per_ball=per_ball, **self.what, **several)
+        one, names = len(runs) == 1, labels(runs)
+        if not kinds and not one:  # all together, where all runs know them
+            kinds = "ball_ball" if self.energetic and not all("all" in energies.kinds_known(r) for r in runs) else "all"
+        for k, (run, name) in enumerate(zip(runs, names)):
+            several = {} if one else {"name": name, "position": k}
+            plot(
+                ax,
+                run,
+                GROUPS[bool(strikes)],
+                weight=self.weight,
+                kinds=kinds or None,
+                per_ball=per_ball,
+                **self.by,
+                **several,
+            )
         words = {sampled(run) for run in runs}
-        first = f"{labels(runs)[0]}, " if len(runs) == 1 else ""
+        first = f"{names[0]}, " if one else ""
         subtitle(ax, first + (words.pop() if len(words) == 1 else "each over its own window"))
         entries = list(zip(*ax.get_legend_handles_labels()))
         entries.sort(key=lambda entry: len(entry[0].get_xdata()) == 2)  # marks last
-        figure.legend(
-            *zip(*entries),
-            loc="outside lower left",
-            ncols=2 if len(runs) == 1 else 1,
-            handlelength=2.6,
-            columnspacing=1.2,
-        )
+        look = {"loc": "outside lower left", "handlelength": 2.6, "columnspacing": 1.2}
+        figure.legend(*zip(*entries), ncols=2 if one else 1, **look)
 
     def columns(self, run, kinds=None, strikes=False, per_ball=False):
-        group = "strikes" if strikes else "impacts"
+        group = GROUPS[bool(strikes)]
         known = energies.kinds_known(run) if self.energetic else (*run.kinds, "all")
-        what = {k: v for k, v in self.what.items() if k != "weight"}
         axis = "available normal energy {} [J]" if self.energetic else "speed {} [m/s]"
-        kinds = _checked(
-            run, group, what.get("speed", "normal_speed"), what.get("abscissa", "speed"), "count", kinds or known
-        )
-        rows = [_rows(kind, bins(run, kind, group, **what), axis, group) for kind in kinds]
+        kinds = _checked(run, group, **self.by, kinds=kinds or known)
+        rows = [_rows(kind, bins(run, kind, group, **self.by), axis, group) for kind in kinds]
         together = {head: np.concatenate([row[head] for row in rows]) for head in rows[0]}
         if per_ball:
             head = f"{group} per second, ball and decade [1/s]"
@@ -275,22 +251,23 @@ def _rows(kind, found: Bins, axis: str, group: str) -> dict:
     used = np.flatnonzero((found.count != 0) | (found.dissipation != 0))
     a, b = (used[0], used[-1] + 1) if len(used) else (0, 0)
 
-    def whole(first, values, last):
+    def whole(values, first=np.nan, last=np.nan):
         return np.concatenate([[first], values[a:b], [last]])
 
-    with_edges = np.concatenate([[0.0], found.edges[a : b + 1], [np.inf]])
+    edges = np.concatenate([[0.0], found.edges[a : b + 1], [np.inf]])
+    count = whole(found.count, found.below[0], found.above[0])
+    lost = whole(found.dissipation, found.below[1], found.above[1])
     part = "" if found.part == "all" else f", {found.part} part"
-    nan = np.nan
     return {
-        "kind": np.array([kind] * (b - a + 2)),
-        axis.format("from"): with_edges[:-1],
-        axis.format("to"): with_edges[1:],
-        f"{group} [1]": whole(found.below[0], found.count, found.above[0]),
-        f"{group} per second [1/s]": whole(found.below[0], found.count, found.above[0]) / found.duration,
-        f"{group} per second and decade [1/s]": whole(nan, found.rate_density, nan),
-        f"{group} per second at or above [1/s]": np.concatenate([[found.rate], found.exceedance[a : b + 1]]),
-        f"dissipated power{part} [W]": whole(found.below[1], found.dissipation, found.above[1]) / found.duration,
-        f"dissipated power per decade{part} [W]": whole(nan, found.power_density, nan),
+        "kind": np.array([kind] * len(count)),
+        axis.format("from"): edges[:-1],
+        axis.format("to"): edges[1:],
+        f"{group} [1]": count,
+        f"{group} per second [1/s]": count / found.duration,
+        f"{group} per second and decade [1/s]": whole(found.rate_density),
+        f"{group} per second at or above [1/s]": np.append(found.rate, found.exceedance[a : b + 1]),
+        f"dissipated power{part} [W]": lost / found.duration,
+        f"dissipated power per decade{part} [W]": whole(found.power_density),
     }
 
 
@@ -308,7 +285,7 @@ _WEIGHTED = (  # end of the name, of the title, caption
      "contact kind."),
 )  # fmt: skip
 FIGURES = tuple(
-    SpectrumFigure(name + end, title + more, caption.format(words), weight=weight, **what)
+    SpectrumFigure(name + end, title + more, caption.format(words), weight, **what)
     for name, title, words, what in _KINDS
     for end, more, weight, caption in _WEIGHTED
 )

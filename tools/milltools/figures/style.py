@@ -72,23 +72,15 @@ def log_ticks(axis, low: float = 0.0, high: float = np.inf, most: int = 8):
     """Labels at whole decades, of an axis from `low` to `high` that holds few of them at 2 and 5 times these too."""
     few = low > 0 and high < 100 * low
     axis.set_major_locator(ticker.LogLocator(10, (1, 2, 5) if few else (1,), numticks=most))
-    axis.set_major_formatter(ticker.FuncFormatter(_some if few else _decade))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: decade(value) or (number(value) if few else "")))
     axis.set_minor_formatter(ticker.NullFormatter())
-
-
-def _decade(value, _=None) -> str:
-    return decade(value)
-
-
-def _some(value, _=None) -> str:
-    return decade(value) or number(value)
 
 
 # ---- files
 
 
-def save(figure, path, dpi=90):
-    """Writes a figure, whole or not at all; a name without a known format, or a full disk, is a UserError."""
+def save(figure, path, dpi=90, look=None):
+    """Writes a figure, drawn with the settings `look`, whole or not at all; a name without a known format, or a full disk, is a UserError."""
     kind = pathlib.Path(path).suffix.lower().lstrip(".") or "png"
     known = figure.canvas.get_supported_filetypes()
     if kind not in known:
@@ -96,5 +88,5 @@ def save(figure, path, dpi=90):
     # no dates: the same picture is the same file
     dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
 
-    with matplotlib.rc_context({"svg.hashsalt": "millsim"}), whole(path) as draft:
+    with matplotlib.rc_context({**(look or {}), "svg.hashsalt": "millsim"}), whole(path) as draft:
         figure.savefig(draft, dpi=dpi, format=kind, metadata=dateless)

@@ -19,11 +19,6 @@ def style(*more) -> str:
     return "\n".join(pathlib.Path(path).read_text("utf-8") for path in (FOLDER / "style.css", *more))
 
 
-def theme() -> str:
-    """The script of the switch between light and dark."""
-    return (FOLDER / "theme.js").read_text("utf-8")
-
-
 def maker() -> str:
     """The version of the tools; unknown where there is no engine beside them."""
     try:

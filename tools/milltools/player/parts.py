@@ -10,6 +10,7 @@ from markupsafe import escape
 from matplotlib.figure import Figure as Canvas
 from PIL import Image
 
+from milltools import pages
 from milltools.base import processes
 from milltools.base.errors import UserError
 from milltools.base.progress import Progress
@@ -74,6 +75,14 @@ def still(run) -> bytes:
     return store.getvalue()
 
 
+def page(folder, **values) -> str:
+    """The template page.html in a folder as text, with `values`: a page with players and figures."""
+    theme = (pages.FOLDER / "theme.js").read_text("utf-8")
+    shared = {"policy": player.policy(theme), "maker": pages.maker(), "scripts": player.scripts(), "theme": theme}
+    template = pages.environment(folder).get_template("page.html")
+    return template.render(style=pages.style(pages.FOLDER / "report.css"), **shared, **values)
+
+
 def cite(run) -> list[str]:
     made = plain(run.version)
     if run.program == "millsim":
@@ -124,7 +133,7 @@ def painter(runs: list[Run]):
     """A function of a Progress that gives every figure by its name, of open `runs` together. They take most of a page's time,
     so a second process begins some while this one is busy with the balls. What it does not finish is drawn here."""
     names, begun = figure_names(), {}
-    worth_it = processes.cores() > 1 and any(run.has_statistics and run.duration > 0 for run in runs)
+    worth_it = processes.cores() > 1 and any(not run.unsampled for run in runs)
 
     def draw_all(watch: Progress) -> dict[str, Picture]:
         found = {}

@@ -264,7 +264,7 @@ def _balls(run, packed):
 def _between(run, interval):
     text = f"Frames are {interval * 1e3:.4g} ms apart"
     facts = []
-    if run.has_statistics and run.duration > 0:
+    if not run.unsampled:
         rates = {kind: float(run.statistic(f"impacts/{kind}/rate")) for kind in run.kinds}
         rate = sum(rates.values()) + rates["ball_ball"]  # two balls have each of these
         many = rate * interval / len(run.balls("diameter"))

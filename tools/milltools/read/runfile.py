@@ -94,14 +94,18 @@ class Run(Built, Store):
 
     # ---- who, what, how far
 
+    def about(self, name: str, default: Any = None) -> Any:
+        """What /run says, as in "compiler"; the default where it does not."""
+        return self.read(f"run/{name}") if self.has(f"run/{name}") else default
+
     @property
     def program(self) -> str:
         """The program that made the run: "millsim", or another that wrote the same schema ("LIGGGHTS")."""
-        return self.read("run/program") if self.has("run/program") else "millsim"
+        return self.about("program", "millsim")
 
     @property
     def version(self) -> str:
-        return self.read("run/version") if self.has("run/version") else "?"
+        return self.about("version", "?")
 
     @property
     def status(self) -> str:
@@ -111,12 +115,12 @@ class Run(Built, Store):
     @property
     def notes(self) -> list[str]:
         """What the program that made it has to say about its numbers, a sentence each."""
-        return self.read("run/notes").splitlines() if self.has("run/notes") else []
+        return self.about("notes", "").splitlines()
 
     @property
     def time(self) -> float:
         """Simulated time reached [s]; 0 before the first checkpoint."""
-        return float(self.read("run/time")) if self.has("run/time") else 0.0
+        return float(self.about("time", 0.0))
 
     @property
     def cost(self) -> float:
@@ -211,14 +215,19 @@ class Run(Built, Store):
     def has_statistics(self) -> bool:
         return self.has("statistics/duration")
 
+    @property
+    def unsampled(self) -> str | None:
+        """Why there is nothing from the sampled window; None if there is."""
+        if not self.has_statistics:
+            return f"no statistics yet: the run (status '{self.status}') has not come to its first checkpoint"
+        if not self.duration > 0:
+            return f"nothing sampled: the run ended at {self.time:.6g} s, before run.sample_from"
+        return None
+
     def need_statistics(self) -> None:
         """UserError where there is nothing sampled to speak of."""
-        if not self.has_statistics:
-            raise UserError(
-                f"{self.path}: no statistics yet: the run (status '{self.status}') has not come to its first checkpoint"
-            )
-        if not self.duration > 0:
-            raise UserError(f"{self.path}: nothing sampled: the run ended at {self.time:.6g} s, before run.sample_from")
+        if why := self.unsampled:
+            raise UserError(f"{self.path}: {why}")
 
     @property
     def duration(self) -> float:

@@ -1,7 +1,7 @@
 """`mill report`: a run, or several side by side, as one page that opens from disk.
 
-facts.py says what a run has to say in words, tables.py in rows, the player package has the balls and the figures; run_page.py puts
-it together, and compare's page.py does so with several runs.
+facts.py says what a run has to say in words, the player package has the balls and the figures; run_page.py says it in rows and
+puts it together, and compare's page.py does so with several runs.
 """
 
 import os
@@ -36,11 +36,6 @@ def add_arguments(parser):
     )  # fmt: skip
 
 
-def named_for(files: list[str], compared: bool) -> str:
-    """reference.h5 -> reference.html, compared: reference-compared.html."""
-    return files[0].removesuffix(".h5") + ("-compared.html" if compared else ".html")
-
-
 def run(arguments) -> int:
     if not arguments.compare and len(arguments.runs) > 1:
         raise UserError("a report is of one run; several go on one page with --compare")
@@ -52,7 +47,7 @@ def run(arguments) -> int:
 
         sides = [replicates(side) for side in arguments.runs]
     files = [path for side in sides for path in side]
-    output = arguments.output or named_for(files, arguments.compare)
+    output = arguments.output or files[0].removesuffix(".h5") + ("-compared.html" if arguments.compare else ".html")
     check_writable(output, files)
     try:
         with stops_in_order():  # a deck that is run again leaves its folder behind otherwise

@@ -1,13 +1,13 @@
 """What a run has to say of itself in words: its name, what was run, the verdict."""
 
-import dataclasses
+import contextlib
 import math
 import pathlib
 import shlex
 
 import numpy as np
 
-from milltools.base.text import MISSING, SPACE, Number, count, plain, scaled, small, with_error
+from milltools.base.text import SPACE, Number, count, plain, plural, scaled, small, with_error
 from milltools.read import motions
 
 WITH_VALUE = ("-o", "--output", "-s", "--set", "--export-start", "--value", "--progress", "--part")
@@ -23,28 +23,16 @@ ANOMALIES = (  # of /run, as shown, what it means
 )  # fmt: skip
 
 
-@dataclasses.dataclass(frozen=True)
-class Anomaly:
-    name: str
-    times: Number
-    meaning: str
-
-
 def deck_name(run) -> str:
     """The deck's file name, from the command line; the run's own name where that does not tell."""
-    try:
-        words = shlex.split(run.read("run/command"))[1:] if run.has("run/command") else []
-    except ValueError:
-        words = []
-    skip = False
+    words = iter(())
+    with contextlib.suppress(ValueError):
+        words = iter(shlex.split(run.about("command", ""))[1:])
     for word in words:
-        if skip:
-            skip = False
-        elif word in WITH_VALUE:
-            skip = True
+        if word in WITH_VALUE:
+            next(words, "")
         elif word != "dem" and (not word.startswith("-") or word == "-"):
-            name = pathlib.PurePath(word).name
-            if name:
+            if name := pathlib.PurePath(word).name:
                 return name
     return pathlib.PurePath(run.path).name
 
@@ -59,12 +47,10 @@ def charge(run) -> str:
     kinds = []
     for section in run.sections():
         if run.has(f"deck/{section}/diameter"):
-            kinds.append(
-                f"{count(run.quantity(f'{section}/count'))}"
-                + (f" {plain(section.removeprefix('balls.'))}" if section != "balls" else "")
-                + f" balls of {length(run.quantity(f'{section}/diameter'))} and "
-                f"{run.quantity(f'{section}/density'):.4g}{SPACE}kg/m\N{SUPERSCRIPT THREE}"
-            )
+            number, diameter, density = (run.quantity(f"{section}/{name}") for name in ("count", "diameter", "density"))
+            name = "" if section == "balls" else f" {plain(section.removeprefix('balls.'))}"
+            of = f"{length(diameter)} and {density:.4g}{SPACE}kg/m\N{SUPERSCRIPT THREE}"
+            kinds.append(f"{count(number)}{name} balls of {of}")
     return joined(kinds) or "Balls"
 
 
@@ -75,32 +61,18 @@ def joined(words: list[str]) -> str:
 def _vessel(run) -> str:
     """What holds the balls, as in "a round drum, 150 mm wide and 120 mm long inside"."""
     if run.vessel:
-        place = f"body.{run.vessel}"
-        words = f"the container “{plain(run.vessel)}”"
-        sizes = ["size", "radius", "end_radius", "length"]
-        sizes = [
-            f"{name.replace('_', ' ')} " + " x ".join(f"{1e3 * v:.4g}" for v in run.vector(f"{place}/{name}")) + f"{SPACE}mm"
-            for name in sizes if run.text(f"{place}/{name}", "")
-        ]  # fmt: skip
-        return f"{words}, a {plain(run.text(f'{place}/shape'))}" + (f" of {joined(sizes)}" if sizes else "")
-    wavy = run.text("drum/profile", "circle") == "wavy"
-    words = (
-        f"a {'wavy' if wavy else 'round'} drum, {length(2 * run.quantity('drum/radius'))} wide and "
-        f"{length(run.quantity('drum/length'))} long inside"
-    )
-    if wavy:
-        words += f" ({run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))})"
-    return words
-
-
-def _bodies(run) -> list[str]:
-    """The bodies in the mill, as in "12 pins"."""
-    found = []
-    for name in run.named("body"):
-        copies = int(run.quantity(f"body.{name}/copies", 1))
-        if name != run.vessel:
-            found.append(f"{copies} × {plain(name)}" if copies > 1 else plain(name))
-    return found
+        place, sizes = f"body.{run.vessel}", []
+        for name in ("size", "radius", "end_radius", "length"):
+            if run.text(f"{place}/{name}", ""):
+                millimetres = " x ".join(f"{1e3 * v:.4g}" for v in run.vector(f"{place}/{name}"))
+                sizes.append(f"{name.replace('_', ' ')} {millimetres}{SPACE}mm")
+        of = f" of {joined(sizes)}" if sizes else ""
+        return f"the container “{plain(run.vessel)}”, a {plain(run.text(f'{place}/shape'))}{of}"
+    wide, long = length(2 * run.quantity("drum/radius")), length(run.quantity("drum/length"))
+    if run.text("drum/profile", "circle") != "wavy":
+        return f"a round drum, {wide} wide and {long} long inside"
+    buckles = f"{run.quantity('drum/buckles'):.0f} buckles of {length(run.quantity('drum/buckle_height'))}"
+    return f"a wavy drum, {wide} wide and {long} long inside ({buckles})"
 
 
 def mill(run) -> str:
@@ -108,9 +80,11 @@ def mill(run) -> str:
     words, own = _vessel(run), []
     if run.has_rotor:
         blades = len(run.blades())
-        what = f"{blades} blade{'s'[: blades != 1]}" if blades else "no blades"
-        own.append(f"a rotor of {what} at {motions.speed(run, 'rotor')}")
-    own += _bodies(run)
+        own.append(f"a rotor of {plural(blades, 'blade') if blades else 'no blades'} at {motions.speed(run, 'rotor')}")
+    for name in run.named("body"):
+        copies = int(run.quantity(f"body.{name}/copies", 1))
+        if name != run.vessel:
+            own.append(f"{copies} × {plain(name)}" if copies > 1 else plain(name))
     if not own and not run.driven:
         return f"{words}, in which nothing moves"
     words += f", with {joined(own)}" if own else ""
@@ -118,13 +92,9 @@ def mill(run) -> str:
     return words + (f"; {joined(moving)}" if moving else "")
 
 
-def sampled(run) -> bool:
-    return run.has_statistics and run.duration > 0
-
-
 def mean(run, name: str, unit: str) -> Number | None:
     """A mean over the sampled window with its standard error; None where it is not known: "rotor/power", "motions/jar/torque"."""
-    if not (run.driven and sampled(run) and run.has(f"statistics/{name}")):
+    if not run.driven or run.unsampled or not run.has(f"statistics/{name}"):
         return None
     return with_error(float(run.statistic(name)), run.standard_error(name), unit)
 
@@ -141,8 +111,8 @@ def drive_remark(run) -> str:
     return words
 
 
-def anomalies(run) -> list[Anomaly] | None:
-    """Those that happened; None where the program does not count them."""
+def anomalies(run) -> list[tuple[str, Number, str]] | None:
+    """(what, how often, what it means) of those that happened; None where the program does not count them."""
     if not all(run.has(f"run/{name}") for name, *_ in ANOMALIES):
         return None
     found = []
@@ -151,22 +121,24 @@ def anomalies(run) -> list[Anomaly] | None:
         if times and name == "overlaps":
             meaning += f" The deepest: {scaled(run.read('run/largest_overlap'), 'm')}."
         if times:
-            found.append(Anomaly(shown, count(times), meaning))
+            found.append((shown, count(times), meaning))
     return found
 
 
 def energy_error(run) -> str:
     """Of the energy turned over; a dash where it is not known."""
-    if not run.has("run/energy_balance_error"):
-        return MISSING
-    return str(small(run.read("run/energy_balance_error")))
+    return str(small(run.about("energy_balance_error", math.nan)))
+
+
+def dissipated(run) -> Number:
+    """Power that all contacts dissipate."""
+    return scaled(run.statistic("impacts/all/dissipated_power"), "W")
 
 
 def _drive_sentence(run) -> str:
     power, torque = (mean(run, f"{run.driven}/{name}", unit) for name, unit in DRIVE)
     if power is None:
-        dissipated = scaled(run.statistic("impacts/all/dissipated_power"), "W")
-        return f"Nothing drives them; the contacts dissipate {dissipated}."
+        return f"Nothing drives them; the contacts dissipate {dissipated(run)}."
     mass = float(np.sum(run.balls("mass")))
     words = f" at a torque of {torque}" if torque else ""
     return (
@@ -192,11 +164,10 @@ def _trust_sentence(run) -> str:
     if run.has("run/energy_balance_error"):
         words.append(f"the energy account is off by {energy_error(run)} of the energy turned over")
     found = anomalies(run)
-    if found is not None:
-        words.append(
-            "no anomalies" if not found
-            else "anomalies: " + joined([f"{a.times} \N{MULTIPLICATION SIGN} {a.name}" for a in found])
-        )  # fmt: skip
+    if found:
+        words.append("anomalies: " + joined([f"{times} \N{MULTIPLICATION SIGN} {what}" for what, times, _ in found]))
+    elif found is not None:
+        words.append("no anomalies")
     text = "; ".join(words)
     return text[:1].upper() + text[1:] + "." if text else ""
 
@@ -208,7 +179,7 @@ def verdict(run) -> list[str]:
     if run.time == 0:
         return [*said, f"The run (status \N{LEFT DOUBLE QUOTATION MARK}{plain(run.status)}\N{RIGHT DOUBLE QUOTATION MARK}) "
                 "has not come to its first checkpoint: there are no results yet."]  # fmt: skip
-    if not sampled(run):
+    if run.unsampled:
         return [*said, f"It was {reached}; nothing was sampled.", _trust_sentence(run)]
     first, last = run.window
     said.append(
@@ -220,24 +191,22 @@ def verdict(run) -> list[str]:
 def tiles(run) -> list[tuple[str, str, str]]:
     """(what, the figure, how it is to be read) of the four figures at the top."""
     found = []
-    if sampled(run):
+    if not run.unsampled:
         power = mean(run, f"{run.driven}/power", "W")
         if power is not None:
             found.append((f"{run.driven} power", str(power), drive_remark(run)))
         else:
-            lost = scaled(run.statistic("impacts/all/dissipated_power"), "W")
-            found.append(("dissipated power", str(lost), "in all contacts"))
+            found.append(("dissipated power", str(dissipated(run)), "in all contacts"))
         normal = "impacts/all/normal_speed"
-        known = run.known("median_above_50mm_s")
-        error = known[1] if known else math.nan
+        _, error, _ = run.known("median_above_50mm_s") or (0, math.nan, 0)
         median = with_error(float(run.statistic(f"{normal}/median_above_50mm_s")), error, "m/s")
         of_all = scaled(run.statistic(f"{normal}/median"), "m/s")
         found.append(("median impact speed", str(median), f"normal, above 50 mm/s; {of_all} of all contacts"))
     if run.has("run/energy_balance_error"):
         found.append(("energy error", energy_error(run), "of the energy turned over"))
-    list_of = anomalies(run)
-    if list_of is not None:
-        total = sum(a.times.value for a in list_of)
+    happened = anomalies(run)
+    if happened is not None:
+        total = sum(times.value for _, times, _ in happened)
         found.append(("anomalies", str(count(total)) if total else "none", "counted, see below" if total else ""))
     return found
 

@@ -1,28 +1,183 @@
-"""A run as one page: everything in one file that opens from disk, everything from the run escaped."""
+"""A run as one page: everything in one file that opens from disk, everything from the run escaped. Its tables are rows of (head,
+cells), every cell a text or a Number."""
 
+import math
 import os
 import pathlib
 
 from milltools import pages
-from milltools.base.errors import UserError
-from milltools.base.text import lines, plain
-from milltools.player import parts, player
-from milltools.report import facts, tables
+from milltools.base.text import Number, count, lines, plain, scaled, share, small, with_error
+from milltools.player import parts
+from milltools.read import kinds, motions
+from milltools.report import facts
 
 HERE = pathlib.Path(__file__).resolve().parent
 CONTENTS = (
     ("balls", "Balls"), ("summary", "Summary"), *parts.CONTENTS, ("anomalies", "Anomalies"), ("precision", "Precision"),
     ("notes", "Notes"), ("how", "How it was run"), ("deck", "Deck"), ("cite", "Cite"),
 )  # fmt: skip
+SPEED = "v\N{LATIN SUBSCRIPT SMALL LETTER N}"
+CONTACT_HEADS = (
+    "contacts", "rate", f"median {SPEED} of all", f"median {SPEED} above 50 mm/s", f"mean {SPEED}", "at the rebound floor",
+    "dissipated power", "share",
+)  # fmt: skip
+ENERGIES = {
+    "kinetic_energy": "kinetic energy",
+    "rotational_energy": "energy in the balls' spin",
+    "potential_energy": "potential energy",
+    "elastic_energy": "energy in the springs of contacts",
+}
 
 
-def nothing(run) -> str:
-    """Why there are no statistics."""
-    try:
-        run.need_statistics()
-    except UserError as fault:
-        return str(fault).removeprefix(f"{run.path}: ").strip() + "."
-    return ""
+def contacts(run) -> list[tuple[str, list[Number]]]:
+    """By kind, then all; kinds that did not meet are left out, as on the terminal."""
+    found = []
+    total = float(run.statistic("impacts/all/dissipated_power"))
+    for row in (*run.kinds, "all"):
+        one = f"impacts/{row}"
+        times = int(run.statistic(f"{one}/count"))
+        if not times and row != "all":
+            continue
+        power = float(run.statistic(f"{one}/dissipated_power"))
+        speeds = ("median", "median_above_50mm_s", "mean")
+        cells = [
+            count(times),
+            scaled(run.statistic(f"{one}/rate"), "/s"),
+            *(scaled(run.statistic(f"{one}/normal_speed/{name}"), "m/s") for name in speeds),
+            share(float(run.statistic(f"floor_share/{row}"))),
+            scaled(power, "W"),
+            share(power / total if total > 0 else math.nan),
+        ]
+        found.append((kinds.label(row), cells))
+    return found
+
+
+def strikes(run) -> str:
+    """How many contacts there are when a pair's re-contacts count once; empty where none are merged."""
+    window = run.quantity("output/strike_window", 0.0)
+    if not window > 0 or not run.has("statistics/strikes/all/count"):
+        return ""
+    times, rate = run.statistic("strikes/all/count"), run.statistic("strikes/all/rate")
+    return f"{count(times)} strikes ({scaled(rate, '/s')}) when re-contacts of a pair within {scaled(window, 's')} are merged."
+
+
+def balance(run) -> list[tuple[str, object, str]]:
+    """(what, value, remark): drive, each motion with how it goes, energies, account."""
+    found = []
+    for name, unit in facts.DRIVE:
+        mean = facts.mean(run, f"{run.driven}/{name}", unit)
+        if mean is not None:
+            found.append((f"{run.driven} {name}", mean, facts.drive_remark(run)))
+    for name in run.motions if run.driven == "drive" else ():
+        power, torque = (facts.mean(run, f"motions/{name}/{what}", unit) for what, unit in facts.DRIVE)
+        if power is not None:
+            words = plain(motions.words(run, name)) + (f"; torque {torque}" if torque and torque.value else "")
+            found.append((f"power of {plain(name)}", power, words))
+    if not run.unsampled:
+        found += _of_window(run)
+    for name, label in ENERGIES.items():
+        time, value = run.series(name) if run.has_series(name) else ((), ())
+        if len(value) and math.isfinite(value[-1]):
+            found.append((label, scaled(value[-1], "J"), f"at {scaled(time[-1], 's')}"))
+    if run.has("run/energy_balance_error") and run.has("run/energy_turnover"):
+        turned, error = (float(run.about(f"energy_{name}")) for name in ("turnover", "balance_error"))
+        remark = f"of {scaled(turned, 'J')} turned over ({small(error)})"
+        found.append(("energy error", scaled(error * turned, "J"), remark))
+    return found
+
+
+def _of_window(run):
+    pinched = f"{run.driven}/pinch_power"
+    pinches = run.statistic(pinched) if run.has(f"statistics/{pinched}") else 0
+    if pinches > 0:
+        yield "pinches", scaled(pinches, "W"), f"part of the {run.driven} power, on balls that moving bodies press"
+    for name, label, what, unit in (
+        ("median", "median normal speed", "all impacts", "m/s"),
+        ("median_above_50mm_s", "median normal speed", "impacts above 50 mm/s", "m/s"),
+        ("rate_above_1/all", "rate", "impacts above 1 m/s", "/s"),
+    ):
+        if known := run.known(name):
+            remark = what if math.isfinite(known[1]) else f"{what}: error not known"
+            yield label, with_error(*known[:2], unit), remark
+    yield "dissipated power", facts.dissipated(run), "all contacts, over the sampled window"
+
+
+def precision(run) -> list[tuple[str, object, str]]:
+    """How well is known what decided when the run ended; empty without run.precision."""
+    if not run.has("statistics/precision/asked"):
+        return []
+
+    def value(name):
+        return float(run.statistic(f"precision/{name}"))
+
+    found = [("asked for", share(value("asked")), "run.precision: standard error over value")]
+    for name, label, unit in (
+        ("median_above_50mm_s", "median normal speed above 50 mm/s", "m/s"),
+        (f"{run.driven}_power", f"{run.driven} power", "W"),
+    ):
+        if not run.has(f"statistics/precision/{name}/value"):
+            continue
+        mean, error = value(f"{name}/value"), value(f"{name}/standard_error")
+        known = f"{100 * error / abs(mean):.2g} % of it" if mean and math.isfinite(error) else "error not known"
+        found.append((label, with_error(mean, error, unit), known))
+    return [
+        *found,
+        ("start-up cut away", scaled(value("warm_up"), "s"), "the sampled window begins there"),
+        ("length of a batch", scaled(value("batch"), "s"), f"{value('batches'):.0f} of them"),
+        ("start-up is over", "yes" if value("settled") else "not known", ""),
+        ("known as well as asked", "yes" if value("reached") else "no", _ended(run)),
+    ]
+
+
+def _ended(run) -> str:
+    words = {
+        "time": "the run ended at run.time",
+        "precision": "the run ended because it was",
+        "max_collisions": "the run ended at run.max_collisions",
+        "none": "the run is not complete",
+    }
+    said = run.about("ended_by", "")
+    return words.get(said, plain(said))
+
+
+def how(run, size: int) -> list[tuple[str, object, str]]:
+    """Program, machine-independent facts, cost; `size` of the file [byte]."""
+    found = [("program", plain(run.program), plain(run.version))]
+    for name in ("compiler", "flags", "hdf5", "gsl", "command", "started", "status"):
+        if run.has(f"run/{name}"):
+            found.append(({"hdf5": "HDF5", "gsl": "GSL"}.get(name, name), plain(run.about(name)), ""))
+    if _ended(run):
+        found.append(("end", _ended(run), ""))
+    found.append(("simulated", scaled(run.time, "s"), f"{len(run.frame_times())} frames stored"))
+    for name, label, unit in (
+        ("wall_time", "time on the wall's clock", "s"),
+        ("cpu_time", "processor time", "s"),
+        ("peak_memory", "memory at most", "B"),
+    ):
+        if run.has(f"run/{name}"):
+            found.append((label, scaled(run.about(name), unit), ""))
+    if math.isfinite(run.cost):
+        cpu = float(run.read("run/cpu_time"))
+        rate = f"{scaled(run.contacts / cpu, '')} contacts per processor second" if cpu > 0 else ""
+        found.append(("price", Number(f"{run.cost:.4g} s/s", run.cost),
+                      "processor seconds per simulated second" + (f"; {rate}" if rate else "")))  # fmt: skip
+    found.append(("file", plain(run.path), str(scaled(size, "B"))))
+    return found
+
+
+def everything(run) -> list[tuple[str, str, str, str]]:
+    """(name, value, unit, meaning) of all that /run holds, but for counts of contacts that the mill cannot have."""
+    found = []
+    for path, unit, meaning in run.datasets("run"):
+        if path.split("/")[-1] in run.absent:
+            continue
+        value = run.read(path)
+        shown = lines(value) if isinstance(value, str) else f"{value:.10g}"
+        found.append((path.removeprefix("run/"), shown, unit, meaning))
+    return found
+
+
+# ---- the page
 
 
 def steps() -> float:
@@ -38,41 +193,33 @@ def render(run, watch, rerun: str = "auto") -> str:
         with watch.step("the balls", 4):
             fragment = parts.balls(run, rerun, watch.say, lambda text: watch(watch.done, text))
         figures = parts.sections(draw_all(watch))
-    sampled = facts.sampled(run)
-    precision = tables.precision(run) if sampled else []
+    unsampled = run.unsampled
+    known = [] if unsampled else precision(run)
     deck = run.deck_text()
-    return (
-        pages.environment(HERE)
-        .get_template("page.html")
-        .render(
-            policy=player.policy(pages.theme()),
-            maker=pages.maker(),
-            title=name,
-            kicker=" \N{MIDDLE DOT} ".join((plain(os.path.basename(run.path)), made, plain(run.status))),
-            style=pages.style(pages.FOLDER / "report.css"),
-            contents=[c for c in CONTENTS if precision or c[0] != "precision"],
-            verdict=[said for said in facts.verdict(run) if said],
-            notes=facts.notes(run),
-            tiles=facts.tiles(run),
-            player=fragment,
-            contacts=tables.contacts(run) if sampled else [],
-            contact_heads=tables.CONTACT_HEADS,
-            strikes=tables.strikes(run) if sampled else "",
-            nothing=nothing(run),
-            balance=tables.balance(run),
-            figures=figures,
-            anomalies=facts.anomalies(run),
-            uncounted=f"{plain(run.program)} does not count them."
-            if run.time > 0
-            else "None counted yet: the run has not come to its first checkpoint.",
-            precision=precision,
-            how=tables.how(run, os.path.getsize(run.path)),
-            everything=tables.everything(run),
-            deck=lines(deck),
-            deck_file=name if name.endswith(".ini") else f"{name}.ini",
-            deck_link=pages.data_link(deck),
-            cite=parts.cite(run),
-            scripts=player.scripts(),
-            theme=pages.theme(),
-        )
+    return parts.page(
+        HERE,
+        title=name,
+        kicker=" \N{MIDDLE DOT} ".join((plain(os.path.basename(run.path)), made, plain(run.status))),
+        contents=[c for c in CONTENTS if known or c[0] != "precision"],
+        verdict=[said for said in facts.verdict(run) if said],
+        notes=facts.notes(run),
+        tiles=facts.tiles(run),
+        player=fragment,
+        contacts=[] if unsampled else contacts(run),
+        contact_heads=CONTACT_HEADS,
+        strikes="" if unsampled else strikes(run),
+        unsampled=unsampled,
+        balance=balance(run),
+        figures=figures,
+        anomalies=facts.anomalies(run),
+        uncounted=f"{plain(run.program)} does not count them."
+        if run.time > 0
+        else "None counted yet: the run has not come to its first checkpoint.",
+        precision=known,
+        how=how(run, os.path.getsize(run.path)),
+        everything=everything(run),
+        deck=lines(deck),
+        deck_file=name if name.endswith(".ini") else f"{name}.ini",
+        deck_link=pages.data_link(deck),
+        cite=parts.cite(run),
     )
