@@ -24,7 +24,7 @@ from milltools.study.plan.table import Table, Writer
 from milltools.study.search.acquisition import Budget
 from milltools.study.search.search import Search, plain
 from milltools.study.search.storage import open_storage
-from milltools.study.show import stats, summary
+from milltools.study.show import optimum, summary
 
 STUDY = """\
 [study]
@@ -156,8 +156,8 @@ def test_several_objectives_end_with_their_front(write_study, tmp_path):
 
 def test_a_front_is_what_no_other_beats():
     values = np.array([[1, 1], [2, 0], [0, 2], [0.5, 0.5], [1, 1], [2, -1]])
-    assert list(stats.pareto(values)) == [True, True, True, False, True, False]
-    assert list(stats.pareto(values * [1, -1])) == [False, False, False, False, False, True]
+    assert list(optimum.pareto(values)) == [True, True, True, False, True, False]
+    assert list(optimum.pareto(values * [1, -1])) == [False, False, False, False, False, True]
 
 
 # ---- whatever ends it

@@ -19,7 +19,7 @@ from milltools.base.errors import UserError
 from milltools.study import sweep
 from milltools.study.plan.job import Lost
 from milltools.study.remote import executors, slurm, slurm_queue, slurm_task
-from milltools.study.remote.spool import Array, Listener, Sayer, Spool
+from milltools.study.remote.slurm_task import Array, Listener, Sayer, Spool
 
 pytestmark = pytest.mark.slow
 

@@ -18,7 +18,7 @@ from conftest import ROOT
 
 from milltools.__main__ import dispatch
 from milltools.base.errors import UserError
-from milltools.study.show import canvas, contour, data, optimum, outputs, pair, slices, stats, summary
+from milltools.study.show import canvas, contour, data, optimum, outputs, pair, slices, summary
 from milltools.study.show.data import StudyView
 
 SPEED, POWER = made.SPEED, made.POWER
@@ -64,7 +64,7 @@ def test_replicates_without_errors_have_students_interval():
 
 def test_the_table_shows_that_interval():
     shown = with_replicates([1.0, 1.1, 1.3])
-    _, (line,) = summary.best_table(shown, shown.objectives[0])
+    _, line = summary.best_table(shown, shown.objectives[0])
     assert line[2:5] == ["1.13", "+- 0.38", "3"]  # 4.3027 * 0.15275 / sqrt(3) = 0.379
 
 
@@ -83,7 +83,7 @@ def test_errors_are_enlarged_where_replicates_scatter_more():
 def test_a_single_run_without_error_has_no_interval():
     shown = with_replicates([1.0])
     assert math.isnan(shown.estimate(SPEED).half[0])
-    _, (line,) = summary.best_table(shown, shown.objectives[0])
+    _, line = summary.best_table(shown, shown.objectives[0])
     assert line[3] == "?"
 
 
@@ -92,7 +92,7 @@ def test_where_no_error_is_known_nothing_is_claimed():
     said = "\n".join(summary.optimum_lines(shown, shown.objectives[0]))
     assert "nothing tells how sure that is" in said
     assert "95 %" not in said and "as good" not in said
-    _, lines = summary.best_table(shown, shown.objectives[0])
+    _, *lines = summary.best_table(shown, shown.objectives[0])
     assert [line[-1] for line in lines] == ["best", "", ""]
     assert "95 %" not in contour.best_words(shown, shown.objectives[0])[1]
     (told, *_) = pair.sentences([shown, shown], shown.objectives[0], {"rotor.speed": 60.0})
@@ -120,19 +120,19 @@ def test_the_subset_holds_the_best_of_equal_designs_in_95_percent():
     held = 0
     for _ in range(2000):
         mean = 1 + error * random.standard_normal(designs)
-        found = stats.estimate(np.arange(designs), mean, np.full(designs, error), designs)
-        held += stats.not_told_apart(found, 1, np.ones(designs, bool))[0]
+        found = data.estimate(np.arange(designs), mean, np.full(designs, error), designs)
+        held += optimum.not_told_apart(found, 1, np.ones(designs, bool))[0]
     assert 0.94 < held / 2000 < 0.975  # any one of them may be called the best
 
 
 def test_the_subset_of_two_is_a_one_sided_test():
-    assert stats.subset_quantile(2) == pytest.approx(1.644854, abs=1e-4)
+    assert optimum.subset_quantile(2) == pytest.approx(1.644854, abs=1e-4)
 
 
 def test_the_pareto_front_is_that_of_brute_force():
     scores = np.random.default_rng(5).integers(0, 12, (150, 3)).astype(float)
     scores[7] = np.nan
-    front = stats.pareto(scores)
+    front = optimum.pareto(scores)
     for k, line in enumerate(scores):
         beaten = ((scores >= line).all(axis=1) & (scores > line).any(axis=1)).any()
         assert front[k] == (not beaten and k != 7)
@@ -300,7 +300,7 @@ def test_the_unit_is_read_from_the_line_of_the_deck(line, unit):
 
 def test_nothing_is_worse_and_within_two_percent_of_the_best_without_saying_so():
     shown = view(*line_of([1.0, 0.99, 0.5], [1e-4] * 3, noise=False))
-    _, lines = summary.best_table(shown, shown.objectives[0])
+    _, *lines = summary.best_table(shown, shown.objectives[0])
     assert [line[-1] for line in lines] == ["best", "at most 2 % worse", "worse"]
     text = "\n".join(summary.lines(shown))
     assert "rotor speed 572.96..859.44 rpm: at most 2 % worse than the best (2 designs)" in text

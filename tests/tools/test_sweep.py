@@ -435,7 +435,7 @@ def test_a_lost_run_is_run_again_and_given_up_after_three_times(one_job, stand_i
         (tmp_path / "deaths").write_text(str(deaths))
         (tmp_path / "runs").write_text("")
         rows = []
-        with executors.local(1) as executor:
+        with executors.Local(1) as executor:
             send([one_job(die)], executor, rows.append)
         assert [row["status"] for row in rows] == [status]
         assert len(runs(tmp_path)) == 3
@@ -504,7 +504,7 @@ def test_a_row_costs_the_driver_milliseconds(write_study, tmp_path, one_job, mon
     program.chmod(0o755)
     jobs = [made | {"program": str(program), "design": number} for number in range(100)]
     rows = []
-    with executors.local(2) as executor:
+    with executors.Local(2) as executor:
         send(jobs[:2], executor, rows.append)
         spent = []
         for first in range(0, 100, 20):  # the least of five: on a busy machine the same work takes more CPU time

@@ -1,7 +1,6 @@
 """`mill study`: a table of runs, finished or growing. docs/study-pictures.md says what it shows.
 
-show/data.py reads the table, show/stats.py and show/optimum.py say how sure things are; summary, contour, slices, pair and outputs
-show them.
+show/data.py reads the table and, with show/optimum.py, says how sure things are; summary, contour, slices, pair and outputs show them.
 """
 
 import pathlib
@@ -16,34 +15,27 @@ SUMMARY = (
 )
 PAUSE = 3.0  # [s] between two looks at a study that is followed, at least
 SHARE = 10  # and at least this many times what a look takes
-FILES = {
-    "png": "pictures: FILE-contour.png, -slices, -pareto, -sensitivity, -beside",
-    "svg": "the same as SVG",
-    "pdf": "the same, as pages of one PDF",
-    "html": "everything as one page",
-    "csv": "all runs, with units",
-}
-
-
 OPTIONS = (
+    ("png", "FILE", "pictures: FILE-contour.png, -slices, -pareto, -sensitivity, -beside"),
+    ("svg", "FILE", "the same as SVG"),
+    ("pdf", "FILE", "the same, as pages of one PDF"),
+    ("html", "FILE", "everything as one page"),
+    ("csv", "FILE", "all runs, with units"),
     ("objective", "PATH", "which objective, if there are several (default: the first)"),
     ("x", "KEY", "varied key along x"),
     ("y", "KEY", "varied key along y"),
     ("beside", "OTHER", "another study of the same keys, on one scale, and what is left of the gain"),
     ("reference", "KEY=VALUE,...", "what --beside counts the gain from, such as 'drum.buckle_height=0 mm'"),
+    ("average", None, "mean over the other keys instead of a cut through the best"),
+    ("follow", None, "look again every few seconds until the study is complete"),
 )
-FLAGS = {
-    "average": "mean over the other keys instead of a cut through the best",
-    "follow": "look again every few seconds until the study is complete",
-}
 
 
 def add_arguments(parser):
     parser.add_argument("study", metavar="FILE", help="table of a study (NAME.parquet), its journal, or the study deck")
-    for name, what, words in (*((kind, "FILE", words) for kind, words in FILES.items()), *OPTIONS):
-        parser.add_argument(f"--{name}", metavar=what, help=words)
-    for name, words in FLAGS.items():
-        parser.add_argument(f"--{name}", action="store_true", help=words)
+    for name, what, words in OPTIONS:
+        kind = {"metavar": what} if what else {"action": "store_true"}
+        parser.add_argument(f"--{name}", help=words, **kind)
 
 
 def chosen(view, arguments):
@@ -54,19 +46,15 @@ def chosen(view, arguments):
             raise UserError(f"{option} {key}: expected one of {', '.join(numeric)}")
     if arguments.x and arguments.x == arguments.y:
         raise UserError(f"--x and --y: two different keys, not {arguments.x} twice")
-    if not arguments.objective:
-        return view.objectives[0]
-    for objective in view.objectives:
-        if objective.path == arguments.objective.removeprefix("/statistics/"):
-            return objective
-    paths = ", ".join(o.path for o in view.objectives)
-    raise UserError(f"--objective {arguments.objective}: expected one of {paths}")
+    named = {objective.path: objective for objective in view.objectives}
+    wanted = (arguments.objective or view.objectives[0].path).removeprefix("/statistics/")
+    if wanted not in named:
+        raise UserError(f"--objective {arguments.objective}: expected one of {', '.join(named)}")
+    return named[wanted]
 
 
-def reference(view, text) -> dict | None:
+def reference(view, text) -> dict:
     """--reference as {key: SI value}; millsim reads the units."""
-    if not text:
-        return None
     from milltools.read import values
 
     wanted, keys = {}, [axis.key for axis in view.axes]
@@ -82,7 +70,7 @@ def reference(view, text) -> dict | None:
 
 
 def run(arguments) -> int:
-    asked = {kind: path for kind in FILES if (path := getattr(arguments, kind))}
+    asked = {kind: path for kind, what, _ in OPTIONS if what == "FILE" and (path := getattr(arguments, kind))}
     for kind, path in asked.items():
         check_writable(path)
         if kind in ("png", "svg", "pdf") and pathlib.Path(path).suffix != f".{kind}":
@@ -98,35 +86,23 @@ def run(arguments) -> int:
     table, view = opened(arguments.study)
     objective = chosen(view, arguments)
     beside = opened(arguments.beside)[1] if arguments.beside else None
-    wanted = reference(view, arguments.reference)
+    wanted = reference(view, arguments.reference) if arguments.reference else None
     said = []
     if beside is not None:
         pair.check([view, beside], objective)
         said = ["", *pair.sentences([view, beside], objective, wanted)]
     sensitivities = optimum.indices(table, view, objective)
     # the files first: who reads the text may go away before its end
-    written = write(arguments, asked, view, objective, sensitivities, beside, wanted)
+    written = []
+    if asked:
+        from milltools.study.show import outputs
+
+        options = {"x": arguments.x, "y": arguments.y, "average": arguments.average}
+        written = outputs.write(asked, view, objective, sensitivities, beside=beside, wanted=wanted, **options)
     if not arguments.follow:
         said[:0] = summary.lines(view, sensitivities, objective if arguments.objective else None)
     print("\n".join([*said, *(f"written: {path}" for path in written)]))
     return 0
-
-
-def write(arguments, asked, view, objective, sensitivities, beside, wanted) -> list[str]:
-    """Writes the files that are asked for; returns the names of the pictures."""
-    if not asked:
-        return []
-    from milltools.study.show import outputs
-
-    options = {"x": arguments.x, "y": arguments.y, "average": arguments.average}
-    if "csv" in asked:
-        outputs.csv(view, asked.pop("csv"))
-    if "html" in asked:
-        outputs.write_page(asked.pop("html"), view, objective, sensitivities, beside, wanted, **options)
-    kinds = list(outputs.figures(view, objective, sensitivities, **options))
-    if beside is not None:
-        kinds.append(outputs.of_pair(view, beside, objective, sensitivities, wanted, **options))
-    return [name for path in asked.values() for name in outputs.pictures(kinds, path)]
 
 
 def follow(arguments):
@@ -141,19 +117,16 @@ def follow(arguments):
     console = Console(highlight=False)
     with Live(console=console, auto_refresh=False, vertical_overflow="crop") as live:
         while True:
-            begin = time.monotonic()
-            complete = False
+            begin, complete = time.monotonic(), False
             try:
                 table, view = opened(arguments.study)
+                objective, complete = chosen(view, arguments), table.complete
+                found = optimum.indices(table, view, objective) if complete else []
+                said = "\n".join(summary.lines(view, found, objective if arguments.objective else None))
             except UserError as fault:
                 if fault.status != 1:
                     raise
                 said = str(fault)
-            else:
-                complete = table.complete
-                objective = chosen(view, arguments)
-                found = optimum.indices(table, view, objective) if complete else []
-                said = "\n".join(summary.lines(view, found, objective if arguments.objective else None))
             if console.is_terminal:
                 live.update(Text(said, no_wrap=True, overflow="ellipsis"), refresh=True)
             else:

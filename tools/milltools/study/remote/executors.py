@@ -8,7 +8,6 @@ handed over at once (waves). When the block is left by an exception, what runs i
 """
 
 import concurrent.futures
-import contextlib
 import dataclasses
 import shlex
 
@@ -78,28 +77,20 @@ def open_executor(where, table, force=False):
 
         options = where.slurm_options or ""
         return SlurmExecutor(f"{table}.slurm", options, where.bundle, where.tasks, where.detach, force)
-    return local(where.workers or processes.cores())
+    return Local(where.workers or processes.cores())
 
 
 class Local(concurrent.futures.ThreadPoolExecutor):
-    """Runs on this machine. Threads will do: each run is a process of its own."""
+    """`workers` runs at once on this machine. Threads will do: each run is a process of its own."""
 
     def __init__(self, workers):
         super().__init__(workers, thread_name_prefix="run")
         self.workers, self.width = workers, workers + 2  # a worker never waits for the driver
 
+    def __exit__(self, kind, fault, trace):
+        if kind:
+            from milltools.study.plan import job  # h5py: not for --help
 
-@contextlib.contextmanager
-def local(workers):
-    """`workers` runs at once on this machine."""
-    from milltools.study.plan import job  # h5py: not for --help
-
-    executor = Local(workers)
-    try:
-        yield executor
-    except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
-        job.end_all()
-        raise
-    finally:
-        executor.shutdown(wait=True)
+            self.shutdown(wait=False, cancel_futures=True)
+            job.end_all()
+        self.shutdown()

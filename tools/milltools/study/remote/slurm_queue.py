@@ -4,6 +4,7 @@ A site's wrong option or an account that may not submit is a UserError with sbat
 answer is `Away`: it may be back in a minute.
 """
 
+import contextlib
 import os
 import re
 import shlex
@@ -11,7 +12,7 @@ import shutil
 import subprocess
 
 from milltools.base.errors import UserError
-from milltools.study.remote.spool import one_line
+from milltools.study.remote.cluster import one_line
 
 PATIENCE = 120  # [s] that a command of Slurm may take
 
@@ -30,25 +31,17 @@ class Full(Exception):
 def _environment():
     """Ours without what an allocation that the driver itself may run in has set: tasks would take it for theirs. Options of
     squeue in the environment would change what it prints."""
-    kept = ("SLURM_CONF", "SLURM_CLUSTERS")
-    return {
-        name: value for name, value in os.environ.items() if name in kept or not name.startswith(("SLURM_", "SQUEUE_"))
-    }
+    dropped = {name for name in os.environ if name.startswith(("SLURM_", "SQUEUE_"))} - {"SLURM_CONF", "SLURM_CLUSTERS"}
+    return {name: value for name, value in os.environ.items() if name not in dropped}
 
 
-def _run(words, **options):
+def _run(*words, text="", out=subprocess.PIPE):
+    """A command of Slurm that reads `text`, run to its end."""
     try:
         return subprocess.run(
-            words,
-            env=_environment(),
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            timeout=PATIENCE,
-            check=False,
-            start_new_session=True,  # Ctrl-C is the driver's business
-            **options,
-        )
+            words, env=_environment(), input=text, stdout=out, stderr=subprocess.PIPE, text=True, errors="replace",
+            timeout=PATIENCE, start_new_session=True,  # Ctrl-C is the driver's business
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise Away(f"{words[0]} does not answer") from None
     except OSError as fault:
@@ -69,13 +62,11 @@ def check():
 
 def largest_array():
     """How many tasks an array of this site may have; 1001, Slurm's own default, where it does not say."""
-    if not shutil.which("scontrol"):
-        return 1001
-    try:
-        said = _run(["scontrol", "show", "config"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
-    except Away:
-        return 1001
-    found = re.search(r"^MaxArraySize\s*=\s*(\d+)", said.stdout, re.M)
+    said = ""
+    with contextlib.suppress(Away):
+        if shutil.which("scontrol"):
+            said = _run("scontrol", "show", "config").stdout
+    found = re.search(r"^MaxArraySize\s*=\s*(\d+)", said, re.M)
     return max(1, int(found[1])) if found else 1001
 
 
@@ -83,17 +74,11 @@ def submit(array, count, script, options="", at_once=None):
     """Submits `count` tasks that run `script` (text). `options` are the user's, for sbatch; at_once: so many run at a
     time. sbatch itself writes the array's number into the array's folder: it is known even if we die meanwhile."""
     limit = f"%{at_once}" if at_once else ""
-    words = [
-        "sbatch",
-        *shlex.split(options),
-        "--parsable",
-        f"--array=0-{count - 1}{limit}",
-        f"--job-name={array.name}",
-        f"--output={str(array.folder.resolve()).replace('%', '%%')}/%a.out",
-        "--open-mode=append",
-    ]
+    output = str(array.folder.resolve()).replace("%", "%%") + "/%a.out"
+    files = (f"--output={output}", "--open-mode=append", "--parsable")
+    words = (*shlex.split(options), *files, f"--array=0-{count - 1}{limit}", f"--job-name={array.name}")
     with open(array.folder / "job", "w") as file:
-        done = _run(words, input=script, stdout=file)
+        done = _run("sbatch", *words, text=script, out=file)
     if done.returncode == 0:
         return
     said = one_line(done.stderr)
@@ -109,8 +94,8 @@ def listed(names):
     """{(name of an array, task)} of all that wait or run, of arrays of these names."""
     if not names:
         return set()
-    words = ["squeue", "--noheader", "--array", "--states=all", "--format=%j|%K|%t"]
-    done = _run([*words, f"--name={','.join(names)}"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+    form = ("--noheader", "--array", "--states=all", "--format=%j|%K|%t")
+    done = _run("squeue", *form, f"--name={','.join(names)}")
     if done.returncode != 0:
         raise Away(one_line(done.stderr) or "squeue failed")
     found = set()
@@ -124,6 +109,6 @@ def listed(names):
 def cancel(names):
     """Ends what waits or runs of arrays of these names."""
     for name in names:
-        done = _run(["scancel", f"--name={name}"], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        done = _run("scancel", f"--name={name}")
         if done.returncode != 0 and _silent(done.stderr):
             raise Away(one_line(done.stderr))

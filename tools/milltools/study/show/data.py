@@ -1,5 +1,13 @@
 """What a study's table says, ready to be shown: its varied keys and objectives with names and units, its rows as a frame, its
-designs with their means and errors. Everything stays in SI here; `Scale` is for showing only."""
+designs with their means and errors. Everything stays in SI here; `Scale` is for showing only.
+
+A run tells the standard error s of its value (block averages); replicates tell their scatter. Both are used: the mean of k runs
+has the error sqrt(sum s^2)/k, enlarged for all designs alike when replicates of designs scatter more than their errors say
+(the scale factor of the Particle Data Group, Review of Particle Physics, section 5.2.2: sqrt(chi^2/dof) where above 1); then
+Student's t with these degrees of freedom holds. Where runs have no errors, the scatter of the replicates is pooled over all designs,
+relative to their means (the pure error of Box, Hunter & Hunter, Statistics for Experimenters, 2005, section 5.6): two or three replicates
+of one design often agree by chance. Student's t then has as many degrees of freedom as there are runs less designs.
+"""
 
 import dataclasses
 import functools
@@ -9,13 +17,15 @@ import re
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from milltools.base.errors import MissingFileError, UserError
 from milltools.base.text import plain, spoken_unit
 from milltools.read import deck_text, values
+from milltools.study.plan.ranges import Range
 from milltools.study.plan.study_deck import Objective
 from milltools.study.plan.table import Table
-from milltools.study.show import stats
+from milltools.study.search import gp
 
 # What is varied most, as a paper would call it; other keys are their own name
 WORDS = {
@@ -34,6 +44,10 @@ WORDS = {
     "rotor/torque": "rotor torque",
 }
 SHORT = {"drum.buckles": "n", "drum.buckle_height": "h"}
+UNKNOWN = {
+    **dict.fromkeys(("unit", "meaning", "log", "low", "high", "values")),
+    "choices": (),
+}  # where a table does not tell
 TURNING = {"rad/s": ("rpm", math.tau / 60), "rad": ("deg", math.pi / 180)}
 
 
@@ -70,19 +84,17 @@ class Scale:
         return f"{value}{' +- ' + half if half else ''}{self.suffix}"
 
 
-def scale_of(unit: str, span) -> Scale:
-    """The scale for values [unit] up to those of `span`: SI, or mm and ms where they are small."""
-    if unit in ("m", "s") and 0 < max(map(abs, span)) < 0.5:
-        return Scale(1e-3, f"m{unit}")
-    return Scale(unit=unit)
+def deck_entries(meta, name) -> list[deck_text.Entry]:
+    """Those of the "study" deck or its base "deck", as a table keeps them; none of one that cannot be read."""
+    try:
+        return deck_text.entries(meta.get(name) or "", "")
+    except UserError:
+        return []
 
 
 def deck_scales(meta) -> dict[str, Scale]:
     """The scale of each key whose line in [vary] of the study deck has a unit: "600..1200 rpm step 100 rpm"."""
-    try:
-        lines = {e.key: e.value for e in deck_text.entries(meta.get("study") or "", "") if e.section == "vary"}
-    except UserError:
-        return {}
+    lines = {e.key: e.value for e in deck_entries(meta, "study") if e.section == "vary"}
     found = {}
     for entry in meta["vary"]:
         text = re.sub(r"(\s+(log|in\s+\d+))+$", "", lines.get(entry["key"], ""))
@@ -101,22 +113,12 @@ def words_of(name: str) -> str:
 
 
 @dataclasses.dataclass(frozen=True)
-class Axis:
-    """A varied key. `values` are those of a grid (SI, in order), None where it is scattered; `said`: the scale of the
-    study deck's own unit, None where it has none."""
+class Axis(Range):
+    """A varied key as it is shown: `unit` as people write it, all words in `choices`; `span` holds the range and all values that
+    were run; `said`: the scale of the study deck's own unit, None where it has none."""
 
-    key: str
-    unit: str
-    whole: bool = False
-    log: bool = False
-    choices: tuple | None = None
-    values: tuple | None = None
     span: tuple = (0.0, 0.0)
     said: Scale | None = None
-
-    @property
-    def numeric(self) -> bool:
-        return not self.choices
 
     @property
     def words(self) -> str:
@@ -128,8 +130,9 @@ class Axis:
 
     @functools.cached_property
     def drawn(self) -> Scale:
-        """Of the axes of pictures: as the study deck has it, else SI and its multiples."""
-        return self.said or scale_of(self.unit, self.span)
+        """Of the axes of pictures: as the study deck has it, else SI, or mm and ms where values are small."""
+        small = self.unit in ("m", "s") and 0 < max(map(abs, self.span)) < 0.5
+        return self.said or (Scale(1e-3, f"m{self.unit}") if small else Scale(unit=self.unit))
 
     @functools.cached_property
     def scale(self) -> Scale:
@@ -169,16 +172,56 @@ class Aim(Objective):
         return Scale(unit=self.unit)
 
 
-class StudyView:
-    """A study as it is shown.
+@dataclasses.dataclass(frozen=True)
+class Means:
+    """Per design: mean, standard error (NaN if unknown), degrees of freedom of the latter (inf: normal), runs that made it.
+    `factor` is by how much the errors were enlarged."""
 
-    name       what it is called
-    meta       the table's metadata
-    rows       DataFrame of all runs (columns as in the table)
-    axes       varied keys
-    objectives what is maximised or minimised
-    designs    DataFrame: one line per design, columns of the axes, "state" (done | capped | failed), "runs"
-    """
+    mean: np.ndarray
+    error: np.ndarray
+    dof: np.ndarray
+    runs: np.ndarray
+    factor: float = 1.0
+
+    @property
+    def half(self) -> np.ndarray:
+        """Half width of the 95 % confidence interval of each mean; NaN if unknown."""
+        return stats.t.ppf((1 + gp.CONFIDENCE) / 2, self.dof) * self.error
+
+
+def estimate(group, value, error, count) -> Means:
+    """Runs (group 0..count-1, value, standard error; NaN: not known) -> `Means` of each group."""
+    good = np.isfinite(value)
+    group, value, error = group[good], value[good], error[good]
+    runs = np.bincount(group, minlength=count)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(runs > 0, np.bincount(group, value, count) / runs, np.nan)
+        told = np.sqrt(np.bincount(group, error**2, count)) / runs
+        known, several = np.isfinite(told) & (told > 0), runs > 1
+        # of replicates without errors, relative to their means; absolute where values have both signs
+        oriented = np.all(mean[runs > 0] > 0) or np.all(mean[runs > 0] < 0)
+        size = np.abs(mean) if oriented else 1 + 0 * mean
+
+    def scatter(groups, unit):
+        """Of the runs of some groups about their means, in so many of `unit`, and its degrees of freedom."""
+        pool, free = groups[group], float((runs[groups] - 1).sum())
+        return math.sqrt(np.sum(((value - mean[group])[pool] / unit[pool]) ** 2) / free), free
+
+    factor, dof, spread = 1.0, np.full(count, np.inf), np.full(count, np.nan)
+    if (known & several).any():
+        ratio, free = scatter(known & several, error)
+        if ratio > 1:
+            factor, dof[:] = ratio, free
+    if (~known & several).any():
+        share, dof[~known] = scatter(~known & several, size[group])
+        with np.errstate(divide="ignore"):
+            spread = share * size / np.sqrt(runs)
+    return Means(mean, np.where(known, factor * told, spread), dof, runs, factor)
+
+
+class StudyView:
+    """A study as it is shown: `name`, the table's metadata `meta`, a DataFrame of all runs `rows` (columns as in the table), varied keys
+    `axes`, `objectives`; `designs`: a DataFrame of a line each, columns of the axes, "state" (done | capped | failed), "runs"."""
 
     def __init__(self, name: str, meta: dict, rows: pd.DataFrame):
         self.name, self.meta = name, meta
@@ -186,29 +229,7 @@ class StudyView:
         said = deck_scales(meta)
         self.axes = [self._axis(entry, said.get(entry["key"])) for entry in meta["vary"]]
         self.objectives = [Aim(o["path"], o["goal"], spoken_unit(o.get("unit") or "")) for o in meta["objectives"]]
-        self._group()
         self._estimates = {}
-
-    @classmethod
-    def of(cls, table) -> "StudyView":
-        """Of a table.Table."""
-        return cls(table.path.stem, table.meta, table.frame())
-
-    def _axis(self, entry, said) -> Axis:
-        numeric = entry.get("kind", "number") in ("number", "whole")
-        values, found = entry.get("values"), self.rows[entry["key"]]
-        words, span = None, (0.0, 0.0)
-        if numeric:
-            bounds = [b for b in (entry.get("low"), entry.get("high")) if b is not None]
-            bounds += [*map(float, values or ()), *found.dropna().astype(float)]
-            span = (min(bounds, default=0.0), max(bounds, default=0.0))
-        else:
-            words = tuple(dict.fromkeys([*map(str, values or ()), *map(str, found.unique())]))
-        values = tuple(sorted(values) if numeric else values) if values else None
-        whole, unit = entry.get("kind") == "whole", spoken_unit(entry.get("unit") or "")
-        return Axis(entry["key"], unit, whole, bool(entry.get("log")), words, values, span, said)
-
-    def _group(self):
         keys = [axis.key for axis in self.axes]
         self.design_of = self.rows.groupby(keys, sort=False, dropna=False).ngroup().to_numpy()
         self.designs = self.rows.loc[~pd.Series(self.design_of).duplicated(), keys].reset_index(drop=True)
@@ -217,15 +238,28 @@ class StudyView:
         self.designs["state"] = np.where(has["done"], "done", np.where(has["capped"], "capped", "failed"))
         self.designs["runs"] = np.bincount(self.design_of, minlength=count)
 
-    def estimate(self, path: str) -> stats.Means:
+    @classmethod
+    def of(cls, table) -> "StudyView":
+        """Of a table.Table."""
+        return cls(table.path.stem, table.meta, table.frame())
+
+    def _axis(self, entry, said) -> Axis:
+        axis, found = Axis.of({**UNKNOWN, **entry}), self.rows[entry["key"]]
+        values, unit = axis.values or (), spoken_unit(axis.unit or "")
+        if not axis.numeric:
+            words = dict.fromkeys(map(str, [*values, *found.unique()]))
+            return dataclasses.replace(axis, unit=unit, choices=tuple(words))
+        known = [*values, *found.dropna(), *(end for end in (axis.low, axis.high) if end is not None)]
+        span = float(min(known, default=0)), float(max(known, default=0))
+        return dataclasses.replace(axis, unit=unit, values=tuple(sorted(values)) or None, span=span, said=said)
+
+    def estimate(self, path: str) -> Means:
         """Means of a scalar with their standard errors, one per design; of capped runs where no other is there."""
         if path not in self._estimates:
             state = self.designs["state"].to_numpy()[self.design_of]
-            value = pd.to_numeric(self.rows[path]).to_numpy(float)
+            value, error = (self.rows[name].to_numpy(float) for name in (path, f"{path}:error"))
             value = np.where((self.rows["status"] == state).to_numpy(), value, np.nan)
-            error = self.rows.get(f"{path}:error")
-            error = np.full(len(value), np.nan) if error is None else error.to_numpy(float)
-            self._estimates[path] = stats.estimate(self.design_of, value, error, len(self.designs))
+            self._estimates[path] = estimate(self.design_of, value, error, len(self.designs))
         return self._estimates[path]
 
     @property
@@ -233,8 +267,17 @@ class StudyView:
         """Designs of which a run ended as asked for: a capped one may not have settled."""
         return (self.designs["state"] == "done").to_numpy()
 
+    @property
+    def judged(self) -> np.ndarray:
+        """Those of them that have a value of every objective."""
+        return self.usable & np.all([np.isfinite(self.estimate(o.path).mean) for o in self.objectives], axis=0)
+
     def axis(self, key: str) -> Axis:
         return next(a for a in self.axes if a.key == key)
+
+    def having(self, values: dict) -> np.ndarray:
+        """Which designs have these values {key: value}."""
+        return (self.designs[list(values)] == pd.Series(values)).all(axis=1).to_numpy()
 
     def is_grid(self) -> bool:
         """Whether every combination of values is (to be) there, so that neighbours are neighbours."""

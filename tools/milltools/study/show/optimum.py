@@ -1,21 +1,24 @@
 """Where the best design is, how good it is, and which others cannot be told from it.
 
 Neighbouring designs know of each other: a Gaussian process through all runs (`gp.py`) averages out the noise that lifts the luckiest
-of hundreds of designs above the truly best one. Where there are too few runs for it, or no scikit-learn, each design
-stands for itself and Gupta's subset says which may be best (`stats.not_told_apart`).
+of hundreds of designs above the truly best one. Where there are too few runs for it, each design stands for itself and
+Gupta's subset says which may be best (`not_told_apart`).
 """
 
 import dataclasses
+import functools
+import math
 
 import numpy as np
-from scipy.stats import norm
+from scipy import integrate, optimize, stats
 
-from milltools.study.show import stats
+from milltools.study.search import gp, sensitivity, space
+from milltools.study.show.data import Means
 
 LEAST = 8  # designs with a value, below which no surface is fitted
 MOST = 420  # values given to the surface: neighbours of larger grids are averaged first
-ALIKE = 0.02  # "as good": within this share of the best value
-REACH = float(norm.ppf((1 + stats.LEVEL) / 2))
+ALIKE = gp.ALIKE  # "as good": within this share of the best value
+REACH = gp.reach()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,54 +36,36 @@ class Best:
     spread: np.ndarray
     surface: object = None
 
-    @property
-    def how(self) -> str:
-        return "each design by its own runs" if self.surface is None else "Gaussian process through all runs"
-
 
 def tuples(view, which) -> list[tuple]:
     """Designs as the surface wants them."""
-    columns = [view.designs[a.key][which].tolist() for a in view.axes]
-    return list(zip(*columns))
+    return list(zip(*(view.designs[a.key][which].tolist() for a in view.axes)))
 
 
-def thinned(view, which, mean, error):
+def thinned(view, which, found):
     """Designs with a value, neighbours along the key with most values averaged where there are more than MOST:
     (designs, means, errors)."""
     keys = [a.key for a in view.axes]
-    frame = view.designs.loc[which, keys].assign(mean=mean[which], square=error[which] ** 2)
+    frame = view.designs.loc[which, keys].assign(mean=found.mean[which], square=found.error[which] ** 2)
     if len(frame) > MOST and all(a.numeric for a in view.axes):
         longest = max(keys, key=lambda key: frame[key].nunique())
         rank = frame[longest].rank(method="dense") - 1
         cells = max(2, int(rank.max() + 1) * MOST // len(frame))
         others = [key for key in keys if key != longest]
         group = frame.groupby([*others, (rank * cells // (rank.max() + 1)).rename("cell")], sort=True)
-        count = group.size().to_numpy()
-        means = group.mean().reset_index()
-        means["square"] /= count
-        frame = means
+        frame = group.mean().reset_index()
+        frame["square"] /= group.size().to_numpy()
     designs = list(zip(*(frame[key].tolist() for key in keys)))
     return designs, frame["mean"].to_numpy(), np.sqrt(frame["square"].to_numpy())
 
 
-def surface_of(view, objective):
-    """A gp.Surface through the means of the designs, None where there cannot be one."""
-    try:
-        import sklearn  # noqa: F401
-
-        from milltools.study.search import gp, space
-    except ImportError:
-        return None
+def surface_of(view, which, found, sign):
+    """A gp.Surface through the means of designs, None where there cannot be one."""
     if any(not e.get("choices") for e, a in zip(view.meta["vary"], view.axes) if not a.numeric):
         return None  # files, vectors: no distance between them
-    found = view.estimate(objective.path)
-    which = view.usable & np.isfinite(found.mean)
-    values = found.mean[which]
-    if which.sum() < LEAST or np.ptp(values) == 0:
+    if which.sum() < LEAST or np.ptp(found.mean[which]) == 0:
         return None
-    designs, mean, error = thinned(view, which, found.mean, found.error)
-    room = space.Space(view.meta["vary"])
-    return gp.Surface(room, designs, mean, error, maximise=objective.sign > 0)
+    return gp.Surface(space.Space(view.meta["vary"]), *thinned(view, which, found), maximise=sign > 0)
 
 
 def find(view, objective) -> Best | None:
@@ -94,28 +79,54 @@ def find(view, objective) -> Best | None:
 def _find(view, objective):
     found, sign = view.estimate(objective.path), objective.sign
     which = view.usable & np.isfinite(found.mean)
-    best = stats.best_of(found, sign, which)
-    if best is None:
+    if not which.any():
         return None
-    surface = surface_of(view, objective)
-    if surface is None:
-        with np.errstate(invalid="ignore"):
-            alike = which & (sign * (found.mean[best] - found.mean) <= ALIKE * abs(found.mean[best]))
-        value, half = float(found.mean[best]), float(found.half[best])
-        return Best(best, value, half, stats.not_told_apart(found, sign, which), alike, found.mean, found.error)
-    mean, spread = np.full(len(which), np.nan), np.full(len(which), np.nan)
-    mean[which], spread[which] = surface.predict(tuples(view, which))
-    best = int(np.flatnonzero(which)[np.argmax(sign * mean[which])])
+    best = int(np.argmax(np.where(which, sign * found.mean, -np.inf)))
+    surface = surface_of(view, which, found, sign)
+    mean, spread, half = found.mean, found.error, found.half[best]
+    if surface is not None:
+        mean, spread = np.full((2, len(which)), np.nan)
+        mean[which], spread[which] = surface.predict(tuples(view, which))
+        best = int(np.flatnonzero(which)[np.argmax(sign * mean[which])])
+        half = REACH * spread[best]
     value = float(mean[best])
-    # the error of a difference is at most the sum of both: only those that may pass are asked in pairs
-    gap = sign * (value - mean)
+    gap, least = np.where(which, sign * (value - mean), np.inf), 1e-12 * abs(value)
+    if surface is None:
+        open_ = not_told_apart(found, sign, which)
+    else:
+        # the error of a difference is at most the sum of both: only those that may pass are asked in pairs
+        open_ = gap <= REACH * (np.where(which, spread, 0) + spread[best]) + least
+        _, width = surface.gaps(tuples(view, open_), tuples(view, [best])[0])
+        open_[open_] = gap[open_] <= np.maximum(REACH * width, least)
+    return Best(best, value, float(half), open_, gap <= ALIKE * abs(value), mean, spread, surface)
+
+
+@functools.lru_cache
+def subset_quantile(count: int) -> float:
+    """How many standard errors of a difference the best of `count` designs may lie below the one that looks best:
+    Gupta, Technometrics 7 (1965) 225, eq. 2.4, for equal known errors; 1.64 for two designs, 3.3 for 400."""
+    if count < 2:
+        return 0.0
+
+    def density(z, d):
+        return stats.norm.pdf(z) * stats.norm.cdf(z + d * math.sqrt(2)) ** (count - 1)
+
+    return optimize.brentq(lambda d: integrate.quad(density, -9, 9, (d,), limit=200)[0] - gp.CONFIDENCE, 0.0, 12.0)
+
+
+def not_told_apart(found: Means, sign: int, usable) -> np.ndarray:
+    """Which designs hold the truly best one with 95 % confidence (Gupta's subset; errors may differ, as in Hsu, Ann. Statist. 9
+    (1981) 1026). A design without known error counts by its mean alone."""
+    inside = usable & np.isfinite(found.mean)
+    best = int(np.argmax(np.where(inside, sign * found.mean, -np.inf)))
+    quantile = subset_quantile(int(inside.sum()))
+    dof = float(found.dof[best])
+    if math.isfinite(dof):  # the same tail under Student's t
+        quantile = stats.t.isf(stats.norm.sf(quantile), dof)
+    error = np.nan_to_num(found.error)
+    reach = quantile * np.hypot(error, error[best])
     with np.errstate(invalid="ignore"):
-        near = np.flatnonzero(gap <= REACH * (spread + spread[best]) + 1e-12 * abs(value))
-        alike = gap <= ALIKE * abs(value)
-    _, width = surface.gaps(tuples(view, near), tuples(view, [best])[0])
-    open_ = np.zeros(len(which), bool)
-    open_[near] = gap[near] <= np.maximum(REACH * width, 1e-12 * abs(value))
-    return Best(best, value, float(REACH * spread[best]), open_, alike, mean, spread, surface)
+        return inside & (sign * (found.mean[best] - found.mean) <= reach)
 
 
 def spans(view, mask) -> str:
@@ -128,11 +139,22 @@ def spans(view, mask) -> str:
     return ", ".join(parts)
 
 
+def pareto(scores: np.ndarray) -> np.ndarray:
+    """Which lines of scores (designs x objectives, all to be large) no other line beats: as good in all, better in
+    one. Lines with NaN are out. Sorted by the first, a line is kept out by those before it: n log n for two, n k for more."""
+    sound, kept = np.flatnonzero(np.isfinite(scores).all(axis=1)), []
+    for line in sound[np.lexsort(-scores[sound, ::-1].T)]:
+        better, here = scores[kept], scores[line]
+        if not ((better >= here).all(axis=1) & (better > here).any(axis=1)).any():
+            kept.append(line)
+    return np.isin(np.arange(len(scores)), kept)
+
+
 def front(view) -> np.ndarray:
     """Indices of the designs on the Pareto front of all objectives, best of the first one first."""
-    means = [view.estimate(o.path).mean for o in view.objectives]
-    scores = np.column_stack([np.where(view.usable, o.sign * m, np.nan) for o, m in zip(view.objectives, means)])
-    which = np.flatnonzero(stats.pareto(scores))
+    means = [o.sign * view.estimate(o.path).mean for o in view.objectives]
+    scores = np.where(view.usable[:, None], np.column_stack(means), np.nan)
+    which = np.flatnonzero(pareto(scores))
     return which[np.argsort(-scores[which, 0], kind="stable")]
 
 
@@ -141,6 +163,4 @@ def indices(table, view, objective) -> list:
     best = find(view, objective)
     if len(view.axes) < 2 or best is None or best.surface is None:
         return []
-    from milltools.study.search import sensitivity
-
     return sensitivity.indices(table, view.objectives.index(objective), surface=best.surface)

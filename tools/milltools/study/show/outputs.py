@@ -3,51 +3,42 @@
 import functools
 import pathlib
 
+from matplotlib.backends.backend_pdf import PdfPages
+
 from milltools import pages
-from milltools.base.files import write_csv, write_text
-from milltools.base.text import plain, spoken_unit
-from milltools.study.show import canvas, contour, optimum, pair, slices, summary
+from milltools.base.files import whole, write_csv, write_text
+from milltools.base.text import plain
+from milltools.figures import style
+from milltools.study.show import contour, optimum, pair, slices, summary
 from milltools.study.show.data import StudyView
 
-
-def main_figure(view, objective, **options):
-    """Contours over two keys; a line where only one is a number."""
-    if sum(axis.numeric for axis in view.axes) < 2:
-        return slices.draw(view, objective)
-    return contour.draw(view, objective, **options)
+DOTS = 200  # an inch of a picture
 
 
-def figures(view, objective, sensitivities=(), **options):
-    """(kind, title, words for who cannot see it, function that draws it) of all pictures that a study has."""
-    what = objective.words
+def figures(view, objective, sensitivities=(), beside=None, wanted=None, **options):
+    """(kind, title, words for who cannot see it, function that draws it) of all pictures that a study has, the main one first:
+    contours, or lines where only one key is a number. `beside`: another study, with the designs `wanted` for a reference."""
+    what, part = objective.words, functools.partial
+    options["sensitivities"] = sensitivities
     if sum(axis.numeric for axis in view.axes) > 1:
-        yield (
-            "contour", "Over two keys",
+        words = (
             f"{what} as filled contours over two varied keys, the best design, the designs at most {100 * optimum.ALIKE:g} % worse "
-            "and those that cannot be told from it; the relative standard errors beside it",
-            functools.partial(contour.draw, view, objective, sensitivities=sensitivities, **options),
-        )  # fmt: skip
-    yield (
-        "slices", "Along each key", f"{what} along each varied key through the best design, with 95 % error bars",
-        functools.partial(slices.draw, view, objective),
-    )  # fmt: skip
+            "and those that cannot be told from it; the relative standard errors beside it"
+        )
+        yield "contour", "Over two keys", words, part(contour.draw, view, objective, **options)
+    words = f"{what} along each varied key through the best design, with 95 % error bars"
+    yield "slices", "Along each key", words, part(slices.draw, view, objective)
     if len(view.objectives) > 1:
-        yield (
-            "pareto", "Pareto front", "the designs that no other beats in every objective, with 95 % error bars",
-            functools.partial(slices.draw_front, view),
-        )  # fmt: skip
+        words = "the designs that no other beats in every objective, with 95 % error bars"
+        yield "pareto", "Pareto front", words, part(slices.draw_front, view)
     if sensitivities:
-        yield (
-            "sensitivity", "Which key matters", "share of the variance that each varied key explains, alone and in all",
-            functools.partial(slices.draw_sensitivity, view, sensitivities),
-        )  # fmt: skip
-
-
-def of_pair(view, beside, objective, sensitivities=(), wanted=None, **options):
-    """The picture of two studies, as `figures` gives those of one."""
-    both = [view, beside]
-    make = functools.partial(pair.draw, both, objective, sensitivities=sensitivities, wanted=wanted, **options)
-    return "beside", f"Beside {plain(beside.name)}", " ".join(pair.sentences(both, objective, wanted)), make
+        words = "share of the variance that each varied key explains, alone and in all"
+        yield "sensitivity", "Which key matters", words, part(slices.draw_sensitivity, view, sensitivities)
+    if beside is not None:
+        both = [view, beside]
+        words = " ".join(pair.sentences(both, objective, wanted))
+        make = part(pair.draw, both, objective, wanted=wanted, **options)
+        yield "beside", f"Beside {plain(beside.name)}", words, make
 
 
 def draw(table, path):
@@ -55,51 +46,49 @@ def draw(table, path):
     view = StudyView.of(table)
     objective = view.objectives[0]
     sensitivities = optimum.indices(table, view, objective) if len(view.axes) > 2 else ()
-    canvas.write(main_figure(view, objective, sensitivities=sensitivities), str(path))
+    *_, make = next(figures(view, objective, sensitivities))
+    style.save(make(), path, DOTS)
 
 
-def pictures(kinds, path: str) -> list[str]:
-    """Writes pictures, as `figures` gives them, one file each, or as pages of a PDF; the names of the files."""
-    if path.endswith(".pdf"):
-        canvas.write_pages([make for *_, make in kinds], path)
-        return [path]
-    names = [canvas.beside(path, kind) for kind, *_ in kinds]
-    for name, (*_, make) in zip(names, kinds):
-        canvas.write(make(), name)
+def write(asked, view, *more, **options) -> list[str]:
+    """Writes the files that are asked for, {kind: path}; the names of the pictures: of a PDF, whose pages they are, or one each."""
+    if "csv" in asked:
+        csv(view, asked["csv"])
+    if "html" in asked:
+        write_text(asked["html"], page(view, *more, **options))
+    names = []
+    for path in (pathlib.Path(asked[kind]) for kind in ("png", "svg") if kind in asked):
+        for name, _, _, make in figures(view, *more, **options):
+            names.append(str(path.with_name(f"{path.stem}-{name}{path.suffix}")))
+            style.save(make(), names[-1], DOTS)
+    if "pdf" in asked:
+        names.append(asked["pdf"])
+        with whole(names[-1]) as draft, PdfPages(draft, metadata={"CreationDate": None}) as sheets:
+            for *_, make in figures(view, *more, **options):
+                sheets.savefig(make())
     return names
 
 
 def csv(view, path):
     """All runs as comma-separated values, SI, the unit of each column in its head: "drum.buckle_height [m]"."""
     units = {one.key: one.unit for one in view.axes} | {one.path: one.unit for one in view.objectives}
-    recorded = (entry for entry in view.meta.get("record", []) if isinstance(entry, dict))
-    units |= {entry["path"]: spoken_unit(entry.get("unit") or "") for entry in recorded}
     units |= {"time": "s", "sample_from": "s", "cpu": "s", "wall": "s"}
     named = [(column, units.get(column.removesuffix(":error"))) for column in view.rows.columns]
     rows = view.rows.astype(object).where(view.rows.notna(), None)
     write_csv(path, [f"{name} [{unit}]" if unit else name for name, unit in named], rows.itertuples(index=False))
 
 
-def _signed(text) -> str:
-    """What a file said, with a real plus-minus sign."""
-    return plain(text).replace("+-", "\N{PLUS-MINUS SIGN}")
-
-
-def page(view, objective, sensitivities=(), beside=None, wanted=None, **options) -> str:
+def page(view, objective, *more, beside=None, wanted=None, **options) -> str:
     """Text, tables and pictures as one page that opens from disk; everything from the study escaped."""
-    kinds = list(figures(view, objective, sensitivities, **options))
-    if beside is not None:
-        kinds.insert(0, of_pair(view, beside, objective, sensitivities, wanted, **options))
+    kinds = list(figures(view, objective, *more, beside=beside, wanted=wanted, **options))
+    kinds.sort(key=lambda entry: entry[0] != "beside")  # that one first
     aims = [objective] + [o for o in view.objectives if o is not objective]
-    tables = []
-    if best := summary.best_table(view, objective):
-        tables.append((f"The best designs, by {objective.words}", *best))
+    tables = [(f"The best designs, by {objective.words}", summary.best_table(view, objective))]
     if len(view.objectives) > 1:
-        *front, count = summary.front_table(view, 100)
-        tables.append((f"Pareto front: {count} designs", *front))
-    templates = pages.environment(pathlib.Path(__file__).parent)
-    templates.filters["signed"] = _signed
-    return templates.get_template("study_page.html").render(
+        front, count = summary.front_table(view, 100)
+        tables.append((f"Pareto front: {count} designs", front))
+    template = pages.environment(pathlib.Path(__file__).parent).get_template("study_page.html")
+    return template.render(
         policy="default-src 'none'; img-src data:; style-src 'unsafe-inline'",
         style=pages.style(),
         title=f"Study: {plain(view.name)}",
@@ -111,7 +100,3 @@ def page(view, objective, sensitivities=(), beside=None, wanted=None, **options)
         pictures=[(title, words, pages.embedded(make())) for _, title, words, make in kinds],
         meta=view.meta,
     )
-
-
-def write_page(path, *arguments, **options):
-    write_text(path, page(*arguments, **options))

@@ -4,7 +4,6 @@ The gain of a study is its best design over a reference: the designs named by --
 0) where that was varied, else the median of all designs.
 """
 
-import contextlib
 import dataclasses
 import math
 import re
@@ -13,9 +12,8 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.base.text import plain
-from milltools.read import deck_text
 from milltools.study.show import canvas, contour, optimum
-from milltools.study.show.data import Scale
+from milltools.study.show.data import Scale, deck_entries
 
 CIRCLE = "drum.buckle_height"
 
@@ -31,41 +29,33 @@ class Gain:
     words: str
 
 
-def reference_of(view, objective, wanted=None) -> tuple[float, float, str]:
-    """(value, standard error, its name): mean over all designs that match `wanted` {key: SI value}."""
-    found = view.estimate(objective.path)
-    known = np.isfinite(found.mean)
-    usable = view.usable & known
-    circle = known & np.asarray(view.designs.get(CIRCLE, np.nan) == 0)
-    if wanted is None and circle.any():
-        # without friction a circular drum never settles: what it was when it was cut off is the only reference there is
-        capped = not (usable & circle).any()
-        usable = known if capped else usable
-        wanted, words = {CIRCLE: 0.0}, f"the circular drum (h = 0{', capped' if capped else ''})"
-    elif wanted is None:
-        value = float(np.median(found.mean[usable]))
-        error = 1.2533 * math.sqrt(float(np.mean(found.error[usable] ** 2)) / usable.sum())
-        return value, error, "the median design"
-    else:
-        words = ", ".join(f"{view.axis(k).short} = {view.axis(k).tell(v)}" for k, v in wanted.items())
-    match = usable.copy()
-    for key, value in wanted.items():
-        column = view.designs[key]
-        close = np.isclose(column.astype(float), value, rtol=1e-9) if view.axis(key).numeric else column == value
-        match &= np.asarray(close, bool)
-    if not match.any():
-        raise UserError(f"--reference: no design of {view.name} that ran has {words}")
-    # with shared seeds the circular drum is the same run at every n: equal to the last digit, so one and not many
-    runs = len(np.unique(found.mean[match]))
-    error = math.sqrt(float(np.mean(found.error[match] ** 2)) / runs)
-    return float(found.mean[match].mean()), error, words
-
-
 def gain_of(view, objective, wanted=None) -> Gain | None:
-    best = optimum.find(view, objective)
+    """Over the mean of all designs that match `wanted` {key: SI value}, of the circular drum, or the median of all; None without a
+    best design."""
+    best, found = optimum.find(view, objective), view.estimate(objective.path)
     if best is None:
         return None
-    reference, error, words = reference_of(view, objective, wanted)
+    known = np.isfinite(found.mean)
+    match, circle = view.usable & known, known & np.asarray(view.designs.get(CIRCLE, np.nan) == 0)
+    if wanted is None and circle.any():
+        # without friction a circular drum never settles: what it was when it was cut off is the only reference there is
+        capped = not (match & circle).any()
+        match, words = circle if capped else match & circle, f"the circular drum (h = 0{', capped' if capped else ''})"
+    elif wanted is not None:
+        words = ", ".join(f"{view.axis(k).short} = {view.axis(k).tell(v)}" for k, v in wanted.items())
+        for key, value in wanted.items():
+            column = view.designs[key]
+            close = np.isclose(column.astype(float), value, rtol=1e-9) if view.axis(key).numeric else column == value
+            match &= np.asarray(close, bool)
+        if not match.any():
+            raise UserError(f"--reference: no design of {view.name} that ran has {words}")
+    value, variance = found.mean[match], float(np.mean(found.error[match] ** 2))
+    if wanted is None and not circle.any():
+        words, reference = "the median design", float(np.median(value))
+        error = 1.2533 * math.sqrt(variance / len(value))
+    else:
+        # with shared seeds the circular drum is the same run at every n: equal to the last digit, so one and not many
+        reference, error = float(value.mean()), math.sqrt(variance / len(np.unique(value)))
     ratio = best.value / reference
     error = abs(ratio) * math.hypot(best.half / optimum.REACH / best.value, error / reference)
     return Gain(view.tell(best.design), objective.sign * (ratio - 1), error, reference, words)
@@ -97,15 +87,8 @@ def differences(views) -> list[tuple[str, str, str]]:
 
 def _settings(meta) -> dict:
     """Of the base deck, with what [set] of the study deck puts in their place."""
-    found = {}
-    for name in ("deck", "study"):
-        with contextlib.suppress(UserError):
-            for entry in deck_text.entries(meta.get(name) or "", ""):
-                if name == "deck":
-                    found[f"{entry.section}.{entry.key}"] = entry.value
-                elif entry.section == "set":
-                    found[entry.key] = entry.value
-    return found
+    deck = {f"{entry.section}.{entry.key}": entry.value for entry in deck_entries(meta, "deck")}
+    return deck | {entry.key: entry.value for entry in deck_entries(meta, "study") if entry.section == "set"}
 
 
 def sentences(views, objective, wanted=None) -> list[str]:
@@ -124,23 +107,16 @@ def sentences(views, objective, wanted=None) -> list[str]:
     known = any(math.isfinite(gain.error) for gain in gains)  # shown as +-
     told = [line + (" (95 % confidence)" if known else "; how sure that is nothing tells")]
     first, second = (optimum.find(view, objective) for view in views)
-    same = _same_design(views, first.design)
-    if same is not None:
-        value = objective.sign * (second.mean[same] / gains[1].reference - 1)
+    keys = [axis.key for axis in views[0].axes]
+    same = np.flatnonzero(views[1].having(views[0].designs.loc[first.design, keys].to_dict()))[:1]
+    for design in same:  # if it was run there
+        value = objective.sign * (second.mean[design] / gains[1].reference - 1)
         if math.isfinite(value):
             told.append(
                 f"the best design of {names[0]}, {gains[0].best}, is {100 * value:.3g} % {what} than {gains[1].words} in {names[1]}, "
-                f"where it {'cannot' if second.open[same] else 'can'} be told from the best one, {gains[1].best}"
+                f"where it {'cannot' if second.open[design] else 'can'} be told from the best one, {gains[1].best}"
             )
     return [plain(line) for line in [*told, *differ]]
-
-
-def _same_design(views, design) -> int | None:
-    """The index in the second study of a design of the first, None if it was not run there."""
-    match = np.ones(len(views[1].designs), bool)
-    for axis in views[0].axes:
-        match &= (views[1].designs[axis.key] == views[0].designs[axis.key][design]).to_numpy()
-    return int(np.flatnonzero(match)[0]) if match.any() else None
 
 
 def check(views, objective):
@@ -154,7 +130,7 @@ def check(views, objective):
 
 def draw(views, objective, x=None, y=None, average=False, sensitivities=(), wanted=None):
     """Both planes on one colour scale, and above them the sentence."""
-    x, y = contour.main_keys(views[0], objective, x, y, sensitivities)
+    x, y = contour.main_keys(views[0], x, y, sensitivities)
     planes = []
     for view in views:  # in the units of the first
         ends = [dataclasses.replace(view.axis(axis.key), said=axis.drawn) for axis in (x, y)]

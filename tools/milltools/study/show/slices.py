@@ -23,12 +23,11 @@ def draw(view, objective):
     best = optimum.find(view, objective)
     handles = {}
     for number, (ax, axis) in enumerate(zip(axes, view.axes)):
-        own = _slice(ax, view, objective, axis, best)
+        _slice(ax, view, objective, axis, best)
         if number % columns == 0:
             ax.set_ylabel(canvas.value_label(objective))
         for handle, label in zip(*ax.get_legend_handles_labels()):
-            if label not in own:
-                handles.setdefault(label, handle)
+            handles.setdefault(label, handle)
     for ax in axes[count:]:
         ax.remove()
     through = f": through {view.tell(best.design)}" if best and count > 1 else ""
@@ -37,35 +36,33 @@ def draw(view, objective):
     return figure
 
 
-def _slice(ax, view, objective, axis, best) -> list[str]:
-    """One panel; returns the labels that its own legend has."""
+def _slice(ax, view, objective, axis, best):
+    """One panel."""
     found, frame = view.estimate(objective.path), view.designs
     canvas.dress(ax, axis, "x")
     ax.grid(alpha=0.25, lw=0.6)
     if best is None:
         ax.text(0.5, 0.5, "no run has a value", ha="center", transform=ax.transAxes)
-        return []
+        return
     grid = view.is_grid() or len(view.axes) == 1
     rest = [a for a in view.axes if a.key != axis.key]
     several = next((a for a in rest if grid and a.values and 1 < len(a.values) <= FEW), None)
-    take = np.ones(len(frame), bool)
-    for other in rest if grid else ():
-        if other is not several:
-            take &= (frame[other.key] == frame[other.key][best.design]).to_numpy()
+    cut = [a for a in rest if a is not several] if grid else []
+    take = view.having({a.key: frame[a.key][best.design] for a in cut})
     if best.surface is not None:
         known = take & view.usable & np.isfinite(found.mean)
         _surface(ax, view, axis, best, frame[axis.key].to_numpy()[known])
-    lines = {}
-    for number, value in enumerate(several.values if several else [None]):
-        which = take if several is None else take & (frame[several.key] == value).to_numpy()
-        name = literal(f"{several.short} = {several.tell(value)}" if several else "means of the runs")
-        lines[f"{name}, 95 %"] = name, _points(ax, axis, frame, found, which, number, f"{name}, 95 %", grid)
-    if several:  # the same colours mean other values in the next panel
-        names, bars = zip(*lines.values())
+    if several:  # in a legend of the panel's own: the same colours mean other values in the next one
+        bars = []
+        for number, value in enumerate(several.values):
+            which = take & (frame[several.key] == value).to_numpy()
+            bars.append(_points(ax, axis, frame, found, which, number, None, grid))
+        names = [literal(f"{several.short} = {several.tell(value)}") for value in several.values]
         ax.legend(bars, names, fontsize=6.5, framealpha=0.7, handlelength=1.2)
+    else:
+        _points(ax, axis, frame, found, take, 0, "means of the runs, 95 %", grid)
     at = canvas.places(axis, [frame[axis.key][best.design]])[0]
     ax.plot(at, best.value, "*", ms=12, mfc="white", mec=canvas.INK, zorder=6, ls="", label="best")
-    return list(lines) if several else []
 
 
 def _points(ax, axis, frame, found, which, number, name, joined):

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from milltools.base.text import columns, duration, plain, plural
+from milltools.study.plan.sealed import STATUSES
 from milltools.study.search import gp
 from milltools.study.show import optimum
 from milltools.study.show.data import Scale, StudyView
@@ -21,36 +22,38 @@ UNDER = " " * 11  # a line that goes on
 
 
 def progress(view, now: float | None = None) -> dict:
-    """planned (None: not known), counts of runs by status, cpu, wall [s] of all runs, elapsed [s] from the first start to the
-    last end, left [s] (NaN: not known or nothing left), complete, resting [s] since the last end where that is long."""
+    """planned (None: not known), runs, cpu, wall [s] of all runs, ended: when the last did, elapsed [s] from the first start to that,
+    left [s] (NaN: not known or nothing left), complete, resting [s] since the last end where that is long."""
     rows, planned = view.rows, view.meta.get("planned")
     cpu, wall = (pd.to_numeric(rows[name]).to_numpy(float) for name in ("cpu", "wall"))
     stamps = pd.to_datetime(rows["finished"], utc=True, errors="coerce", format="ISO8601")
     ends = (stamps - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy(float)
-    known = np.isfinite(ends)
     starts = ends - np.where(np.isfinite(wall), wall, 0)
-    elapsed = float(np.max(ends[known]) - np.min(starts[known])) if known.any() else math.nan
+    last = np.sort(ends[np.isfinite(ends)])[-100:]
     complete = planned is not None and len(rows) >= planned
-    left = resting = math.nan
-    if not complete and known.sum() > 1:
-        last = np.sort(ends[known])[-100:]
+    found = dict.fromkeys(("ended", "elapsed", "left", "resting"), math.nan)
+    found |= {
+        "planned": planned,
+        "runs": len(rows),
+        "cpu": np.nansum(cpu),
+        "wall": np.nansum(wall),
+        "complete": complete,
+    }
+    if len(last):
+        found |= {"ended": last[-1], "elapsed": last[-1] - np.nanmin(starts)}
+    if not complete and len(last) > 1:
         if planned is not None:
-            left = (last[-1] - last[0]) / (len(last) - 1) * (planned - len(rows))
+            found["left"] = (last[-1] - last[0]) / (len(last) - 1) * (planned - len(rows))
         since = (time.time() if now is None else now) - last[-1]
         if since > max(60.0, QUIET * float(np.nanmax(wall))):
-            resting = since
-    count = {what: int((rows["status"] == what).sum()) for what in ("done", "capped", "failed")}
-    return {
-        "planned": planned, **count, "runs": len(rows), "cpu": float(np.nansum(cpu)), "wall": float(np.nansum(wall)),
-        "ended": float(np.max(ends[known], initial=-math.inf)), "elapsed": elapsed, "left": left, "resting": resting,
-        "complete": complete,
-    }  # fmt: skip
+            found["resting"] = since
+    return found
 
 
 def progress_lines(view, now=None) -> list[str]:
-    p = progress(view, now)
+    p, count = progress(view, now), collections.Counter(view.rows["status"])
     of = f" of {p['planned']}" if p["planned"] is not None else ""
-    parts = [f"{p[what]} {what}" for what in ("done", "capped", "failed") if p[what] or what == "done"]
+    parts = [f"{count[what]} {what}" for what in STATUSES if count[what] or what == "done"]
     line = f"progress   {p['runs']}{of} runs: {', '.join(parts)}"
     if p["complete"]:
         line += "; complete"
@@ -91,41 +94,33 @@ def optimum_lines(view, objective) -> list[str]:
         ]
     scale, found = objective.scale, view.estimate(objective.path)
     known = math.isfinite(best.half)
-    value = f"{scale.pair(best.value, best.half)} ({'95 %; ' if known else ''}{best.how})"
-    lines = [f"optimum    {view.tell(best.design)}: {objective.words} {value}"]
+    how = "each design by its own runs" if best.surface is None else "Gaussian process through all runs"
+    value = f"{scale.pair(best.value, best.half)} ({'95 %; ' if known else ''}{how})"
+    more = []
     if best.surface is not None:
         own = scale.pair(float(found.mean[best.design]), float(found.half[best.design]))
-        lines.append(f"{UNDER}(its own runs alone: {own})")
+        more.append(f"(its own runs alone: {own})")
     if not known:
-        lines.append(
-            f"{UNDER}nothing tells how sure that is: single runs without an error of their own "
-            "(study.replicates or run.precision gives one)"
-        )
+        mend = "(study.replicates or run.precision gives one)"
+        more.append(f"nothing tells how sure that is: single runs without an error of their own {mend}")
     elif best.open.sum() > 1:
-        where = optimum.spans(view, best.open)
         count = f"{best.open.sum()} of {len(view.designs)} designs, 95 %"
-        lines.append(f"{UNDER}{where} cannot be told from the best ({count})")
+        more.append(f"{optimum.spans(view, best.open)} cannot be told from the best ({count})")
     else:
-        lines.append(f"{UNDER}no other design that was run can be as good (95 %)")
+        more.append("no other design that was run can be as good (95 %)")
     if best.alike.sum() > 1:
-        where = optimum.spans(view, best.alike)
-        lines.append(
-            f"{UNDER}{where}: at most {100 * optimum.ALIKE:g} % worse than the best ({best.alike.sum()} designs)"
-        )
+        what = f"at most {100 * optimum.ALIKE:g} % worse than the best"
+        more.append(f"{optimum.spans(view, best.alike)}: {what} ({best.alike.sum()} designs)")
     if best.surface is not None and not view.is_grid():
         places = zip(view.axes, best.surface.optimum().place)
         where = ", ".join(f"{axis.short} {axis.reach(p.low, p.high, p.words)}" for axis, p in places)
-        lines.append(
-            f"{UNDER}by the surface, of all designs that the study allows: {where} cannot be told from the best"
-        )
-    edges = at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes])
-    if edges:
-        lines.append(f"{UNDER}on the edge of what was varied: {', '.join(edges)}")
+        more.append(f"by the surface, of all designs that the study allows: {where} cannot be told from the best")
+    if edges := at_edge(view, [view.designs[axis.key][best.design] for axis in view.axes]):
+        more.append(f"on the edge of what was varied: {', '.join(edges)}")
     if found.factor > 1.05:
-        lines.append(
-            f"{UNDER}replicates scatter {found.factor:.2f} times as much as the runs' errors say: errors enlarged by that"
-        )
-    return lines
+        times = f"{found.factor:.2f} times as much as the runs' errors say"
+        more.append(f"replicates scatter {times}: errors enlarged by that")
+    return [f"optimum    {view.tell(best.design)}: {objective.words} {value}", *(UNDER + line for line in more)]
 
 
 def at_edge(view, values) -> list[str]:
@@ -139,55 +134,52 @@ def at_edge(view, values) -> list[str]:
 
 
 def table_of(view, which, shown):
-    """(heads, lines) of designs: place, values of the keys, then of each column (name, scale, values, half widths of their
+    """Heads and lines of designs: place, values of the keys, then of each column (name, scale, values, half widths of their
     95 % intervals) the value and the interval."""
-    heads = ["", *(axis.heading for axis in view.axes)]
+    table = [["", *(axis.heading for axis in view.axes)]]
     for name, scale, *_ in shown:
-        heads += [name + scale.bracket, "95 %"]
-    lines = []
+        table[0] += [name + scale.bracket, "95 %"]
     for place, k in enumerate(which, 1):
-        lines.append([str(place), *(axis.tell(view.designs[axis.key][k], False) for axis in view.axes)])
+        table.append([str(place), *(axis.tell(view.designs[axis.key][k], False) for axis in view.axes)])
         for _, scale, values, halves in shown:
             value, half = scale.told(values[k], halves[k])
-            lines[-1] += [value, f"+- {half}" if half else "?"]
-    return heads, lines
+            table[-1] += [value, f"+- {half}" if half else "?"]
+    return table
 
 
 def best_table(view, objective, count=BEST):
-    """(heads, lines) of the best designs with 95 % confidence intervals: best by the surface (so that luck does not rank
-    them), else by their own runs."""
+    """Heads and lines of the best designs with 95 % confidence intervals: best by the surface (so that luck does not rank
+    them), else by their own runs. Nothing where none has a value."""
     found, best = view.estimate(objective.path), optimum.find(view, objective)
     if best is None:
-        return None
+        return []
     ok = view.usable & np.isfinite(found.mean)
     order = np.argsort(-np.where(ok, objective.sign * best.mean, np.nan), kind="stable")[: min(count, ok.sum())]
     shown = [("runs alone", objective.scale, found.mean, found.half)]
     if best.surface is not None:
         shown.insert(0, ("surface", objective.scale, best.mean, optimum.REACH * best.spread))
-    heads, lines = table_of(view, order, shown)
+    heads, *lines = table_of(view, order, shown)
     for line, k in zip(lines, order):
         worse = math.isfinite(best.half) and not best.open[k]
         word = f"at most {100 * optimum.ALIKE:g} % worse" if worse and best.alike[k] else "worse" if worse else ""
         line += [str(found.runs[k]), "best" if k == best.design else word]
-    return [*heads, "runs", ""], lines
+    return [[*heads, "runs", ""], *lines]
 
 
 def table_of_runs(view, which):
-    """(heads, lines) of designs with all objectives, by their own runs."""
+    """Heads and lines of designs with all objectives, by their own runs."""
     found = [(o, view.estimate(o.path)) for o in view.objectives]
     return table_of(view, which, [(o.words, o.scale, means.mean, means.half) for o, means in found])
 
 
 def front_table(view, count=FRONT):
-    """(heads, lines, how many there are) of the Pareto front."""
+    """Heads and lines of the Pareto front, and how many designs it has."""
     which = optimum.front(view)
-    return *table_of_runs(view, which[:count]), len(which)
+    return table_of_runs(view, which[:count]), len(which)
 
 
 def sensitivity_lines(entries) -> list[str]:
     """Of what sensitivity.indices gave."""
-    if not entries:
-        return []
     scale = Scale()
     table = [(key, scale.pair(first, a), scale.pair(total, b)) for key, first, a, total, b, _ in entries]
     methods = ", ".join(dict.fromkeys(str(entry[5]) for entry in entries))
@@ -208,15 +200,14 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
     for aim in shown:
         out += ["", *optimum_lines(view, aim)]
     if table := best_table(view, shown[0]):
-        heads, rows = table
-        many = len(view.designs) > len(rows)
-        of = f"the best {len(rows)} of {len(view.designs)} designs" if many else "the designs, best first"
-        out += ["", f"{of}, by {shown[0].words}", *indented([heads, *rows], left=(len(heads) - 1,))]
+        best, count = len(table) - 1, len(view.designs)
+        of = f"the best {best} of {count} designs" if count > best else "the designs, best first"
+        out += ["", f"{of}, by {shown[0].words}", *indented(table, left=(len(table[0]) - 1,))]
     if len(view.objectives) > 1:
-        heads, rows, count = front_table(view)
-        more = f", the first {len(rows)} shown" if count > len(rows) else ""
+        table, count = front_table(view)
+        more = f", the first {FRONT} shown" if count > FRONT else ""
         out += ["", f"Pareto front: {count} designs that no other beats in every objective, by their means{more}"]
-        out += indented([heads, *rows]) if rows else []
+        out += indented(table) if count else []
     if sensitivities:
         out += ["", *sensitivity_lines(sensitivities)]
     return [plain(line) for line in out]
@@ -228,9 +219,7 @@ def lines(view, sensitivities=(), objective=None, now=None) -> list[str]:
 def of_sweep(table) -> list[str]:
     """The best designs by the first objective, of those with a value of all."""
     view = StudyView.of(table)
-    good = view.usable.copy()
-    for objective in view.objectives:
-        good &= np.isfinite(view.estimate(objective.path).mean)
+    good = view.judged
     if not good.any():
         said = collections.Counter(view.rows["message"]).most_common(3)
         reasons = [plain(f"    {times} x {message}") for message, times in said]
@@ -239,8 +228,7 @@ def of_sweep(table) -> list[str]:
     order = np.argsort(-first.sign * np.where(good, view.estimate(first.path).mean, np.nan), kind="stable")
     goal = "largest" if first.sign > 0 else "smallest"
     title = f"the {goal} {first.path} of {good.sum()} designs:"
-    heads, rows = table_of_runs(view, order[: min(FEW, good.sum())])
-    return [plain(title), "", *indented([heads, *rows]), ""]
+    return [plain(title), "", *indented(table_of_runs(view, order[: min(FEW, good.sum())])), ""]
 
 
 def of_search(table) -> list[str]:
@@ -250,11 +238,9 @@ def of_search(table) -> list[str]:
         which = optimum.front(view)
         if not len(which):
             return ["no run has a value"]
-        known = np.all([np.isfinite(view.estimate(o.path).mean) for o in view.objectives], axis=0)
-        of = f"{len(which)} of {(view.usable & known).sum()} designs"
-        heads, rows = table_of_runs(view, which)
+        of = f"{len(which)} of {view.judged.sum()} designs"
         title = f"{of} are not beaten by another in every objective (the Pareto front):"
-        return [title, "", *indented([heads, *rows]), ""]
+        return [title, "", *indented(table_of_runs(view, which)), ""]
     try:
         surface, best = gp.of_table(table)
     except ValueError:
@@ -263,14 +249,11 @@ def of_search(table) -> list[str]:
     word = "largest" if about.sign > 0 else "smallest"
     ends = f"{best.low:.5g} .. {best.high:.5g}{about.scale.suffix}"
     found = [f"the {word} {about.path}: {best.value:.5g}{about.scale.suffix}, 95 %: {ends}", ""]
-    places = [axis.reach(part.low, part.high, part.words) for axis, part in zip(view.axes, best.place)]
-    found += indented(
-        [
-            ("", axis.key, axis.tell(value), f"at 95 % it may be {place}")
-            for axis, value, place in zip(view.axes, best.design, places)
-        ],
-        left=(1, 2, 3),
-    )
+    rows = []
+    for axis, value, part in zip(view.axes, best.design, best.place):
+        place = axis.reach(part.low, part.high, part.words)
+        rows.append(("", axis.key, axis.tell(value), f"at 95 % it may be {place}"))
+    found += indented(rows, left=(1, 2, 3))
     alone = all(part.low == part.high and len(part.words) < 2 for part in best.place)
     share = f"{100 * best.place_share:.1f} %" if best.place_share >= 0.001 else "less than 0.1 %"
     others = "every other is worse beyond doubt" if alone else f"{share} of all designs cannot be told from it"
