@@ -25,13 +25,18 @@ class Lost(Exception):
     """The run was killed from outside, or its machine went: nothing is known of it."""
 
 
+def worker() -> str:
+    """host:pid of this process."""
+    return f"{socket.gethostname()}:{os.getpid()}"
+
+
 def empty(job, status, message) -> dict:
     """The row of a run without results."""
     row = {name: job[name] for name in ("design", "replicate", "seed", "id")} | job["values"]
     for path in (*job["objectives"], *job["record"]):
         row[path] = row[f"{path}:error"] = math.nan
     row.update(status=status, message=message, time=math.nan, sample_from=math.nan, collisions=0)
-    row.update(cpu=0.0, wall=0.0, version="", worker=f"{socket.gethostname()}:{os.getpid()}")
+    row.update(cpu=0.0, wall=0.0, version="", worker=worker())
     return row | {"finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")}
 
 

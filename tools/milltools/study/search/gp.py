@@ -26,7 +26,8 @@ from threadpoolctl import ThreadpoolController
 
 from milltools.study.search.space import Space
 
-REACH = float(norm.ppf(0.975))  # standard errors on either side of a 95 % interval
+CONFIDENCE = 0.95
+REACH = float(norm.ppf((1 + CONFIDENCE) / 2))  # standard errors on either side of an interval
 ALIKE = 0.02  # designs this close to the best (share of its value) are as good for any purpose
 FLAT = 0.25  # of a key's range: where designs that are alike span more, the optimum is called flat
 MOST_RUNS = 1500  # of a surface: its time grows with the cube of their number

@@ -18,7 +18,7 @@ from milltools.study.show.data import Means
 LEAST = 8  # designs with a value, below which no surface is fitted
 MOST = 420  # values given to the surface: neighbours of larger grids are averaged first
 ALIKE = gp.ALIKE  # "as good": within this share of the best value
-REACH = gp.reach()
+REACH = gp.REACH
 
 
 @dataclasses.dataclass(frozen=True)
