@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from dem_bodies import BOX, HEAD, JAR, Recorder, deck_of, follow
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from milltools.base.errors import UserError
 from milltools.base.processes import Stopped
@@ -14,6 +15,7 @@ from milltools.dem.paths import Chain
 from milltools.dem.setup import Setup, setup_of
 from milltools.dem.soft_mill import SoftMill
 from milltools.dem.walls import Flats, axes
+from milltools.geometry.bodies import inverse, moved
 
 needs_liggghts = pytest.mark.skipif(not shutil.which("liggghts"), reason="no LIGGGHTS")
 G = 9.81  # [m/s^2]
@@ -54,17 +56,32 @@ phase = 0.2 0.3 0.1 rad
 # ---- motions ----
 
 
+def brought(name, place, t):
+    """Where the motions of PLANETARY, ARM and SHAKE bring a place of the frame of one of them, one after the other."""
+
+    def turned(about, axis, angle):
+        return about + Rotation.from_rotvec(angle * np.array(axis) / np.linalg.norm(axis)).apply(place - about)
+
+    if name == "shake":
+        place = place + np.array([0.002, 0.001, 0.004]) * np.sin(50 * np.pi * t + np.array([0.2, 0.3, 0.1]))
+    if name in ("shake", "arm"):
+        place = turned([0, 0, 0.1], [1, 2, 0], 0.4 * np.sin(24 * np.pi * t + 0.3))
+    if name == "jar":
+        place = turned([0.07, 0, 0], [0, 0, 1], -136 * t)
+    return turned([0.01, 0.02, 0], [0, 0, 1], 0.2 + 68 * t)
+
+
 @pytest.mark.parametrize("name", ["jar", "arm", "shake"])
 def test_a_points_harmonics_are_where_the_chain_of_motions_brings_it(name):
     chain = Chain(deck_of(PLANETARY + ARM + SHAKE + "on = arm\n"), name)
     place, step = np.array([0.02, -0.01, 0.03]), 1e-5
     track = chain.point(place)
     for t in (0.0, 0.0123, 0.77):
-        near = [np.dot(*[(p := chain.pose(t + k * step))[0], place]) + p[1] for k in (-1, 0, 1)]
+        near = [brought(name, place, t + k * step) for k in (-1, 0, 1)]
         assert track(t) == pytest.approx(near[1], abs=1e-12)
+        assert moved(chain.pose(t), place) == pytest.approx(near[1], abs=1e-12)
         assert track(t, 1) == pytest.approx((near[2] - near[0]) / (2 * step), abs=1e-4)
-        fields = chain.fields(t)
-        moving = sum(np.cross(w, near[1]) + u for w, u in zip(*fields, strict=True))
+        moving = sum(moved(field, near[1]) for field in chain.fields(t))
         assert track(t, 1) == pytest.approx(moving, abs=1e-10)
         bent = (near[2] - 2 * near[1] + near[0]) / step**2
         assert track(t, 2) == pytest.approx(bent, abs=1e-5 * np.linalg.norm(bent) + 1e-2)
@@ -202,12 +219,10 @@ def test_a_ball_at_rest_is_hit_by_a_moving_bar_when_and_as_fast_as_the_bar_says(
     bar = "[body.bar]\nshape = box\nsize = 0.02 0.02 0.02 m\ncentre = 0 0 -0.03 m\naxis = 0.1 0.2 1\nmotion = m\n"  # fmt: skip
     deck = deck_of(BOX.replace("0.04 0.05 0.06", "0.4 0.5 0.6") + "axis = 1 0 0\n" + bar + text)
     chain, (rows, middle) = Chain(deck, "m"), axes(deck, "bar")
-    turn, to = chain.pose(0.0)
-    ball = turn @ (middle + [0.0015, 0.001, high]) + to
+    ball = moved(chain.pose(0.0), middle + [0.0015, 0.001, high])
 
     def gap(t):
-        turn, to = chain.pose(t)
-        local = rows @ (turn.T @ (ball - to) - middle)
+        local = rows @ (moved(inverse(chain.pose(t)), ball) - middle)
         return np.linalg.norm(local - np.clip(local, -0.01, 0.01)) - 0.005
 
     times = np.linspace(0, 0.03, 3001)

@@ -101,7 +101,7 @@ def bounce(deck, kind, phase, speed=2.5, sampled=40):
         velocity = along - closing * normal
         place = point + (radius - overlap) * normal + along * age
         found = contacts.sample(sample * model.sample_interval, place[None], velocity[None], spin)
-        if found:
+        if found is not None:
             seen.append(found)
     slip = along + np.cross(spin[0], -radius * normal)
     slip -= (slip @ normal) * normal
@@ -167,7 +167,7 @@ def test_an_impact_of_two_unlike_balls_is_that_of_their_relative_motion(deck):
         place = [centre + (0.004 - overlap) * share[0] * axis, centre - (0.004 - overlap) * share[1] * axis]  # fmt: skip
         velocity = [drift - closing * share[0] * axis, drift + closing * share[1] * axis]
         found = contacts.sample(sample * model.sample_interval, np.array(place), np.array(velocity), spin)  # fmt: skip
-        if found:
+        if found is not None:
             seen.append(found)
     assert len(seen) == 1
     (impact,) = seen
@@ -206,7 +206,7 @@ def test_impacts_come_in_order_of_time_and_never_before_the_last_sample(deck):
         place = place + rng.normal(size=place.shape) * 1e-4
         place[:, 1:] *= np.minimum(1, 0.029 / np.hypot(*place.T[1:]))[:, None]
         found = contacts.sample(time, place, rng.normal(size=place.shape), rng.normal(size=place.shape))
-        if found:
+        if found is not None:
             assert (np.diff(found["time"]) >= 0).all()
             assert last <= found["time"][0] and found["time"][-1] <= time
             assert (found["normal_speed"] > 0).all()

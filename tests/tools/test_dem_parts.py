@@ -197,7 +197,7 @@ def test_the_data_file_is_the_state_to_the_last_bit(deck):
     deck = deck(MIXTURE)
     rng = np.random.default_rng(3)
     place, velocity, spin = deck.start()[0], *rng.normal(size=(2, 120, 3))
-    text = script.data_file(deck, deck.species_of_ball, (place, velocity, spin))
+    text = script.data_file(deck, deck.species_of_ball, (place, velocity, spin), (0.1, 0.1, 0.1))
     lines = text.splitlines()
     assert lines[2:4] == ["120 atoms", "6 atom types"]
     atoms = np.array([line.split() for line in lines[lines.index("Atoms") + 2 :][:120]], float)

@@ -5,8 +5,10 @@ import datetime
 import math
 import pathlib
 import re
+import shlex
 import signal
 import tempfile
+import textwrap
 import time
 
 import numpy as np
@@ -21,12 +23,12 @@ from milltools.dem import script, singles
 from milltools.dem.contacts import Contacts
 from milltools.dem.liggghts import command
 from milltools.dem.model import STEEL, Model, sticking_restitution, tangential_damping
-from milltools.dem.outcome import facts, summarize
 from milltools.dem.setup import setup_of
 from milltools.dem.soft_mill import HALF_AN_INTERVAL, SoftMill
 from milltools.dem.walls import ADDS_UP
 from milltools.foreign.digest import Digest
 from milltools.read.deck import Deck
+from milltools.read.runfile import Run
 
 SUMMARY = """Runs a deck in LIGGGHTS, as soft spheres: the same geometry, start, materials and rotor. The file it writes
 has millsim's own schema, so './mill compare' and every other reader work on it."""
@@ -36,10 +38,15 @@ PUBLISH = 60.0  # [s] on the wall's clock between results brought to the disk
 PREFIXES = {"": 1.0, "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
 LEAST_RESTITUTION = 0.05  # LIGGGHTS takes no less
 LEAST_WITH_FRICTION = 0.7  # below, its friction is quite another than the deck's
-LEAST_FOR_POWER = 1e9  # [Pa] softer balls do not even draw the power
-LEAST_FOR_RATES = 1e11  # [Pa]
+OFF = {1e9: "energies, power and rates of impacts", 1e11: "rates of impacts"}  # below so many [Pa]
 LARGEST_START_OVERLAP = 1e-3  # of a diameter
 RESTITUTION_OFF = 0.02  # single impacts farther than this from the deck's restitution: something is wrong
+SINGLES = {
+    "restitution": "normal restitution",
+    "friction": "friction of sliding contacts",
+    "tangential_restitution": "tangential restitution of sticking contacts",
+}
+ISOLATED = "loss of the impacts, as if each were alone, over the loss in the dashpots, summed over samples"
 
 
 def modulus(text):
@@ -128,19 +135,18 @@ class Job:
         self.cautions = cautions(self.deck, missed)
         self.model = Model(self.deck, self.modulus)
         self.end = self.deck.number("run.time")
-        self.soft_until, self.soft_model = 0.0, self.model
+        self.soft_until = 0.0
         if self.soft is not None:
             if self.soft >= self.modulus:
                 raise UserError(f"--warm-up {arguments.warm_up} is not softer than --modulus {arguments.modulus}")
             series = self.deck.number("output.series")
             until = self.deck.number("run.sample_from", 0.0) - SETTLE
             self.soft_until = max(0.0, math.floor(until / series + 1e-9) * series)
-        if self.soft_until > 0:
-            self.soft_model = Model(self.deck, self.soft)
-        elif self.soft is not None:
-            self.cautions.append(
-                f"--warm-up has no effect: run.sample_from is not after {SETTLE * 1e3:g} ms, which the stiff run wants"
-            )
+            if self.soft_until == 0:
+                self.cautions.append(
+                    f"--warm-up has no effect: run.sample_from is not after {SETTLE * 1e3:g} ms, which the stiff run wants"
+                )
+        self.soft_model = Model(self.deck, self.soft) if self.soft_until > 0 else self.model
         self.interval = max(self.model.sample_interval, self.soft_model.sample_interval)
         self.frames = self.deck.number("output.frames", 0.0)
         if 0 < self.frames < self.interval:
@@ -183,37 +189,63 @@ class Job:
         lines = [f"# {plain(line).replace('&', '?').replace('$', '?')}\n" for line in head]
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            frames = round(self.frames / step)  # every sample would be gigabytes
-            steps = round(self.end / step)
-            text, _ = script.write(
+            steps, frames = (round(time / step) for time in (self.end, self.frames))  # every sample would be gigabytes
+            text, meshes = script.write(
                 folder, deck, self.model, self.damped, steps, 0, 0.0, state, states_every=frames
-            )  # fmt: skip
+            )
             (folder / "in.mill").write_text("".join(lines) + text)
         except OSError as fault:
             raise UserError(f"{folder}: cannot write: {fault.strerror}", 1) from None
-        meshes = [script.file_of(name) for name, *_ in setup_of(deck).meshes(0.0)]
-        print(f"{folder}: {', '.join(['in.mill', 'balls.data', *meshes])}; run there: {run}")
+        print(f"{folder}: {', '.join(['in.mill', 'balls.data', *(mesh.file for mesh in meshes)])}; run there: {run}")
 
-    def softness(self):
-        """What the stiffness alone keeps from being compared."""
-        if self.modulus >= LEAST_FOR_RATES:
-            return []
-        soft = self.modulus < LEAST_FOR_POWER
-        what = "energies, power and rates of impacts" if soft else "rates of impacts"
-        return [
+    def facts(self, mill):
+        """What goes into /run, as milltools.foreign.digest takes it, of a SoftMill."""
+        model, price = self.model, "processor seconds of LIGGGHTS for one simulated second at `modulus`, without output"
+        softness = [
             f"at {self.modulus:.3g} Pa balls touch several others at a time: {what} are off; compare them at steel stiffness"
+            for least, what in OFF.items()
+            if self.modulus < least
         ]
+        found = {
+            "notes": "\n".join(self.cautions + softness[:1]),
+            "program": "LIGGGHTS",
+            "version": mill.version,
+            "command": shlex.join(self.arguments.words),
+            "started": self.started,
+            "wall_time": time.monotonic() - self.begin,
+            "cpu_time": mill.cpu,
+            "largest_overlap": mill.deepest,
+            "tools": (engine.version(), "", "version of millsim's tools that drove it"),
+            "price": (self.price, "1", price),
+            "modulus": (self.modulus, "Pa", "Young's modulus of all bodies"),
+            "warm_up_modulus": (self.soft or self.modulus, "Pa", "Young's modulus up to warm_up_time"),
+            "warm_up_time": (self.soft_until, "s", "end of the softer warm-up"),
+            "time_step": (model.time_step, "s", "time step at `modulus`"),
+            "sample_interval": (model.sample_interval, "s", "interval at which contacts were looked at"),
+            "contact_duration": (model.pair[0][0].duration, "s", "of two balls of the first kind at `modulus`"),
+            "ranks": (self.arguments.ranks, "1", "processes of LIGGGHTS"),
+        }
+        if not mill.rubs and mill.turnover:
+            found["energy_turnover"] = mill.turnover
+            found["energy_balance_error"] = abs(mill.unbalanced) / mill.turnover
+        for kind, isolated, lost in zip(self.deck.kinds, mill.isolated_loss, mill.normal_loss, strict=True):
+            found[f"isolated_share/{kind}"] = (isolated / lost if lost else math.nan, "1", ISOLATED)
+        for kind, law in self.measured.items():
+            for name, meaning in SINGLES.items():
+                text = f"{meaning} of single impacts in LIGGGHTS at this stiffness and time step"
+                found[f"measured/{kind}/{name}"] = (getattr(law, name), "1", text)
+        return found
 
     def publish(self, mill):
         """Brings the results so far to the disk."""
-        self.results.facts(facts(self, mill))
+        self.results.facts(self.facts(mill))
         self.results.publish()
         self.published = time.monotonic()
 
     def finish(self, mill, status):
         """The file is whole when this returns."""
         mill.flush()
-        self.results.facts(facts(self, mill))
+        self.results.facts(self.facts(mill))
         # a sample and the account it makes differ by rounding
         self.results.end(status, self.end if status == "complete" else max(mill.time, mill.told, 0.0))
 
@@ -241,23 +273,22 @@ class Job:
         with stops_in_order(), between_steps(patient=True):
             try:
                 apart = self.interval * HALF_AN_INTERVAL
-                self.results = Digest(self.deck, self.output, apart, springs=True, force=self.arguments.force)
-                with contextlib.closing(self.results):
+                with Digest(self.deck, self.output, apart, True, self.arguments.force) as self.results:
                     return self.follow(state)
             except OSError as fault:  # a full disk, as a rule
                 raise UserError(f"{fault.filename or tempfile.gettempdir()}: {fault.strerror or fault}", 1) from None
 
     def follow(self, state):
         """Runs LIGGGHTS from `state` and writes the results, whatever its end; returns the exit status."""
-        progress = Progress("mill dem", 1.0, self.arguments.quiet)
+        progress = Progress("mill dem", self.steps(self.end), self.arguments.quiet)
 
         def tell(reached):
-            progress(self.work(reached), f"LIGGGHTS at {reached * 1e3:.2f} of {self.end * 1e3:g} ms")
+            progress(self.steps(reached), f"LIGGGHTS at {reached * 1e3:.2f} of {self.end * 1e3:g} ms")
             if time.monotonic() - self.published > PUBLISH:
                 self.publish(mill)
 
         mill = SoftMill(self.deck, state, self.damped, self.results, self.arguments.ranks, tell)
-        self.results.facts(facts(self, mill))
+        self.results.facts(self.facts(mill))
         end, status = "stopped", 0
         try:
             self.check_singles()
@@ -265,13 +296,22 @@ class Job:
                 mill.run(self.soft, self.soft_until)
             mill.run(self.modulus, self.end)
             end = "complete"
-            self.measure_price(mill)
+            try:  # what LIGGGHTS costs by itself; a run that is complete does not fail with it
+                self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
+            except UserError as fault:
+                say("mill dem", f"note: the price was not measured: {fault}")
         except KeyboardInterrupt:
             status = 128 + signal.SIGINT
         except Stopped as stopped:
             status = 128 + stopped.number
         except UserError as fault:
-            raise self.failed(mill, fault) from None
+            with contextlib.suppress(UserError):
+                if mill.rows:
+                    self.finish(mill, "failed")
+                    fault = UserError(
+                        f"{fault}; results up to {mill.time * 1e3:.4g} ms are in {self.output}", fault.status
+                    )
+            raise fault from None
         finally:
             progress.stop()
         self.finish(mill, end)
@@ -281,31 +321,70 @@ class Job:
             say("mill dem", f"stopped by {name} at {mill.time * 1e3:.4g} ms; results up to then are in {self.output}")
         return status
 
-    def measure_price(self, mill):
-        """What LIGGGHTS costs by itself; a run that is complete does not fail with it."""
-        try:
-            self.price = mill.price((self.end - self.soft_until) / self.model.time_step)
-        except UserError as fault:
-            say("mill dem", f"note: the price was not measured: {fault}")
+    def steps(self, reached):
+        """How many time steps go up to `reached` [s]."""
+        soft = min(reached, self.soft_until)
+        return soft / self.soft_model.time_step + (reached - soft) / self.model.time_step
 
-    def failed(self, mill, fault):
-        """Writes what there is; returns what to tell the user."""
-        if not mill.rows:
-            return fault
-        try:
-            self.finish(mill, "failed")
-        except UserError:
-            return fault
-        return UserError(f"{fault}; results up to {mill.time * 1e3:.4g} ms are in {self.output}", fault.status)
 
-    def work(self, reached):
-        """Share of the time steps up to `reached` [s]."""
+def _number(value):
+    return f"{value:.4g}" if math.isfinite(value) else "-"
 
-        def steps(t):
-            stiff = max(t - self.soft_until, 0.0) / self.model.time_step
-            return min(t, self.soft_until) / self.soft_model.time_step + stiff
 
-        return steps(reached) / steps(self.end)
+def summarize(path, deck, measured):
+    """The results in the file at `path` as a text, in the manner of millsim's own summary; measured: {kind: Singles}."""
+    with Run(path) as run:
+        read, window = run.read, run.duration
+        until = read("run/warm_up_time")
+        warm = f", after {until * 1e3:.4g} ms at {read('run/warm_up_modulus'):.3g} Pa" if until > 0 else ""
+        sampled = f"sampled for {window * 1e3:.4g} ms"
+        if not window > 0:
+            sampled = f"nothing sampled: it ended at {run.time * 1e3:.4g} ms, before run.sample_from"
+        lines = [
+            "",
+            f"{sampled}; LIGGGHTS, E = {read('run/modulus'):.3g} Pa{warm}",
+            "",
+            "                                       median v_n  median v_n    mean v_n   dissipated",
+            "                                           of all   > 50 mm/s      of all        power",
+            "kind           contacts     rate [/s]       [m/s]       [m/s]       [m/s]          [W]",
+        ]
+        speeds = [f"normal_speed/{name}" for name in ("median", "median_above_50mm_s", "mean")]
+        columns = [("rate", 14), *((name, 12) for name in speeds), ("dissipated_power", 13)]
+        for kind in (*run.kinds, "all"):
+            row = f"statistics/impacts/{kind}"
+            cells = "".join(f"{_number(read(f'{row}/{name}')):>{width}}" for name, width in columns)
+            lines.append(f"{kind:<12}{read(f'{row}/count'):>11}{cells}")
+        drive = run.driven or "rotor"
+        error = read(f"statistics/{drive}/power_error")
+        blocks = f" ({int(read('statistics/rotor/blocks'))} blocks)" if drive == "rotor" else ""
+        error = f"+- {_number(error)} W{blocks}" if math.isfinite(error) else "(no error: too short)"
+        lines += ["", f"{drive} power        {_number(read(f'statistics/{drive}/power'))} W {error}"]
+        moving, turning = (run.series(name)[1] for name in ("kinetic_energy", "rotational_energy"))
+        if len(moving):  # not stopped before it began
+            lines.append(f"kinetic energy     {_number(moving[-1])} J at the end, and {_number(turning[-1])} J in spin")
+        if run.has("run/energy_balance_error"):
+            balance = read("run/energy_balance_error")
+            lines.append(f"energy error       {100 * balance:.2g} % of the energy turned over (contacts are sampled)")
+        lines += ["", "single impacts      restitution        friction          tangential restitution"]
+        for kind, law in measured.items():
+            wanted = deck.contact(kind)
+            lines.append(
+                f"{kind:<12} deck {wanted.restitution:<6.4g} got {law.restitution:.3f}"
+                f"   deck {wanted.friction:<6.4g} got {_number(law.friction):<7}"
+                f"   deck {wanted.tangential_restitution:<6.4g} got {_number(law.tangential_restitution)}"
+            )
+        overlap = read("run/largest_overlap")
+        lines += [
+            "",
+            f"cost               {read('run/cpu_time'):.4g} s CPU with output, without it {_number(read('run/price'))} s "
+            f"per simulated second; {read('run/wall_time'):.4g} s wall",
+            f"largest overlap    {overlap * 1e6:.3g} um, {100 * overlap / run.balls('diameter').min():.2g} % of a diameter; "
+            f"contacts last {read('run/contact_duration') * 1e6:.3g} us, time step {read('run/time_step') * 1e6:.3g} us",
+            f"file               {path}",
+        ]
+        for note in read("run/notes").splitlines():
+            lines += textwrap.wrap(f"note: {note}", 100, subsequent_indent="      ")
+    return "\n".join([*lines, ""])
 
 
 def run(arguments) -> int:

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from milltools.base.errors import UserError
 from milltools.dem.setup import setup_of
 from milltools.dem.walls import Blades, Found
+from milltools.foreign.digest import impacts_of
 
 SKIN = 0.2  # of the largest ball's diameter: how far a pair on the list may be from touching
 LEAST_SAMPLES = 8  # for which a list holds
@@ -35,9 +36,8 @@ class Contacts:
     """Follows the contacts of a mill.
 
     sample(time, place, velocity, spin) takes the state (N, 3) [m, m/s, rad/s] and returns the impacts that began
-    since the last one: a dict of arrays with `time`, `kind`, `ball`, `partner`, `point`, `normal`, `normal_speed`,
-    `tangential_speed`, `dissipation` (that of an isolated impact in the normal direction, (1 - e^2)/2 m v_n^2), in the
-    order of time, or None. normal_loss (5,) [J] is what the dashpots have taken since the beginning by kind, summed
+    since the last one, in the order of time, or None: an array of milltools.foreign.digest.IMPACT, `dissipation` that of an
+    isolated impact in the normal direction, (1 - e^2)/2 m v_n^2. normal_loss (5,) [J] is what the dashpots have taken since the beginning by kind, summed
     over the samples; elastic (5,) [J] what the springs hold now; deepest [m] is the largest overlap so far.
     """
 
@@ -105,22 +105,21 @@ class Contacts:
 
     def springs(self, name, which, found):
         """`name` of the Spring of each contact found with the wall of number `which`, from 1; 0: of balls."""
-        pair, wall = self.spring[name]
-        kind = self.model.kinds[self.kinds[which]]
-        if len(pair) == 1:
-            return pair[0, 0] if which == 0 else wall[kind][0]
+        table = self.spring[name][self.kinds[which]]
+        if table.size == 1:
+            return table.item()
         of = self.kind_of_ball[found.ball]
-        return pair[of, self.kind_of_ball[found.partner]] if which == 0 else wall[kind][of]
+        return table[of, self.kind_of_ball[found.partner]] if which == 0 else table[of]
 
     def relative(self, which, found, place, velocity):
         """Velocity (M, 3) of the ball's centre against the partner's, or against the surface."""
         own = velocity[found.ball]
         if which == 0:
             return own - velocity[found.partner]
-        if self.walls[which].motion is None:
+        motion = self.walls[which].motion
+        if motion is None:
             return own
-        at = place[found.ball] - self.radius[found.ball, None] * found.normal
-        return own - self.walls[which].velocity(self.time, at)
+        return own - motion.velocity(self.time, place[found.ball] - self.radius[found.ball, None] * found.normal)
 
     def slip(self, which, found, place, velocity, spin):
         """Slip (M, 3) of the two surfaces: tangential velocity of `ball` against its partner at the contact."""
@@ -151,35 +150,34 @@ class Contacts:
             new = np.isin(found.key, self.touching[which], assume_unique=True, invert=True)
             self.touching[which] = found.key
             if new.any():
-                began.append(self._impacts(time, which, found, new, closing, place))
+                began.append(self._impacts(which, found.where(new), closing[new], place))
         self.before[0][:], self.before[1][:] = velocity, spin
         self.last = time
         if not began:
             return None
-        joined = {name: np.concatenate([part[name] for part in began]) for name in began[0]}
-        order = np.argsort(joined["time"], kind="stable")
-        return {name: column[order] for name, column in joined.items()}
+        joined = np.concatenate(began)
+        return joined[np.argsort(joined["time"], kind="stable")]
 
-    def _impacts(self, time, which, found, new, closing, place):
-        found, kind = found.where(new), self.kinds[which]
+    def _impacts(self, which, found, closing, place):
+        kind = self.kinds[which]
         decay, frequency, mass = (self.springs(name, which, found) for name in ("decay", "frequency", "mass"))
-        speed, age = solve_back(found.overlap, closing[new], decay, frequency)
+        speed, age = solve_back(found.overlap, closing, decay, frequency)
         slip = self.slip(which, found, place, *self.before)
         lost = 0.5 * self.loss[kind] * mass * speed * speed
         self.isolated_loss[kind] += lost.sum()
         reach = (self.radius[found.ball] - found.overlap / 2)[:, None]
-        return {
+        return impacts_of(
             # it began after the last sample, whatever rounding and forces of third bodies say
-            "time": np.maximum(time - age, self.last),
-            "kind": np.full(len(speed), kind),
-            "ball": found.ball,
-            "partner": found.partner,
-            "point": place[found.ball] - reach * found.normal,
-            "normal": found.normal,
-            "normal_speed": speed,
-            "tangential_speed": np.sqrt(np.einsum("ij,ij->i", slip, slip)),
-            "dissipation": lost,
-        }
+            time=np.maximum(self.time - age, self.last),
+            kind=kind,
+            ball=found.ball,
+            partner=found.partner,
+            position=place[found.ball] - reach * found.normal,
+            normal=found.normal,
+            normal_speed=speed,
+            tangential_speed=np.sqrt(np.einsum("ij,ij->i", slip, slip)),
+            dissipation=lost,
+        )
 
 
 def part(contacts, time, place, velocity):
@@ -192,9 +190,7 @@ def part(contacts, time, place, velocity):
         contacts.listed_until = -np.inf
         shift, deepest = np.zeros_like(place), 0.0
         for kind, found in enumerate(contacts.find(time, place, velocity)):
-            if not len(found.ball):
-                continue
-            deepest = max(deepest, found.overlap.max())
+            deepest = max(deepest, found.overlap.max(initial=0.0))
             away = (found.overlap + enough / 2)[:, None] * found.normal
             np.add.at(shift, found.ball, away / 2 if kind == 0 else away)
             if kind == 0:

@@ -9,7 +9,6 @@ import fcntl
 import os
 import pathlib
 import re
-import select
 import signal
 import subprocess
 import time
@@ -22,7 +21,6 @@ from milltools.base.processes import at_once, guard
 
 HEADER = 100  # bytes before the numbers of a binary dump
 PIPE = 1 << 20  # [bytes] that wait in a pipe: a few samples
-WAIT = 0.2  # [s] between looks at whether the process still lives
 
 
 def command(ranks):
@@ -39,44 +37,15 @@ def _garbled(what):
     return UserError(f"what LIGGGHTS writes cannot be read: {what}", 1)
 
 
-class Pipe:
-    """The reading end of a named pipe that LIGGGHTS opens as one of its dump files."""
-
-    def __init__(self, path):
-        os.mkfifo(path)
-        self.file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb", buffering=0)
-        with contextlib.suppress(OSError):
-            fcntl.fcntl(self.file, fcntl.F_SETPIPE_SZ, PIPE)
-        self.started = False
-
-    def close(self):
-        """Whoever writes into it from now on is ended by SIGPIPE."""
-        self.file.close()
-
-    def _ready(self, alive):
-        """Waits for the first bytes; False: the writer ended without any."""
-        poll = select.poll()
-        poll.register(self.file, select.POLLIN)
-        while not any(event & select.POLLIN for _, event in poll.poll(WAIT * 1000)):
-            if not alive():
-                return any(event & select.POLLIN for _, event in poll.poll(0))
-            time.sleep(0.001)
-        os.set_blocking(self.file.fileno(), True)
-        self.started = True
-        return True
-
-    def read(self, size, alive):
-        """Exactly `size` bytes, or None at the end."""
-        if not self.started and not self._ready(alive):
-            return None
-        whole = bytearray(size)
-        view, done = memoryview(whole), 0
-        while done < size:
-            got = self.file.readinto(view[done:])
-            if not got:
-                return None
-            done += got
-        return whole
+def _pipe(path):
+    """(the end to read from, the end to write to) of a new named pipe."""
+    os.mkfifo(path)
+    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    writer = os.open(path, os.O_WRONLY)
+    os.set_blocking(reader, True)
+    with contextlib.suppress(OSError):
+        fcntl.fcntl(reader, fcntl.F_SETPIPE_SZ, PIPE)
+    return open(reader, "rb"), open(writer, "wb")
 
 
 class Liggghts:
@@ -90,22 +59,25 @@ class Liggghts:
         self.folder, self.balls, self.ranks = folder, balls, ranks
         self.triangles = [int(count) for count in np.atleast_1d(triangles) if count]
         self.cpu = 0.0  # [s] of processor time, once it has ended
-        self.killed = set()
-        self.begun, self.told, self.torques = False, None, []
+        self.begun, self.told = False, None
         (folder / "in.txt").write_text(script)
-        self.pipes = {name: Pipe(folder / name) for name in dumps}
+        pipes = {name: _pipe(folder / name) for name in dumps}
+        self.pipes = {name: reader for name, (reader, _) in pipes.items()}
         words = [*command(ranks), *"-in in.txt -screen screen.txt -log none -nocite".split()]
         # What Open MPI keeps in files goes when the folder goes; one rank alone needs no daemon of its, which would be
         # clearing up in the folder after us
         mpi = {"TMPDIR": str(folder), "OMPI_MCA_btl_vader_backing_directory": str(folder)}
         if ranks == 1:
             mpi["OMPI_MCA_ess_singleton_isolated"] = "1"
-        with open(folder / "stderr.txt", "wb") as errors:
+        with contextlib.ExitStack() as ours:
+            errors = ours.enter_context(open(folder / "stderr.txt", "wb"))
+            writers = [ours.enter_context(writer).fileno() for _, writer in pipes.values()]
             # a session of its own: Ctrl-C at the terminal reaches millsim's tool alone, which then ends this one
             self.process = subprocess.Popen(
                 [*guard("KILL" if ranks == 1 else "TERM"), *words], cwd=folder, start_new_session=True,
                 stdin=subprocess.DEVNULL, stdout=errors, stderr=errors,
                 env={**os.environ, **mpi, "OMP_NUM_THREADS": "1"},
+                pass_fds=writers,  # so a pipe ends with the process, which may never open it
             )  # fmt: skip
 
     def __enter__(self):
@@ -122,16 +94,16 @@ class Liggghts:
     def _end(self):
         """Kills all processes of its session: mpirun puts its ranks into groups of their own, and they outlive it.
         Not by SIGTERM: LIGGGHTS would write restart files first, or wait for us to read on."""
+        killed = {}
         while left := self._session():
-            for pid, cpu in left.items():
+            killed |= left
+            for pid in left:
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
-                    if pid != self.process.pid and pid not in self.killed:
-                        self.killed.add(pid)
-                        self.cpu += cpu
             self._wait()
             time.sleep(0.01)
         self._wait()
+        self.cpu += sum(cpu for pid, cpu in killed.items() if pid != self.process.pid)
 
     def _session(self):
         """Processes that live in the session of this one, and the processor time [s] of each."""
@@ -153,29 +125,30 @@ class Liggghts:
                 self.cpu += used.ru_utime + used.ru_stime
         return self.process.returncode
 
-    def alive(self):
-        """Whether the process still runs."""
-        return self._wait(os.WNOHANG) is None
+    def _read(self, name, size):
+        whole = self.pipes[name].read(size)
+        if len(whole) < size:
+            raise EOFError
+        return whole
+
+    def _dump(self, name, columns):
+        """What _binary returns; None: it ended."""
+        with contextlib.suppress(EOFError), at_once():
+            return self._binary(name, columns)
 
     def _binary(self, name, columns):
-        """(step, rows (N, columns - 1) in the order of the balls, without their ids) of the next dump; None: it ended."""
-        head = self.pipes[name].read(HEADER, self.alive)
-        if head is None:
-            return None
+        """(step, rows (N, columns - 1) in the order of the balls, without their ids) of the next dump."""
+        head = self._read(name, HEADER)
         step, rows = (int(n) for n in np.frombuffer(head, np.int64, 2))
         width, chunks = (int(n) for n in np.frombuffer(head, np.int32, 2, HEADER - 8))
         if width != columns or not 0 < chunks <= self.ranks or rows > self.balls:
             raise _garbled(f"{name} begins a dump of {rows} x {width} numbers in {chunks} parts")
         parts = []
         for _ in range(chunks):
-            size = self.pipes[name].read(4, self.alive)
-            count = int(np.frombuffer(size, np.int32)[0]) if size else 0
+            count = int(np.frombuffer(self._read(name, 4), np.int32)[0])
             if count % columns or not 0 <= count <= self.balls * columns:
                 raise _garbled(f"{name} has a part of {count} numbers at step {step}")
-            data = size and self.pipes[name].read(8 * count, self.alive)
-            if data is None:
-                return None
-            parts.append(np.frombuffer(data, np.float64).reshape(-1, columns))
+            parts.append(np.frombuffer(self._read(name, 8 * count), np.float64).reshape(-1, columns))
         table = np.concatenate(parts)
         if rows != self.balls:
             lost = f"LIGGGHTS lost {self.balls - rows} of {self.balls} balls by step {step}"
@@ -187,8 +160,7 @@ class Liggghts:
 
     def state(self, into):
         """The step of the next sample; its state goes into the array (N, 9): place, velocity, spin. None: it ended."""
-        with at_once():
-            found = self._binary("state.bin", 10)
+        found = self._dump("state.bin", 10)
         if found is None:
             return None
         step, into[:] = found
@@ -201,25 +173,22 @@ class Liggghts:
 
     def walls(self, count):
         """Forces (N, 3 W) [N] of the W = `count` walls on each ball; None: it ended."""
-        with at_once():
-            found = self._binary("walls.bin", 1 + 3 * count)
+        found = self._dump("walls.bin", 1 + 3 * count)
         return found and found[1]
 
     def told_of(self, row, columns):
-        """What LIGGGHTS tells of the meshes over the `row`-th interval of the series, from 1: as many means as `columns`."""
+        """What LIGGGHTS tells of the meshes over the `row`-th interval of the series, one after the other: as many means as
+        `columns`."""
         if not columns:
             return []
         try:
-            if self.told is None:
-                self.told = open(self.folder / "torque.txt")
-            while len(self.torques) < row:
-                line = self.told.readline()
-                if not line.startswith("#"):
-                    self.torques.append([float(word) for word in line.split()[1 : 1 + columns]])
-                    self.torques[-1][columns - 1]
-        except (OSError, ValueError, IndexError):
+            self.told = self.told or open(self.folder / "torque.txt")
+            line = next(line for line in self.told if not line.startswith("#"))
+            means = [float(word) for word in line.split()[1 : 1 + columns]]
+            means[columns - 1]
+        except (OSError, ValueError, IndexError, StopIteration):
             raise _garbled(f"torque.txt has no row {row}") from None
-        return self.torques[row - 1]
+        return means
 
     def screen(self):
         """What LIGGGHTS has printed so far."""

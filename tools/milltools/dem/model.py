@@ -7,6 +7,7 @@ Restitution is independent of speed: the contact ends where the overlap does, at
 
 import dataclasses
 import math
+import operator
 
 import numpy as np
 
@@ -101,9 +102,9 @@ class Model:
         self.time_step = self.sample_interval / STEPS_PER_SAMPLE
 
     def table(self, attribute):
-        """`attribute` of the Springs as arrays: (S, S) of pairs, {kind: (S,)} of walls."""
-        pair = np.array([[getattr(s, attribute) for s in row] for row in self.pair])
-        return pair, {kind: np.array([getattr(s, attribute) for s in row]) for kind, row in self.wall.items()}
+        """`attribute` of the Springs as arrays, by the kind of contact: (S, S) of pairs, (S,) of walls."""
+        read = np.vectorize(operator.attrgetter(attribute), otypes=[float])
+        return [read(springs) for springs in (self.pair, *self.wall.values())]
 
 
 def tangential_damping(deck):

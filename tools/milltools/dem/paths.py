@@ -1,40 +1,25 @@
-"""How the motions of a deck carry what is on them, and how LIGGGHTS is told so.
+"""How the motions of a deck carry what is on them.
 
 A motion takes a point p of its frame to R(t) p + d(t) in its carrier's. Of all but tables R and d are sums of harmonics, a few
 or (swings: Bessel functions) some ten, and so are those of a chain of motions: a sun wheel's jar, an arm in a shaken frame. So a
-point's place, velocity and acceleration are known in closed form. SI units, angles in rad.
+point's place, velocity and acceleration are known in closed form. SI units, angles in rad; poses (3, 4) as of milltools.geometry.bodies.
 """
 
 import collections
 import dataclasses
+import functools
 import math
 
 import numpy as np
 from scipy.special import jv
 
 from milltools.base.errors import UserError
+from milltools.geometry.bodies import after, moved
 
 NOTHING = 1e-14  # harmonics smaller than this are left out, beside the largest
 PARALLEL = 1e-9
 ROUNDING = 1e-14  # [m]
 TIMES = np.random.default_rng(1).uniform(0, 1, 24)  # moments at which a motion is looked at, in its slowest periods
-
-
-def skew(a):
-    """The matrix of p -> a x p."""
-    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
-
-
-def cross(a, b):
-    """a x b of two vectors: numpy's own takes ten times as long."""
-    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
-    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
-
-
-def turned(axis, angle):
-    """The matrix (3, 3) that turns by `angle` about `axis`, of length 1."""
-    across = skew(axis)
-    return np.eye(3) + math.sin(angle) * across + (1 - math.cos(angle)) * across @ across
 
 
 def vector(deck, key, default=(0.0, 0.0, 0.0)):
@@ -50,7 +35,7 @@ def direction(deck, key):
 
 def digits(values):
     """Numbers as LIGGGHTS reads them back to the last bit."""
-    return " ".join(f"{value:.17g}" for value in values)
+    return " ".join(f"{value:.17g}" for value in np.atleast_1d(values))
 
 
 class Harmonics:
@@ -74,22 +59,39 @@ class Harmonics:
         wave = (1j * self.rate) ** order * np.exp(1j * self.rate * t)
         return np.tensordot(wave, self.value, 1).real
 
-    def after(self, inner):
+    def times(self, inner):
         """This matrix times another."""
         rate = (self.rate[:, None] + inner.rate).ravel()
         value = np.einsum("aij,bj...->abi...", self.value, inner.value)
         return Harmonics(rate, value.reshape(-1, *value.shape[2:]))
 
 
-def _affine(turn, shift):
-    """(4, 4) of a part of R and of d."""
-    whole = np.zeros((4, 4), complex)
-    whole[:3, :3], whole[:3, 3] = turn, shift
+def _translation(by):
+    """The matrix (4, 4) of a translation."""
+    whole = np.eye(4, dtype=complex)
+    whole[:3, 3] = by
     return whole
 
 
+class Motion:
+    """harmonics: those of its matrix (4, 4); fastest(): its largest angular velocity [rad/s] or velocity [m/s]; seen(pose): the
+    same where points of its carrier's frame are at a fixed pose."""
+
+    def pose(self, t):
+        """(3, 4) at a time."""
+        return self.harmonics(t)[:3]
+
+    def path(self, t):
+        """The pose since t = 0."""
+        return after(self.pose(t), self.pose(0.0))
+
+    def velocity(self, t, points):
+        """[m/s] of points (M, 3) that it carries, all in the carrier's frame."""
+        return moved(after(self.harmonics(t, 1)[:3], self.pose(t)), points)
+
+
 @dataclasses.dataclass(frozen=True)
-class Rotation:
+class Rotation(Motion):
     """About an axis through `centre`, by angle + speed t + sum of a sin(w t + phase) of the `swings` (a, w, phase)."""
 
     name: str
@@ -100,25 +102,13 @@ class Rotation:
     swings: tuple = ()
 
     def fastest(self):
-        """[rad/s] at most."""
         return abs(self.speed) + sum(abs(a * w) for a, w, _ in self.swings)
 
-    def pose(self, t):
-        """(R, d) at a time."""
-        swung = sum(a * math.sin(w * t + phase) for a, w, phase in self.swings)
-        turn = turned(self.axis, self.angle + self.speed * t + swung)
-        return turn, self.centre - turn @ self.centre
-
-    def field(self, t):
-        """(w, u): a point at p moves with w x p + u in the carrier's frame."""
-        rate = self.speed + sum(a * w * math.cos(w * t + phase) for a, w, phase in self.swings)
-        spin = rate * self.axis
-        return spin, -cross(spin, self.centre)
-
+    @functools.cached_property
     def harmonics(self):
-        """Of the matrix (4, 4)."""
-        along = np.outer(self.axis, self.axis)
-        half = (np.eye(3) - along - 1j * skew(self.axis)) / 2  # of exp(i angle); the rest is its conjugate
+        still, half = np.zeros((2, 4, 4), complex)
+        still[:3, :3], still[3, 3] = np.outer(self.axis, self.axis), 1
+        half[:3, :3] = (np.eye(3) - still[:3, :3] - 1j * np.cross(np.eye(3), self.axis)) / 2  # of exp(i angle)
         wave = {self.speed: np.exp(1j * self.angle)}
         for a, w, phase in self.swings:
             # exp(i a sin x) = sum of J_n(a) exp(i n x)
@@ -127,39 +117,21 @@ class Rotation:
                 for n in range(-most, most + 1):
                     swung[rate + n * w] += value * jv(n, a) * np.exp(1j * n * phase)
             wave = swung
-        rates = [0.0, *wave, *(-rate for rate in wave)]
-        parts = [along, *(half * v for v in wave.values()), *(np.conj(half * v) for v in wave.values())]
-        whole = [_affine(part, -part @ self.centre) for part in parts]
-        whole[0] += _affine(np.zeros((3, 3)), self.centre)
-        whole[0][3, 3] = 1
-        return Harmonics(rates, whole)
+        parts = [still, *(half * v for v in wave.values()), *((half * v).conj() for v in wave.values())]
+        about = _translation(self.centre) @ parts @ _translation(-self.centre)
+        return Harmonics([0.0, *wave, *(-rate for rate in wave)], about)
 
-    def seen(self, frame, origin):
-        """The same in coordinates frame @ (p - origin)."""
-        return dataclasses.replace(self, centre=frame @ (self.centre - origin), axis=frame @ self.axis)
+    def seen(self, pose):
+        return dataclasses.replace(self, centre=moved(pose, self.centre), axis=pose[:, :3] @ self.axis)
 
-    def lines(self, mesh, begin, step):
-        """LIGGGHTS' commands for a mesh; `begin` [s]: the time at step 0."""
-        axis = self.axis if self.swings or self.speed > 0 else -self.axis
-        where = f"origin {digits(self.centre)} axis {digits(axis)}"
-        if not self.swings:
-            period = 2 * math.pi / abs(self.speed)
-            return [f"fix move_{mesh} all move/mesh mesh {mesh} rotate {where} period {period:.17g}"]
-        waves = [(a * w, w, phase) for a, w, phase in self.swings]
-        return [  # the rate in the middle of the step that ends
-            f"variable rate_{mesh} equal {formula(self.speed, waves, begin - step / 2, step)}",
-            f"fix move_{mesh} all move/mesh mesh {mesh} rotate/variable {where} omega v_rate_{mesh}",
-        ]
-
-    def power(self, mesh):
-        """The power [W] that the mesh gives to the balls, as a formula: f_mesh[4..6] is the torque on it."""
-        torque = "+".join(f"({v:.17g})*f_{mesh}[{k}]" for k, v in enumerate(self.axis, start=4))
-        rate = f"v_rate_{mesh}" if self.swings else f"({self.speed:.17g})"
-        return f"-({torque})*{rate}"
+    @property
+    def rates(self):
+        """Its angular velocity [rad/s] as [(constant, [(a, w, phase)])]: constant + sum of a cos(w t + phase)."""
+        return [(self.speed, [(a * w, w, phase) for a, w, phase in self.swings])]
 
 
 @dataclasses.dataclass(frozen=True)
-class Shift:
+class Shift(Motion):
     """By the vectors `amount` (3,) times sin(w t + phase), phase (3,)."""
 
     name: str
@@ -169,46 +141,23 @@ class Shift:
     centre = np.zeros(3)
 
     def fastest(self):
-        """[m/s] at most."""
         return abs(self.w) * float(np.linalg.norm(self.amount))
 
-    def pose(self, t):
-        """(R, d) at a time."""
-        return np.eye(3), self.amount @ np.sin(self.w * t + self.phase)
-
-    def field(self, t):
-        """As of Rotation."""
-        return np.zeros(3), self.amount @ (self.w * np.cos(self.w * t + self.phase))
-
+    @functools.cached_property
     def harmonics(self):
-        """Of the matrix (4, 4)."""
-        part = _affine(np.zeros((3, 3)), self.amount @ np.exp(1j * self.phase) / 2j)
-        return Harmonics([0, self.w, -self.w], [np.eye(4), part, np.conj(part)])
+        wave = _translation(self.amount @ np.exp(1j * self.phase) / 2j) - np.eye(4)
+        return Harmonics([0, self.w, -self.w], [np.eye(4), wave, wave.conj()])
 
-    def seen(self, frame, origin):
-        """As of Rotation."""
-        return dataclasses.replace(self, amount=frame @ self.amount)
+    def seen(self, pose):
+        return dataclasses.replace(self, amount=pose[:, :3] @ self.amount)
 
-    def lines(self, mesh, begin, step):
-        """As of Rotation."""
-        said = []
-        for name, row in zip("xyz", self.amount, strict=True):
-            waves = [(a * self.w, self.w, phase) for a, phase in zip(row, self.phase, strict=True)]
-            rate = formula(0.0, waves, begin - step / 2, step)
-            said.append(f"variable {name}_{mesh} equal {rate}")
-        along = " ".join(f"v_{name}_{mesh}" for name in "xyz")
-        return [*said, f"fix move_{mesh} all move/mesh mesh {mesh} linear/variable {along}"]
-
-    def power(self, mesh):
-        """As of Rotation; f_mesh[1..3] is the force on it."""
-        return "-" + "-".join(f"f_{mesh}[{k}]*v_{name}_{mesh}" for k, name in enumerate("xyz", 1))
-
-
-def formula(constant, waves, begin, step):
-    """constant + sum of a cos(w t + phase) of the waves (a, w, phase), as LIGGGHTS reads it; t is begin [s] at step 0."""
-    words = [f"{constant:.17g}"]
-    words += [f"({a:.17g})*cos({w:.17g}*step*{step:.17g}+({phase + w * begin:.17g}))" for a, w, phase in waves if a]
-    return "+".join(words)
+    @property
+    def rates(self):
+        """As of Rotation, its velocity [m/s] along x, y and z."""
+        return [
+            (0.0, [(a * self.w, self.w, phase) for a, phase in zip(row, self.phase, strict=True)])
+            for row in self.amount
+        ]
 
 
 def motion(deck, name):
@@ -238,32 +187,24 @@ class Chain:
         while name:
             self.motions.append(motion(deck, name))
             name = deck.value(f"motion.{name}.on", "")
-        self.whole = Harmonics([0.0], [np.eye(4)])
-        for one in self.motions:
-            self.whole = one.harmonics().after(self.whole)
+        self.whole, self.carriers = Harmonics([0.0], [np.eye(4)]), []  # from where each motion is to the laboratory
+        for one in reversed(self.motions):
+            self.carriers.insert(0, self.whole)
+            self.whole = self.whole.times(one.harmonics)
         rates = np.abs(self.whole.rate[self.whole.rate != 0])
         self.times = TIMES * (2 * math.pi / rates.min() if len(rates) else 1.0)
 
-    def frames(self, t):
-        """[(R, d)] from the innermost frame to the laboratory, then from the carrier of each motion, the innermost first."""
-        found = [(np.eye(3), np.zeros(3))]
-        for one in reversed(self.motions):
-            (turn, place), (by, to) = found[-1], one.pose(t)
-            found.append((turn @ by, turn @ to + place))
-        return found[::-1]
-
     def pose(self, t):
-        """(R, d) in the laboratory."""
-        return self.frames(t)[0]
+        """(3, 4) in the laboratory."""
+        return self.whole(t)[:3]
 
     def fields(self, t):
-        """(w, u) of each motion by itself: a point at p in the laboratory moves with w x p + u. (M, 3) each."""
+        """(3, 4) of each motion by itself, which takes a point in the laboratory to the velocity of what the chain carries there."""
         found = []
-        for one, (turn, place) in zip(self.motions, self.frames(t)[1:], strict=True):
-            spin, drift = one.field(t)
-            spin = turn @ spin
-            found.append((spin, turn @ drift - cross(spin, place)))
-        return np.array(found).transpose(1, 0, 2)
+        for one, carrier in zip(self.motions, self.carriers, strict=True):
+            around = carrier(t)
+            found.append(after((around @ one.harmonics(t, 1))[:3], (around @ one.harmonics(t))[:3]))
+        return found
 
     def point(self, place):
         """The Harmonics (3,) of a point at `place` in the innermost frame."""
@@ -273,10 +214,10 @@ class Chain:
         """How what it carries turns, as the Rotation about the origin in the laboratory's directions; None: not at all. The
         directions at t = 0 are those of pose(0). UserError: not about one fixed axis."""
         axes, swings, speed = None, [], 0.0
-        for k, one in enumerate(self.motions):
+        for one, carrier in zip(self.motions, self.carriers, strict=True):
             if isinstance(one, Shift) or one.fastest() == 0:
                 continue
-            now = np.array([self.frames(t)[k + 1][0] @ one.axis for t in self.times])
+            now = np.array([carrier(t)[:3, :3] @ one.axis for t in self.times])
             axes = now[0] if axes is None else axes
             side = np.sign(now[0] @ axes)
             if np.abs(now - side * axes).max() > PARALLEL:

@@ -7,12 +7,14 @@ the laboratory. A container that turns about its axis has a moving surface, one 
 """
 
 import functools
+import typing
 
 import numpy as np
 
 from milltools.base.errors import UserError
-from milltools.dem.paths import Chain, Rotation, digits, formula, motion
+from milltools.dem.paths import Chain, Rotation, motion
 from milltools.dem.walls import ADDS_UP, BLADE, SHAFT, Blades, Cylinder, Ends, Flats, axes, copies, fault, own_triangles
+from milltools.geometry.bodies import moved
 
 CURVED = f"LIGGGHTS has no such primitive, and on a curved wall of triangles {ADDS_UP.replace('LIGGGHTS', 'it')}"
 ALONE = "mill dem knows the forces on all of them only"
@@ -24,19 +26,14 @@ class Frame:
     def __init__(self, rows, track, gravity):
         self.rows, self.track, self.g = rows, track, np.array(gravity)
         self.moves = bool(np.abs(track.rate).max() > 0)
-        self.is_laboratory = not self.moves and np.array_equal(rows, np.eye(3)) and not track(0).any()
 
     def to_laboratory(self, time, place, velocity, spin):
         """The state (N, 3) there of balls in the frame."""
-        if self.is_laboratory:
-            return place, velocity, spin
         velocity = velocity @ self.rows + self.track(time, 1)
         return place @ self.rows + self.track(time), velocity, spin @ self.rows
 
     def from_laboratory(self, time, place, velocity, spin):
         """The other way."""
-        if self.is_laboratory:
-            return [place, velocity, spin]
         place, velocity = place - self.track(time), velocity - self.track(time, 1)
         return [values @ self.rows.T for values in (place, velocity, spin)]
 
@@ -44,20 +41,33 @@ class Frame:
         """(3,) [m/s^2] in the frame, with what its motion adds."""
         return self.rows @ (self.g - self.track(time, 2))
 
-    def lines(self, begin, step):
-        """LIGGGHTS' commands for gravity; `begin` [s]: the time at step 0."""
-        if not self.moves:
-            g = self.rows @ self.g
-            return [f"fix weight all gravity {np.sqrt(g @ g):.17g} vector {digits(g)}"] * bool(g.any())
-        said, upper = [], self.track.rate > 0
+    @property
+    def pushes(self):
+        """The same along x, y and z as functions of time, as Rotation has its rates."""
+        upper = self.track.rate > 0
         rate = self.track.rate[upper]
         push = 2 * rate[:, None] ** 2 * (self.track.value[upper] @ self.rows.T)
-        for axis, constant, waves in zip("xyz", self.rows @ self.g, push.T, strict=True):
-            waves = list(zip(np.abs(waves), rate, np.angle(waves), strict=True))
-            said.append(f"variable push_{axis} equal {formula(constant, waves, begin, step)}")
-            way = " ".join("1" if axis == other else "0" for other in "xyz")
-            said.append(f"fix weight_{axis} all gravity v_push_{axis} vector {way}")
-        return said
+        waves = [list(zip(np.abs(along), rate, np.angle(along), strict=True)) for along in push.T]
+        return list(zip(self.rows @ self.g, waves, strict=True))
+
+
+class Mesh(typing.NamedTuple):
+    """Triangles (T, 3, 3) that LIGGGHTS moves as one; motion: a Rotation or Shift, or None."""
+
+    name: str
+    kind: int
+    motion: object
+    triangles: np.ndarray
+
+    @property
+    def file(self):
+        """The name of its file."""
+        return "blades.stl" if self.name == "rotor" else f"{self.name}.stl"
+
+    @property
+    def centre(self):
+        """(3,) [m] what LIGGGHTS takes torques about."""
+        return self.motion.centre if self.motion else np.zeros(3)
 
 
 class Setup:
@@ -71,13 +81,14 @@ class Setup:
         self.place = f"body.{self.vessel}" if self.vessel else "drum"
         self.chain = Chain(deck, deck.value(f"{self.place}.motion", ""))
         rows, middle = axes(deck, self.vessel) if self.vessel else (np.eye(3), np.zeros(3))
-        turn, _ = self.chain.pose(0.0)
-        self.frame = Frame(rows @ turn.T, self.chain.point(middle), deck.numbers("gravity.acceleration"))
+        self.frame = Frame(
+            rows @ self.chain.pose(0.0)[:, :3].T, self.chain.point(middle), deck.numbers("gravity.acceleration")
+        )
         try:
             spin = self.chain.spin()
         except UserError as reason:
             raise self._refused(f"{reason}, and LIGGGHTS turns a wall about one axis") from None
-        self.spin = spin.seen(self.frame.rows, np.zeros(3)) if spin else None
+        self.spin = spin and spin.seen(np.column_stack([self.frame.rows, np.zeros(3)]))
         self.moves = self.frame.moves or self.spin is not None
         self.half, self.inner = np.zeros(3), np.full(3, np.inf)
         self.walls = self._container() + self._rotor()
@@ -102,7 +113,7 @@ class Setup:
         self.half = corner.max(axis=0) if still else np.full(3, np.linalg.norm(corner, axis=1).max())
         if shape == "box" and still:
             places = zip("xxyyzz", np.repeat(self.half, 2) * [-1, 1, -1, 1, -1, 1], strict=True)
-            planes = [(f"side{k}", f"{axis}plane {at:.17g}", None) for k, (axis, at) in enumerate(places)]
+            planes = [(f"side{k}", f"{axis}plane {at:.17g}", "", None) for k, (axis, at) in enumerate(places)]
         kind = self.deck.kinds.index(self.deck.kind_of(self.vessel))
         return [Flats(kind, triangles, -1, motion=self.spin, planes=planes)]
 
@@ -151,47 +162,49 @@ class Setup:
         if deck.number(f"{place}.rounding", 0.0) > 0:
             raise fault(deck, name, "rounding", CURVED)
         chain = Chain(deck, deck.value(f"{place}.motion", ""))
-        moving = [one for one in chain.motions if one.fastest() > 0]
+        moving = [(one, carrier) for one, carrier in zip(chain.motions, chain.carriers) if one.fastest() > 0]
         if self.moves and chain.name != self.chain.name:
             raise fault(deck, name, "motion", f"what holds the balls moves, and it does not ride with it: {ALONE}")
         if not self.moves and len(moving) > 1:
             raise fault(deck, name, "motion", f"it rides on {len(moving)} motions: mill dem moves a mesh by one")
-        turn, to = chain.pose(0.0)
-        rows, origin = self.frame.rows, self.frame.track(0.0)
-        path = self.spin if self.moves else self._seen(chain, moving)
+        path = self.spin if self.moves else next((one.seen(self._pose(carrier)) for one, carrier in moving), None)
         kind = deck.kinds.index(deck.kind_of(name))
         walls = [
-            Flats(kind, (triangles @ turn.T + to - origin) @ rows.T, 1, k, path)
+            Flats(kind, moved(self._pose(chain.whole), triangles), 1, k, path)
             for k, triangles in enumerate(copies(deck, name))
         ]
         for wall in walls:
             self.half = np.maximum(self.half, wall.reach())
         return walls
 
-    def _seen(self, chain, moving):
-        """A body's one motion in the frame, which stands still."""
-        if not moving:
-            return None
-        turn, to = chain.frames(0.0)[chain.motions.index(moving[0]) + 1]
-        return moving[0].seen(self.frame.rows @ turn, turn.T @ (self.frame.track(0.0) - to))
+    def _pose(self, whole):
+        """In the frame at t = 0, of what has these Harmonics in the laboratory."""
+        start = whole(0.0)[:3]
+        start[:, 3] -= self.frame.track(0.0)
+        return self.frame.rows @ start
 
     def meshes(self, time):
-        """[(name, kind, triangles (T, 3, 3), motion)] of all meshes: blades ("rotor"), and bodies of one kind and motion."""
+        """All meshes: blades ("rotor"), and bodies of one kind and motion."""
         found = {}
         for wall in self.walls:
-            triangles, path = wall.mesh(time), wall.motion
-            if len(triangles):
-                key = wall.kind if isinstance(wall, Blades) else (wall.kind, path.name if path else "")
-                found.setdefault(key, (wall.kind, path, []))[-1].append(triangles)
-        names = ("rotor" if key == BLADE else f"mesh{k}" for k, key in enumerate(found))
-        return [(name, kind, np.concatenate(all_), path) for name, (kind, path, all_) in zip(names, found.values())]
+            if len(triangles := wall.mesh(time)):
+                found.setdefault((wall.kind, wall.motion and wall.motion.name), (wall.motion, []))[1].append(triangles)
+        return [
+            Mesh("rotor" if kind == BLADE else f"mesh{k}", kind, motion, np.concatenate(triangles))
+            for k, ((kind, _), (motion, triangles)) in enumerate(found.items())
+        ]
 
-    @property
+    @functools.cached_property
+    def acting(self):
+        """Names of the walls in the order in which LIGGGHTS tells their forces: one for each primitive, one for all meshes."""
+        return [name for wall in self.walls for name, *_ in wall.primitives] + ["blades"] * bool(self.meshes(0.0))
+
+    @functools.cached_property
     def driven(self):
-        """[(name of a motion, name of a mesh)] of the meshes whose work LIGGGHTS tells by itself, blades apart; where what holds
-        the balls moves there are none: that work is the balance of momentum's."""
+        """The meshes whose work LIGGGHTS tells by itself, blades apart; where what holds the balls moves there are none: that work
+        is the balance of momentum's."""
         meshes = [] if self.moves else self.meshes(0.0)
-        return [(path.name, name) for name, kind, _, path in meshes if path and kind != BLADE]
+        return [mesh for mesh in meshes if mesh.motion and mesh.kind != BLADE]
 
     def _fastest(self):
         """A rotor's tips, as far as there is one; else of all walls."""

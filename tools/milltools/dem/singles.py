@@ -16,6 +16,7 @@ from milltools.dem import script
 from milltools.dem.liggghts import Liggghts
 from milltools.dem.model import STEPS_PER_SAMPLE
 from milltools.dem.setup import setup_of
+from milltools.dem.walls import Wall
 
 ANGLES = np.concatenate([np.linspace(0.1, 0.6, 6), np.linspace(0.8, 2.4, 9), np.linspace(2.8, 4.4, 5)])  # slip / v_n
 PHASES = 4  # each angle begins its contact at so many different fractions of a time step
@@ -30,7 +31,6 @@ class Singles:
     ratio (A,): slip over normal speed before; after (A,): slip after over normal speed before; negative: reversed.
     """
 
-    kind: str
     restitution: float
     friction: float  # NaN: the deck has none
     tangential_restitution: float  # NaN likewise
@@ -67,13 +67,9 @@ def throw(deck, model, damped, kind):
     contact = model.pair[0][0] if kind == "ball_ball" else model.wall[kind][0]
     flight = 1.2 * GAP * deck.species[0].diameter / SPEED
     steps = STEPS_PER_SAMPLE * math.ceil((flight + 1.5 * contact.duration) / model.sample_interval)
-    lines = script.head(deck, model, damped)
-    if kind != "ball_ball":
-        models, settings = script.contact_style(deck, damped)
-        type_ = len(deck.species) + deck.kinds.index(kind)
-        lines.append(f"fix floor all wall/gran {models} primitive type {type_} zplane 0 {settings}")
-    lines.append(f"dump state all custom {steps} state.bin {script.STATE}")
-    text = "\n".join(lines + script.tail(steps, steps))
+    floor = Wall()
+    floor.kind, floor.primitives = deck.kinds.index(kind), [("floor", "zplane 0", "", None)]
+    text = script.fill(deck, model, damped, steps, steps, steps, [] if kind == "ball_ball" else [floor])
     with tempfile.TemporaryDirectory(prefix="mill-dem-", ignore_cleanup_errors=True) as name:
         folder = pathlib.Path(name)
         (folder / "balls.data").write_text(script.data_file(deck, np.zeros(count, int), state, half))
@@ -111,17 +107,15 @@ def _measure(deck, kind, before, after):
             friction = float(np.mean((ratio - left)[sliding] / (3.5 * (1 + e[sliding]))))
         if sticking.any():
             tangential = float(np.mean(-left[sticking] / ratio[sticking]))
-    return Singles(kind, float(e.mean()), friction, tangential, float(e.std()), ratio, left)
+    return Singles(float(e.mean()), friction, tangential, float(e.std()), ratio, left)
 
 
 def measure(deck, model, damped):
     """{kind: Singles} of every kind of contact that the deck's mill can have; equal laws on walls are thrown once."""
     walls = {deck.kinds[wall.kind] for wall in setup_of(deck).walls}
-    kinds = [kind for kind in deck.kinds if kind == "ball_ball" or kind in walls]
-    found, known = {}, {}
-    for kind in kinds:
-        law = deck.contact(kind), kind == "ball_ball"
-        if law not in known:
-            known[law] = throw(deck, model, damped, kind)
-        found[kind] = dataclasses.replace(known[law], kind=kind)
-    return found
+    laws = {
+        kind: (deck.contact(kind), kind == "ball_ball") for kind in deck.kinds if kind == "ball_ball" or kind in walls
+    }
+    first = {law: kind for kind, law in reversed(laws.items())}
+    thrown = {law: throw(deck, model, damped, kind) for law, kind in first.items()}
+    return {kind: thrown[law] for kind, law in laws.items()}

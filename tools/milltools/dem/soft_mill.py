@@ -14,7 +14,7 @@ from milltools.dem.liggghts import Liggghts
 from milltools.dem.model import STEPS_PER_SAMPLE, Model
 from milltools.dem.setup import setup_of
 from milltools.dem.work import Drive, at_walls
-from milltools.foreign.digest import impacts_of, snapshot_times
+from milltools.foreign.digest import snapshot_times
 
 RUBBING_INTERVAL = 20e-6  # [s] between the moments at which tangential forces are told
 HALF_AN_INTERVAL = 0.5
@@ -37,8 +37,7 @@ class SoftMill:
         bodies = [(kind.density * np.pi / 6 * kind.diameter**3, kind.diameter) for kind in deck.species]
         self.mass, diameters = np.array(bodies)[deck.species_of_ball].T.copy()
         self.inertia = 0.1 * self.mass * diameters**2
-        self.gravity = np.array(deck.numbers("gravity.acceleration"))
-        self.setup, self.walls = setup_of(deck), script.walls_of(deck)
+        self.setup = setup_of(deck)
         self.drive = Drive(self.setup, self.mass, self.inertia)
         self.rotor_impulse, self.told = 0.0, -math.inf  # [N m s]; [s] of the last account
         self.snapshots = snapshot_times(deck)
@@ -55,9 +54,8 @@ class SoftMill:
         """LIGGGHTS at work on so many steps from here on; options as script.write has them."""
         with tempfile.TemporaryDirectory(prefix="mill-dem-", ignore_cleanup_errors=True) as name:
             folder, begin = pathlib.Path(name), (self.time, self.state)
-            text, triangles = script.write(
-                folder, self.deck, model, self.damped, steps, forces_every, *begin, **options
-            )
+            text, meshes = script.write(folder, self.deck, model, self.damped, steps, forces_every, *begin, **options)
+            triangles = [len(mesh.triangles) for mesh in meshes]
             with Liggghts(folder, text, len(self.mass), triangles, self.ranks, dumps) as process:
                 yield process
 
@@ -73,33 +71,32 @@ class SoftMill:
         return price if price > 0 else math.nan  # of a mill so small that the start costs more
 
     def run(self, modulus, until):
-        """See the class. Returns the Model of the stretch."""
+        """See the class."""
         model = Model(self.deck, modulus)
-        contacts = Contacts(self.deck, model)
-        if self.contacts:
-            before = sum(self._energies(self.contacts).values())
-            self.state[0] = part(contacts, self.time, self.state[0], self.state[1])
-            contacts = Contacts(self.deck, model)
+        before, contacts = self.contacts, Contacts(self.deck, model)
+        if before:
+            self.removed += sum(self._energies().values())
+            self.state[0] = part(Contacts(self.deck, model), self.time, *self.state[:2])
             self.drive.last = None
-            self.removed += before - sum(self._energies(contacts).values())
         self.contacts = contacts
+        if before:
+            self.removed -= sum(self._energies().values())
         samples = max(1, round((until - self.time) / model.sample_interval))
         every = max(1, round(RUBBING_INTERVAL / model.sample_interval)) if self.rubs else 0
         dumps, process = ["state.bin"] + ["walls.bin"] * self.rubs, None
         try:
             steps = samples * STEPS_PER_SAMPLE
             with self._liggghts(model, steps, every * STEPS_PER_SAMPLE, dumps) as process:
-                self._follow(process, model, contacts, samples, every)
+                self._follow(process, samples, every)
             self.model = model
         finally:
             self.cpu += process.cpu if process else 0.0
             self.normal_loss += contacts.normal_loss
             self.isolated_loss += contacts.isolated_loss
             self.deepest = contacts.deepest  # of this stretch: a softer one before does not count
-        return model
 
-    def _follow(self, process, model, contacts, samples, forces_every):
-        begin, flat, interval = self.time, np.empty((len(self.mass), 9)), forces_every * model.sample_interval
+    def _follow(self, process, samples, forces_every):
+        begin, flat, contacts = self.time, np.empty((len(self.mass), 9)), self.contacts
         for sample in range(samples + 1):
             step = process.state(flat)
             if step is None:
@@ -109,18 +106,18 @@ class SoftMill:
             if sample == 0:
                 self.version = process.version()
             # all is read before the time goes on: whoever stops the waiting leaves no sample half done
-            forces = process.walls(len(self.walls)) if forces_every and sample % forces_every == 0 else None
-            self.time = begin + sample * model.sample_interval
+            forces = process.walls(len(self.setup.acting)) if forces_every and sample % forces_every == 0 else None
+            self.time = begin + sample * contacts.interval
             self.state = [part.copy() for part in np.split(flat, 3, axis=1)]
             impacts = contacts.sample(self.time, *self.state)
             self.drive.sample(self.time, *self.state)
             if forces is not None:
                 power, torque = at_walls(contacts, self.state, forces.reshape(len(forces), -1, 3))
-                self.rubbed += power * interval
-                self.drive.shaft_impulse += torque * interval
-            if impacts:
+                self.rubbed += power * forces_every * contacts.interval
+                self.drive.shaft_impulse += torque * forces_every * contacts.interval
+            if impacts is not None:
                 self.waiting.append(self._outside(impacts))
-            self._store(process, model, contacts, sample)
+            self._store(process, sample)
             self.watch(self.time)
         process.finish()
         self.version = process.version()
@@ -132,23 +129,22 @@ class SoftMill:
         waiting, self.waiting = self.waiting, []
         if not waiting:
             return
-        joined = {name: np.concatenate([part[name] for part in waiting]) for name in waiting[0]}
-        joined["position"] = joined.pop("point")
+        joined = np.concatenate(waiting)
         # one that a sample found began no earlier than at the sample before, but for rounding
         joined["time"] = np.maximum(joined["time"], self.told)
-        self.results.impacts(impacts_of(**joined))
+        self.results.impacts(joined)
 
     def _outside(self, impacts):
         """Impacts as the laboratory has them, at their own times: the frame has gone on since."""
         frame = self.setup.frame
-        if not frame.is_laboratory:
-            gone = (impacts["time"] - self.time)[:, None] * frame.track(self.time, 1)
-            impacts["point"] = impacts["point"] @ frame.rows + frame.track(self.time) + gone
-            impacts["normal"] = impacts["normal"] @ frame.rows
+        gone = (impacts["time"] - self.time)[:, None] * frame.track(self.time, 1)
+        impacts["position"] = impacts["position"] @ frame.rows + frame.track(self.time) + gone
+        impacts["normal"] = impacts["normal"] @ frame.rows
         return impacts
 
-    def _store(self, process, model, contacts, sample):
+    def _store(self, process, sample):
         """The balls whenever the observers want them, at the sample nearest to then; a row's account after them."""
+        model = self.contacts.model
         after = self.time + HALF_AN_INTERVAL * model.sample_interval
         row = sample % model.samples_per_row == 0 and after > self.rows * self.series
         frame = self.frames > 0 and after > self.frame_count * self.frames
@@ -158,26 +154,26 @@ class SoftMill:
         self.frame_count += frame
         self.snapshot_count = snapshots
         if row:
-            self._row(process, contacts, sample // model.samples_per_row)
+            self._row(process, sample // model.samples_per_row)
 
-    def _energies(self, contacts):
+    def _energies(self):
         place, velocity, spin = self.setup.frame.to_laboratory(self.time, *self.state)
         return {
             "kinetic_energy": 0.5 * self.mass @ np.einsum("ij,ij->i", velocity, velocity),
             "rotational_energy": 0.5 * self.inertia @ np.einsum("ij,ij->i", spin, spin),
-            "potential_energy": -self.mass @ (place @ self.gravity),
-            "elastic_energy": contacts.elastic.sum(),
+            "potential_energy": -self.mass @ (place @ self.setup.frame.g),
+            "elastic_energy": self.contacts.elastic.sum(),
         }
 
-    def _row(self, process, contacts, row):
+    def _row(self, process, row):
         if row > 0:
             self.drive.row(process.told_of(row, self.columns), self.series)
-        normal = self.normal_loss + contacts.normal_loss
-        energies = self._energies(contacts)
+        normal = self.normal_loss + self.contacts.normal_loss
+        energies = self._energies()
         total = sum(energies.values())
         if self.begin_energy is None:
             self.begin_energy = total
-        work, change = self.drive.total, total - self.begin_energy
+        work, change = sum(self.drive.work.values()), total - self.begin_energy
         missing = work - change - self.removed - normal.sum() - self.rubbed[1:].sum()
         self.turnover = max(self.turnover, abs(work), normal.sum(), abs(change))
         if self.rubs:

@@ -2,7 +2,7 @@
 
 Everything is in the frame of the simulation (milltools.dem.setup). A wall has
     kind        index of its contact's kind
-    primitives  [(name, LIGGGHTS' words, number of a species or None: of all balls)]
+    primitives  [(name, LIGGGHTS' words of its place, of its shear, number of a species or None: of all balls)]
     motion      a Rotation or Shift of milltools.dem.paths, or None
     mesh(time)  triangles (T, 3, 3) where it is a mesh in LIGGGHTS, else none
     find(time, place, radius)  the Found of the balls (N, 3), (N,) that touch it
@@ -12,9 +12,12 @@ import dataclasses
 import pathlib
 
 import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from milltools.base.errors import UserError
-from milltools.dem.paths import direction, motion, turned, vector
+from milltools.dem.paths import direction, motion, vector
+from milltools.geometry.bodies import STILL, inverse, moved
 from milltools.geometry.solids import CORNERS, FACES, blade_triangles
 
 NO_MESH = np.empty((0, 3, 3))
@@ -50,13 +53,6 @@ class Wall:
     def mesh(self, time):
         return NO_MESH
 
-    def velocity(self, time, points):
-        """Of the surface (M, 3) at points (M, 3)."""
-        if self.motion is None:
-            return np.zeros_like(points)
-        spin, drift = self.motion.field(time)
-        return np.cross(spin, points) + drift
-
 
 class Cylinder(Wall):
     """About the x axis, endless: a drum (sign -1: balls are inside) or a shaft (+1)."""
@@ -68,11 +64,11 @@ class Cylinder(Wall):
         words = f"xcylinder {radius:.17g} 0 0"
         speed = motion.speed * motion.axis[0] if motion else 0.0
         # LIGGGHTS takes an angular velocity here and lets it act at the ball's centre
-        shears = [f"{words} shear y {speed * radius / at:.17g}" for at in turning if speed]
+        shears = [f"shear y {speed * radius / at:.17g}" for at in turning if speed]
         if len(shears) > 1:
-            self.primitives = [(f"{name}{k}", shear, k) for k, shear in enumerate(shears)]
+            self.primitives = [(f"{name}{k}", words, shear, k) for k, shear in enumerate(shears)]
         else:
-            self.primitives = [(name, (shears or [words])[0], None)]
+            self.primitives = [(name, words, "".join(shears), None)]
 
     def find(self, time, place, radius):
         rho = np.hypot(place[:, 1], place[:, 2])
@@ -91,7 +87,7 @@ class Ends(Wall):
         self.kind, self.half, self.partner, self.motion = kind, half, partner, motion
         self.radius = radius
         if radius is None:
-            self.primitives = [(f"wall{k}", f"xplane {x:.17g}", None) for k, x in enumerate((-half, half))]
+            self.primitives = [(f"wall{k}", f"xplane {x:.17g}", "", None) for k, x in enumerate((-half, half))]
 
     def mesh(self, time):
         if self.radius is None:
@@ -120,7 +116,8 @@ class Blades(Wall):
     def __init__(self, deck):
         self.deck, blades = deck, deck.blades
         self.motion, self.speed, self.count = motion(deck, "rotor"), deck.rotor_speed, len(blades)
-        self.position, self.angle, pitch = np.array([(b.position, b.angle, b.pitch) for b in blades]).reshape(-1, 3).T
+        self.foot = np.array([(b.position, 0, 0) for b in blades]).reshape(-1, 3)
+        self.angle, pitch = np.array([(b.angle, b.pitch) for b in blades]).reshape(-1, 2).T
         self.cos_p, self.sin_p = np.cos(pitch), np.sin(pitch)
         half = [(b.width / 2, b.tip_radius / 2, b.thickness / 2) for b in blades]
         self.half = np.array(half).reshape(-1, 3)
@@ -144,10 +141,9 @@ class Blades(Wall):
         turn = self.angle[blade] + self.speed * time
         c, s = np.cos(turn), np.sin(turn)
         cp, sp, half = self.cos_p[blade], self.sin_p[blade], self.half[blade]
-        x = place[:, 0] - self.position[blade]
-        y, z = place[:, 1], place[:, 2]
-        across = c * z - s * y
-        local = np.stack([cp * x + sp * across, c * y + s * z - half[:, 1], cp * across - sp * x], axis=1)
+        # directions of width, length and thickness
+        axes = np.stack([cp, -sp * s, sp * c, 0 * c, c, s, -sp, -cp * s, cp * c], axis=1).reshape(-1, 3, 3)
+        local = np.einsum("mij,mj->mi", axes, place - self.foot[blade]) - half * [0, 1, 0]
         out = local - np.clip(local, -half, half)
         distance = np.sqrt(np.einsum("ij,ij->i", out, out))
         inside = distance == 0
@@ -159,18 +155,7 @@ class Blades(Wall):
             out[np.nonzero(inside)[0], face] = np.where(local[inside][row, face] < 0, 1.0, -1.0)
             distance[inside] = depth[row, face]
         normal = out / np.where(inside, -1.0, distance)[:, None]
-        w, radial, h = normal.T
-        across = sp * w + cp * h
-        return distance, np.stack([cp * w - sp * h, c * radial - s * across, s * radial + c * across], axis=1)
-
-
-def pose_of(motion, time):
-    """(R, d) of a wall's motion since t = 0; None: it stands still."""
-    if motion is None:
-        return np.eye(3), np.zeros(3)
-    (turn, place), (first, begin) = motion.pose(time), motion.pose(0.0)
-    turn = turn @ first.T
-    return turn, place - turn @ begin
+        return distance, np.einsum("mij,mi->mj", axes, normal)
 
 
 class Flats(Wall):
@@ -185,20 +170,19 @@ class Flats(Wall):
         height = np.einsum("ij,ij->i", normal, triangles[:, 0])
         size = np.abs(triangles).max()
         keys = np.column_stack([normal, height / size])
-        self.flat = np.empty(len(triangles), np.int64)  # number of the facet of each triangle
-        first = []
-        for k, key in enumerate(keys):
-            same = [n for n, f in enumerate(first) if np.abs(keys[f] - key).max() < 1e-6]
-            self.flat[k] = same[0] if same else len(first)
-            first += [] if same else [k]
+        alike = cKDTree(keys).query_ball_point(keys, 1e-6, p=np.inf)
+        first, facet = np.unique([min(same) for same in alike], return_inverse=True)
         self.normal, self.height = normal[first], height[first]
-        self.members = [triangles[self.flat == n] for n in range(len(first))]
+        self.members = [triangles[facet == n] for n in range(len(first))]
 
     def mesh(self, time):
         if self.primitives:
             return NO_MESH
-        turn, place = pose_of(self.motion, time)
-        return self.triangles @ turn.T + place
+        return moved(self.pose(time), self.triangles)
+
+    def pose(self, time):
+        """(3, 4) since t = 0."""
+        return STILL if self.motion is None else self.motion.path(time)
 
     def reach(self):
         """How far from the origin along x, y and z it ever is: (3,) [m], or more."""
@@ -210,8 +194,8 @@ class Flats(Wall):
         return np.abs(path.centre) + np.linalg.norm(corner - path.centre, axis=1).max()
 
     def find(self, time, place, radius):
-        turn, origin = pose_of(self.motion, time)
-        local = (place - origin) @ turn
+        pose = self.pose(time)
+        local = moved(inverse(pose), place)
         high = self.side * (local @ self.normal.T - self.height)
         # centres that are beyond a facet belong to others, but for those of very soft balls
         ball, flat = np.nonzero((high < radius[:, None]) & (high > -0.5 * radius[:, None]))
@@ -228,7 +212,7 @@ class Flats(Wall):
         ball, flat, distance, sign = ball[rows], flat[rows], distance[rows], sign[rows]
         normal = out[rows] / (sign * np.maximum(np.abs(distance), 1e-300))[:, None]
         key, partner = ball * len(self.normal) + flat, np.full(len(ball), self.partner)
-        return Found(key, ball, partner, radius[ball] - distance, normal @ turn.T, flat)
+        return Found(key, ball, partner, radius[ball] - distance, normal @ pose[:, :3].T, flat)
 
     def _nearest(self, points, flat):
         """The nearest places (M, 3) of the facets, and whether they are on their rims."""
@@ -251,16 +235,11 @@ class Flats(Wall):
     def _own(self, ball, flat, near, edge, distance, radius):
         """Which contacts are none of a neighbouring facet: an edge that two facets share is met once."""
         keep = np.ones(len(ball), bool)
-        for k in np.nonzero(edge)[0]:
-            others = np.nonzero((ball == ball[k]) & keep & (np.arange(len(ball)) != k))[0]
-            for other in others:
-                if (distance[other], other) > (distance[k], k):
-                    continue
-                members = self.members[flat[other]]
-                gap = min(np.linalg.norm(nearest(near[k : k + 1], triangle)[0] - near[k]) for triangle in members)
-                if gap < ON_EDGE * radius[ball[k]]:
-                    keep[k] = False
-                    break
+        for k in np.flatnonzero(edge):
+            others = np.flatnonzero(keep & (ball == ball[k]))
+            closer = [other for other in others if (distance[other], other) < (distance[k], k)]
+            place, _ = self._nearest(np.tile(near[k], (len(closer), 1)), flat[closer])
+            keep[k] = not (np.linalg.norm(place - near[k], axis=1) < ON_EDGE * radius[ball[k]]).any()
         return keep
 
 
@@ -294,6 +273,11 @@ def normals(triangles):
     """Unit normals (T, 3) of triangles (T, 3, 3)."""
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
+def turned(axis, angle):
+    """The matrix (3, 3) that turns by `angle` about `axis`, of length 1."""
+    return Rotation.from_rotvec(angle * axis).as_matrix()
 
 
 def axes(deck, name):

@@ -17,8 +17,8 @@ what the balance of energy leaves over (milltools.dem.soft_mill).
 
 import numpy as np
 
-from milltools.dem.paths import cross
 from milltools.dem.walls import SHAFT
+from milltools.geometry.bodies import moved
 
 
 class Drive:
@@ -36,11 +36,6 @@ class Drive:
         self.torque = self.shaft_impulse = 0.0
         self.last = None
 
-    @property
-    def total(self):
-        """[J] of all motions."""
-        return sum(self.work.values())
-
     def sample(self, time, place, velocity, spin):
         """See the class."""
         if not self.setup.moves:
@@ -54,13 +49,12 @@ class Drive:
             step, half = time - before, (time + before) / 2
             pull = setup.frame.gravity(half)
             force = momentum - momentum_before - mass.sum() * pull * step
-            torque = angular - angular_before - cross((middle + middle_before) / 2, pull) * step
+            torque = angular - angular_before - np.cross((middle + middle_before) / 2, pull) * step
             force, torque = force @ setup.frame.rows, torque @ setup.frame.rows
-            spins, drifts = setup.chain.fields(half)
-            middle_there = setup.frame.track(half)
-            for one, about, along in zip(setup.chain.motions, spins, drifts, strict=True):
-                along = along + cross(about, middle_there)
-                self.work[one.name] += float(force @ along + torque @ about)
+            origin = setup.frame.track(half)
+            for one, field in zip(setup.chain.motions, setup.chain.fields(half), strict=True):
+                spin_of_it = field[[2, 0, 1], [1, 2, 0]]
+                self.work[one.name] += float(force @ moved(field, origin) + torque @ spin_of_it)
         self.last = time, momentum, middle, angular
 
     def row(self, told, length):
@@ -70,21 +64,21 @@ class Drive:
         self.torque = torque + self.shaft_impulse / length
         self.work["rotor"] += self.torque * self.rotor_speed * length
         self.shaft_impulse = 0.0
-        for (name, _), power in zip(self.setup.driven, told, strict=True):
+        for mesh, power in zip(self.setup.driven, told, strict=True):
+            name = mesh.motion.name
             self.work[name] += power * length
             if name == "rotor" and self.rotor_speed:
                 self.torque += power / self.rotor_speed
 
 
 def columns_of(contacts, which, found):
-    """Of each contact with the wall of number `which`: which of script.walls_of tells its force."""
-    walls, wall = contacts.walls[1:], contacts.walls[which]
-    told_before = walls[: which - 1] if wall.primitives else walls  # one column for all meshes, the last
-    first = sum(len(other.primitives) for other in told_before)
-    if wall.primitives and wall.primitives[0][2] is not None:
+    """Of each contact with the wall of number `which`: which of Setup.acting tells its force."""
+    primitives = contacts.walls[which].primitives or [("blades", "", "", None)]
+    name, _, _, species = primitives[0]
+    first = contacts.setup.acting.index(name)
+    if species is not None:
         return first + contacts.kind_of_ball[found.ball]
-    part = found.part if len(wall.primitives) > 1 else np.zeros(len(found.ball), np.int64)
-    return first + part
+    return first + (found.part if len(primitives) > 1 else np.zeros(len(found.ball), np.int64))
 
 
 def at_walls(contacts, state, forces):
@@ -92,16 +86,15 @@ def at_walls(contacts, state, forces):
     about +x.
 
     contacts: a Contacts that has just sampled this state: place, velocity, spin (N, 3); forces (N, W, 3) [N] of the
-    W walls (script.walls_of) on the balls.
+    W walls (Setup.acting) on the balls.
     """
     place, velocity, spin = state
     power, torque = np.zeros(len(contacts.normal_loss)), 0.0
-    touched = [(k, f) for k, f in enumerate(contacts.found) if k and len(f.ball)]
-    columns = [columns_of(contacts, which, found) for which, found in touched]
+    touched = [(k, f, columns_of(contacts, k, f)) for k, f in enumerate(contacts.found) if k and len(f.ball)]
     shared = np.zeros(forces.shape[:2], int)  # a ball between two blades: half of the force to each
-    for (_, found), column in zip(touched, columns, strict=True):
+    for _, found, column in touched:
         np.add.at(shared, (found.ball, column), 1)
-    for (which, contact), column in zip(touched, columns, strict=True):
+    for which, contact, column in touched:
         here = forces[contact.ball, column] / shared[contact.ball, column][:, None]
         tangential = here - np.einsum("ij,ij->i", here, contact.normal)[:, None] * contact.normal
         slip = contacts.slip(which, contact, place, velocity, spin)

@@ -57,7 +57,7 @@ def _bytes(text):
     return text.encode("utf-8", "surrogateescape")  # command lines may hold any byte
 
 
-class Digest:
+class Digest(contextlib.AbstractContextManager):
     """Takes a run of `deck` (milltools.read.deck.Deck, read from its path) and writes the file `output`; a context manager.
 
     The facts come first, then states, impacts and accounts in the order of time; `end` makes the file whole, and without it
@@ -78,9 +78,6 @@ class Digest:
         self._write(b"millsim stream 1\n")
         counts = self.balls, len(self.kinds), len(self.motions)
         self._record("begin", struct.pack("<3QdQ", *counts, apart, springs))
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.close()
