@@ -82,6 +82,11 @@ def test_a_key_that_does_nothing_has_no_share():
     assert abs(other) < 0.05 and none < 0.05
 
 
+def test_the_same_runs_give_the_same_indices():
+    table = Known(sensitivity.saltelli(3, 16, 3), ishigami, "saltelli", 3, samples=16)
+    assert sensitivity.indices(table) == sensitivity.indices(table)
+
+
 def test_what_cannot_be_told_is_not():
     few = Known(np.random.default_rng(0).random((5, 3)), ishigami, "lhs", 0)
     assert sensitivity.indices(few) == []

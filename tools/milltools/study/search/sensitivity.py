@@ -64,9 +64,11 @@ def _analyse(size, values, resamples, seed):
     """SALib's indices of values at saltelli(size, ...): shape (size, 4)."""
     from SALib.analyze import sobol
 
-    with warnings.catch_warnings():  # a constant has no variance to divide by
+    with warnings.catch_warnings():  # a constant has no variance to divide by; to SALib, seed 0 is none
         warnings.simplefilter("ignore")
-        found = sobol.analyze(unit_problem(size), values, calc_second_order=False, num_resamples=resamples, seed=seed)
+        found = sobol.analyze(
+            unit_problem(size), values, calc_second_order=False, num_resamples=resamples, seed=seed + 1
+        )
     return np.array([found[name] for name in ("S1", "S1_conf", "ST", "ST_conf")]).T
 
 
