@@ -44,7 +44,8 @@ def ask(path):
     names = ("program", "version", "status", "notes", "time", "cost", "has_rotor", "rotor_speed", "kinds", "absent", "contacts", "motions",
              "driven", "period", "vessel", "vessel_kinds", "carrier", "window", "duration", "has_statistics")  # fmt: skip
     asked = [lambda name=name: getattr(run, name) for name in names]
-    asked += [run.deck, run.sections, run.deck_text, run.blades, run.series_names, run.species_names, run.frame_times, run.drive_work,
+    asked += [run.deck, lambda: run.as_deck.sections, run.deck_text, lambda: run.as_deck.blades, run.series_names, run.species_names,
+              run.frame_times, run.drive_work,
               run.vessel_frame, run.need_statistics, lambda: read(run), lambda: stored(run, 0), lambda: run.poses(0),
               lambda: run.frame_axis(run.first_poses()), lambda: motions.speeds(run),
               lambda: [motions.words(run, name) for name in run.motions], lambda: Profile.of_run(run)]  # fmt: skip

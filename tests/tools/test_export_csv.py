@@ -209,15 +209,13 @@ def test_what_a_table_cannot_be_is_one_line(export, run_file, tmp_path, words, l
 
 
 def test_texts_and_numbers_out_of_the_ordinary_come_back():
-    from milltools.export.csv import Sheet
+    from milltools.export.csv import fill
 
     texts = ["a,b", 'say "c"', "two\nlines", "", "ä"]
     numbers = np.array([0.1, -0.0, np.nan, np.inf, 1e-310])
     singles = np.array([0.1, 1e-45, 3.4028235e38, -0.0, 16777216], "f4")
     file = io.BytesIO()
-    out = Sheet(file)
-    for _ in range(2):
-        out.add({"name, of": np.array(texts, object), "x [m]": numbers, "y [m]": singles})
+    assert fill(file, 2 * [{"name, of": np.array(texts, object), "x [m]": numbers, "y [m]": singles}]) == 2 * len(texts)
     file.seek(0)
     table = pd.read_csv(file, dtype={"y [m]": "float32"}, keep_default_na=False, na_values={"x [m]": [""]})
     assert list(table["name, of"]) == texts * 2

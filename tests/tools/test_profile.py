@@ -19,7 +19,7 @@ def wavy(request):
 
 def test_arcs_alternate_and_each_begins_where_the_last_ends_in_the_same_direction(wavy):
     arcs = wavy.arcs()
-    assert [arc.outer for arc in arcs] == [True, False] * wavy.buckles
+    assert [arc.turn > 0 for arc in arcs] == [True, False] * wavy.buckles
     for arc, after in zip(arcs, arcs[1:] + arcs[:1]):
         assert after.point(0) == pytest.approx(arc.point(1), abs=1e-15)
         ends = [(np.cos(a), np.sin(a)) for a in (arc.start + arc.turn, after.start + math.pi)]
@@ -31,7 +31,7 @@ def test_arcs_alternate_and_each_begins_where_the_last_ends_in_the_same_directio
 def test_the_wall_reaches_from_r_less_h_to_r_plus_h(wavy):
     radii = [np.hypot(*arc.point([0.0, 0.5, 1.0]).T) for arc in wavy.arcs()]
     for arc, (start, middle, end) in zip(wavy.arcs(), radii):
-        assert middle == pytest.approx(wavy.outermost if arc.outer else wavy.innermost, abs=2e-16 * 10)
+        assert middle == pytest.approx(wavy.outermost if arc.turn > 0 else wavy.innermost, abs=2e-16 * 10)
         assert wavy.innermost - 1e-16 <= min(start, end) <= max(start, end) <= wavy.outermost
     assert (wavy.innermost, wavy.outermost) == (R - wavy.height, R + wavy.height)
     angles = [np.arctan2(*wavy.arcs()[k].point(0.5)[::-1]) for k in (0, 1)]
@@ -125,8 +125,8 @@ def test_neighbours_touch_where_the_neck_closes():
         except ValueError:
             high = middle
     arcs = Profile(R, n, low).arcs()
-    inner = [np.array(arc.centre) for arc in arcs if not arc.outer]
-    outer = [np.array(arc.centre) for arc in arcs if arc.outer]
+    inner = [np.array(arc.centre) for arc in arcs if arc.turn < 0]
+    outer = [np.array(arc.centre) for arc in arcs if arc.turn > 0]
     least = min(math.dist(c[0], c[1]) for c in (inner, outer)) - 2 * arcs[0].radius
     assert least == pytest.approx(0, abs=1e-12)
 

@@ -42,7 +42,7 @@ def test_values_of_the_deck_are_in_si(finished):
 
 def test_blades_are_numbered_as_in_the_file(finished):
     with Run(finished) as run:
-        two, _, paddle = blades = run.blades()
+        two, _, paddle = blades = run.as_deck.blades
     assert len(blades) == 3
     assert [b.position for b in blades] == pytest.approx([-0.01, 0.01, 0.01])
     assert [b.angle for b in blades] == pytest.approx([0, np.pi, np.pi / 2])

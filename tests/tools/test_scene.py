@@ -172,7 +172,7 @@ def test_a_rotor_turned_by_a_quarter_moves_its_blades(runs):
     first, view = picture(run, state(away))
     turn = {"rotor": np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]])}
     later, _ = picture(run, state(away, poses=turn))
-    blade = run.blades()[0]
+    blade = run.as_deck.blades[0]
     middle = np.array([blade.position + blade.width / 2, 0.016, 0.0])
     turned = middle[[0, 2, 1]]
     white = np.array([255, 255, 255])

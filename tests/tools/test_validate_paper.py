@@ -15,7 +15,7 @@ import speeds
 import study_case
 import verdicts
 
-from milltools.read.runfile import Blade
+from milltools.read.deck import Blade
 
 
 @pytest.fixture

@@ -90,13 +90,6 @@ def tour() -> str:
     return "\n".join(lines)
 
 
-def find(name: str) -> Command:
-    for command in COMMANDS:
-        if command.name == name:
-            return command
-    raise UserError(f"unknown command '{name}': one of {', '.join(c.name for c in COMMANDS)}")
-
-
 def dispatch(words: list[str]) -> int:
     """Runs one command line (without the program's name); returns the exit status."""
     if not words or words[0] in ("-h", "--help", "help"):
@@ -107,7 +100,9 @@ def dispatch(words: list[str]) -> int:
         return 0
     if words[0].startswith("-"):
         raise UserError(f"unknown option '{words[0]}'; see 'mill --help'")
-    command = find(words[0])
+    command = next((one for one in COMMANDS if one.name == words[0]), None)
+    if command is None:
+        raise UserError(f"unknown command '{words[0]}': one of {', '.join(c.name for c in COMMANDS)}")
     module = importlib.import_module(command.module)
     parser = Parser(
         prog=f"mill {command.name}",

@@ -64,7 +64,7 @@ def read(path, begin, end):
         diameter = run.quantity("balls/diameter")
         mass = run.quantity("balls/density") * np.pi / 6 * diameter**3
         turned = run.rotor_angle(0.0) + run.rotor_speed * time
-        near = np.min([box_distance(blade, turned, x, y, z) for blade in run.blades()], axis=0)
+        near = np.min([box_distance(blade, turned, x, y, z) for blade in run.as_deck.blades], axis=0)
     energy = 0.5 * np.where(kind == BALL, mass / 2, mass) * v**2
     ends = length / 2 - np.abs(x)
     return Log(kind, v, energy, loss, radius - np.hypot(y, z), ends, near, diameter)

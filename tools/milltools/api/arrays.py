@@ -1,14 +1,18 @@
-"""A run as arrays of xarray. They are lazy by xarray's own lazy indexing: a variable is read when its values are used, and
-of it only what was selected; `.chunk()` makes dask arrays of them, for what is larger than memory. (xarray.core.indexing is
-where xarray's guide for backends finds this: there is no other door to it.)
+"""A run as arrays of xarray, and its log of impacts as tables of pandas.
+
+Arrays are lazy by xarray's own lazy indexing: a variable is read when its values are used, and of it only what was selected;
+`.chunk()` makes dask arrays of them, for what is larger than memory. (xarray.core.indexing is where xarray's guide for backends
+finds this: there is no other door to it.)
 
 Values, shapes and types are those of the file, to the last bit. Every variable has `units` (SI, "m s-1") and a
 `description` in its attributes, which xarray writes on the axes of its plots.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
@@ -25,6 +29,11 @@ COORDINATES = {
     "r": "distance from the drum's axis",
 }
 
+IMPACTS = (  # columns of /impacts
+    "time", "kind", "ball", "partner", "position", "normal", "normal_speed", "tangential_speed", "dissipation",
+)  # fmt: skip
+VECTORS = {"position": ("x", "y", "z"), "normal": ("normal_x", "normal_y", "normal_z")}
+
 
 class Stored(BackendArray):
     """Datasets of a run as one array: a single one as it is, several of one shape (S, ...) as (S, K, ...)."""
@@ -37,12 +46,9 @@ class Stored(BackendArray):
                 raise InputError(f"{run.path}: /{path} is not like /{paths[0]}")
         self.shape = (shape[0], len(paths), *shape[1:]) if stacked else shape
 
-    def __reduce__(self) -> tuple[Any, ...]:  # to another process, as dask does: an open file cannot go
-        return _again, (self.run.path, self.paths, self.stacked)
-
     def __getitem__(self, key: Any) -> Any:
-        able = indexing.IndexingSupport.OUTER_1VECTOR  # as h5py
-        return indexing.explicit_indexing_adapter(key, self.shape, able, self._read)
+        as_h5py = indexing.IndexingSupport.OUTER_1VECTOR
+        return indexing.explicit_indexing_adapter(key, self.shape, as_h5py, self._read)
 
     def _read(self, key: Any) -> np.ndarray:
         if not self.stacked:
@@ -58,16 +64,10 @@ class Stored(BackendArray):
         return np.stack(parts, axis=at)
 
 
-def _again(path: str, paths: tuple[str, ...], stacked: bool) -> Stored:
-    return Stored(Run(path), paths, stacked)
-
-
 def variable(run: Run, dims: list[str], *paths: str, stacked: bool = False, **more: str) -> xr.Variable:
     """A lazy variable of the dataset at a path; of several of them, stacked along the second dimension."""
-    attributes = {
-        "units": run.attribute(paths[0], "unit", ""),
-        "description": run.attribute(paths[0], "description", ""),
-    }
+    told = (("units", "unit"), ("description", "description"))
+    attributes = {name: run.attribute(paths[0], attribute, "") for name, attribute in told}
     array = indexing.LazilyIndexedArray(Stored(run, paths, stacked))
     return xr.Variable(dims, array, attributes | more)
 
@@ -133,17 +133,57 @@ def frames(run: Run) -> xr.Dataset:
 def maps(run: Run) -> xr.DataTree:
     """/statistics/maps: the nodes "cross_section" (y, z) and "axial" (x, r)."""
     run.need_statistics()
-    return xr.DataTree.from_dict({view: _view(run, view, dims) for view, dims in VIEWS.items()})
+    about, views = {"samples": int(run.read("statistics/maps/samples")), "duration": run.duration}, {}
+    for view, dims in VIEWS.items():
+        where, coords, found = f"statistics/maps/{view}", {}, {}
+        for dim, edges in zip(dims, run.edges(view)):
+            middle = (edges[:-1] + edges[1:]) / 2
+            coords[dim] = coordinate(dim, middle, "m", f"{COORDINATES[dim]}: middle of the cell")
+            found[f"{dim}_edges"] = variable(run, [f"{dim}_edge"], f"{where}/{dim}_edges")
+        for name in run.names(where):
+            if not name.endswith("_edges"):
+                found[name] = variable(run, dims, f"{where}/{name}", long_name=words(name))
+        views[view] = xr.Dataset(found, coords, about)
+    return xr.DataTree.from_dict(views)
 
 
-def _view(run: Run, view: str, dims: list[str]) -> xr.Dataset:
-    where, coords, found = f"statistics/maps/{view}", {}, {}
-    for dim, edges in zip(dims, run.edges(view)):
-        middle = (edges[:-1] + edges[1:]) / 2
-        coords[dim] = coordinate(dim, middle, "m", f"{COORDINATES[dim]}: middle of the cell")
-        found[f"{dim}_edges"] = variable(run, [f"{dim}_edge"], f"{where}/{dim}_edges")
-    for name in run.names(where):
-        if not name.endswith("_edges"):
-            found[name] = variable(run, dims, f"{where}/{name}", long_name=words(name))
-    samples = int(run.read("statistics/maps/samples"))
-    return xr.Dataset(found, coords, {"samples": samples, "duration": run.duration})
+class Impacts:
+    """The log of all impacts (`output.impacts = all`), read by slices: `impacts[:1000]` is a DataFrame of the first thousand,
+    `impacts[:]` of all of them (some 100 bytes each), `chunks()` one after the other; len(impacts) is their number."""
+
+    def __init__(self, run: Run):
+        if not run.has("impacts/time"):
+            raise InputError(f"{run.path}: its impacts were not logged: run it with output.impacts = all")
+        self._run = run
+        self._kinds = [str(kind) for kind in run.attribute("impacts/kind", "kinds")]
+
+    def __len__(self) -> int:
+        return self._run.layout("impacts/time")[0][0]
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} impacts of {self._run.path}: [first:last] reads them as a DataFrame>"
+
+    def __getitem__(self, rows: slice) -> pd.DataFrame:
+        """Rows of a slice with step 1, in the order of time; the index is the number of the impact."""
+        if not isinstance(rows, slice) or rows.step not in (None, 1):
+            raise TypeError("impacts are read by slices without a step, such as impacts[:1000]")
+        first, last, _ = rows.indices(len(self))
+        part = slice(first, max(first, last))
+        found, units = {}, {}
+        for name in IMPACTS:
+            values = self._run.read(f"impacts/{name}", part)
+            unit = self._run.attribute(f"impacts/{name}", "unit")
+            if name == "kind":
+                values = pd.Categorical.from_codes(values, self._kinds)
+            columns = VECTORS.get(name, (name,))
+            for k, column in enumerate(columns):
+                found[column] = values[:, k] if name in VECTORS else values
+                units[column] = unit
+        table = pd.DataFrame(found, index=pd.RangeIndex(part.start, part.stop, name="impact"))
+        table.attrs["units"] = units
+        return table
+
+    def chunks(self, rows: int = 1_000_000) -> Iterator[pd.DataFrame]:
+        """All impacts, `rows` at a time."""
+        for first in range(0, len(self), rows):
+            yield self[first : first + rows]

@@ -7,12 +7,11 @@ dimensionless. Nothing here knows units, keys or defaults: millsim reads them, a
 import numbers
 import os
 import pathlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import SupportsFloat
 
 from milltools.base.errors import InputError, MillsimError, MissingFileError
 from milltools.base.files import write_text
-from milltools.read import deck_text
 from milltools.read.deck import Deck
 
 START = "balls.start"  # the one key that names a file
@@ -57,9 +56,11 @@ def as_text(deck: Sections) -> str:
     return "\n".join(found)
 
 
-def is_text(deck: object) -> bool:
-    """Is this the text of a deck, not a path?"""
-    return isinstance(deck, str) and ("\n" in deck or deck.lstrip().startswith("["))
+def text_of(deck: object) -> str | None:
+    """The text of a deck that is given as one, or as a dictionary; None where it is something else, such as a path."""
+    if isinstance(deck, Mapping):
+        return as_text(deck)
+    return deck if isinstance(deck, str) and ("\n" in deck or deck.lstrip().startswith("[")) else None
 
 
 def override(name: str, value: object) -> str:
@@ -72,15 +73,6 @@ def override(name: str, value: object) -> str:
     return f"{_one_line('a key', key)}={_value(key, value)}"
 
 
-def start_of(text: str) -> str | None:
-    """The start file that a deck's text names; None if there is none, or if the text is not a deck."""
-    try:
-        start = sections(text).get("balls", {}).get("start", "random")
-    except MillsimError:
-        return None  # millsim says it better
-    return None if start in ("", "random") else start
-
-
 def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dict[str, str]]:
     """The deck at `path` as millsim understands it: {section: {key: text}}, every default filled in, in SI units.
 
@@ -89,7 +81,7 @@ def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dic
     """
     sets = [override(name, value) for name, value in overrides.items()]
     try:
-        return sections(Deck.check(os.fspath(path), sets).text)
+        return Deck.check(os.fspath(path), sets).sections
     except MillsimError as fault:
         raise located(fault, path) from None
 
@@ -97,15 +89,6 @@ def read_deck(path: str | os.PathLike[str], **overrides: Value) -> dict[str, dic
 def located(fault: MillsimError, path: str | os.PathLike[str]) -> MillsimError:
     """What millsim says of a deck: where the file is not there, that is a MissingFileError."""
     return fault if os.path.exists(path) else MissingFileError(fault, fault.status)
-
-
-def sections(text: str) -> dict[str, dict[str, str]]:
-    """{section: {key: text}} of the text of a deck."""
-    found: dict[str, dict[str, str]] = {}
-    entries: Iterable[deck_text.Entry] = deck_text.entries(text, "deck")
-    for one in entries:
-        found.setdefault(one.section, {})[one.key] = one.value
-    return found
 
 
 def write_deck(deck: Sections, path: str | os.PathLike[str], *, force: bool = False) -> None:

@@ -20,6 +20,7 @@ from milltools.base import engine, processes
 from milltools.base.errors import InputError, MillsimError
 from milltools.base.progress import Progress, in_notebook
 from milltools.base.text import number
+from milltools.read import deck_text
 
 NAME = "deck.ini"  # of a deck that is no file
 NAME_MOST = 32  # letters in the name of a temporary output: what fits above a figure
@@ -50,7 +51,9 @@ def run(
         overrides: keys of the deck, section__key=value: rotor__speed="1500 rpm", contact__restitution=0.7; names that
             Python does not allow go into a dictionary, **{"blade.left-1.pitch": "10 deg"}
     """
-    sets = [decks.override(name, value) for name, value in overrides.items()]
+    sets, text = [decks.override(name, value) for name, value in overrides.items()], decks.text_of(deck)
+    if text is None and not isinstance(deck, str | os.PathLike):
+        raise TypeError(f"deck: expected a path, a text or a dictionary, got {type(deck).__name__}")
     if output is not None:
         output = pathlib.Path(output)
         if output.exists() and not (force or resume):
@@ -60,18 +63,17 @@ def run(
             )
     folder = pathlib.Path(tempfile.mkdtemp(prefix="mill-"))
     try:
-        source, place, start = _source(deck, folder)
         target = output.absolute() if output else folder / _name(deck, sets)
-        words: list[Path] = [
-            *processes.guard(),
-            engine.program().absolute(),
-            "--json",
-            "--output",
-            target,
-        ]
+        if text is None:
+            source, place = os.fspath(deck), None  # type: ignore[arg-type] # a dictionary has a text
+        else:
+            source, place = NAME, folder  # where it is started
+            (folder / NAME).write_text(text, encoding="utf-8")
+            sets = list(_placed(sets, text))
+        words: list[Path] = [*processes.guard(), engine.program().absolute(), "--json", "--output", target]
         words += [flag for flag, on in (("--force", force), ("--resume", resume)) if on]
         words.append("--progress=json" if shown(progress) else "--quiet")
-        for one in sets if place is None else _placed(sets, start):
+        for one in sets:
             words += ["--set", one]
         try:
             notes = _execute([*words, "--", source], place, not shown(progress))
@@ -96,21 +98,6 @@ def shown(progress: bool | None) -> bool:
     return sys.stderr.isatty() or in_notebook() if progress is None else bool(progress)
 
 
-def _source(deck: Deck, folder: pathlib.Path) -> tuple[str, pathlib.Path | None, str | None]:
-    """(the deck as millsim is to be told, the folder to start it in, the start file it names); the last two are None where
-    the deck is a file, as millsim sees to them itself."""
-    if isinstance(deck, Mapping):
-        text = decks.as_text(deck)
-    elif decks.is_text(deck):
-        text = str(deck)
-    elif isinstance(deck, str | os.PathLike):
-        return os.fspath(deck), None, None
-    else:
-        raise TypeError(f"deck: expected a path, a text or a dictionary, got {type(deck).__name__}")
-    (folder / NAME).write_text(text, encoding="utf-8")
-    return NAME, folder, decks.start_of(text)
-
-
 def _name(deck: Deck, sets: list[str]) -> str:
     """Of a temporary output: what is run, in few words, as figures and summaries call it."""
     words = [one.partition(".")[2] for one in sets]
@@ -120,9 +107,12 @@ def _name(deck: Deck, sets: list[str]) -> str:
     return (name if len(name) <= NAME_MOST else name[: NAME_MOST - 3] + "...") + ".h5"
 
 
-def _placed(sets: list[str], start: str | None) -> Iterator[str]:
+def _placed(sets: list[str], text: str) -> Iterator[str]:
     """Overrides of a deck that is no file: its start file, by whomever named, counts from the current folder."""
-    if start and not any(one.startswith(f"{decks.START}=") for one in sets):
+    start = ""
+    with contextlib.suppress(MillsimError):  # millsim says better what is wrong with a text
+        start = deck_text.sections(text, "deck").get("balls", {}).get("start", "")
+    if start not in ("", "random") and not any(one.startswith(f"{decks.START}=") for one in sets):
         sets = [*sets, f"{decks.START}={start}"]
     for one in sets:
         key, _, value = one.partition("=")
@@ -162,11 +152,15 @@ def _execute(words: list[Path], place: pathlib.Path | None, quiet: bool) -> list
                         _show(progress, json.loads(line))
                     elif line.startswith("millsim: "):
                         said.append(line.removeprefix("millsim: ").rstrip())
-                status = process.wait()
+                process.wait()
             except BaseException:
                 _end(process)
                 raise
-        _judge(status, said)
+        status = process.returncode
+        if status != 0:
+            ended = status < 0 or status > 128
+            how = f"millsim was ended by signal {abs(status) % 128}" if ended else f"millsim ended with status {status}"
+            raise MillsimError(said[-1] if said else how, 1 if ended else status)
         summary.seek(0)
         text = summary.read()  # empty where a run was complete already
     warned = [one.removeprefix(WARNING) for one in said if one.startswith(WARNING)]
@@ -191,12 +185,3 @@ def _end(process: subprocess.Popen[str]) -> None:
     finally:
         process.kill()  # nothing where it has ended
         process.communicate()
-
-
-def _judge(status: int, lines: list[str]) -> None:
-    """MillsimError with millsim's own line if it did not end well."""
-    if status == 0:
-        return
-    ended = status < 0 or status > 128
-    how = f"millsim was ended by signal {abs(status) % 128}" if ended else f"millsim ended with status {status}"
-    raise MillsimError(lines[-1] if lines else how, 1 if ended else status)

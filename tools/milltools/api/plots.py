@@ -15,14 +15,13 @@ import matplotlib
 from milltools.base.errors import InputError
 from milltools.base.files import write_text
 from milltools.base.progress import in_notebook
-from milltools.figures import FIGURES, spectra
+from milltools.figures import spectra
 from milltools.figures.base import LOOK
 
 INK: Any = LOOK  # matplotlib would have each of its keys spelled out
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from milltools.read.runfile import Run
 
@@ -48,19 +47,6 @@ def spectrum(run: Run, ax: Axes | None, options: dict[str, Any]) -> Axes:
     return ax
 
 
-def names(run: Run) -> dict[str, str]:
-    """{name: title} of the figures that can be drawn of a run."""
-    return {name: figure.title for name, figure in FIGURES.items() if figure.why_not(run) is None}
-
-
-def draw(name: str, runs: list[Run], options: dict[str, Any]) -> Figure:
-    """A figure by its name in FIGURES."""
-    if name not in FIGURES:
-        raise InputError(f"unknown figure '{name}': one of {', '.join(FIGURES)}")
-    shown_inline()
-    return FIGURES[name].draw(runs, **options)
-
-
 def shown_inline() -> None:
     """A notebook's backend teaches it to show figures when it is imported, which drawing without pyplot does not do."""
     backend = os.environ.get("MPLBACKEND", "")
@@ -82,8 +68,7 @@ def show(
     text = player.page(run, name)
     if not (path or browser):
         return EmbeddedPage(name, text, height)
-    file = pathlib.Path(path or tempfile.mkdtemp(prefix="mill-")).absolute()
-    file = file if path else file / "balls.html"
+    file = pathlib.Path(path or f"{tempfile.mkdtemp(prefix='mill-')}/balls.html").absolute()
     write_text(file, text)
     if browser and not webbrowser.open(file.as_uri()):
         raise InputError(f"no browser was found; the page is {file}")

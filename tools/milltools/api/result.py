@@ -9,11 +9,10 @@ import shutil
 import weakref
 from typing import TYPE_CHECKING, Any
 
-from milltools.api import decks
 from milltools.api import words as show
-from milltools.api.measurement import Measurement
+from milltools.api.words import Measurement
 from milltools.base.errors import InputError
-from milltools.read import motions, runfile
+from milltools.read import deck_text, motions, runfile
 from milltools.read.histogram import ENERGIES, Histogram
 from milltools.read.runfile import MEDIAN, Run
 
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from milltools.api.impacts import Impacts
+    from milltools.api.arrays import Impacts
     from milltools.api.plots import EmbeddedPage
 
 Species = str | tuple[str, str] | None
@@ -115,7 +114,7 @@ class Result:
     def deck(self) -> dict[str, dict[str, str]]:
         """The deck as run, {section: {key: text}}, defaults filled in, SI. A plain dictionary of its own: change it, then
         `milltools.run(deck)`, or keep it with `milltools.write_deck(deck, "mine.ini")`."""
-        return decks.sections(self.file.deck_text())
+        return deck_text.sections(self.file.deck_text(), "deck")
 
     # ---- numbers
 
@@ -217,14 +216,8 @@ class Result:
         return _table(found, dict(zip(found, (edge, edge, "1", "J", "s-1", "W"))))
 
     def rate(
-        self,
-        above: float,
-        kind: str = "all",
-        *,
-        group: str = "impacts",
-        speed: str = "normal_speed",
-        species: Species = None,
-    ) -> float:
+        self, above: float, kind: str = "all", *, group: str = "impacts", speed: str = "normal_speed", species: Species = None
+    ) -> float:  # fmt: skip
         """Impacts a second [1/s] at or above a speed [m/s], or an energy [J] with speed="normal_energy", "total_energy" or
         "dissipated_energy"; exact at an edge of a bin, else good to its width. Other arguments as of spectrum()."""
         return self._histogram(kind, group, speed, species).above(above) / self.file.duration
@@ -241,7 +234,7 @@ class Result:
     def impacts(self) -> Impacts:
         """The log of single impacts: [first:last] and chunks() read it as DataFrames. InputError if it was not kept, which
         takes `output.impacts = all`."""
-        from milltools.api.impacts import Impacts
+        from milltools.api.arrays import Impacts
 
         return Impacts(self.file)
 
@@ -276,16 +269,20 @@ class Result:
     @property
     def figures(self) -> dict[str, str]:
         """What `plot` can draw of this run: {name: title}."""
-        from milltools.api import plots
+        from milltools.figures import FIGURES
 
-        return plots.names(self.file)
+        return {name: figure.title for name, figure in FIGURES.items() if figure.why_not(self.file) is None}
 
     def plot(self, name: str, *others: Result, **options: Any) -> Figure:
         """A figure of `mill plot --figure` by its name, such as "section-power"; `figures` has the names. Of several runs where
         `others` are given. It is in no window of pyplot: a notebook shows it, savefig() keeps it."""
-        from milltools.api import plots
+        from milltools.api.plots import shown_inline
+        from milltools.figures import FIGURES
 
-        return plots.draw(name, [self.file, *(other.file for other in others)], options)
+        if name not in FIGURES:
+            raise InputError(f"unknown figure '{name}': one of {', '.join(FIGURES)}")
+        shown_inline()
+        return FIGURES[name].draw([self.file, *(other.file for other in others)], **options)
 
     def plot_spectrum(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draws the impact spectra into axes, new ones by default, and returns them. Options: group, speed, abscissa

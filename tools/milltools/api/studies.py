@@ -10,13 +10,14 @@ import os
 import pathlib
 import tempfile
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from milltools.api import decks
 from milltools.api.launch import Path, shown
-from milltools.api.measurement import Measurement
+from milltools.api.words import Measurement
 from milltools.base.errors import InputError, MillsimError
+from milltools.read import deck_text
 
 if TYPE_CHECKING:
     import pandas
@@ -99,17 +100,17 @@ def _filled(
 @contextlib.contextmanager
 def _file(study: StudyDeck, output: object) -> Iterator[tuple[str, list[str]]]:
     """(the study deck as a file, overrides that say where its base deck is)."""
-    if not (isinstance(study, Mapping) or decks.is_text(study)):
-        yield os.fspath(study), []
+    text = decks.text_of(study)
+    if text is None:
+        yield os.fspath(study), []  # type: ignore[arg-type]
         return
     if output is None:
         raise InputError("output: a study that is no file needs the name of its table, such as 'speeds.parquet'")
-    text = decks.as_text(study) if isinstance(study, Mapping) else str(study)
     with tempfile.TemporaryDirectory(prefix="mill-") as folder:
         file = pathlib.Path(folder) / NAME
         file.write_text(text, encoding="utf-8")
         try:
-            deck = decks.sections(text).get("study", {}).get("deck")
+            deck = deck_text.sections(text, "deck").get("study", {}).get("deck")
             yield str(file), [f"study.deck={os.path.abspath(deck)}"] if deck else []
         except MillsimError as fault:
             raise MillsimError(str(fault).replace(f"{file}:", f"{NAME}:"), fault.status) from None

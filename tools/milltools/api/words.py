@@ -1,17 +1,19 @@
-"""A run in words, and as HTML for notebooks: what it is, what came out, and what to mind."""
+"""A run in words, and as HTML for notebooks: what it is, what came out, and what to mind; its numbers with their errors."""
 
 from __future__ import annotations
 
+import dataclasses
 import html
+import math
 from typing import TYPE_CHECKING, Any
 
-from milltools.api.measurement import Measurement
 from milltools.read.runfile import Run
 from milltools.report import facts as report
 
 if TYPE_CHECKING:
     import pandas
 
+SHOWN = 4  # digits of a value without an error
 COLUMNS = (  # of Result.summary: head, column, format, unit
     ("contacts", "count", ",.0f", ""),
     ("rate", "rate", ".4g", "1/s"),
@@ -20,6 +22,30 @@ COLUMNS = (  # of Result.summary: head, column, format, unit
     ("at the floor", "floor_share", ".1%", ""),
     ("dissipated power", "dissipated_power", ".4g", "W"),
 )
+
+
+@dataclasses.dataclass(frozen=True)
+class Measurement:
+    """`value` and its standard `error` (NaN where it is not known) in `unit`, SI as the file writes it ("m s-1").
+
+    float(m) is the value. Its text keeps as many digits as the error leaves: "862.5 +- 15.1 W".
+    """
+
+    value: float
+    error: float
+    unit: str
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        unit = {"m s-1": "m/s"}.get(self.unit, self.unit)
+        if not math.isfinite(self.error) or self.error <= 0 or not math.isfinite(self.value):
+            return f"{self.value:.{SHOWN}g} {unit}"
+        digits = max(2 - math.floor(math.log10(self.error)), 0)  # three of the error
+        return f"{self.value:.{digits}f} +- {self.error:.{digits}f} {unit}"
+
+    __repr__ = __str__
 
 
 def facts(result: Any) -> dict[str, str]:
@@ -45,15 +71,10 @@ def facts(result: Any) -> dict[str, str]:
         found["drive power"] = str(result.drive)
     elif run.has_rotor:
         found["rotor power"], found["rotor torque"] = str(result.power), str(result.torque)
-    found["anomalies"] = anomalies(run)
+    found["anomalies"] = ", ".join(f"{times} {what}" for what, times, _ in report.anomalies(run) or []) or "none"
     if run.notes:
         found["notes"] = " ".join(run.notes)
     return found
-
-
-def anomalies(run: Run) -> str:
-    """What should not have happened, counted; "none"."""
-    return ", ".join(f"{times} {what}" for what, times, _ in report.anomalies(run) or []) or "none"
 
 
 def table(result: Any) -> pandas.DataFrame | None:

@@ -36,6 +36,20 @@ def program() -> pathlib.Path:
     )
 
 
+def ask(*words: str | pathlib.Path) -> str:
+    """What millsim prints; where it fails its own line is the error."""
+    done = subprocess.run([program(), *words], capture_output=True, text=True, errors="replace")
+    if done.returncode != 0:
+        lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
+        raise UserError(own_words(lines[-1]), done.returncode if done.returncode > 0 else 1)
+    return done.stdout
+
+
+def own_words(line: str) -> str:
+    """A line that millsim writes for the user, without its name."""
+    return line.strip().removeprefix("millsim: ")
+
+
 def version() -> str:
     """The version, as `millsim --version` says it."""
     path = program()

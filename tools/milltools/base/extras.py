@@ -10,13 +10,8 @@ from milltools.base.errors import UserError
 EXTRAS = {
     "render": {"psutil": "psutil", "vtkmodules": "vtk"},
     "study": {
-        "optuna": "optuna",
-        "pyarrow": "pyarrow",
-        "SALib": "SALib",
-        "scipy": "scipy",
-        "sklearn": "scikit-learn",
-        "sqlalchemy": "sqlalchemy",
-        "threadpoolctl": "threadpoolctl",
+        name: {"sklearn": "scikit-learn"}.get(name, name)
+        for name in ("optuna", "pyarrow", "SALib", "scipy", "sklearn", "sqlalchemy", "threadpoolctl")
     },
     "cluster": {"dask": "dask", "distributed": "distributed", "psycopg": "psycopg"},
     "export": {"gsd": "gsd", "pyarrow": "pyarrow"},
@@ -34,11 +29,11 @@ def needs(extra: str, *modules: str):
         raise UserError(f"this needs the Python package {', '.join(missing)}: {mend}", status=1)
 
 
-def program(name: str, package: str, title: str = "") -> str:
+def program(name: str, package: str) -> str:
     """The path of a program, which a Debian package brings; a UserError if it is not installed."""
     found = shutil.which(name)
     if not found:
-        raise UserError(f"{title or name} is not installed; {on_debian(package)}", status=1)
+        raise UserError(f"{name} is not installed; {on_debian(package)}", status=1)
     return found
 
 

@@ -45,7 +45,9 @@ def whole(path):
     draft = pathlib.Path(draft)
     try:
         with faults(path):
-            os.fchmod(handle, 0o666 & ~_mask())
+            mask = os.umask(0o077)
+            os.umask(mask)
+            os.fchmod(handle, 0o666 & ~mask)
             os.close(handle)
             yield draft
             os.replace(draft, path)
@@ -118,9 +120,3 @@ def _check_ordinary(path):
         kind = os.lstat(path).st_mode
         if not (stat.S_ISREG(kind) or stat.S_ISLNK(kind)):
             raise UserError(f"{path}: is no ordinary file; choose another name")
-
-
-def _mask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask

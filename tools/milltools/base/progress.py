@@ -23,7 +23,7 @@ def say(command: str, line: str):
     print(f"{command}: {line}", file=sys.stderr, flush=True)
 
 
-class Progress:
+class Progress(contextlib.AbstractContextManager):
     """A context manager that is told how much of `total` is done (None: nobody knows how much there is).
 
     `command` ("mill export") begins each line; quiet: nothing is said. `kept`: how much was done before, so that the time
@@ -37,9 +37,6 @@ class Progress:
         self.bar = None
         self.width = 0  # of the line that stands in a notebook
         self.known = None  # [s] until the end, where the work itself knows it
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.stop()
@@ -59,20 +56,17 @@ class Progress:
         now = time.monotonic()
         if self.quiet or now < self.due:
             return
-        plain = ", ".join(words for words in (text, self.percent(), self.left()) if words)
+        percent = f"{100 * done / self.total:.0f} %" if self.total else ""
+        words, plain = (", ".join(filter(None, said)) for said in ((text, self._left()), (text, percent, self._left())))
+        self.due = now + SHORT
         if in_notebook():
-            self.due = now + SHORT
             self._rewrite(f"{self.command}: {plain}")
-            return
-        if not sys.stderr.isatty():
+        elif sys.stderr.isatty():
+            self.bar = self.bar or self._bar()
+            self.bar.update(self.bar.task_ids[0], completed=done, description=words)
+        else:
             self.due = now + PLAIN
             say(self.command, plain)
-            return
-        self.due = now + SHORT
-        if not self.bar:
-            self._show()
-        words = ", ".join(words for words in (text, self.left()) if words)
-        self.bar.update(self.bar.task_ids[0], completed=done, description=words)
 
     @contextlib.contextmanager
     def step(self, text: str, share: float = 1.0):
@@ -89,10 +83,7 @@ class Progress:
                 yield item
                 self.done += 1
 
-    def percent(self) -> str:
-        return f"{100 * self.done / self.total:.0f} %" if self.total else ""
-
-    def left(self) -> str:
+    def _left(self) -> str:
         """12 min left, "" if nobody knows."""
         if self.known is not None:
             return f"{duration(self.known)} left"
@@ -114,11 +105,12 @@ class Progress:
         print("\r" + line.ljust(self.width), end="", flush=True)
         self.width = len(line)
 
-    def _show(self):
+    def _bar(self):
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn
 
         columns = (BarColumn(bar_width=24), TextColumn("{task.description}", markup=False))
-        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
-        self.bar.add_task("", total=self.total)
-        self.bar.start()
+        bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        bar.add_task("", total=self.total)
+        bar.start()
+        return bar

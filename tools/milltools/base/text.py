@@ -3,17 +3,7 @@
 import dataclasses
 import math
 
-PREFIXES = {
-    -4: "p",
-    -3: "n",
-    -2: "µ",
-    -1: "m",
-    0: "",
-    1: "k",
-    2: "M",
-    3: "G",
-    4: "T",
-}  # powers of 1000
+PREFIXES = dict(zip(range(-4, 5), ("p", "n", "µ", "m", "", "k", "M", "G", "T")))  # powers of 1000
 SPACE = "\N{NO-BREAK SPACE}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
 MISSING = "\N{EN DASH}"
@@ -97,12 +87,16 @@ def number(value: float, digits: int = 3) -> str:
     return f"{mantissa}×10{str(exponent).translate(SUPERSCRIPT)}".replace("-", MINUS)
 
 
+def _exponent(value: float, digits: int) -> int:
+    """The power of ten of a value of so many digits: 999.96 of four is 1.000 k."""
+    return int(f"{abs(value):.{digits - 1}e}".split("e")[1])
+
+
 def prefix(value: float, digits: int = 3) -> tuple[float, str]:
     """(factor, its SI prefix) with which a value of so many digits is read best: 31.4e-6 -> (1e-6, "µ")."""
-    if value == 0 or not math.isfinite(value):
+    if not math.isfinite(value):
         return 1.0, ""
-    exponent = int(f"{abs(value):.{digits - 1}e}".split("e")[1])  # 999.96 of four digits is 1.000 k
-    thousands = min(max(exponent // 3, min(PREFIXES)), max(PREFIXES))
+    thousands = min(max(_exponent(value, digits) // 3, min(PREFIXES)), max(PREFIXES))
     return 1000.0**thousands, PREFIXES[thousands]
 
 
@@ -158,13 +152,8 @@ class Number:
 
 def _scale(value: float) -> tuple[int, int] | None:
     """(thousands, decimals) of four significant digits; None where no prefix fits."""
-    if not math.isfinite(value):
-        return None
-    exponent = 0 if value == 0 else int(f"{value:.3e}".split("e")[1])
-    if not -12 <= exponent <= 14:
-        return None
-    thousands = exponent // 3
-    return thousands, 3 - (exponent - 3 * thousands)
+    thousands, rest = divmod(_exponent(value, 4), 3) if math.isfinite(value) else (math.inf, 0)
+    return (thousands, 3 - rest) if thousands in PREFIXES else None
 
 
 def _tail(thousands: int, unit: str) -> str:
@@ -207,9 +196,7 @@ def share(value: float) -> Number:
 
 def with_error(value: float, error: float, unit: str) -> Number:
     """Both on the scale of the larger one: "8.236 ± 0.145 N m". An error that would read 0 has the digits that it takes."""
-    scale = None
-    if math.isfinite(value) and math.isfinite(error):
-        scale = _scale(max(abs(value), error))
+    scale = _scale(max(abs(value), error)) if math.isfinite(value + error) else None
     if scale is None:
         return scaled(value, unit)
     one, decimals = 1000.0 ** scale[0], scale[1]

@@ -4,6 +4,7 @@ back to the last bit."""
 import bisect
 import csv
 import io
+import itertools
 import os
 
 import numpy as np
@@ -21,32 +22,28 @@ BLOCK = 65536  # rows held at once
 XYZ = "xyz"
 
 
-class Sheet:
-    """A CSV file that grows block by block; a block is {head: (rows,) numbers or texts}."""
-
-    def __init__(self, file):
-        self.file, self.writer, self.rows = file, None, 0
-
-    def add(self, block):
+def fill(file, blocks) -> int:
+    """Writes blocks, {head: (rows,) numbers or texts}, as one table, and returns the number of its rows."""
+    writer, rows = None, 0
+    for block in blocks:
         columns = [pa.array(values, from_pandas=True) for values in block.values()]  # NaN: empty
         batch = pa.record_batch(columns, names=list(block))
-        if self.writer is None:
+        if writer is None:
             csv.writer(head := io.StringIO(), lineterminator="\n").writerow(map(cell, block))
-            self.file.write(head.getvalue().encode(errors="replace"))
-            self.writer = CSVWriter(self.file, batch.schema, write_options=WriteOptions(include_header=False))
-        self.writer.write_batch(batch)
-        self.rows += len(batch)
+            file.write(head.getvalue().encode(errors="replace"))
+            writer = CSVWriter(file, batch.schema, write_options=WriteOptions(include_header=False))
+        writer.write_batch(batch)
+        rows += len(batch)
+    return rows
 
 
 def table(arguments, blocks, of=""):
     """Writes blocks into the file; says how much."""
     with whole(arguments.file) as draft:
         with open(draft, "wb") as file:
-            out = Sheet(file)
-            for block in blocks:
-                out.add(block)
+            rows = fill(file, blocks)
         total = os.path.getsize(draft)
-    return f"{plural(out.rows, 'row')}{of}, {size(total)}"
+    return f"{plural(rows, 'row')}{of}, {size(total)}"
 
 
 def cells(names) -> np.ndarray:
@@ -68,107 +65,79 @@ def vector(name, values, text):
 def balls(arguments):
     with source.open_run(arguments) as run:
         chosen, times = source.many(run, arguments), source.stored(run)
-        of = f" ({source.count(chosen, len(run.balls('id')))})"
-        return table(arguments, _ball_blocks(run, chosen, times, arguments), of)
+        still = {
+            "id": run.balls("id"),
+            "species": cells(run.species_names())[run.balls("species")],
+            "diameter [m]": run.balls("diameter"),
+            "mass [kg]": run.balls("mass"),
+        }
+        count = len(still["id"])
 
+        def blocks():
+            for index in source.steps(chosen, arguments):
+                block = {"time [s]": np.full(count, times[index]), "frame": np.full(count, index)} | still
+                block |= vector("", run.frame(index, "position"), "m")
+                block |= vector("v", run.frame(index, "velocity"), "m s-1")
+                yield block | vector("w", run.frame(index, "angular_velocity"), "rad s-1")
 
-def _ball_blocks(run, chosen, times, arguments):
-    names = cells(run.species_names())
-    still = {
-        "id": run.balls("id"),
-        "species": names[run.balls("species")],
-        "diameter [m]": run.balls("diameter"),
-        "mass [kg]": run.balls("mass"),
-    }
-    count = len(still["id"])
-    for index in source.steps(chosen, arguments):
-        block = {"time [s]": np.full(count, times[index]), "frame": np.full(count, index)} | still
-        for letter, what, text in (
-            ("", "position", "m"),
-            ("v", "velocity", "m s-1"),
-            ("w", "angular_velocity", "rad s-1"),
-        ):
-            block |= vector(letter, run.frame(index, what), text)
-        yield block
+        return table(arguments, blocks(), f" ({source.count(chosen, count)})")
 
 
 # ---- rows by time
 
 
-def _between(run, path, arguments, slack=0.0):
-    """Rows (first, last + 1) whose times, in order at the path, are within --from and --to."""
+def _blocks(run, path, columns, arguments, slack=0.0):
+    """Blocks of the rows whose times, in order at the path, are within --from and --to: these times and columns(rows)."""
     low, high = source.window(arguments, slack)
     rows = range(run.length(path))
-    return (
-        bisect.bisect_left(rows, low, key=lambda k: run.read(path, k)),
-        bisect.bisect_right(rows, high, key=lambda k: run.read(path, k)),
-    )
-
-
-def _parts(first, end, arguments):
-    starts = source.steps(range(first, max(end, first + 1), BLOCK), arguments)
-    return (slice(start, min(start + BLOCK, end)) for start in starts)
+    first = bisect.bisect_left(rows, low, key=lambda k: run.read(path, k))
+    end = bisect.bisect_right(rows, high, key=lambda k: run.read(path, k))
+    for start in source.steps(range(first, max(end, first + 1), BLOCK), arguments):
+        part = slice(start, min(start + BLOCK, end))
+        yield {"time [s]": run.read(path, part)} | columns(part)
 
 
 def series(arguments):
     with source.open_run(arguments) as run:
         names = run.series_names()
-        path = f"observables/{names[0] if names else 'rotor_work'}/time"
-        times = run.read(path, slice(0, 2))
-        first, end = _between(run, path, arguments, source.SLACK * source.interval(times))
+        time = f"observables/{names[0] if names else 'rotor_work'}/time"
 
-        def blocks():
-            for part in _parts(first, end, arguments):
-                block = {"time [s]": run.read(path, part)}
-                for name in names:
-                    block |= _series(run, name, part)
-                yield block
+        def columns(part):
+            found = {}
+            for name in names:
+                path = f"observables/{name}/value"
+                values, text = run.read(path, part), run.attribute(path, "unit", "")
+                if values.ndim == 1:
+                    found[head(name, text)] = values
+                    continue
+                marks = run.attribute(path, "thresholds", range(values.shape[1]))
+                found |= {head(f"{name} from {mark:g} m/s", text): values[:, k] for k, mark in enumerate(marks)}
+            return found
 
-        return table(arguments, blocks(), f" of {len(names)} series")
-
-
-def _series(run, name, part):
-    path = f"observables/{name}/value"
-    values, text = run.read(path, part), run.attribute(path, "unit", "")
-    if values.ndim == 1:
-        return {head(name, text): values}
-    marks = run.attribute(path, "thresholds", range(values.shape[1]))
-    return {head(f"{name} from {mark:g} m/s", text): values[:, k] for k, mark in enumerate(marks)}
+        slack = source.SLACK * source.interval(run.read(time, slice(0, 2)))
+        return table(arguments, _blocks(run, time, columns, arguments, slack), f" of {len(names)} series")
 
 
-IMPACTS = (
-    ("ball", ""),
-    ("partner", ""),
-    ("position", "m"),
-    ("normal", ""),
-    ("normal_speed", "m s-1"),
-    ("tangential_speed", "m s-1"),
-    ("dissipation", "J"),
-)
+IMPACTS = {  # column: unit
+    "ball": "", "partner": "", "position": "m", "normal": "", "normal_speed": "m s-1", "tangential_speed": "m s-1",
+    "dissipation": "J",
+}  # fmt: skip
 
 
 def impacts(arguments):
     with source.open_run(arguments) as run:
-        why = "single impacts are kept with output.impacts = all"
-        run.read("impacts/time", slice(0, 0), why=why)
-        first, end = _between(run, "impacts/time", arguments)
+        run.read("impacts/time", slice(0, 0), why="single impacts are kept with output.impacts = all")
         kinds = cells(run.attribute("impacts", "kinds", run.kinds))
 
-        def blocks():
-            for part in _parts(first, end, arguments):
-                yield _impacts(run, kinds, part)
+        def columns(part):
+            found = {"kind": kinds[run.read("impacts/kind", part)]}
+            for name, text in IMPACTS.items():
+                values = run.read(f"impacts/{name}", part)
+                letter = {"position": "", "normal": "n"}.get(name)
+                found |= {_loss(run, name, text): values} if letter is None else vector(letter, values, text)
+            return found
 
-        return table(arguments, blocks())
-
-
-def _impacts(run, kinds, part):
-    block = {"time [s]": run.read("impacts/time", part)}
-    block["kind"] = kinds[run.read("impacts/kind", part)]
-    for name, text in IMPACTS:
-        values = run.read(f"impacts/{name}", part)
-        letter = {"position": "", "normal": "n"}.get(name)
-        block |= {_loss(run, name, text): values} if letter is None else vector(letter, values, text)
-    return block
+        return table(arguments, _blocks(run, "impacts/time", columns, arguments))
 
 
 def _loss(run, name, text, path="impacts/dissipation"):
@@ -181,33 +150,23 @@ def _loss(run, name, text, path="impacts/dissipation"):
 
 
 def spectra(arguments):
+    """One histogram after the other, bin by bin; the first row of each is what is slower than its bins, the last what is faster."""
     with source.open_run(arguments) as run:
         run.need_statistics()
-        rows = [
-            (group, kind, speed)
-            for group in ("impacts", "strikes")
-            for kind in run.kinds
-            for speed in ("normal_speed", "tangential_speed")
-        ]
-        return table(arguments, (_spectrum(run, *row) for row in rows))
 
+        def block(group, kind, speed):
+            path = f"statistics/{group}/{kind}/{speed}/histogram/dissipation"
+            found = run.histogram(kind, group, speed)
+            lost = [run.attribute(path, side, 0.0) for side in ("underflow", "overflow")]
+            count = np.concatenate([[found.underflow], found.count, [found.overflow]]).astype("u8")
+            words = {"group": group, "kind": cell(kind), "speed": speed.removesuffix("_speed")}
+            return {name: np.full(len(count), word, object) for name, word in words.items()} | {
+                "from [m/s]": np.concatenate([[0.0], found.edges]),
+                "to [m/s]": np.concatenate([found.edges, [np.inf]]),
+                "count": count,
+                "rate [1/s]": count / run.duration,
+                _loss(run, "dissipation", "J", path): np.concatenate([lost[:1], found.dissipation, lost[1:]]),
+            }
 
-def _spectrum(run, group, kind, speed):
-    """One histogram, bin by bin; the first row is what is slower than its bins, the last what is faster."""
-    path = f"statistics/{group}/{kind}/{speed}/histogram"
-    found = run.histogram(kind, group, speed)
-    lost = [run.attribute(f"{path}/dissipation", side, 0.0) for side in ("underflow", "overflow")]
-    count = np.concatenate([[found.underflow], found.count, [found.overflow]]).astype("u8")
-    bins = len(count)
-    return {
-        "group": np.full(bins, group, object),
-        "kind": np.full(bins, cell(kind), object),
-        "speed": np.full(bins, speed.removesuffix("_speed"), object),
-        "from [m/s]": np.concatenate([[0.0], found.edges]),
-        "to [m/s]": np.concatenate([found.edges, [np.inf]]),
-        "count": count,
-        "rate [1/s]": count / run.duration,
-        _loss(run, "dissipation", "J", f"{path}/dissipation"): np.concatenate(
-            [[lost[0]], found.dissipation, [lost[1]]]
-        ),
-    }
+        rows = itertools.product(("impacts", "strikes"), run.kinds, ("normal_speed", "tangential_speed"))
+        return table(arguments, itertools.starmap(block, rows))

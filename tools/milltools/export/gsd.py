@@ -17,40 +17,29 @@ from milltools.export import source
 from milltools.geometry.bodies import Mill
 
 
-def write(arguments):
+def balls(arguments):
     needs("export", "gsd")
     import gsd.fl
     import gsd.hoomd
 
     with source.open_run(arguments) as run:
-        chosen = source.many(run, arguments)
-        first, times = _still(run, gsd.hoomd.Frame()), source.stored(run)
+        chosen, times = source.many(run, arguments), source.stored(run)
+        frame, diameter = gsd.hoomd.Frame(), run.balls("diameter")
+        hull = np.abs(Mill.of(run).hull).max(axis=0)  # GSD's box is about the origin
+        frame.configuration.box = [*(2 * hull + 2 * diameter.max()), 0, 0, 0]
+        frame.particles.N = len(diameter)
+        frame.particles.types = run.species_names()
+        frame.particles.typeid = run.balls("species")
+        frame.particles.diameter = diameter.astype(np.float32)
+        frame.particles.mass = run.balls("mass").astype(np.float32)
         with whole(arguments.file) as draft:
             file = gsd.fl.GSDFile(str(draft), "w", f"{run.program} {run.version}", "hoomd", [1, 4])
             with gsd.hoomd.HOOMDTrajectory(file) as out:
-                for index in source.steps(chosen, arguments):
-                    out.append(_move(run, first, index, times[index]))
-        return f"{source.count(chosen, first.particles.N)}, {size(os.path.getsize(arguments.file))}"
-
-
-def _still(run, frame):
-    """A frame with all that does not move; what is as in the first frame is not stored again."""
-    diameter = run.balls("diameter")
-    room = 2 * diameter.max()
-    hull = np.abs(Mill.of(run).hull).max(axis=0)  # GSD's box is about the origin
-    frame.configuration.box = [*(2 * hull + room), 0, 0, 0]
-    frame.particles.N = len(diameter)
-    frame.particles.types = run.species_names()
-    frame.particles.typeid = run.balls("species")
-    frame.particles.diameter = diameter.astype(np.float32)
-    frame.particles.mass = run.balls("mass").astype(np.float32)
-    return frame
-
-
-def _move(run, frame, index, time):
-    frame.configuration.step = int(run.read("particles/trajectory/position/step", index))
-    frame.particles.position = run.frame(index, "position")
-    frame.particles.velocity = run.frame(index, "velocity")
-    frame.log["time"] = np.array([time])
-    frame.log["particles/angular_velocity"] = run.frame(index, "angular_velocity")
-    return frame
+                for index in source.steps(chosen, arguments):  # what is as in the first frame is not stored again
+                    frame.configuration.step = int(run.read("particles/trajectory/position/step", index))
+                    frame.particles.position = run.frame(index, "position")
+                    frame.particles.velocity = run.frame(index, "velocity")
+                    frame.log["time"] = np.array([times[index]])
+                    frame.log["particles/angular_velocity"] = run.frame(index, "angular_velocity")
+                    out.append(frame)
+        return f"{source.count(chosen, len(diameter))}, {size(os.path.getsize(arguments.file))}"

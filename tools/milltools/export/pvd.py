@@ -9,16 +9,18 @@ from milltools.base.files import whole, whole_folder
 from milltools.base.text import plural, size
 from milltools.export import source, vtp
 
+HEAD = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n<Collection>\n'
+TAIL = "\n</Collection>\n</VTKFile>\n"
+
 
 def balls(arguments):
     with source.open_run(arguments) as run:
         kept = vtp.still(run)
-        chosen, times = source.many(run, arguments), source.stored(run)
 
-        def write(index, path):
-            return vtp.write_balls(run, index, times[index], kept, path)
+        def write(index, time, path):
+            return vtp.write_balls(run, index, time, kept, path)
 
-        return collection(arguments, chosen, times, write, f"{len(kept['id'])} balls")
+        return collection(arguments, run, write, f"{len(kept['id'])} balls")
 
 
 def mill(arguments):
@@ -26,16 +28,16 @@ def mill(arguments):
         raise UserError(f"{arguments.file}: a deck has no frames: give a run, or write .stl or .vtp")
     bodies = vtp.Bodies(source.deck_of(arguments), arguments)
     with source.open_run(arguments) as run:
-        chosen, times = source.many(run, arguments), source.stored(run)
 
-        def write(index, path):
-            return bodies.write(times[index], path, run.poses(index))
+        def write(index, time, path):
+            return bodies.write(time, path, run.poses(index))
 
-        return collection(arguments, chosen, times, write, ", ".join(bodies.parts))
+        return collection(arguments, run, write, ", ".join(bodies.at_start))
 
 
-def collection(arguments, chosen, times, write, of):
-    """balls.pvd and balls/balls_0000.vtp ..., by write(frame, path) -> bytes; says how much `of` what."""
+def collection(arguments, run, write, of):
+    """balls.pvd and balls/balls_0000.vtp ..., by write(frame, time [s], path) -> bytes; says how much `of` what."""
+    chosen, times = source.many(run, arguments), source.stored(run)
     path = pathlib.Path(arguments.file)
     place = path.with_suffix("")
     own = re.compile(re.escape(place.name) + r"_\d+\.vtp")
@@ -44,16 +46,8 @@ def collection(arguments, chosen, times, write, of):
     with whole(path) as draft, whole_folder(place, own.fullmatch) as folder:
         for index in source.steps(chosen, arguments):
             name = f"{place.name}_{index:0{digits}d}.vtp"
-            total += write(index, folder / name)
+            total += write(index, times[index], folder / name)
             link = quoteattr(f"{place.name}/{name}")
             lines.append(f'<DataSet timestep="{float(times[index])!r}" part="0" file={link}/>')
-        draft.write_text(page(lines), encoding="utf-8")
+        draft.write_text(HEAD + "\n".join(lines) + TAIL, encoding="utf-8")
     return f"{plural(len(lines), 'frame')} of {of}, {size(total)} in {place.name}/"
-
-
-def page(lines):
-    body = "\n".join(lines)
-    return (
-        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
-        f"<Collection>\n{body}\n</Collection>\n</VTKFile>\n"
-    )

@@ -79,8 +79,8 @@ def stored(run) -> np.ndarray:
     return times
 
 
-def one(run, arguments, default=None) -> int:
-    """Number of the frame asked for by --frame or --time; without them the default, or else the last."""
+def one(run, arguments) -> int:
+    """Number of the frame asked for by --frame or --time; without them the last."""
     times = stored(run)
     last = len(times) - 1
     span = f"{run.path} has frames 0 to {last}, from {times[0]:.6g} to {times[-1]:.6g} s"
@@ -89,7 +89,7 @@ def one(run, arguments, default=None) -> int:
             raise UserError(f"--frame {arguments.frame}: {span}")
         return arguments.frame % len(times)
     if arguments.time is None:
-        return last if default is None else default
+        return last
     (time,) = seconds({"--time": arguments.time})
     slack = SLACK * interval(times)
     if not times[0] - slack <= time <= max(times[-1], run.time) + slack:

@@ -4,8 +4,6 @@ Drum, shaft and blades are closed bodies of their own (solids.py); bodies of sec
 as the surface that the balls see.
 """
 
-import math
-
 import numpy as np
 
 from milltools.base import engine
@@ -13,9 +11,9 @@ from milltools.base.errors import UserError
 from milltools.base.files import whole
 from milltools.base.text import size
 from milltools.export import source
-from milltools.geometry import bodies
+from milltools.geometry import bodies, solids
 from milltools.geometry.profile import Profile
-from milltools.geometry.solids import PARTS
+from milltools.read.runfile import turned
 from milltools.read.values import metres, seconds
 
 MOST_CORNERS = 4000  # of an outline
@@ -27,17 +25,15 @@ class Parts:
 
     def __init__(self, deck, arguments):
         self.deck = deck
-        has_drum, self.plain = "drum" in deck.sections, True
+        self.plain = not any(name.startswith(("body.", "motion.")) for name in deck.sections)
         self.first, found = {}, {}
-        if has_drum:
-            sizes = _sizes(deck, arguments)
-            rides = {"drum": deck.value("drum.motion", ""), "walls": deck.value("drum.motion", "")}
-            for part, make in PARTS.items():
-                found[part] = [(rides.get(part, "rotor"), body) for body in make(deck, *sizes)]
+        if "drum" in deck.sections:
+            rides = dict.fromkeys(("drum", "walls"), deck.value("drum.motion", ""))
+            for part, own in solids.parts(deck, *_sizes(deck, arguments)).items():
+                found[part] = [(rides.get(part, "rotor"), body) for body in own]
         elif arguments.tolerance or arguments.thickness:
             raise UserError(f"{deck.path}: --tolerance, --thickness: this mill has no drum")
-        if any(name.startswith(("body.", "motion.")) for name in deck.sections):
-            self.plain = False
+        if not self.plain:
             with bodies.bare(deck.text) as run:
                 self.first = run.poses(0)
                 for body in bodies.read(run):
@@ -45,23 +41,24 @@ class Parts:
                         pose = bodies.Mill.pose(body.motion, self.first)
                         name = body.kind.removeprefix("ball_")
                         found.setdefault(name, []).append((body.motion, bodies.moved(pose, body.triangles)))  # fmt: skip
-        self.names = [*PARTS, *(name for name in found if name not in PARTS)]
+        self.names = [*solids.PARTS, *(name for name in found if name not in solids.PARTS)]
         for part in arguments.part or ():
             if not found.get(part):
                 there = ", ".join(name for name, own in found.items() if own)
                 raise UserError(f"{deck.path}: --part {part}: this mill has none, but {there}")
         self.at_start = {part: own for part, own in found.items() if own and part in (arguments.part or found)}
 
-    def ways(self, poses=None, time=0.0):
-        """What comes to each motion from t = 0 to where it is at `poses`, or at a time [s]."""
+    def placed(self, pieces, time, poses=None):
+        """Points of (motion, points at t = 0), one after the other, where motions are at `poses`, or at a time [s]."""
         if self.plain:
             angle = self.deck.number("rotor.speed", 0.0) * time
-            c, s = math.cos(angle), math.sin(angle)
-            return {"rotor": np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])} if angle else {}
-        if poses is None and time > 0:
-            with bodies.bare(self.deck.text, time) as run:
-                poses = run.poses(1)
-        return {name: bodies.after(pose, self.first[name]) for name, pose in (poses or {}).items()}
+            ways = {"rotor": turned(angle)} if angle else {}
+        else:
+            if poses is None and time > 0:
+                with bodies.bare(self.deck.text, time) as run:
+                    poses = run.poses(1)
+            ways = {name: bodies.after(pose, self.first[name]) for name, pose in (poses or {}).items()}
+        return np.concatenate([bodies.moved(ways[motion], p) if motion in ways else p for motion, p in pieces])
 
 
 def _sizes(deck, arguments):
@@ -92,22 +89,12 @@ def asked_time(arguments) -> float:
     return seconds({"--time": arguments.time})[0] or 0.0
 
 
-def write(arguments):
+def mill(arguments):
     """Binary STL: 80 bytes of head, the number of triangles, 50 bytes a triangle, little-endian."""
-    parts = Parts(source.deck_of(arguments), arguments)
-    time = asked_time(arguments)
-    ways = parts.ways(time=time)
-    corners = np.concatenate(
-        [
-            bodies.moved(ways[motion], body) if motion in ways else body
-            for own in parts.at_start.values()
-            for motion, body in own
-        ]
-    )
+    parts, time = Parts(source.deck_of(arguments), arguments), asked_time(arguments)
+    corners = parts.placed([piece for own in parts.at_start.values() for piece in own], time)
     rows = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    rows["normal"] = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    rows["corners"] = corners
+    rows["normal"], rows["corners"] = bodies.facing(corners)[0], corners
     names = ", ".join(parts.at_start)
     head = f"millsim {engine.version()}: {names}; metres".encode()[:80].ljust(80)
     content = head + np.uint32(len(rows)).astype("<u4").tobytes() + rows.tobytes()

@@ -5,6 +5,7 @@ so OVITO reads it as well, which knows neither raw nor compressed data, nor a fi
 """
 
 import base64
+import contextlib
 import os
 from xml.sax.saxutils import quoteattr
 
@@ -13,64 +14,47 @@ import numpy as np
 from milltools.base.files import whole
 from milltools.base.text import size
 from milltools.export import source, stl
-from milltools.geometry.bodies import moved
 
 TYPES = {"f4": "Float32", "f8": "Float64", "i4": "Int32", "i8": "Int64"}
 
 
-class Document:
-    """XML that is written element by element."""
+@contextlib.contextmanager
+def _element(file, tag, **attributes):
+    """Of XML that is written element by element."""
+    words = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
+    file.write(f"<{tag}{words}>\n".encode())
+    yield
+    file.write(f"</{tag}>\n".encode())
 
-    def __init__(self, file):
-        self.file = file
 
-    def open(self, tag, **attributes):
-        words = "".join(f" {name}={quoteattr(str(value))}" for name, value in attributes.items())
-        self.file.write(f"<{tag}{words}>\n".encode())
-
-    def close(self, *tags):
-        for tag in tags:
-            self.file.write(f"</{tag}>\n".encode())
-
-    def array(self, name, values, **attributes):
-        """(N,) or (N, 3), behind the number of its bytes"""
-        kind = values.dtype.str[1:]
-        parts = 1 if values.ndim == 1 else values.shape[1]
-        content = np.ascontiguousarray(values, f"<{kind}").tobytes()
-        content = np.array(len(content), "<u8").tobytes() + content
-        words = {"type": TYPES[kind], "Name": name, "NumberOfComponents": parts}
-        self.open("DataArray", **words, format="binary", **attributes)
-        self.file.write(base64.b64encode(content) + b"\n")
-        self.close("DataArray")
-
-    def section(self, tag, arrays, **attributes):
-        self.open(tag, **attributes)
+def _section(file, tag, arrays, **more):
+    """An element of arrays (N,) or (N, 3) by name, each behind the number of its bytes; `more` of their attributes."""
+    with _element(file, tag):
         for name, values in arrays.items():
-            self.array(name, values)
-        self.close(tag)
+            kind = values.dtype.str[1:]
+            parts = 1 if values.ndim == 1 else values.shape[1]
+            content = np.ascontiguousarray(values, f"<{kind}").tobytes()
+            content = np.array(len(content), "<u8").tobytes() + content
+            words = {"type": TYPES[kind], "Name": name, "NumberOfComponents": parts, "format": "binary"} | more
+            with _element(file, "DataArray", **words):
+                file.write(base64.b64encode(content) + b"\n")
 
 
 def polydata(path, time, points, cells, point_data=None, cell_data=None):
     """Writes PolyData, returns its size [bytes]. `points` (N, 3), `cells` {"Verts" or "Polys": (M, corners)}, data by name."""
-    kinds = ("Verts", "Lines", "Strips", "Polys")
-    counts = {f"NumberOf{kind}": len(cells.get(kind, ())) for kind in kinds}
+    counts = {f"NumberOf{kind}": len(cells.get(kind, ())) for kind in ("Verts", "Lines", "Strips", "Polys")}
+    layout = {"type": "PolyData", "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64"}
     with open(path, "wb") as file:
         file.write(b'<?xml version="1.0"?>\n')
-        out = Document(file)
-        layout = {"byte_order": "LittleEndian", "header_type": "UInt64"}
-        out.open("VTKFile", type="PolyData", version="1.0", **layout)
-        out.open("PolyData")
-        out.open("Piece", NumberOfPoints=len(points), **counts)
-        out.section("PointData", point_data or {})
-        out.section("CellData", cell_data or {})
-        out.section("Points", {"Points": points})
-        for kind, corners in cells.items():
-            ends = corners.shape[1] * np.arange(1, len(corners) + 1, dtype="i8")
-            out.section(kind, {"connectivity": corners.astype("i8").ravel(), "offsets": ends})
-        out.close("Piece")
-        out.open("FieldData")
-        out.array("TimeValue", np.array([time]), NumberOfTuples=1)
-        out.close("FieldData", "PolyData", "VTKFile")
+        with _element(file, "VTKFile", **layout), _element(file, "PolyData"):
+            with _element(file, "Piece", NumberOfPoints=len(points), **counts):
+                _section(file, "PointData", point_data or {})
+                _section(file, "CellData", cell_data or {})
+                _section(file, "Points", {"Points": points})
+                for kind, corners in cells.items():
+                    ends = corners.shape[1] * np.arange(1, len(corners) + 1, dtype="i8")
+                    _section(file, kind, {"connectivity": corners.astype("i8").ravel(), "offsets": ends})
+            _section(file, "FieldData", {"TimeValue": np.array([time])}, NumberOfTuples=1)
     return os.path.getsize(path)
 
 
@@ -93,9 +77,7 @@ def write_balls(run, index, time, kept, path):
 
 def balls(arguments):
     with source.open_run(arguments) as run:
-        index = source.one(run, arguments)
-        times = source.stored(run)
-        kept = still(run)
+        index, times, kept = source.one(run, arguments), source.stored(run), still(run)
         with whole(arguments.file) as draft:
             total = write_balls(run, index, times[index], kept, draft)
     which = f"frame {index} of 0 to {len(times) - 1}, {times[index]:.6g} s"
@@ -105,35 +87,31 @@ def balls(arguments):
 # ---- the mill
 
 
-class Bodies:
-    """The wanted bodies as one mesh, at any time."""
+class Bodies(stl.Parts):
+    """The wanted parts as one mesh, at any time."""
 
     def __init__(self, deck, arguments):
-        self._parts = stl.Parts(deck, arguments)
-        self.parts = list(self._parts.at_start)
+        super().__init__(deck, arguments)
         self.pieces, corners, part = [], [], []
         count = 0
-        for name, own in self._parts.at_start.items():
+        for name, own in self.at_start.items():
             for motion in dict.fromkeys(motion for motion, _ in own):
                 triangles = np.concatenate([body for rides, body in own if rides == motion])
                 points, places = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
                 self.pieces.append((motion, points))
                 corners.append(places.reshape(-1, 3) + count)
-                part.append(np.full(len(triangles), self._parts.names.index(name), "i4"))
+                part.append(np.full(len(triangles), self.names.index(name), "i4"))
                 count += len(points)
         self.corners, self.part = np.concatenate(corners), np.concatenate(part)
 
     def write(self, time, path, poses=None):
         """Returns the size [bytes]; `poses` of the motions then, where a run tells them."""
-        ways = self._parts.ways(poses, time)
-        points = np.concatenate([moved(ways[motion], p) if motion in ways else p for motion, p in self.pieces])
-        cells = {"Polys": self.corners}
-        return polydata(path, time, points.astype("f4"), cells, cell_data={"part": self.part})
+        points = self.placed(self.pieces, time, poses).astype("f4")
+        return polydata(path, time, points, {"Polys": self.corners}, cell_data={"part": self.part})
 
 
 def mill(arguments):
-    bodies = Bodies(source.deck_of(arguments), arguments)
-    time = stl.asked_time(arguments)
+    bodies, time = Bodies(source.deck_of(arguments), arguments), stl.asked_time(arguments)
     with whole(arguments.file) as draft:
         total = bodies.write(time, draft)
-    return f"{', '.join(bodies.parts)} at {time:.6g} s: {len(bodies.part)} triangles, {size(total)}"
+    return f"{', '.join(bodies.at_start)} at {time:.6g} s: {len(bodies.part)} triangles, {size(total)}"

@@ -18,7 +18,7 @@ DASHES = (0, (5, 3))
 
 def sweeps(run):
     """(from, to along the axis, reach from it) [m] of the bodies that the blades sweep over, corners included."""
-    for blade in run.blades():
+    for blade in run.as_deck.blades:
         sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
         half = (cosine * blade.width + sine * blade.thickness) / 2
         across = (sine * blade.width + cosine * blade.thickness) / 2
@@ -78,7 +78,7 @@ def signs(run, view) -> str:
     """What the outlines of a view mean, of those that are there: a sentence."""
     inner = Mill.of(run).inner
     found = []
-    if run.blades() or any(view == "axial" or body.motion != run.carrier for body in inner):
+    if run.as_deck.blades or any(view == "axial" or body.motion != run.carrier for body in inner):
         found.append("dashed: what bodies sweep over")
     if run.has_rotor:
         found.append("grey: the shaft")

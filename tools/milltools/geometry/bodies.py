@@ -8,15 +8,12 @@ are counter-clockwise seen from outside of the body; a container's from outside 
 import contextlib
 import dataclasses
 import functools
-import pathlib
-import tempfile
 import weakref
 
 import numpy as np
 
 from milltools.geometry import rerun
 from milltools.read.deck import Deck
-from milltools.read.runfile import Run
 
 STILL = np.eye(3, 4)
 INSTANT = 1e-6  # [s] a deck is run so far for its bodies alone
@@ -33,9 +30,8 @@ def _around(count):
     k = np.arange(count) + 0.5
     angle, height = np.pi * (1 + 5**0.5) * k, 1 - 2 * k / count
     flat = np.sqrt(1 - height**2)
-    return np.concatenate(
-        [np.column_stack([flat * np.cos(angle), flat * np.sin(angle), height]), np.eye(3), -np.eye(3)]
-    )
+    spiral = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), height])
+    return np.concatenate([spiral, np.eye(3), -np.eye(3)])
 
 
 DIRECTIONS = _around(1000)
@@ -48,6 +44,13 @@ def moved(pose, points):
     not keep them."""
     x, y, z = np.moveaxis(points, -1, 0)
     return np.stack([a * x + b * y + c * z + d for a, b, c, d in pose], axis=-1)
+
+
+def facing(triangles):
+    """Unit normals (T, 3) of triangles, and twice their areas (T,)."""
+    normal = np.cross(*(triangles[:, k] - triangles[:, 0] for k in (1, 2)))
+    twice = np.linalg.norm(normal, axis=1)
+    return normal / np.maximum(twice, 1e-300)[:, None], twice
 
 
 def inverse(pose):
@@ -85,12 +88,8 @@ def bare(text, time=0.0):
     changes["balls.start"] = "random"
     kinds = [section for section in Deck(text).sections if section.startswith("balls.")] or ["balls"]
     changes |= {f"{kind}.count": "1" for kind in kinds}
-    with tempfile.TemporaryDirectory(prefix="mill-") as name:
-        folder = pathlib.Path(name)
-        (folder / "deck.ini").write_text(text, encoding="utf-8")
-        rerun.millsim(folder, changes)
-        with Run(folder / "run.h5") as run:
-            yield run
+    with rerun.run_of(text, changes) as run:
+        yield run
 
 
 class Mill:
@@ -106,19 +105,13 @@ class Mill:
     def of(cls, run) -> "Mill":
         """From a milltools.read.runfile.Run."""
         if run not in _KEPT:
-            _KEPT[run] = cls._read(run)
+            frames = len(run.frame_times())
+            chosen = np.unique(np.linspace(0, frames - 1, min(frames, SAMPLED)).astype(int))
+            poses = [run.poses(int(k)) for k in chosen]
+            with contextlib.nullcontext(run) if run.has("VTKHDF") else bare(run.deck_text()) as source:
+                first = source.first_poses()
+                _KEPT[run] = cls(read(source), run.vessel_kinds, poses or [first], run.frame_axis(first))
         return _KEPT[run]
-
-    @classmethod
-    def _read(cls, run):
-        frames = len(run.frame_times())
-        chosen = np.unique(np.linspace(0, frames - 1, min(frames, SAMPLED)).astype(int))
-        poses = [run.poses(int(k)) for k in chosen]
-        if run.has("VTKHDF"):
-            return cls(read(run), run.vessel_kinds, poses, run.frame_axis(run.first_poses()))
-        with bare(run.deck_text()) as other:
-            first = other.poses(0)
-            return cls(read(other), run.vessel_kinds, poses or [first], run.frame_axis(first))
 
     @property
     def walls(self) -> list[Body]:
@@ -139,15 +132,12 @@ class Mill:
     def shell(self) -> np.ndarray:
         """The container's triangles, without those that are mere lines."""
         found = np.concatenate([np.empty((0, 3, 3)), *(body.triangles for body in self.walls)])
-        area = np.linalg.norm(np.cross(*(found[:, k] - found[:, 0] for k in (1, 2))), axis=1)
-        return found[area > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
+        return found[facing(found)[1] > SAME**2 * np.ptp(found, axis=(0, 1)).max() ** 2] if len(found) else found
 
     @functools.cached_property
     def glass(self) -> np.ndarray:
         """Of these what is drawn: the round ones. Flat walls would only dim what is behind them; bars show where they end."""
-        normal = np.cross(*(self.shell[:, k] - self.shell[:, 0] for k in (1, 2)))
-        area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
-        normal /= area[:, None]
+        normal, area = facing(self.shell)
         away = np.einsum("ij,ij->i", normal, self.shell[:, 0]) / self.size
         _, plane = np.unique(np.round(np.column_stack([normal, away]), 3), axis=0, return_inverse=True)
         share = np.bincount(plane.ravel(), area)[plane.ravel()] / area.sum()
@@ -173,12 +163,12 @@ class Mill:
     @functools.cached_property
     def reach(self) -> float:
         """How far from the laboratory's origin anything ever is [m]."""
-        far = [0.0]
-        for body in self.bodies:
-            away = np.linalg.norm(body.triangles.reshape(-1, 3), axis=1).max(initial=0)
-            places = [np.linalg.norm(self.pose(body.motion, p)[:, 3]) for p in self.poses]
-            far.append(away + max(places, default=0.0))
-        return max(far)
+        far = [
+            np.linalg.norm(body.triangles.reshape(-1, 3), axis=1).max(initial=0)
+            + max((np.linalg.norm(self.pose(body.motion, p)[:, 3]) for p in self.poses), default=0.0)
+            for body in self.bodies
+        ]
+        return max(far, default=0.0)
 
     @staticmethod
     def pose(motion, poses):
@@ -199,8 +189,7 @@ class Mill:
         corner = self.shell.reshape(-1, 3)
         _, index = np.unique(np.round(corner / (SAME * self.size)), axis=0, return_inverse=True)
         index = index.reshape(-1, 3)
-        normal = np.cross(*(self.shell[:, k] - self.shell[:, 0] for k in (1, 2)))
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        normal, _ = facing(self.shell)
         sides = np.concatenate([index[:, [k, (k + 1) % 3]] for k in range(3)])
         places = np.concatenate([self.shell[:, [k, (k + 1) % 3]] for k in range(3)])
         owner = np.tile(np.arange(len(index)), 3)
@@ -234,9 +223,7 @@ def bars(edges, width):
     two = np.cross(along, one)
     angle = np.arange(6) * np.pi / 3
     ring = np.cos(angle)[:, None, None] * one + np.sin(angle)[:, None, None] * two
-    a, b = (
-        ring + edges[:, k] + sign * 0.3 * width * along for k, sign in ((0, -1), (1, 1))
-    )  # fmt: skip
+    a, b = (ring + edges[:, k] + sign * 0.3 * width * along for k, sign in ((0, -1), (1, 1)))
     a_next, b_next = np.roll(a, -1, axis=0), np.roll(b, -1, axis=0)
     middle = [np.broadcast_to(end.mean(axis=0), end.shape) for end in (a, b)]
     faces = [(a, a_next, b_next), (a, b_next, b), (middle[0], a_next, a), (middle[1], b, b_next)]
@@ -250,9 +237,10 @@ def outline(points):
     for way in (points, points[::-1]):
         side = []
         for x, y in way.tolist():
-            while len(side) > 1 and (side[-1][0] - side[-2][0]) * (y - side[-2][1]) <= (x - side[-2][0]) * (
-                side[-1][1] - side[-2][1]
-            ):
+            while len(side) > 1:
+                (a, b), (c, d) = side[-2:]
+                if (c - a) * (y - b) > (x - a) * (d - b):  # it turns left here
+                    break
                 side.pop()
             side.append((x, y))
         sides += side[:-1] or side

@@ -97,17 +97,14 @@ class Maps:
         radius = profile.outermost
         slices = int(min(max(math.floor(length / (radius / rings) + 0.5), 4), 400))
         half = length / 2
+        if profile.circle:
+            edge = np.arange(rings + 1) * (radius / rings)
+            cells, ring = circle_cells(radius, 2 * rings), math.pi * (edge[1:] ** 2 - edge[:-1] ** 2)
+        else:
+            cells, ring = _sub_points(profile, rings)
         self.samples = 0
-        self.cross = Map(
-            (2 * rings, 2 * rings),
-            (-radius, -radius),
-            (radius, radius),
-            (circle_cells(radius, 2 * rings) if profile.circle else _sub_points(profile, rings)[0]) * length,
-        )
+        self.cross = Map((2 * rings, 2 * rings), (-radius, -radius), (radius, radius), cells * length)
         self.axial = Map((slices, rings), (-half, 0.0), (half, radius), None)
-        edge = np.arange(rings + 1) * (radius / rings)
-        ring = math.pi * (edge[1:] ** 2 - edge[:-1] ** 2)
-        ring = ring if profile.circle else _sub_points(profile, rings)[1]
         self.axial.room = np.tile(ring * self.axial.size[0], slices)
 
     def sample(self, position, velocity, radius):
@@ -120,13 +117,8 @@ class Maps:
         rows, columns = self.cross.planes(0, y, half) * stride, self.cross.planes(1, z, half)
         points = np.array([[n] for *_, n in _SQUARE]) * two
         self.cross.pour(
-            np.stack([rows[j] + columns[k] for j, k, _ in _SQUARE]),
-            (points, points * u, points * v, points * w),
+            np.stack([rows[j] + columns[k] for j, k, _ in _SQUARE]), (points, points * u, points * v, points * w)
         )
-        self._sample_axial(x, y, z, u, v, w, half, two)
-        self.samples += 1
-
-    def _sample_axial(self, x, y, z, u, v, w, half, two):
         axial = self.axial
         slices = axial.planes(0, x, half) * axial.n[1]
         radius = np.sqrt(y * y + z * z)
@@ -143,3 +135,4 @@ class Maps:
                 shares.append(there / r)
         share, points = np.stack(shares), np.broadcast_to(two, (len(cells), len(two)))
         axial.pour(np.stack(cells), (points, points * u, points * share * out, points * share * around))
+        self.samples += 1

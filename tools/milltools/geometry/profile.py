@@ -33,25 +33,20 @@ class Arc:
     start: float
     turn: float
 
-    @property
-    def outer(self) -> bool:
-        return self.turn > 0
-
     def point(self, share):
         """Points (..., 2) [m] at shares 0..1 of the arc."""
         angle = self.start + np.asarray(share) * self.turn
-        return np.stack(
-            [
-                self.centre[0] + self.radius * np.cos(angle),
-                self.centre[1] + self.radius * np.sin(angle),
-            ],
-            axis=-1,
-        )
+        return np.stack([c + self.radius * f(angle) for c, f in zip(self.centre, (np.cos, np.sin))], axis=-1)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(unsafe_hash=True)
 class Profile:
-    """Drum of `radius` R with n `buckles` of `height` h [m], one outermost point at `angle` [rad]; a circle if h = 0 or n = 0."""
+    """Drum of `radius` R with n `buckles` of `height` h [m], one outermost point at `angle` [rad]; a circle if h = 0 or n = 0.
+
+    What follows: `outermost` and `innermost`, the wall's largest and smallest distance from the axis; `step`, the angle between
+    neighbouring centres, seen from the axis; `offset`, u; `arc_radius`, rho; `halves`, half of the angle of an outer and of an inner
+    arc, seen from its centre; `neck`, half of the narrowest width of a bulge, or of what lies between two, whichever is less,
+    infinite where neither narrows, not positive where the formula has no profile; `area` [m^2] and `length`, all the way around."""
 
     radius: float
     buckles: int = 0
@@ -59,39 +54,57 @@ class Profile:
     angle: float = 0.0
 
     def __post_init__(self):
-        numbers = (self.radius, self.height, self.angle)
-        if not all(map(math.isfinite, numbers)) or self.radius <= 0 or self.height < 0:
-            raise ValueError(f"no profile: radius {self.radius} m, buckle height {self.height} m")
-        if self.height > 0 and not 2 <= self.buckles <= MOST_BUCKLES:
+        radius, height = self.radius, self.height
+        if not all(map(math.isfinite, (radius, height, self.angle))) or radius <= 0 or height < 0:
+            raise ValueError(f"no profile: radius {radius} m, buckle height {height} m")
+        if height > 0 and not 2 <= self.buckles <= MOST_BUCKLES:
             raise ValueError(f"no profile: {self.buckles} buckles, expected 2 to {MOST_BUCKLES}")
-        if self.height >= self.radius:
-            raise ValueError(f"no profile: buckle height {self.height} m reaches the axis")
-        if not self.circle and not self.neck > 0:
-            raise ValueError(f"no profile: {self.buckles} buckles of {self.height} m run into each other")
+        if height >= radius:
+            raise ValueError(f"no profile: buckle height {height} m reaches the axis")
+        self.circle = height == 0 or self.buckles == 0
+        self.outermost, self.innermost = (radius, radius) if self.circle else (radius + height, radius - height)
+        if self.circle:
+            self.arc_radius, self.halves, self.neck = radius, (math.pi, 0.0), math.inf
+            self.area, self.length = math.pi * radius**2, 2 * math.pi * radius
+            return
+        self.step = math.pi / self.buckles
+        a = 2 * math.sin(self.step / 2) ** 2  # 1 - cos(pi/n) without cancellation
+        b, c = 4 * height, 2 * height**2 - a * radius**2
+        self.offset = -2 * c / (b + math.sqrt(b * b - 4 * a * c))
+        self.arc_radius = rho = self.offset + height
+        near, far, sine = radius - self.offset, radius + self.offset, math.sin(self.step)
+        inner = math.atan2(near * sine, far - near * math.cos(self.step))
+        self.halves = inner + self.step, inner
+        # the mouth of a bulge, between two inner arcs, and the waist of what stands between two outer ones
+        widths = (away * sine - rho for away, half in zip((far, near), self.halves) if half > math.pi / 2)
+        self.neck = min(widths, default=math.inf)
+        if not self.neck > 0:
+            raise ValueError(f"no profile: {self.buckles} buckles of {height} m run into each other")
+        self.area = self.buckles * (radius**2 - self.offset**2) * sine + math.pi * rho**2
+        self.length = 2 * self.buckles * rho * sum(self.halves)
 
     @classmethod
     def of(cls, lookup) -> "Profile":
         """From what a deck says; lookup(key, default) gives the SI text of "section.key": `Deck.value`."""
-
-        def number(key, default):
-            text = lookup(key, default)
-            try:
-                return float(text.split()[0])
-            except (ValueError, IndexError):
-                raise UserError(f"{key}: expected a number, got {text!r}") from None
-
         if lookup("drum.radius", None) is None:
             raise UserError("the deck has no drum.radius")
         kind = lookup("drum.profile", "circle")
         if kind not in ("circle", "wavy"):
             raise UserError(f"drum.profile: expected 'circle' or 'wavy', got {kind!r}")
+        keys = (
+            {"radius": "", "buckles": "", "buckle_height": "", "buckle_angle": "0"}
+            if kind == "wavy"
+            else {"radius": ""}
+        )
+        found = []
+        for key, default in keys.items():
+            text = lookup(f"drum.{key}", default)
+            try:
+                found.append(float(text.split()[0]))
+            except (ValueError, IndexError):
+                raise UserError(f"drum.{key}: expected a number, got {text!r}") from None
         try:
-            if kind == "circle":
-                return cls(number("drum.radius", ""))
-            buckles, height, angle = (
-                number(f"drum.{k}", d) for k, d in (("buckles", ""), ("buckle_height", ""), ("buckle_angle", "0"))
-            )
-            return cls(number("drum.radius", ""), int(buckles), height, angle)
+            return cls(found[0], *map(int, found[1:2]), *found[2:])
         except (ValueError, OverflowError) as fault:
             raise UserError(str(fault)) from None
 
@@ -103,78 +116,6 @@ class Profile:
         except UserError as fault:
             raise run.damaged("deck/drum", fault) from None
 
-    # ---- sizes
-
-    @property
-    def circle(self) -> bool:
-        return self.height == 0 or self.buckles == 0
-
-    @property
-    def step(self) -> float:
-        """Angle between neighbouring centres, seen from the axis [rad]."""
-        return math.pi / self.buckles
-
-    @property
-    def offset(self) -> float:
-        """u [m]: how far the centres of outer arcs are inside of R, those of inner arcs outside."""
-        if self.circle:
-            return self.radius
-        a = 2 * math.sin(self.step / 2) ** 2  # 1 - cos(pi/n) without cancellation
-        b, c = 4 * self.height, 2 * self.height**2 - a * self.radius**2
-        return -2 * c / (b + math.sqrt(b * b - 4 * a * c))
-
-    @property
-    def arc_radius(self) -> float:
-        """rho [m]"""
-        return self.radius if self.circle else self.offset + self.height
-
-    @property
-    def halves(self) -> tuple[float, float]:
-        """Half of the angle of an outer and of an inner arc, seen from its centre [rad]; they differ by pi/n."""
-        if self.circle:
-            return math.pi, 0.0
-        near, far = self.radius - self.offset, self.radius + self.offset
-        inner = math.atan2(near * math.sin(self.step), far - near * math.cos(self.step))
-        return inner + self.step, inner
-
-    @property
-    def outermost(self) -> float:
-        """Largest distance of the wall from the axis [m]."""
-        return self.radius + (0 if self.circle else self.height)
-
-    @property
-    def innermost(self) -> float:
-        """Smallest distance of the wall from the axis [m]."""
-        return self.radius - (0 if self.circle else self.height)
-
-    @property
-    def neck(self) -> float:
-        """Half of the narrowest width of a bulge, or of what lies between two, whichever is less [m]; infinite where
-        neither narrows, not positive where the formula has no profile."""
-        if self.circle:
-            return math.inf
-        outer, inner = self.halves
-        sine, widths = math.sin(self.step), [math.inf]
-        if outer > math.pi / 2:  # the mouth of a bulge, between two inner arcs
-            widths.append((self.radius + self.offset) * sine - self.arc_radius)
-        if inner > math.pi / 2:  # the waist of what stands between two outer arcs
-            widths.append((self.radius - self.offset) * sine - self.arc_radius)
-        return min(widths)
-
-    @property
-    def area(self) -> float:
-        """[m^2]"""
-        if self.circle:
-            return math.pi * self.radius**2
-        return self.buckles * (self.radius**2 - self.offset**2) * math.sin(self.step) + math.pi * self.arc_radius**2
-
-    @property
-    def length(self) -> float:
-        """All the way around [m]."""
-        if self.circle:
-            return 2 * math.pi * self.radius
-        return 2 * self.buckles * self.arc_radius * sum(self.halves)
-
     # ---- arcs and outline
 
     def arcs(self) -> list[Arc]:
@@ -183,13 +124,10 @@ class Profile:
             return [Arc((0.0, 0.0), self.radius, self.angle, 2 * math.pi)]
         found = []
         for k in range(2 * self.buckles):
-            outer = k % 2 == 0
-            at = self.angle + k * self.step
-            away = self.radius - self.offset if outer else self.radius + self.offset
-            centre = away * math.cos(at), away * math.sin(at)
-            half = self.halves[k % 2]
-            start = at - half if outer else at + math.pi + half
-            found.append(Arc(centre, self.arc_radius, start, 2 * half if outer else -2 * half))
+            at, side, half = self.angle + k * self.step, (-1, 1)[k % 2], self.halves[k % 2]  # side < 0: an outer one
+            away = self.radius + side * self.offset
+            start = at - half if side < 0 else at + math.pi + half
+            found.append(Arc((away * math.cos(at), away * math.sin(at)), self.arc_radius, start, -2 * side * half))
         return found
 
     def outline(self, tolerance=None) -> np.ndarray:

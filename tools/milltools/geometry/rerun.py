@@ -29,9 +29,7 @@ def why_not(run) -> str | None:
     """Why a run cannot be run again, or None."""
     if run.program != "millsim":
         return f"it is {run.program}'s run"
-    if not run.deck_text():
-        return "the file holds no deck"
-    return None
+    return None if run.deck_text() else "the file holds no deck"
 
 
 def size(run, until, interval, impacts) -> float:
@@ -40,24 +38,8 @@ def size(run, until, interval, impacts) -> float:
     if interval:
         found += STATE_BYTES * len(run.balls("id")) * (until / interval + 2)
     if impacts:
-        count = run.contacts
-        found += IMPACT_BYTES * count * min(1.0, until / run.time if run.time > 0 else 1.0)
+        found += IMPACT_BYTES * run.contacts * min(1.0, until / run.time if run.time > 0 else 1.0)
     return found
-
-
-def cost(run, until) -> float:
-    """About how many seconds of CPU time it takes; NaN if the file does not tell."""
-    return run.cost * until
-
-
-def _need_room(folder, needed):
-    free = shutil.disk_usage(folder).free
-    if needed > 0.95 * free:
-        raise UserError(
-            f"{folder}: running the deck again needs {needed / 1e9:.2g} GB there, {free / 1e9:.2g} GB are free: "
-            "set TMPDIR to a larger disk, end earlier (--to), or take --no-rerun",
-            status=1,
-        )
 
 
 class OtherRun(UserError):
@@ -66,22 +48,24 @@ class OtherRun(UserError):
 
 @contextlib.contextmanager
 def again(run, until, interval=0.0, impacts=False, watch=None):
-    """The Run that comes of running a run's deck again to `until` [s], with frames every `interval` [s] (0: none) and, if
-    asked for, all impacts; its file is gone afterwards. `watch(line)` gets millsim's own lines of progress.
+    """The Run that comes of running a run's deck again to `until` [s], with frames every `interval` [s]
+    (0: none) and, if asked for, all impacts; its file is gone afterwards. `watch(line)` gets millsim's own lines of progress.
 
     UserError if millsim fails, OtherRun if that is not the same run up to then."""
-    with tempfile.TemporaryDirectory(prefix="mill-") as name:
-        folder = pathlib.Path(name)
-        _need_room(folder, size(run, until, interval, impacts))
-        (folder / "deck.ini").write_text(run.deck_text(), encoding="utf-8")
-        changes = frames_only(until, interval)
-        changes["output.impacts"] = "all" if impacts else "statistics"
-        millsim(folder, changes, watch)
-        with Run(folder / "run.h5") as other:
-            where = _series_differ(run, other, until) or _frames_differ(run, other, until)
-            if where:
-                raise OtherRun(f"run again, {where}")
-            yield other
+    folder = tempfile.gettempdir()
+    needed, free = size(run, until, interval, impacts), shutil.disk_usage(folder).free
+    if needed > 0.95 * free:
+        raise UserError(
+            f"{folder}: running the deck again needs {needed / 1e9:.2g} GB there, {free / 1e9:.2g} GB are free: "
+            "set TMPDIR to a larger disk, end earlier (--to), or take --no-rerun",
+            status=1,
+        )
+    changes = frames_only(until, interval) | {"output.impacts": "all" if impacts else "statistics"}
+    with run_of(run.deck_text(), changes, watch) as other:
+        where = _differs(run, other, until)
+        if where:
+            raise OtherRun(f"run again, {where}")
+        yield other
 
 
 def frames_only(until, interval) -> dict[str, str]:
@@ -98,51 +82,34 @@ def frames_only(until, interval) -> dict[str, str]:
     }
 
 
-def millsim(folder, changes, watch=None):
-    """Runs folder/deck.ini into folder/run.h5."""
+@contextlib.contextmanager
+def run_of(text, changes, watch=None):
+    """The Run of a deck's text with some values changed; its file is gone afterwards."""
     words = [word for key, value in changes.items() for word in ("-s", f"{key}={value}")]
     command = [*processes.guard(), engine.program(), "-o", "run.h5", *words, "--", "deck.ini"]
-    said = folder / "said"
-    with said.open("wb") as errors:
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=errors,
-            start_new_session=True,  # Ctrl-C is ours to handle
-        )
-    try:
-        status = _wait(process, said, watch)
-    finally:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
-    if status != 0:
-        lines = _lines(said) or [f"it ended with status {status}"]
-        raise UserError(f"running the deck again failed (--no-rerun does without): {lines[-1]}", status=1)
+    none, line = subprocess.DEVNULL, ""
+    with tempfile.TemporaryDirectory(prefix="mill-") as folder:
+        pathlib.Path(folder, "deck.ini").write_text(text, encoding="utf-8")
+        with subprocess.Popen(
+            command, cwd=folder, stdin=none, stdout=none, stderr=subprocess.PIPE, start_new_session=True,
+            encoding="utf-8", errors="replace",
+        ) as process:  # fmt: skip  # in a session of its own: Ctrl-C is ours to handle
+            try:
+                for line in filter(str.strip, process.stderr):
+                    if watch:
+                        watch(engine.own_words(line))
+            except BaseException:
+                process.kill()
+                raise
+        if process.returncode != 0:
+            why = engine.own_words(line) or f"it ended with status {process.returncode}"
+            raise UserError(f"running the deck again failed (--no-rerun does without): {why}", status=1)
+        with Run(pathlib.Path(folder, "run.h5")) as run:
+            yield run
 
 
-def _lines(said):
-    text = said.read_text(encoding="utf-8", errors="replace")
-    return [line.removeprefix("millsim: ") for line in text.splitlines() if line.strip()]
-
-
-def _wait(process, said, watch):
-    known = 0
-    while True:
-        try:
-            return process.wait(timeout=0.2)
-        except subprocess.TimeoutExpired:
-            lines = _lines(said)
-            for line in lines[known:]:
-                if watch:
-                    watch(line)
-            known = len(lines)
-
-
-def _series_differ(run, other, until):
-    """Where the series of another run are not those of `run` up to `until` [s], in words; None if they are."""
+def _differs(run, other, until) -> str | None:
+    """Where `other` is not the same run as `run` up to `until` [s], in words; None if it is."""
     for name in SERIES:
         if not (run.has_series(name) and other.has_series(name)):
             continue
@@ -152,11 +119,6 @@ def _series_differ(run, other, until):
         wrong = np.flatnonzero(~(np.abs(mine[:count] - its[:count]) <= scale))
         if len(wrong):
             return f"its {name.replace('_', ' ')} is another from {times[wrong[0]]:.6g} s on"
-    return None
-
-
-def _frames_differ(run, other, until):
-    """The same of the balls in frames at the same times."""
     mine, its = run.frame_times(), other.frame_times()
     for index, time in enumerate(mine):
         if time > until + SAME_TIME or not len(its):

@@ -10,6 +10,7 @@ import numpy as np
 
 from milltools.geometry.profile import Profile
 
+PARTS = ("drum", "walls", "shaft", "blades")
 SUNK = 0.005  # [m] a blade's foot is this deep in the shaft, or a third of its radius
 CORNERS = np.array([(a, b, c) for a in (-1, 1) for b in (0, 1) for c in (-1, 1)], float)
 # the six faces of a box by its CORNERS, counter-clockwise seen from outside (axes: width, radial, thickness)
@@ -19,35 +20,25 @@ MERGED = 1e-5  # of the drum's radius: corners of an outline closer than this ar
 # ---- blades
 
 
-def _foot(blade, shaft_radius):
-    """Radius [m] at which a blade's box begins: inside the shaft, its corners too."""
-    sine, cosine = abs(math.sin(blade.pitch)), abs(math.cos(blade.pitch))
-    half = (sine * blade.width + cosine * blade.thickness) / 2
-    inside = math.sqrt(max(shaft_radius**2 - half**2, 0.0))
-    return max(min(shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
-
-
-def blade_corners(blade, shaft_radius):
-    """The eight corners (8, 3) [m] of a blade at its angle, in the order of CORNERS."""
-    foot = _foot(blade, shaft_radius)
-    w = CORNERS[:, 0] * blade.width / 2
-    radial = foot + CORNERS[:, 1] * (blade.tip_radius - foot)
-    h = CORNERS[:, 2] * blade.thickness / 2
-    x = math.cos(blade.pitch) * w - math.sin(blade.pitch) * h
-    across = math.sin(blade.pitch) * w + math.cos(blade.pitch) * h
-    c, s = math.cos(blade.angle), math.sin(blade.angle)
-    return np.stack([x + blade.position, c * radial - s * across, s * radial + c * across], axis=1)
-
-
 def blade_triangles(deck, turn):
     """Closed surfaces of all blades, the rotor turned on by `turn` [rad]: (T, 3, 3) corners [m], outward."""
     c, s = math.cos(turn), math.sin(turn)
     turned = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
     triangles = []
     for blade in deck.blades:
-        corner = blade_corners(blade, deck.shaft_radius) @ turned
-        for a, b, c_, d in FACES:
-            triangles += [corner[[a, b, c_]], corner[[a, c_, d]]]
+        sine, cosine = math.sin(blade.pitch), math.cos(blade.pitch)
+        half = (abs(sine) * blade.width + abs(cosine) * blade.thickness) / 2
+        inside = math.sqrt(
+            max(deck.shaft_radius**2 - half**2, 0.0)
+        )  # where the corners of the foot are inside the shaft, too
+        foot = max(min(deck.shaft_radius - SUNK, 0.95 * inside), 0.3 * inside, 1e-3 * blade.tip_radius)
+        w, h = CORNERS[:, 0] * blade.width / 2, CORNERS[:, 2] * blade.thickness / 2
+        radial = foot + CORNERS[:, 1] * (blade.tip_radius - foot)
+        x, across = cosine * w - sine * h, sine * w + cosine * h
+        c, s = math.cos(blade.angle), math.sin(blade.angle)
+        corner = np.stack([x + blade.position, c * radial - s * across, s * radial + c * across], axis=1) @ turned
+        for p, q, r, t in FACES:
+            triangles += [corner[[p, q, r]], corner[[p, r, t]]]
     return np.array(triangles)
 
 
@@ -72,16 +63,14 @@ def triangulate(polygon):
     while len(left) > 3:
         before, tip, after = (left[(at + k) % len(left)] for k in (-1, 0, 1))
         a, b, c = polygon[[before, tip, after]]
+        failed += 1
         if _is_ear(polygon, left, a, b, c):
             ears.append((before, tip, after))
             del left[at % len(left)]
             failed = 0
-            at = (at + 1) % len(left)  # not the neighbour again: fans of slivers come of that
-        else:
-            failed += 1
-            at = (at + 1) % len(left)
-            if failed > len(left):
-                raise ValueError("the outline crosses itself")
+        elif failed > len(left):
+            raise ValueError("the outline crosses itself")
+        at = (at + 1) % len(left)  # not the neighbour of an ear again: fans of slivers come of that
     return np.array([*ears, left])
 
 
@@ -103,24 +92,19 @@ def prism(outline, low, high, hole=None):
     rings = [outline] if hole is None else [outline, hole[::-1]]  # a hole is walked the other way
     count = len(outline)
     points = np.concatenate(rings)
-    if hole is None:
-        order = np.arange(count)
-    else:  # around, over the bridge, around the hole, and back
-        last = len(points) - 1  # the hole's first corner, now last
-        order = np.concatenate([np.arange(count), [0], [last], np.arange(count, last + 1)])
+    order = np.arange(count)
+    if hole is not None:  # around, over the bridge to the hole's first corner, now last, around the hole, and back
+        order = np.r_[order, 0, len(points) - 1, count : len(points)]
     cap = order[triangulate(points[order])]
     ends = [np.insert(points, 0, x, axis=1) for x in (low, high)]
     # seen from outside: along +x at the far end, the other way round at the near one
     triangles = [ends[1][cap], ends[0][cap[:, ::-1]]]
-    start = 0
-    for ring in rings:
-        k = start + np.arange(len(ring))
-        n = start + (np.arange(len(ring)) + 1) % len(ring)
+    for k in np.split(np.arange(len(points)), [count])[: len(rings)]:
+        n = np.roll(k, -1)
         triangles += [
             np.stack([ends[0][k], ends[0][n], ends[1][n]], axis=1),
             np.stack([ends[0][k], ends[1][n], ends[1][k]], axis=1),
         ]
-        start += len(ring)
     return np.concatenate(triangles)
 
 
@@ -135,34 +119,19 @@ def _merged(outline, least):
     return np.array(kept)
 
 
-def drum(deck, tolerance, thickness):
-    """[the drum]: a tube, inside the profile, outside a circle `thickness` [m] beyond its outermost point."""
-    profile, half = Profile.of(deck.value), deck.number("drum.length") / 2
+def parts(deck, tolerance, thickness) -> dict[str, list[np.ndarray]]:
+    """The closed bodies of each of PARTS, as at t = 0. The drum: a tube, inside the profile, outside a circle `thickness` [m] beyond
+    its outermost point; the end walls: discs that close it; the shaft, from end wall to end wall, where there is one; the blades:
+    boxes from within the shaft to their tips."""
+    profile, half, radius = Profile.of(deck.value), deck.number("drum.length") / 2, deck.shaft_radius
     hole = profile.outline(tolerance)
     # an arc starts half its angle before its middle: begin at an outermost point, where the outer circle is near
     hole = np.roll(hole, -int(np.argmax(np.hypot(*hole.T))), axis=0)
     hole = _merged(hole, MERGED * profile.radius)
-    angle = math.atan2(hole[0, 1], hole[0, 0])
-    rim = circle(profile.outermost + thickness, tolerance, angle)
-    return [prism(rim, -half, half, hole)]
-
-
-def walls(deck, tolerance, thickness):
-    """[both end walls]: discs that close the drum."""
-    profile, half = Profile.of(deck.value), deck.number("drum.length") / 2
-    rim = circle(profile.outermost + thickness, tolerance)
-    return [prism(rim, -half - thickness, -half), prism(rim, half, half + thickness)]
-
-
-def shaft(deck, tolerance, _thickness):
-    """[the shaft], from end wall to end wall; [] without one."""
-    radius, half = deck.shaft_radius, deck.number("drum.length") / 2
-    return [prism(circle(radius, min(tolerance, radius / 4)), -half, half)] if radius > 0 else []
-
-
-def blades(deck, _tolerance, _thickness):
-    """[every blade], a box from within the shaft to its tip, the rotor as at t = 0."""
-    return list(blade_triangles(deck, 0.0).reshape(-1, 2 * len(FACES), 3, 3))
-
-
-PARTS = {"drum": drum, "walls": walls, "shaft": shaft, "blades": blades}
+    rim, tube = (circle(profile.outermost + thickness, tolerance, a) for a in (0.0, math.atan2(hole[0, 1], hole[0, 0])))
+    return {
+        "drum": [prism(tube, -half, half, hole)],
+        "walls": [prism(rim, -half - thickness, -half), prism(rim, half, half + thickness)],
+        "shaft": [prism(circle(radius, min(tolerance, radius / 4)), -half, half)] if radius > 0 else [],
+        "blades": list(blade_triangles(deck, 0.0).reshape(-1, 2 * len(FACES), 3, 3)),
+    }

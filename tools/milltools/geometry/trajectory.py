@@ -8,6 +8,7 @@ the cubic that fits both states, and is counted.
 """
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -99,7 +100,10 @@ class Flights:
         # forward minus backward parabola, `s` seconds after a: offset + rate s
         offset = a.position - b.position + b.velocity * h - g * h**2 / 2
         rate = a.velocity + g * h - b.velocity
-        place, speed = self._rounding()
+        # by how much the two may differ [m] and [m/s] because states are rounded
+        speed = HALF_ULP * (_length(a.velocity) + _length(b.velocity))
+        place = SLACK * (HALF_ULP * (_length(a.position) + _length(b.position)) + speed * h) + 1e-12
+        speed = SLACK * speed + 1e-9
         agree = (_length(offset) <= place) & (_length(rate) <= speed)
         with np.errstate(divide="ignore", invalid="ignore"):
             square = np.einsum("ij,ij->i", rate, rate)
@@ -109,37 +113,19 @@ class Flights:
             crosses &= _length(offset + rate * at[:, None]) <= place
         once = ~agree & crosses
         self.contact = np.where(once, np.clip(at, 0, h), np.inf)
-        self._drop_impossible(once)
-        self.unknown = ~agree & ~np.isfinite(self.contact)
-
-    def _rounding(self):
-        """By how much the two parabolas may differ [m] and their speeds [m/s] because states are rounded; (N,) each."""
-        a, b = self.a, self.b
-        speed = HALF_ULP * (_length(a.velocity) + _length(b.velocity))
-        place = HALF_ULP * (_length(a.position) + _length(b.position)) + speed * self.step
-        return SLACK * place + 1e-12, SLACK * speed + 1e-9
-
-    def _drop_impossible(self, once):
-        """Two bounces on one line always cross in a point, but in one behind the wall: those were not one contact."""
+        # two bounces on one line always cross in a point, but in one behind the wall: those were not one contact
         balls = np.flatnonzero(once)
         at = self.contact[balls]
-        wrong = np.zeros(len(balls), bool)
+        wrong = mill.outside(balls, self._parabola(b, balls, (at + h) / 2 - h)[0])
         for share in (0.5, 1.0):
-            wrong |= self.mill.outside(balls, self._forward(balls, share * at)[0])
-        wrong |= self.mill.outside(balls, self._backward(balls, (at + self.step) / 2)[0])
+            wrong |= mill.outside(balls, self._parabola(a, balls, share * at)[0])
         self.contact[balls[wrong]] = np.inf
+        self.unknown = ~agree & ~np.isfinite(self.contact)
 
-    def _forward(self, balls, s):
-        s = np.reshape(s, (-1, 1))
-        velocity = self.a.velocity[balls]
-        g = self.mill.gravity
-        return self.a.position[balls] + velocity * s + g * s**2 / 2, velocity + g * s
-
-    def _backward(self, balls, s):
-        left = self.step - np.reshape(s, (-1, 1))
-        velocity = self.b.velocity[balls]
-        g = self.mill.gravity
-        return self.b.position[balls] - velocity * left + g * left**2 / 2, velocity - g * left
+    def _parabola(self, state, balls, s):
+        """Position and velocity of balls, `s` seconds after one of the two states."""
+        s, velocity, g = np.reshape(s, (-1, 1)), state.velocity[balls], self.mill.gravity
+        return state.position[balls] + velocity * s + g * s**2 / 2, velocity + g * s
 
     def _cubic(self, balls, s):
         """Position and velocity on the cubic through both states."""
@@ -154,15 +140,15 @@ class Flights:
     def at(self, time) -> State:
         """The state at a time between the two; that of a ball's contact counts as before it."""
         s = time - self.a.time
-        position, velocity = self._forward(slice(None), s)
+        position, velocity = self._parabola(self.a, slice(None), s)
         spin = self.a.angular_velocity.copy()
         late = np.flatnonzero((s > self.contact) & ~self.unknown)
-        position[late], velocity[late] = self._backward(late, s)
+        position[late], velocity[late] = self._parabola(self.b, late, s - self.step)
         spin[late] = self.b.angular_velocity[late]
         open_ = np.flatnonzero(self.unknown)
         position[open_], velocity[open_] = self._cubic(open_, s)
         share = s / self.step
-        spin[open_] = (1 - share) * self.a.angular_velocity[open_] + share * self.b.angular_velocity[open_]  # fmt: skip
+        spin[open_] = (1 - share) * self.a.angular_velocity[open_] + share * self.b.angular_velocity[open_]
         poses = {name: between(pose, self.b.poses[name], share) for name, pose in (self.a.poses or {}).items()}
         return State(float(time), position, velocity, spin, poses=poses)
 
@@ -178,40 +164,23 @@ class Trajectory:
         self.times = run.frame_times()
         if not len(self.times):
             raise UserError(f"{run.path}: no ball states are stored (output.frames = 0 s)")
-        self._mill = None
-        self._kept = {}  # frames by number, the last two
-        self._flights = (-1, None)
+        self.begin, self.end = float(self.times[0]), float(self.times[-1])
+        self.frame = functools.lru_cache(2)(functools.partial(stored, run))  # index -> State
+        self.flights = functools.lru_cache(1)(self._flights)
         self.asked = self.unknown = 0
-
-    @property
-    def begin(self) -> float:
-        """Time of the first frame [s]."""
-        return float(self.times[0])
-
-    @property
-    def end(self) -> float:
-        """Time of the last frame [s]."""
-        return float(self.times[-1])
-
-    def frame(self, index) -> State:
-        """Stored frame `index`."""
-        if index not in self._kept:
-            while len(self._kept) > 1:
-                del self._kept[min(self._kept, key=lambda k: abs(k - index))]
-            self._kept[index] = stored(self.run, index)
-        return self._kept[index]
 
     def frame_at(self, time) -> int | None:
         """Number of the frame stored at a time, if there is one."""
         nearest = int(np.argmin(np.abs(self.times - time)))
         return nearest if abs(self.times[nearest] - time) <= SAME_TIME else None
 
-    def flights(self, index) -> Flights:
+    @functools.cached_property
+    def _mill(self):
+        return Bounds(self.run)
+
+    def _flights(self, index) -> Flights:
         """The flights between frame `index` and the next."""
-        if self._flights[0] != index:
-            self._mill = self._mill or Bounds(self.run)
-            self._flights = (index, Flights(self.frame(index), self.frame(index + 1), self._mill))
-        return self._flights[1]
+        return Flights(self.frame(index), self.frame(index + 1), self._mill)
 
     def at(self, time) -> State:
         """The balls at a time [s] from the first to the last frame; UserError beyond."""

@@ -1,8 +1,6 @@
 """What holds the balls, in its own frame (x along its axis): its outlines in the two views of the maps, and how much of a map's
 cell is within it. A drum is known in closed form; of a body the triangles of its surface tell."""
 
-import functools
-
 import numpy as np
 from matplotlib.patches import Polygon
 
@@ -24,12 +22,7 @@ def axes(runs) -> dict[str, str]:
     """What the axes x, r, y, z of a picture of runs are called: by the container, whose own they are."""
     names = {run.vessel or "drum" for run in runs}
     whose = f"the {literal(names.pop(), 24) if len(names) == 1 else 'container'}'s axis"
-    words = {
-        "x": f"along {whose}",
-        "r": "from the axis",
-        "y": f"across {whose}",
-        "z": f"across {whose}",
-    }
+    words = {"x": f"along {whose}", "r": "from the axis", "y": f"across {whose}", "z": f"across {whose}"}
     return {axis: f"{axis}, {said} [m]" for axis, said in words.items()}
 
 
@@ -55,10 +48,6 @@ class Drum(_Vessel):
         self._length = length
         self.still = not run.carrier
 
-    @functools.cached_property
-    def maps(self):
-        return Maps(self.profile, self._length)
-
     @property
     def noise(self):
         """A new cells.Maps of its cells; None where the drum moves: frames are the laboratory's."""
@@ -66,7 +55,8 @@ class Drum(_Vessel):
 
     def volume(self, view, edges):
         """Of the cells of a view within it (n, m) [m^3]."""
-        found = self.maps.cross if view == "cross_section" else self.maps.axial
+        maps = Maps(self.profile, self._length)
+        found = maps.cross if view == "cross_section" else maps.axial
         if found.n == tuple(len(e) - 1 for e in edges):
             return found.room.reshape(found.n)
         first, second = (np.diff(e) for e in edges)  # not millsim's cells

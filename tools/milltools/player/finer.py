@@ -68,7 +68,7 @@ def _count(run, most_bytes):
 
 def _too_dear(run, until, step):
     """Why it is not done without being asked for, or None."""
-    cost = rerun.cost(run, until)
+    cost = run.cost * until
     if not cost <= CHEAP:
         takes = f"some {cost:.0f} s" if cost == cost else "nobody knows how long"
         return f"running the deck again for finer ones takes {takes} of CPU time: --rerun always does it"

@@ -3,19 +3,20 @@
 Python never reads units or defaults itself: there is one reader of decks, and it is in the engine.
 """
 
+import collections
+import contextlib
 import dataclasses
 import math
 import pathlib
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
 
-from milltools.base.engine import program
+from milltools.base import engine
 from milltools.base.errors import UserError
 from milltools.base.text import plain
-from milltools.read.deck_text import entries
+from milltools.read import deck_text
 from milltools.read.kinds import KINDS
 
 MOST_BLADES = 10000  # as in the engine
@@ -45,24 +46,13 @@ class Blade:
     pitch: float
 
 
-@dataclasses.dataclass(frozen=True)
-class Contact:
-    """What one kind of contact is made of."""
-
-    restitution: float
-    friction: float
-    tangential_restitution: float
+Contact = collections.namedtuple("Contact", "restitution friction tangential_restitution")  # of one kind of contact
 
 
 def _ask(path, overrides, *options):
     """What millsim prints about the deck at `path`; its own line is the error of a wrong one."""
     sets = [word for override in overrides for word in ("--set", override)]
-    words = [program(), *options, *sets, "--", path]
-    done = subprocess.run(words, capture_output=True, text=True, errors="replace")
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
-        raise UserError(lines[-1].removeprefix("millsim: "), done.returncode if done.returncode > 0 else 1)
-    return done.stdout
+    return engine.ask(*options, *sets, "--", path)
 
 
 class Deck:
@@ -71,10 +61,7 @@ class Deck:
 
     def __init__(self, text, path=None, overrides=(), sections=None, place="{path}: [{section}] {key}"):
         self.text, self.path, self.overrides, self.place = text, path, tuple(overrides), place
-        self.sections = {} if sections is None else sections
-        if sections is None:
-            for entry in entries(text, path):
-                self.sections.setdefault(entry.section, {})[entry.key] = entry.value
+        self.sections = deck_text.sections(text, path) if sections is None else sections
         for section, keys in self.sections.items():
             sized = section == "drum" or section.startswith(("ball", "blade"))
             for key in SIZES.intersection(keys) if sized else ():
@@ -97,9 +84,8 @@ class Deck:
             file = pathlib.Path(folder) / "start.txt"
             _ask(self.path, self.overrides, "--export-start", file)
             table = np.loadtxt(file, ndmin=2)
-        whole = np.zeros((len(table), 9))
-        whole[:, : table.shape[1]] = table
-        return [whole[:, k : k + 3].copy() for k in (0, 3, 6)]
+        whole = np.pad(table, ((0, 0), (0, 9 - table.shape[1])))  # what a file leaves out is 0
+        return [part.copy() for part in np.split(whole, 3, axis=1)]
 
     def value(self, key, default=None):
         """The text of `section.key`; the section may hold dots itself."""
@@ -109,11 +95,9 @@ class Deck:
     def numbers(self, key):
         """The numbers of `section.key`, SI, without their unit: all finite."""
         found = []
-        for word in self.value(key, "").split():
-            try:
+        with contextlib.suppress(ValueError):
+            for word in self.value(key, "").split():
                 found.append(float(word))
-            except ValueError:
-                break
         if not all(map(math.isfinite, found)):
             raise self._fault(key, "expected a number")
         return found
@@ -138,15 +122,8 @@ class Deck:
     def species(self):
         """The kinds of balls, in the order of their rows."""
         names = [name for name in self.sections if name.startswith("balls.")] or ["balls"]
-        return [
-            Species(
-                name.removeprefix("balls."),
-                self.count(f"{name}.count"),
-                self.number(f"{name}.diameter"),
-                self.number(f"{name}.density"),
-            )
-            for name in names
-        ]
+        sizes = ((self.count(f"{n}.count"), self.number(f"{n}.diameter"), self.number(f"{n}.density")) for n in names)
+        return [Species(name.removeprefix("balls."), *own) for name, own in zip(names, sizes)]
 
     @property
     def species_of_ball(self):
@@ -203,5 +180,5 @@ class Deck:
 
     def contact(self, kind):
         """The contact law of `kind`, one of KINDS."""
-        keys = ("restitution", "friction", "tangential_restitution")
-        return Contact(*(self.number(f"contact.{kind}.{key}", self.number(f"contact.{key}", 0.0)) for key in keys))
+        keys = ((f"contact.{kind}.{key}", f"contact.{key}") for key in Contact._fields)
+        return Contact(*(self.number(own, self.number(usual, 0.0)) for own, usual in keys))

@@ -45,6 +45,14 @@ def _value(text, where) -> str:
     return re.split(r"(?:^|\s)[#;]", text, maxsplit=1)[0].strip()
 
 
+def sections(text, file) -> dict[str, dict[str, str]]:
+    """{section: {key: value}} of a text."""
+    found: dict[str, dict[str, str]] = {}
+    for one in entries(text, file):
+        found.setdefault(one.section, {})[one.key] = one.value
+    return found
+
+
 def entries(text, file) -> list[Entry]:
     """All entries of a text, in their order. Comments begin with # or ; at the start or after white space; a section or
     key that comes twice is refused."""

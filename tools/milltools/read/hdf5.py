@@ -22,32 +22,16 @@ SMALL = 1 << 20  # [bytes] a dataset may have of which nothing is stored
 SCANNED = 1 << 28  # [bytes] in larger files the heaps of texts are not looked at
 HEAP = b"GCOL\1\0\0\0"
 HOPS = 16  # soft links on the way to one thing
-TEXTS, MOST_TEXT = (
-    512,
-    1 << 32,
-)  # of variable length in one attribute; beyond, their number times the file's size [bytes]
-FILTERS = {
-    h5py.h5z.FILTER_DEFLATE,
-    h5py.h5z.FILTER_SHUFFLE,
-    h5py.h5z.FILTER_FLETCHER32,
-    h5py.h5z.FILTER_SZIP,
-    h5py.h5z.FILTER_LZF,
-}
+TEXTS = 512  # of variable length in one attribute; beyond
+MOST_TEXT = 1 << 32  # [bytes] their number times the file's size
+FILTERS = {getattr(h5py.h5z, f"FILTER_{name}") for name in ("DEFLATE", "SHUFFLE", "FLETCHER32", "SZIP", "LZF")}
 # what h5py raises where bytes are not as HDF5 has them
 FAULTS = (
-    ArithmeticError,
-    AttributeError,
-    LookupError,
-    MemoryError,
-    OSError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    zlib.error,
-)
+    ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError, zlib.error
+)  # fmt: skip
 
 
-class Store:
+class Store(contextlib.AbstractContextManager):
     """An open file. A context manager; close() does as well."""
 
     def __init__(self, path):
@@ -77,9 +61,6 @@ class Store:
         except UserError:
             self.close()
             raise
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *exception):
         self.close()

@@ -46,11 +46,9 @@ def by_speed(run, path: str) -> Histogram:
         run.read(f"{path}/edges"),
         run.read(count),
         run.read(dissipation),
-        float(run.attribute(count, "underflow", 0)),
-        float(run.attribute(count, "overflow", 0)),
+        *(float(run.attribute(count, side, 0)) for side in ("underflow", "overflow")),
         run.attribute(dissipation, "part", "all"),
-        float(run.attribute(dissipation, "underflow", 0)),
-        float(run.attribute(dissipation, "overflow", 0)),
+        *(float(run.attribute(dissipation, side, 0)) for side in ("underflow", "overflow")),
     )
 
 
@@ -82,9 +80,9 @@ def by_energy(run, row: str, group: str, name: str, species) -> Histogram:
 
 def _of_pairs(run, path: str, species: list[int]) -> np.ndarray:
     values = run.read(f"statistics/energies/{path}", why="written by an older program, or another")
-    if len(species) == 2:
-        return values[tuple(species)]
-    if species and values.ndim == 3:  # of balls: it with each, itself once
-        one = species[0]
+    if not species:
+        return values.sum(axis=tuple(range(values.ndim - 1)))
+    if len(species) == 1 and values.ndim == 3:  # of balls: it with each, itself once
+        (one,) = species
         return values[one].sum(axis=0) + values[:, one].sum(axis=0) - values[one, one]
-    return values[species[0]] if species else values.sum(axis=tuple(range(values.ndim - 1)))
+    return values[tuple(species)]

@@ -5,16 +5,6 @@ import math
 MINUS = "\N{MINUS SIGN}"
 
 
-def _turns(speed) -> str:
-    return f"{speed * 30 / math.pi:.4g} rpm".replace("-", MINUS)
-
-
-def _lengths(values) -> str:
-    """[m] as the mill is measured: those that are not 0, largest first."""
-    some = sorted({abs(v) for v in values if v}, reverse=True) or [0.0]
-    return " and ".join(f"{1e3 * v:.4g}" for v in some) + " mm"
-
-
 def rate(run, name: str) -> float:
     """Angular velocity of what turns about its axis [rad/s]; 0 of other motions."""
     if name == "rotor" and not run.has("deck/motion.rotor"):
@@ -27,7 +17,7 @@ def speed(run, name: str) -> str:
     place = f"motion.{name}"
     kind = run.text(f"{place}/kind", "turn")
     if kind == "turn":
-        return _turns(rate(run, name))
+        return f"{rate(run, name) * 30 / math.pi:.4g} rpm".replace("-", MINUS)
     if kind in ("swing", "shift"):
         return f"{run.quantity(f'{place}/frequency', 0.0):.4g} Hz"
     return "as measured"
@@ -47,8 +37,9 @@ def words(run, name: str) -> str:
         angle = math.degrees(run.quantity(f"{place}/amplitude", 0.0))
         said = f"swings by \N{PLUS-MINUS SIGN}{angle:.4g}\N{DEGREE SIGN} at {rate}"
     elif kind == "shift":
-        amplitude = run.vector(f"{place}/amplitude") if run.has(f"deck/{place}/amplitude") else [0]
-        said = f"goes \N{PLUS-MINUS SIGN}{_lengths(amplitude)} to and fro at {rate}"
+        amplitude = run.vector(f"{place}/amplitude") if run.has(f"deck/{place}/amplitude") else []
+        some = sorted({abs(v) for v in amplitude if v}, reverse=True) or [0.0]  # [m]
+        said = f"goes \N{PLUS-MINUS SIGN}{' and '.join(f'{1e3 * v:.4g}' for v in some)} mm to and fro at {rate}"
     else:
         said = f"turns at {rate}" if kind == "turn" else "moves as a table says"
     carrier = run.text(f"{place}/on", "")

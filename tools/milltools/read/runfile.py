@@ -10,6 +10,7 @@ a UserError that names the file, the part, and what it would take to have it.
 """
 
 import functools
+import math
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -19,21 +20,22 @@ import numpy as np
 
 from milltools.base.errors import UserError
 from milltools.read import rules
-from milltools.read.built import Built
-from milltools.read.deck import Blade, Deck
+from milltools.read.deck import Deck
 from milltools.read.hdf5 import Store
 from milltools.read.histogram import ENERGIES, Histogram, by_energy, by_speed
+from milltools.read.kinds import KINDS
 
 THRESHOLDS = (0.5, 1.0, 2.0)  # [m/s] of fast_collisions
 MEDIAN = "impacts/all/normal_speed/median_above_50mm_s"
 # where /statistics tells how well a number is known; so it does of impacts/ROW/rate
 PRECISION = {
-    MEDIAN: "precision/median_above_50mm_s",
-    "impacts/all/normal_speed/median": "precision/median",
-    "rotor/power": "precision/rotor_power",
-    "rotor/torque": "precision/rotor_torque",
-    "drive/power": "precision/drive_power",
+    "rotor/power": "rotor_power",
+    "rotor/torque": "rotor_torque",
+    "drive/power": "drive_power",
+    "impacts/all/normal_speed/median": "median",
+    MEDIAN: "median_above_50mm_s",
 }
+TURNED = 1e-3  # of a rotation: how far its axes may be from upright to each other, and from length 1
 # datasets of numbers of things: of the names in an attribute, or of balls
 INDICES = {"impacts/kind": "kinds", "impacts/ball": "balls", "particles/trajectory/species": "names"}
 RATE = re.compile(r"impacts/([^/]+)/rate")
@@ -41,17 +43,23 @@ RATE = re.compile(r"impacts/([^/]+)/rate")
 
 def estimates(kinds: Iterable[str]) -> dict[str, tuple[str, Any]]:
     """What may be known with a standard error: name -> (its group below /statistics/precision, which of its values)."""
-    names = ("rotor_power", "rotor_torque", "drive_power", "median", "median_above_50mm_s")
-    found: dict[str, tuple[str, Any]] = {name: (name, ()) for name in names}
     rows = (*kinds, "all")
-    found |= {f"rate/{row}": (f"rate/{row}", ()) for row in rows}
+    found: dict[str, tuple[str, Any]] = {
+        name: (name, ()) for name in (*PRECISION.values(), *(f"rate/{r}" for r in rows))
+    }
     for row in rows:
         for column, speed in enumerate(THRESHOLDS):
             found[f"rate_above_{speed:g}/{row}"] = f"fast_rate/{row}", column
     return found
 
 
-class Run(Built, Store):
+def turned(angle: float) -> np.ndarray:
+    """The pose (3, 4) of what has turned about x by an angle [rad]."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0]])
+
+
+class Run(Store):
     """An open output file: a Store whose values are those of a run."""
 
     def __init__(self, path: object) -> None:
@@ -59,6 +67,9 @@ class Run(Built, Store):
         if not all(isinstance(self.find(name), h5py.Group) for name in ("deck", "run")):
             self.close()
             raise UserError(f"{self.path}: an HDF5 file, but no run: it has no /deck and /run")
+
+    def __reduce__(self) -> tuple[Any, ...]:  # to another process, as dask does: an open file cannot go
+        return Run, (self.path,)
 
     def _expect(self, path: str, thing: h5py.Dataset) -> None:
         rules.check_layout(self, path, thing)
@@ -80,10 +91,8 @@ class Run(Built, Store):
 
     def _largest_ball(self) -> float:
         """[m], with room for rounding."""
-        largest = max((kind.diameter for kind in self.as_deck.species), default=0.0)
-        return 1.001 * min(
-            largest, 2 * self.quantity("drum/radius", np.inf) + 2 * self.quantity("drum/buckle_height", 0.0)
-        )
+        drum = 2 * self.quantity("drum/radius", np.inf) + 2 * self.quantity("drum/buckle_height", 0.0)
+        return 1.001 * min(drum, max((kind.diameter for kind in self.as_deck.species), default=0.0))
 
     def _count(self, path: str) -> int:
         """How many things the numbers in one of INDICES tell apart."""
@@ -145,10 +154,6 @@ class Run(Built, Store):
         """Every value of the deck as run, "section.key": text with its SI unit."""
         return {f"{s}.{key}": value for s, keys in self.as_deck.sections.items() for key, value in keys.items()}
 
-    def sections(self) -> list[str]:
-        """The deck's sections, in the order of its text."""
-        return list(self.as_deck.sections)
-
     def deck_text(self) -> str:
         """The deck as run, itself a deck."""
         return self.read("deck/text") if self.has("deck/text") else ""
@@ -184,9 +189,125 @@ class Run(Built, Store):
         """Angle of the rotor at a time, from +y to +z [rad]."""
         return self.quantity("rotor/angle") + self.rotor_speed * time if self.has_rotor else 0.0
 
-    def blades(self) -> list[Blade]:
-        """All blades, numbered as in the file, at their angles at t = 0."""
-        return self.as_deck.blades
+    # ---- what holds the balls
+
+    @property
+    def vessel(self) -> str:
+        """NAME of the body that holds the balls; "": the drum does."""
+        inside = (n for n in self.as_deck.named("body") if self.text(f"body.{n}/side", "") == "inside")
+        return next(inside, "")
+
+    @property
+    def vessel_kinds(self) -> tuple[str, ...]:
+        """Kinds of contact with what holds the balls."""
+        return (self.as_deck.kind_of(self.vessel),) if self.vessel else ("ball_drum", "ball_wall")
+
+    @property
+    def carrier(self) -> str:
+        """The motion that the container rides on; "": it stands still."""
+        return self.text(f"body.{self.vessel}/motion" if self.vessel else "drum/motion", "")
+
+    def vessel_frame(self) -> np.ndarray:
+        """The container's own frame, x along its axis, as a pose (3, 4) in the frame of its motion: the frame of the maps."""
+        if not self.vessel:
+            return np.eye(3, 4)
+        place = f"body.{self.vessel}"
+        axis = self.vector(f"{place}/axis") if self.has(f"deck/{place}/axis") else [0.0, 0.0, 1.0]
+        if not np.any(axis) or len(axis) != 3:
+            raise self.damaged(f"deck/{place}/axis", "no direction")
+        z = np.array(axis) / np.linalg.norm(axis)
+        across = np.eye(3)[1 if np.hypot(z[1], z[2]) < 1e-6 else 0]
+        x = across - (across @ z) * z
+        x /= np.linalg.norm(x)
+        angle = self.quantity(f"{place}/angle", 0.0)
+        x, y = (math.cos(t) * x + math.sin(t) * np.cross(z, x) for t in (angle, angle + math.pi / 2))
+        centre = self.vector(f"{place}/centre") if self.has(f"deck/{place}/centre") else np.zeros(3)
+        return np.column_stack([z, x, y, centre])
+
+    def frame_axis(self, poses: dict[str, np.ndarray]) -> np.ndarray:
+        """Direction of the container's axis in the laboratory, where motions are at `poses`."""
+        axis = self.vessel_frame()[:, 0]
+        return poses[self.carrier][:, :3] @ axis if self.carrier in poses else axis
+
+    # ---- kinds of contact, motions
+
+    @functools.cached_property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of contact, those that every file counts first; of these what the mill has surfaces of, or what was met."""
+        places = ("statistics/impacts", "run/events/collisions", "observables/collisions")
+        names = next((set(found) for place in places if (found := self.names(place))), set(KINDS))
+        order = [self.as_deck.kind_of(name) for name in self.as_deck.bodies]
+        own = sorted(names - {*KINDS, "all"}, key=lambda kind: (kind not in order, order.index(kind) if kind in order else 0, kind))  # fmt: skip
+        drum, rotor = not self.vessel, self.has_rotor
+        there = {k for k, has in zip(KINDS, (True, drum, drum, rotor, rotor)) if has} | {*order}
+        return (*(kind for kind in KINDS if kind in there or self.collisions(kind)), *own)
+
+    @property
+    def absent(self) -> set[str]:
+        """Kinds of contact that the file counts, all 0, and that this mill does not have."""
+        return {*KINDS} - {*self.kinds}
+
+    def collisions(self, kind: str) -> int:
+        """Contacts of a kind in the whole run; 0 where none are counted."""
+        path = f"run/events/collisions/{kind}"
+        return int(self.read(path)) if self.has(path) else 0
+
+    @property
+    def contacts(self) -> int:
+        """Contacts in the whole run."""
+        return sum(map(self.collisions, self.kinds))
+
+    @property
+    def motions(self) -> list[str]:
+        """Names of what moves: of [motion.NAME] in the deck's order, and "rotor"."""
+        return self.as_deck.motions
+
+    @property
+    def driven(self) -> str:
+        """What does work on the balls: "rotor", "drive" if other motions are there, or "" if nothing moves."""
+        return "drive" if self.as_deck.named("motion") else "rotor" if self.rotor_speed else ""
+
+    def drive_work(self) -> tuple[np.ndarray, np.ndarray]:
+        """(time [s], work [J] of all motions since t = 0), by the rows of the time series."""
+        parts = [f"motion_work/{name}" for name in self.motions]
+        if self.driven != "drive" or not all(map(self.has_series, parts)):
+            return self.series("rotor_work")
+        series = [self.series(part) for part in parts]
+        return series[0][0], np.array(sum(value for _, value in series))
+
+    @property
+    def period(self) -> float:
+        """After which the slowest motion repeats [s]; infinite where nothing moves, or where the deck does not say it."""
+        found = [2 * math.pi / abs(self.rotor_speed)] if self.rotor_speed else []
+        for name in self.as_deck.named("motion"):
+            speed, rate = (abs(self.quantity(f"motion.{name}/{k}", 0.0)) for k in ("speed", "frequency"))  # fmt: skip
+            found += [2 * math.pi / speed] if speed else [1 / rate] if rate else []
+        return max(found, default=math.inf)
+
+    def rotor_pose(self, time: float) -> dict[str, np.ndarray]:
+        """The same of the rotor alone at any time [s], by its speed; nothing without one."""
+        return {"rotor": turned(self.rotor_angle(time))} if self.has_rotor else {}
+
+    def first_poses(self) -> dict[str, np.ndarray]:
+        """Those of the file's first frame, whatever frames are shown: the points under /VTKHDF begin there."""
+        return self.poses(0)
+
+    def poses(self, index: int) -> dict[str, np.ndarray]:
+        """Where motions have brought their frames in a stored frame, by name: (3, 4), a point p of a motion's frame is at
+        pose[:, :3] @ p + pose[:, 3]."""
+        names = self.names("observables/pose")
+        if not names:  # a file that does not tell
+            return self.rotor_pose(self.frame_time(index))
+        found = {}
+        for name in names:
+            place = f"observables/pose/{name}"
+            if self.length(f"{place}/centre/value") <= index:
+                raise UserError(f"{self.path}: /{place} has no frame {index}")
+            rotation, centre = (self.read(f"{place}/{part}/value", index) for part in ("rotation", "centre"))
+            if np.abs(rotation @ rotation.T - np.eye(3)).max() > TURNED:
+                raise self.damaged(f"{place}/rotation/value", f"no rotation in frame {index}")
+            found[name] = np.column_stack([rotation, centre])
+        return found
 
     # ---- time series
 
@@ -204,7 +325,7 @@ class Run(Built, Store):
         paths = (path.split("/")[1:] for path in self.paths("observables"))
         found = {"/".join(parts[:-1]) for parts in paths if parts[-1] == "value" and parts[0] != "pose"}
         empty = self.absent
-        if not self.has_rotor and (self.named("body") or self.named("motion")):
+        if not self.has_rotor and (self.as_deck.bodies or self.as_deck.named("motion")):
             empty |= {"rotor_work", "rotor_torque"}
         shown = (name for name in found if name.split("/")[-1] not in empty)
         return sorted(shown, key=lambda name: (name.count("/"), name))
@@ -249,12 +370,9 @@ class Run(Built, Store):
     def standard_error(self, path: str) -> float:
         """Of a scalar under /statistics, in its unit, as the run tells it: value +- 1.96 times this is its 95 % interval;
         NaN if it does not tell."""
-        places = [f"{path}_error"]
         rate = RATE.fullmatch(path)
-        group = f"precision/rate/{rate[1]}" if rate else PRECISION.get(path)
-        if group:
-            places.insert(0, f"{group}/standard_error")
-        for place in places:
+        name = f"rate/{rate[1]}" if rate else PRECISION.get(path)
+        for place in ([f"precision/{name}/standard_error"] if name else []) + [f"{path}_error"]:
             if self.has(f"statistics/{place}"):
                 return float(self.statistic(place))
         return float("nan")

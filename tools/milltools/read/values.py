@@ -3,9 +3,8 @@
 import contextlib
 import dataclasses
 import math
-import subprocess
 
-from milltools.base.engine import program
+from milltools.base import engine
 from milltools.base.errors import UserError
 
 AT_ONCE = 2000  # values on one command line
@@ -44,12 +43,11 @@ def tell(orders) -> list[Value]:
     """What each "section.key=text" is. A wrong one is millsim's own line as a UserError: "[rotor] speed: expected ..."."""
     found, orders = [], list(orders)
     for start in range(0, len(orders), AT_ONCE):
-        some = orders[start : start + AT_ONCE]
-        words = [program(), *(f"--value={text}" for text in some)]
-        done = subprocess.run(words, capture_output=True, text=True, errors="replace")
-        if done.returncode != 0:
-            raise UserError(_plain(done), 1 if done.returncode in (1, 126, 127) else 2)
-        for line in done.stdout.splitlines():
+        try:
+            said = engine.ask(*(f"--value={text}" for text in orders[start : start + AT_ONCE]))
+        except UserError as fault:
+            raise UserError(_plain(str(fault)), 1 if fault.status in (1, 126, 127) else 2) from None
+        for line in said.splitlines():
             key, kind, text, unit, meaning, choices = line.split("\t")
             found.append(Value(key, kind, text, unit, meaning, tuple(filter(None, choices.split("|")))))
     return found
@@ -68,40 +66,29 @@ def metres(asked: dict) -> list:
 
 def _read(asked, key, expected, negative):
     """`key`: one of a deck that takes any such value from 0 on."""
-    found, with_unit = {}, {}
+    found = {}
     for option, text in asked.items():
-        if text is None:
-            continue
-        try:
-            found[option] = float(text)
-        except ValueError:
-            with_unit[option] = text
+        with contextlib.suppress(ValueError):
+            found[option] = None if text is None else float(text)
+    with_unit = {option: text.strip() for option, text in asked.items() if option not in found}
     try:
-        values = _tell_each(with_unit, key)
+        told = tell(f"{key}={text.removeprefix('-')}" for text in with_unit.values())
     except UserError as fault:
         if fault.status != 2:
             raise
-        values = {}
-        for option, text in with_unit.items():  # which of them is wrong
-            with contextlib.suppress(UserError):
-                values |= _tell_each({option: text}, key)
+        if len(asked) > 1:  # one of them is wrong
+            return [_read({option: text}, key, expected, negative)[0] for option, text in asked.items()]
+        told = []
+    found |= {o: -one.value if text[0] == "-" else one.value for (o, text), one in zip(with_unit.items(), told)}
     for option, text in asked.items():
-        value = (found | values).get(option, math.nan)
+        value = found.get(option, math.nan)
         if text is not None and not (math.isfinite(value) and (negative or value >= 0)):
             raise UserError(f"{option}: expected {expected}, got '{text}'")
-    return [(found | values).get(option) for option in asked]
+    return [found[option] for option in asked]
 
 
-def _tell_each(texts, key):
-    told = tell(f"{key}={text.strip().removeprefix('-')}" for text in texts.values())
-    signs = (-1 if text.strip().startswith("-") else 1 for text in texts.values())
-    return {option: sign * one.value for option, sign, one in zip(texts, signs, told, strict=True)}
-
-
-def _plain(done) -> str:
+def _plain(text) -> str:
     """millsim's complaint without the option it came by: the caller knows the line of the file."""
-    lines = done.stderr.strip().splitlines() or [f"millsim ended with status {done.returncode}"]
-    text = lines[-1].removeprefix("millsim: ")
     if not text.startswith("--value "):
         return text
     head, bracket, rest = text.partition(": [")

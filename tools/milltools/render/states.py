@@ -100,7 +100,7 @@ def of(run, plan, impacts, allowed, say, watch):
 
 
 def _announce(run, plan, until, impacts):
-    needed, cost = rerun.size(run, until, plan.step, impacts), rerun.cost(run, until)
+    needed, cost = rerun.size(run, until, plan.step, impacts), run.cost * until
     what = " and ".join(["exact states"] * bool(plan.step) + ["impacts"] * impacts)
     takes = [f"about {cost:.0f} s of CPU time"] if cost >= 1 else []
     takes += [f"{size(needed)} of temporary disk"] if needed > 1e6 else []

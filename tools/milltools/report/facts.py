@@ -45,7 +45,7 @@ def length(value: float) -> str:
 def charge(run) -> str:
     """4000 balls of 5 mm and 7800 kg/m^3."""
     kinds = []
-    for section in run.sections():
+    for section in run.as_deck.sections:
         if run.has(f"deck/{section}/diameter"):
             number, diameter, density = (run.quantity(f"{section}/{name}") for name in ("count", "diameter", "density"))
             name = "" if section == "balls" else f" {plain(section.removeprefix('balls.'))}"
@@ -79,16 +79,16 @@ def mill(run) -> str:
     """In a round drum of 150 x 120 mm with a rotor of 5 blades at 1000 rpm."""
     words, own = _vessel(run), []
     if run.has_rotor:
-        blades = len(run.blades())
+        blades = len(run.as_deck.blades)
         own.append(f"a rotor of {plural(blades, 'blade') if blades else 'no blades'} at {motions.speed(run, 'rotor')}")
-    for name in run.named("body"):
+    for name in run.as_deck.bodies:
         copies = int(run.quantity(f"body.{name}/copies", 1))
         if name != run.vessel:
             own.append(f"{copies} × {plain(name)}" if copies > 1 else plain(name))
     if not own and not run.driven:
         return f"{words}, in which nothing moves"
     words += f", with {joined(own)}" if own else ""
-    moving = [f"{plain(name)} {plain(motions.words(run, name))}" for name in run.named("motion")]
+    moving = [f"{plain(name)} {plain(motions.words(run, name))}" for name in run.as_deck.named("motion")]
     return words + (f"; {joined(moving)}" if moving else "")
 
 
