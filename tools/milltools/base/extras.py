@@ -29,11 +29,11 @@ def needs(extra: str, *modules: str):
         raise UserError(f"this needs the Python package {', '.join(missing)}: {mend}", status=1)
 
 
-def program(name: str, package: str) -> str:
+def program(name: str, package: str, title: str = "") -> str:
     """The path of a program, which a Debian package brings; a UserError if it is not installed."""
     found = shutil.which(name)
     if not found:
-        raise UserError(f"{name} is not installed; {on_debian(package)}", status=1)
+        raise UserError(f"{title or name} is not installed; {on_debian(package)}", status=1)
     return found
 
 
