@@ -17,25 +17,28 @@ struct mill_rebound {
     vec3 impulse;              /* [N s] taken from body 1, given to body 2 */
     double normal_speed;       /* [m/s] approach speed just before, >= 0 */
     double tangential_speed;   /* [m/s] slip of the surfaces just before */
-    double dissipation;        /* [J] all of it; negative where the rebound floor adds energy */
+    double dissipation;        /* [J] all of it; negative if the rebound floor adds energy */
     double dissipation_normal; /* [J] its normal part */
     bool floored;              /* the rebound floor acted */
 };
 
-/* Resolves one impact. n: unit normal from body 1 to body 2. slip: velocity of body 1's surface
- * relative to body 2's at the contact [m/s], spins included. reduced_mass: m1 m2/(m1 + m2), or m of
- * the ball at a wall [kg]. rebound_floor [m/s]: least normal speed afterwards. Both bodies are
- * uniform spheres or immovable. smooth: leave out the tangential part (mu = 0). */
+/* Computes one impact. n: unit normal from body 1 to body 2. slip: velocity of the surface of body
+ * 1 relative to the surface of body 2 at the contact [m/s], with the spins. reduced_mass: m1 m2/(m1
+ * + m2), or the mass of the ball at a wall [kg]. rebound_floor [m/s]: minimum normal speed after
+ * the impact. Both bodies are uniform spheres or immovable. With law->friction = 0 there is no
+ * tangential impulse. */
 struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                         double reduced_mass, vec3 n, vec3 slip);
 
-/* [s] How long two elastic spheres of steel touch that meet with this normal speed [m/s]: 2.87
- * (m^2 / (r E^2 v))^(1/5) (Hertz 1882; Landau & Lifshitz, Theory of Elasticity, section 9), E =
- * 1.15e11 Pa the reduced modulus of steel on steel. Reduced mass [kg] and radius [m] are those of
- * the ball at a wall. The hard sphere does without it; the model ends where it matters. */
+/* [s] The time for which two elastic spheres of steel touch when they meet with this normal speed
+ * [m/s]: 2.87 (m^2 / (r E^2 v))^(1/5) (Hertz 1882; Landau & Lifshitz, Theory of Elasticity, section
+ * 9). E = 1.15e11 Pa is the reduced modulus of steel on steel. At a wall, the reduced mass [kg] and
+ * radius [m] are the values of the ball. The impacts of hard spheres take no time; where this
+ * duration matters, the model is not valid. */
 double mill_impact_duration(double reduced_mass, double reduced_radius, double normal_speed);
 
-/* [N] What presses such a sphere in by this depth [m] at a wall of steel: 4/3 E r^(1/2) d^(3/2). */
+/* [N] The force that presses a steel sphere into a wall of steel by this depth [m]: 4/3 E r^(1/2)
+ * d^(3/2). */
 double mill_impact_force(double radius, double depth);
 
 #endif

@@ -1,6 +1,6 @@
-/* Motions: what carries the bodies of a mill. A motion gives the pose of its frame at any time, and
- * bounds of how fast that changes, which certify the search for contacts. Motions may ride on
- * others. */
+/* Motions: they move the bodies of a mill. A motion gives the pose of its frame at any time, and
+ * upper bounds of its speeds and accelerations. The certified search for contacts needs these
+ * bounds. A motion can be on another motion, its carrier. */
 #ifndef MILLSIM_MOTION_H
 #define MILLSIM_MOTION_H
 
@@ -10,42 +10,44 @@
 
 struct mill_motion;
 
-/* Of a frame and of one point fixed in it: at most, at any time */
+/* Upper bounds, valid at all times, for a frame and one point fixed in it */
 struct mill_motion_bounds {
-    vec3 home;           /* [m] place in the carrier's frame */
-    double far;          /* [m] from which the point is never farther */
+    vec3 home;           /* [m] a fixed place in the carrier's frame */
+    double far;          /* [m] maximum distance of the point from home */
     double speed;        /* [m/s] of the point */
     double acceleration; /* [m/s^2] of the point */
     double turning;      /* [rad/s] length of the angular velocity */
-    double spin_up;      /* [rad/s^2] of its change */
-    vec3 axis;           /* unit: the angular velocity keeps this direction; 0: it does not */
+    double spin_up;      /* [rad/s^2] rate of change of the angular velocity */
+    vec3 axis; /* unit: the constant direction of the angular velocity; 0: the direction is not
+                  constant */
 };
 
-/* A kind of motion; a new one is one file with one of these. */
+/* A kind of motion. To add a kind, write one file with one of these tables. */
 struct mill_motion_type {
-    /* Do these numbers, a struct of this kind, make a motion? */
+    /* Do these numbers, a struct of this kind, describe a valid motion? */
     bool (*is_sound)(const void *form);
-    /* form: sound numbers. NULL: out of memory. Owner: the caller; free(). */
+    /* form: valid numbers. NULL: out of memory. Owner: the caller; free(). */
     struct mill_motion *(*create)(const void *form);
-    /* Both in the carrier's frame; t: local time [s] */
+    /* Both results are in the carrier's frame; t: local time [s] */
     struct mill_pose (*pose)(const struct mill_motion *, double t);
     struct mill_motion_bounds (*bounds)(const struct mill_motion *, vec3 point);
-    /* Takes a point and its velocity from this frame to the carrier's: what the pose says of one
-     * point, by fewer operations. NULL: by the pose. */
+    /* Converts a point and its velocity from this frame to the carrier's frame. The result equals
+     * that of the pose, with fewer operations. NULL: the pose is used. */
     void (*carry)(const struct mill_motion *, double t, vec3 *point, vec3 *velocity);
-    /* [s] after which it repeats; INFINITY: it stands still */
+    /* [s] after which the motion repeats; INFINITY: it does not move */
     double (*period)(const struct mill_motion *);
-    /* The line about which it turns; false: there is none. NULL: there never is. */
+    /* The line about which it turns; false: it has none. NULL: motions of this kind have none. */
     bool (*axis)(const struct mill_motion *, vec3 *through, vec3 *direction);
-    /* Local time 0 is simulated time `base` [s] from now on, `by` later than it was. Phases are
-     * reduced anew from the base, so that they stay exact however long a run is. */
+    /* Local time is reset: local time 0 is now the simulated time `base` [s], which is `by` [s]
+     * later than before. Phases are computed again from the base, so that they stay exact in a run
+     * of any length. */
     void (*restart)(struct mill_motion *, double base, double by);
 };
 
 /* Every motion starts with this. */
 struct mill_motion {
     const struct mill_motion_type *type;
-    const struct mill_motion *on; /* what carries it; NULL: the laboratory */
+    const struct mill_motion *on; /* its carrier; NULL: the laboratory */
     int number;                   /* in the mill's list */
 };
 
@@ -64,60 +66,63 @@ struct mill_swing {
 };
 extern const struct mill_motion_type mill_swing_type;
 
-/* To and fro without turning: x_k = amplitude_k sin(2 pi frequency t + phase_k) */
+/* A shift to and fro without rotation: x_k = amplitude_k sin(2 pi frequency t + phase_k) */
 struct mill_shift {
     vec3 amplitude, phase; /* [m], [rad] */
     double frequency;      /* [1/s] */
 };
 extern const struct mill_motion_type mill_shift_type;
 
-/* A measured motion: a periodic cubic spline through rows `t x y z rx ry rz`, r a rotation vector;
- * a point p of the frame is at R(r) p + (x, y, z). The last row repeats the first. */
+/* A measured motion: a periodic cubic spline through rows `t x y z rx ry rz`, where r is a rotation
+ * vector. A point p of the frame is at R(r) p + (x, y, z). The last row repeats the first. */
 struct mill_table {
     size_t rows;
     const double (*row)[7]; /* [s], [m], [rad]; t ascends */
 };
 extern const struct mill_motion_type mill_table_type;
 
-/* The pose in the laboratory at local time t [s]; motion NULL: what stands still. */
+/* The pose in the laboratory at local time t [s]; motion NULL: the pose of what does not move. */
 struct mill_pose mill_motion_pose(const struct mill_motion *motion, double t);
 
-/* [m] Where a point of the motion's frame is in the laboratory, and how fast [m/s]: of that pose */
+/* [m] The place in the laboratory of a point of the motion's frame, and its velocity [m/s], both
+ * from that pose */
 vec3 mill_motion_point(const struct mill_motion *motion, double t, vec3 point, vec3 *velocity);
 
-/* [m] Where a place of the laboratory is in the motion's frame then */
+/* [m] The place of the laboratory in coordinates of the motion's frame, at local time t */
 vec3 mill_motion_place(const struct mill_motion *motion, double t, vec3 place);
 
-/* Bounds of the pose at any time, for a point of the motion's frame; home and axis are the
- * laboratory's. */
+/* Bounds, valid at all times, for a point of the motion's frame; home and axis are in the
+ * laboratory. */
 struct mill_motion_bounds mill_motion_bounds(const struct mill_motion *motion, vec3 point);
 
-/* Where balls may be: a box of the laboratory, and of it no more than a cylinder about its x axis
- */
+/* Where balls may be: the part of a box of the laboratory that is inside a cylinder about the
+ * laboratory's x axis */
 struct mill_reach {
     vec3 lo, hi;   /* [m] */
     double radius; /* [m] INFINITY: the whole box */
 };
 
-/* [m] No such place is ever farther from the motion's axis or, where there is none that stands
- * still, from the frame's origin. */
+/* [m] The maximum distance, at all times, of these places from the motion's axis, or from the
+ * origin of its frame if it has no axis at rest. */
 double mill_motion_reach(const struct mill_motion *motion, const struct mill_reach *places);
 
-/* A plane across this direction of the motion's frame stays where it is: all turns are about it. */
+/* True if a plane normal to this direction of the motion's frame does not move: the motion and its
+ * carriers only turn about this direction. */
 bool mill_motion_keeps(const struct mill_motion *motion, vec3 direction);
 
-/* The innermost motion of the chain that moves the point: further in all turn about it, and it has
- * the same coordinates there. NULL: it stands still. */
+/* The innermost motion of the chain of carriers that moves the point. The motions further in all
+ * turn about the point, and it has the same coordinates in their frames. NULL: the point does not
+ * move. */
 const struct mill_motion *mill_motion_that_moves(const struct mill_motion *motion, vec3 point);
 
-/* The shortest time after which motions repeat, to 1e-9 of it */
+/* The shortest time after which all motions repeat, to a relative accuracy of 1e-9 */
 struct mill_motion_cycle {
-    double period; /* [s] INFINITY: all stand still */
-    double single; /* [s] the longest period of a single one */
-    int singles;   /* in the period; 0: there are more than a thousand, and period is single */
+    double period; /* [s] INFINITY: no motion moves */
+    double single; /* [s] the longest period of a single motion */
+    int singles;   /* how many in the period; 0: over a thousand, and period is single */
 };
 
-/* Of `count` motions with all that carry them; those that are NULL stand still. */
+/* For `count` motions with all their carriers; a NULL stands for what does not move. */
 struct mill_motion_cycle mill_motion_cycle(struct mill_motion *const *motion, int count);
 
 #endif

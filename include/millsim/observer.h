@@ -1,6 +1,6 @@
-/* What watches the mill. The loop calls observers at impacts and at the times they ask for; they
- * cannot change the world, so no output option changes the run. An observer is one const table, and
- * a struct of its own that begins with a struct mill_observer. */
+/* Observers gather results from the mill. The event loop calls them at impacts and at the times
+ * that they request. They cannot change the world, so no output option changes the run. An observer
+ * consists of one const table and its own struct, which begins with a struct mill_observer. */
 #ifndef MILLSIM_OBSERVER_H
 #define MILLSIM_OBSERVER_H
 
@@ -11,63 +11,68 @@
 struct mill_impact {
     double time;           /* [s] simulated */
     int kind;              /* of the world's */
-    int32_t ball, partner; /* the other ball (> ball); number of the blade, end wall or copy of a
-                              body; else -1 */
-    int16_t species, partner_species; /* of the ball; of the other ball, else -1 */
+    int32_t ball, partner; /* the other ball (> ball), or the number of the blade, end wall or copy
+                              of a body; else -1 */
+    int16_t species, partner_species; /* of the ball; of the other ball, or -1 */
     vec3 position;                    /* [m] of the contact */
-    vec3 normal, impulse;             /* unit, into the ball `ball`; [N s] given to it */
-    vec3 slip; /* [m/s] of its surface relative to the partner's just before, along them */
+    vec3 normal, impulse;             /* unit, into the ball `ball`; [N s] given to this ball */
+    /* [m/s] velocity of the ball's surface relative to the partner's surface, just before, in the
+     * plane of contact */
+    vec3 slip;
     double normal_speed, tangential_speed;  /* [m/s] just before */
     double dissipation, dissipation_normal; /* [J] */
-    bool lasting; /* one of the balls is pressed: the contact goes on, it is no new impact */
+    bool lasting; /* one of the balls is pressed: a lasting contact, not a new impact */
 };
 
 struct mill_observer {
     const struct mill_observer_type *type;
-    double next; /* [s] simulated time of the next sample it wants; INFINITY: none */
+    double next; /* [s] simulated time at which it wants its next sample; INFINITY: never */
 };
 
-struct mill_observe; /* what is asked for, as plain numbers: src/observe/observe.h */
+struct mill_observe; /* the requested output, as plain numbers: src/observe/observe.h */
 struct mill_h5;      /* the output file: src/store/h5.h */
-struct mill_sink;    /* who is told results: src/observe/sink.h */
-struct mill_going;   /* whether to go on with what takes long: src/observe/observe.h */
+struct mill_sink;    /* receives the results: src/observe/sink.h */
+struct mill_going;   /* tells whether to continue long work: src/observe/observe.h */
 struct mill_state;   /* millsim/state.h */
 
-/* NULL where there is nothing to do. */
+/* A function may be NULL if there is nothing to do. */
 struct mill_observer_type {
-    const char *name; /* of the group its state is kept in */
+    const char *name; /* of the group of the file that contains its state */
     size_t size;      /* of its struct */
 
-    /* ---- called by the loop: MILL_OK; MILL_ENDED, and the reason as the error's text: it has seen
-     * enough, and the run ends here, told to all observers; or a failure ---- */
+    /* ---- called by the event loop. They return MILL_OK, a failure, or MILL_ENDED if the observer
+     * has gathered enough: then the run ends here, all observers still get this event, and the
+     * error's text holds the reason ---- */
 
     enum mill_status (*impact)(struct mill_observer *, const struct mill_impact *,
                                struct mill_error *);
-    /* World at simulated time `next` = world->base + t; must move `next` on. A sample sees every
-     * event before its time and none at it. */
+    /* The world is at simulated time `next` = world->base + t. The function must set `next` to a
+     * later time. The sample includes every event before its time and no event at its time. */
     enum mill_status (*sample)(struct mill_observer *, const struct mill_world *, double t,
                                struct mill_error *);
 
-    /* ---- called by the program around it, in this order ---- */
+    /* ---- called by the program outside of the loop, in this order ---- */
 
-    /* Is it asked for? NULL: always. */
+    /* Is this observer requested? NULL: always. */
     bool (*wanted)(const struct mill_observe *);
-    /* Fills its struct, of zeros but for type and next = INFINITY, for a world at t = 0, which
-     * outlives it; what is asked for is not kept. MILL_FAILED: out of memory; freed in any case. */
+    /* Fills its struct, which is zero except for type and next = INFINITY. The world is at t = 0
+     * and exists longer than the observer. The function must not keep a pointer to the request.
+     * MILL_FAILED: out of memory; free is called in any case. */
     enum mill_status (*create)(struct mill_observer *, const struct mill_observe *,
                                const struct mill_world *, struct mill_error *);
-    /* Tells its state, or takes up one that was saved. */
+    /* Saves or loads its state (millsim/state.h). */
     void (*state)(struct mill_observer *, struct mill_state *);
-    /* Makes what it writes to, or goes on behind what its state knows; the file outlives it. */
+    /* Creates the datasets that it writes to, or continues after the rows that its state counts.
+     * The file exists longer than the observer. */
     void (*open)(struct mill_observer *, const struct mill_observe *, struct mill_h5 *file,
                  const struct mill_world *);
-    /* What it has gathered by now comes to, as if the run ended at local time t; it goes on. */
+    /* Reports the results so far, as if the run ended at local time t. The run may continue. */
     enum mill_status (*results)(const struct mill_observer *, const struct mill_world *, double t,
                                 struct mill_sink *, struct mill_error *);
-    /* Adds to the file what only that of a finished run has. false: it was not to go on; NULL: to
-     * the end. */
+    /* Adds the data that only the file of a finished run has. The last argument can stop this long
+     * work: the result is then false. NULL: never stop. */
     bool (*finish)(struct mill_observer *, const struct mill_world *, const struct mill_going *);
-    /* Frees what it holds, besides its struct. */
+    /* Frees all that it allocated, except its struct. */
     void (*free)(struct mill_observer *);
 };
 

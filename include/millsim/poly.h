@@ -1,15 +1,15 @@
-/* Polynomials of degree <= 4: closed-form roots, Sturm counts, and the one question that contact
- * prediction asks: when does a gap first close? Coefficients c[k] belong to t^k. */
+/* Polynomials of degree <= 4: roots in closed form, root counts by Sturm sequences, and the
+ * question of contact prediction: when does a gap first close? Coefficients c[k] belong to t^k. */
 #ifndef MILLSIM_POLY_H
 #define MILLSIM_POLY_H
 
 #include <stdbool.h>
 
 struct mill_poly_counts {
-    unsigned long solves;    /* calls that got past the cheap rejections */
-    unsigned long fallbacks; /* of these: bounds did not suffice, a Sturm sequence took over */
-    bool checked;            /* each first rise is held against the closed form, */
-    unsigned long refuted;   /* and so many did not agree with it */
+    unsigned long solves;    /* calls that the cheap tests could not answer */
+    unsigned long fallbacks; /* of these: answered by a Sturm sequence */
+    bool checked;            /* compare each first rise with the closed form */
+    unsigned long refuted;   /* how many first rises did not agree with it */
 };
 
 /* Real roots of a x^2 + 2 b x + c in ascending order, without cancellation; returns how many (a = 0
@@ -19,26 +19,29 @@ int mill_poly_quadratic(double a, double b, double c, double x[2]);
 /* All four roots of c[4] t^4 + ... + c[0], c[4] != 0, re[k] + i im[k]; conjugates adjacent. */
 void mill_poly_quartic_roots(const double c[5], double re[4], double im[4]);
 
-/* The second opinion on a first rise t found for these arguments: between the closed form's roots
- * nothing lies above zero before t, to 1e-9 of the terms. false: something does, or p(t) is far
- * from zero. */
+/* An independent check of a first rise t that was found for these arguments, by the roots in closed
+ * form. false: the polynomial is above zero somewhere before t (to 1e-9 of its terms), or p(t) is
+ * far from zero. */
 bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, double t);
 
 /* Distinct real roots in (lo, hi] by a Sturm sequence; degree <= 4, leading zeros allowed. */
 int mill_poly_sturm_count(const double *c, int degree, double lo, double hi);
 
-/* First rise (see below) of a polynomial with f[0] != 0, where f[0] > 0 means that f is falling at
- * 0, with roots isolated by Sturm counts: microseconds, not nanoseconds. */
+/* First rise (see below) of a polynomial with f[0] != 0; f[0] > 0 means that f falls at 0. It
+ * isolates the roots by Sturm counts, which takes microseconds instead of nanoseconds. */
 double mill_poly_sturm_rise(const double f[5], double t_end);
 
-/* First t in [0, t_end] at which p(t) >= 0 and p is rising (the first derivative that does not
- * vanish is positive), INFINITY when there is none. p(0) >= 0 and rising gives 0; p(0) >= 0 and
- * falling waits until p is next rising with p >= 0. With at_root, p(0) is zero by construction (a
- * contact has just happened): c[0] is taken as exactly zero whatever its value and t = 0 is divided
- * out, so the contact that was just resolved can return only if p rises at once. t_end may be
- * INFINITY (then by Sturm counts). counts may be NULL. None is missed, and none invented, where the
- * coefficients other than zero lie between 1e-30 and 1e30, nor for any flight; beyond that a rise
- * may hide behind terms that differ by hundreds of orders of magnitude. */
+/* First t in [0, t_end] at which p(t) >= 0 and p is rising (its first derivative that is not zero
+ * is positive); INFINITY if there is none. If p(0) >= 0 and p rises, the result is 0. If p(0) >= 0
+ * and p falls, the result is the next t at which p rises with p >= 0.
+ *
+ * at_root: p(0) is zero by construction, because a contact has happened now. Then c[0] counts as
+ * exactly zero, whatever its value, and t = 0 is divided out. So the same contact is found again
+ * only if p rises at once.
+ *
+ * t_end may be INFINITY (then Sturm counts are used). counts may be NULL. The result is certain if
+ * all coefficients other than zero are between 1e-30 and 1e30, and for every flight of a ball.
+ * Beyond this range a rise can be missed if terms differ by hundreds of orders of magnitude. */
 double mill_poly_first_rise(const double c[5], double t_end, bool at_root,
                             struct mill_poly_counts *counts);
 

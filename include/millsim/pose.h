@@ -1,5 +1,5 @@
-/* Where a body is and how it moves. A body has a frame of its own, in which it stands still; its
- * pose says where that frame is in the laboratory at one instant. */
+/* Where a body is and how it moves. A body has its own frame, in which it does not move. Its pose
+ * gives the place, axes and velocity of this frame in the laboratory at one time. */
 #ifndef MILLSIM_POSE_H
 #define MILLSIM_POSE_H
 
@@ -13,15 +13,16 @@ struct mill_pose {
     vec3 x, y, z;          /* its axes: unit, orthogonal, right-handed */
     vec3 velocity;         /* [m/s] of the origin */
     vec3 angular_velocity; /* [rad/s] */
-    bool about_x; /* turned and turning about the x axis through the origin alone, like a rotor: the
-                     same numbers come by fewer operations */
+    /* it is and stays turned about the x axis through the origin only, like a rotor: then fewer
+     * operations give the same numbers */
+    bool about_x;
 };
 
-/* That of the laboratory: what stands still */
+/* The pose of the laboratory, for all that does not move */
 static const struct mill_pose mill_pose_still = {
     .x = {1.0, 0.0, 0.0}, .y = {0.0, 1.0, 0.0}, .z = {0.0, 0.0, 1.0}};
 
-/* A direction of the laboratory, seen from the frame, and one of the frame in the laboratory */
+/* turn_in: a direction of the laboratory, in coordinates of the frame. turn_out: the inverse. */
 static inline vec3 mill_pose_turn_in(const struct mill_pose *pose, vec3 a)
 {
     if (pose->about_x)
@@ -36,7 +37,7 @@ static inline vec3 mill_pose_turn_out(const struct mill_pose *pose, vec3 a)
     return vec3_axpy(vec3_axpy(vec3_scale(pose->x, a.x), a.y, pose->y), a.z, pose->z);
 }
 
-/* The same of points [m] */
+/* The same for points [m] */
 static inline vec3 mill_pose_in(const struct mill_pose *pose, vec3 point)
 {
     return mill_pose_turn_in(pose, pose->about_x ? point : vec3_sub(point, pose->place));
@@ -47,7 +48,8 @@ static inline vec3 mill_pose_out(const struct mill_pose *pose, vec3 point)
     return vec3_add(pose->place, mill_pose_turn_out(pose, point));
 }
 
-/* [m/s] in the laboratory, of what is fixed to the frame at a point of the laboratory */
+/* [m/s] Velocity in the laboratory of the point of the body that is at this place of the
+ * laboratory */
 static inline vec3 mill_pose_velocity(const struct mill_pose *pose, vec3 point)
 {
     const vec3 w = pose->angular_velocity;

@@ -1,6 +1,7 @@
-/* The state of a run as named fields, told one after another to whoever saves them or loads them
- * again: for a run that is interrupted and goes on to the same bits. One function tells them in
- * both cases, so these cannot disagree. Good for the same build of the program only. */
+/* The state of a run as named fields, which are saved or loaded one after another. A run that was
+ * interrupted can load them and continue with the same bits. One function names the fields for
+ * saving and for loading, so that the two cannot differ. Only the same build of the program can
+ * load a state. */
 #ifndef MILLSIM_STATE_H
 #define MILLSIM_STATE_H
 
@@ -13,12 +14,12 @@
 enum mill_field { MILL_FIELD_F64, MILL_FIELD_I32, MILL_FIELD_WORD /* 8 bytes of a struct */ };
 
 struct mill_state {
-    /* Saves `count` > 0 elements, or fills them with those that were saved under this name. A
-     * failure goes to status and error. */
+    /* Saves `count` > 0 elements, or fills them with those saved under this name. After a failure,
+     * status and error are set. */
     void (*field)(struct mill_state *state, const char *name, enum mill_field type, size_t count,
                   void *at);
-    bool loads;              /* the fields are filled; else they are read */
-    enum mill_status status; /* of the first failure; nothing is done after it */
+    bool loads;              /* true: fields are loaded; false: they are saved */
+    enum mill_status status; /* of the first failure; later fields are ignored */
     struct mill_error *error;
 };
 
@@ -37,7 +38,7 @@ static inline void mill_state_structs(struct mill_state *state, const char *name
     mill_state_field(state, name, MILL_FIELD_WORD, size / 8 * count, at);
 }
 
-/* What was loaded cannot be right, or there is no memory for it. */
+/* Reports that the loaded data cannot be right, or that there is no memory for them. */
 static inline void mill_state_refuse(struct mill_state *state, const char *why)
 {
     if (state->status == MILL_OK)

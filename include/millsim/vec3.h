@@ -1,4 +1,5 @@
-/* Three-vectors, inline: they sit in the hottest loops. Frame: x along the drum's axis. */
+/* Vectors of three coordinates, inline because the most frequent loops use them. Frame: x along the
+ * drum's axis. */
 #ifndef MILLSIM_VEC3_H
 #define MILLSIM_VEC3_H
 
@@ -10,7 +11,8 @@ typedef struct {
     double x, y, z;
 } vec3;
 
-/* The C library's fmin and fmax are calls, for the sake of NaN; these are one instruction. */
+/* The C library's fmin and fmax are function calls because they handle NaN. These are one
+ * instruction each. */
 static inline double mill_least(double a, double b)
 {
     return a < b ? a : b;
