@@ -1,5 +1,6 @@
-/* The cell grid: which balls may meet soon. Cells are cubes not smaller than the largest ball, so
- * only the 27 cells around a ball's centre hold balls it can touch before it changes cell. */
+/* The cell grid: it tells which balls may meet soon. The edges of a cell are at least as long as
+ * the largest diameter. So, until a ball leaves its cell, it can only touch balls in the 27 cells
+ * around its centre. */
 #ifndef MILLSIM_CELLS_H
 #define MILLSIM_CELLS_H
 
@@ -9,24 +10,24 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define MILL_CELL_ROW 8 /* words of a cell that never overflowed: 7 balls and their count */
+#define MILL_CELL_ROW 8 /* words of a normal cell: 7 balls and their count */
 
-/* A cell is a row of words, as short as they can be: rows are what the search reads most. */
+/* A cell is a row of words. Rows are as short as possible because the search reads them most. */
 enum mill_cells_form {
     MILL_CELLS_SHORT,  /* 16-bit words: balls, the last word their count */
-    MILL_CELLS_WIDE,   /* the same of 32 bits */
-    MILL_CELLS_PACKED, /* four words of 32 bits: balls, the count in the first one's top bits */
+    MILL_CELLS_WIDE,   /* the same with 32-bit words */
+    MILL_CELLS_PACKED, /* four 32-bit words: balls; the count is in the top bits of the first */
 };
 enum { MILL_CELLS_PACK = 4, MILL_CELLS_BITS = 28, MILL_CELLS_BALL = (1 << MILL_CELLS_BITS) - 1 };
 
 struct mill_cells {
     vec3 lo;         /* [m] corner of the first inner cell */
     double side[3];  /* [m] */
-    int32_t n[3];    /* cells along x, y, z, one layer of empty ones on each side included */
+    int32_t n[3];    /* cells along x, y, z, with one layer of empty cells on each side */
     double per_n[2]; /* 1 / n[1], 1 / n[2] */
-    double *edge[3]; /* [m] where the cells of an axis begin, [n + 1]; -+infinity outermost */
-    /* offsets of a cell's neighbourhood, itself included, and after crossing a face of the new
-     * neighbours from the new cell, in words */
+    double *edge[3]; /* [m] where cells begin, [n + 1]; the outermost are -+infinity */
+    /* Offsets, in words. around: from a cell to the cells around it and itself. ahead: after a ball
+     * has crossed a face, from its new cell to the cells that are new around it. */
     int64_t around[27], ahead[6][9];
     int32_t row;               /* words of one cell in `bucket` */
     enum mill_cells_form form; /* of the rows */
@@ -39,8 +40,9 @@ struct mill_cell_exit {
     int32_t face; /* 0 -x, 1 +x, 2 -y, 3 +y, 4 -z, 5 +z */
 };
 
-/* A grid over the box [lo, hi] with cells of at least `diameter`, not many more cells than balls;
- * all balls unplaced. False when out of memory; mill_cells_release frees what init took. */
+/* Makes a grid over the box [lo, hi], with cells of at least `diameter` and not many more cells
+ * than balls. No ball is in a cell yet. False when out of memory; mill_cells_release frees what
+ * init allocated. */
 bool mill_cells_init(struct mill_cells *cells, vec3 lo, vec3 hi, double diameter,
                      double least_diameter, int32_t balls);
 void mill_cells_release(struct mill_cells *cells);
@@ -50,11 +52,11 @@ static inline int32_t mill_cells_count(const struct mill_cells *c)
     return c->n[0] * c->n[1] * c->n[2];
 }
 
-/* The cell of a point; points beyond the box belong to the outermost inner cells. */
+/* The cell of a point. A point outside of the box belongs to the nearest cell inside it. */
 int32_t mill_cells_at(const struct mill_cells *cells, vec3 r);
 
-/* Its place along x, y, z: exact, a cell number plus a half is never nearer to a multiple than
- * rounding reaches. */
+/* The index of a cell along x, y, z. The result is exact: a cell number plus a half is never so
+ * close to a multiple that rounding matters. */
 static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, int32_t index[3])
 {
     const int32_t column = (int32_t)(((double)cell + 0.5) * c->per_n[1]);
@@ -63,10 +65,11 @@ static inline void mill_cells_index(const struct mill_cells *c, int32_t cell, in
     index[1] = column - index[0] * c->n[1];
 }
 
-/* The box of a cell; outermost inner cells reach to infinity. */
+/* The box of a cell; the outermost cells inside the grid's box reach to infinity. */
 void mill_cells_box(const struct mill_cells *cells, int32_t cell, vec3 *lo, vec3 *hi);
 
-/* Puts a ball into a cell it is not in / takes it out. insert is false when out of memory. */
+/* insert puts a ball into a cell in which it is not; remove takes it out. insert is false when out
+ * of memory. */
 bool mill_cells_insert(struct mill_cells *cells, int32_t ball, int32_t cell);
 void mill_cells_remove(struct mill_cells *cells, int32_t ball);
 
@@ -75,7 +78,8 @@ static inline size_t mill_cells_word_size(const struct mill_cells *c)
     return c->form == MILL_CELLS_SHORT ? sizeof(uint16_t) : sizeof(uint32_t);
 }
 
-/* Word `at` of the rows: a ball (beside the count, in the first one of a packed row), or a count */
+/* Word `at` of the rows: a ball or a count; the first word of a packed row is a ball and the
+ * count */
 static inline uint32_t mill_cells_word(const struct mill_cells *c, enum mill_cells_form form,
                                        int64_t at)
 {
@@ -83,7 +87,7 @@ static inline uint32_t mill_cells_word(const struct mill_cells *c, enum mill_cel
                                     : ((const uint32_t *)c->bucket)[at];
 }
 
-/* How many balls are in the row of `row` words that begins at word `first`. */
+/* The number of balls in the row of `row` words that begins at word `first` */
 static inline int32_t mill_cells_row_held(const struct mill_cells *c, enum mill_cells_form form,
                                           int32_t row, int64_t first)
 {
@@ -91,7 +95,7 @@ static inline int32_t mill_cells_row_held(const struct mill_cells *c, enum mill_
                                                : mill_cells_word(c, form, first + row - 1));
 }
 
-/* How many balls a cell holds; the kth of them. */
+/* The number of balls in a cell, and the kth of them */
 static inline int32_t mill_cells_held(const struct mill_cells *c, int32_t cell)
 {
     return mill_cells_row_held(c, c->form, c->row, (int64_t)cell * c->row);
@@ -103,23 +107,23 @@ static inline int32_t mill_cells_ball(const struct mill_cells *c, int32_t cell, 
     return (int32_t)(mill_cells_word(c, c->form, (int64_t)cell * c->row + k) & mask);
 }
 
-/* When and through which face the flight r + v t + g t^2/2 leaves the cell: the first time at which
- * a face is reached or passed and the motion is outwards. An exit later than the window [s] need
- * not be told; INFINITY: any is. */
+/* The time and the face at which the flight r + v t + g t^2/2 leaves the cell: the first time at
+ * which the ball is at or beyond a face and moves outwards. An exit later than the search interval
+ * `window` [s] may be reported as INFINITY. window INFINITY: every exit is reported. */
 struct mill_cell_exit mill_cells_exit(const struct mill_cells *cells, int32_t cell, vec3 r, vec3 v,
                                       vec3 g, double window);
 
-/* From a cell to the one behind its face. */
+/* The step in cell numbers from a cell to its neighbour across a face */
 static inline int32_t mill_cells_step(const struct mill_cells *c, int32_t face)
 {
     const int32_t step[3] = {c->n[1] * c->n[2], c->n[2], 1};
     return face % 2 ? step[face / 2] : -step[face / 2];
 }
 
-/* Moves a ball through a face of its cell. False when out of memory. */
+/* Moves a ball into the cell across a face. False when out of memory. */
 bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
 
-/* Through plain pointers with nothing to choose: so each row is copied in one vector (measured). */
+/* Plain pointers without choices, so that the compiler copies each row as one vector (measured) */
 #define MILL_CELLS_COPY(type, words, count_of, mask)                                               \
     for (int32_t k = 0; k < count; k++) {                                                          \
         const type *b = (const type *)cells->bucket + at + offset[k];                              \
@@ -131,23 +135,23 @@ bool mill_cells_cross(struct mill_cells *cells, int32_t ball, int32_t face);
         n += held;                                                                                 \
     }
 
-/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each times `scale`,
- * and returns how many. `out` must have room for all plus MILL_CELL_ROW. Whole rows at a time
- * whatever the count: no branch to mispredict. */
+/* Copies the balls of `count` cells (offsets from `cell`, in words) to `out`, each number times
+ * `scale`, and returns how many balls. `out` must have room for all of them plus MILL_CELL_ROW. It
+ * always copies whole rows, so that the processor has no branch to mispredict. */
 static inline __attribute__((always_inline)) int32_t
 mill_cells_gather(const struct mill_cells *cells, int32_t cell, const int64_t *restrict offset,
                   int32_t count, int32_t scale, int32_t *restrict out)
 {
     const int32_t row = cells->row;
     const int64_t at = (int64_t)cell * row;
-    int64_t n = 0; /* of the width of addresses: the next store waits for it */
+    int64_t n = 0; /* as wide as an address, because the next store waits for it */
     if (cells->form == MILL_CELLS_PACKED) {
         MILL_CELLS_COPY(uint32_t, MILL_CELLS_PACK, b[0] >> MILL_CELLS_BITS, MILL_CELLS_BALL)
     } else if (cells->form == MILL_CELLS_WIDE) {
         MILL_CELLS_COPY(uint32_t, MILL_CELL_ROW, b[row - 1], UINT32_MAX)
     } else if (row > MILL_CELL_ROW) {
         MILL_CELLS_COPY(uint16_t, MILL_CELL_ROW, b[row - 1], UINT16_MAX)
-    } else { /* the most frequent one: no row is longer */
+    } else { /* the most frequent form: no row is longer */
         for (int32_t k = 0; k < count; k++) {
             const uint16_t *b = (const uint16_t *)cells->bucket + at + offset[k];
             for (int32_t m = 0; m < MILL_CELL_ROW; m++)

@@ -1,4 +1,4 @@
-/* The earliest contact of one ball with those in the cells around it. */
+/* The earliest contact of one ball with the balls in the cells around it */
 #ifndef MILLSIM_PAIRS_H
 #define MILLSIM_PAIRS_H
 
@@ -12,8 +12,8 @@ struct mill_pairs {
     const struct mill_cells *cells;
     const double *radius; /* [m] of each species */
     vec3 g;               /* [m/s^2] */
-    double sum;           /* [m] of two radii where all balls are equal, else 0 */
-    /* scratch of one search, as long as there may be candidates and MILL_PAIRS_ROOM more */
+    double sum;           /* [m] of two radii if all balls are equal, else 0 */
+    /* buffers of one search, with room for all possible partners and MILL_PAIRS_ROOM more */
     int32_t *near, *kept;
     double *b, *c, *square;
 };
@@ -25,16 +25,17 @@ struct mill_pair {
     int32_t partner; /* or MILL_NOBODY */
 };
 
-/* Looks into `count` cells (offsets from ball i's cell, in words: mill_cells) for a contact of ball
- * i, whose record must stand at local time `now`, sooner than best->dt; of equally early ones with
- * the smaller ball. Returns how many balls it looked at. Every variant gives the same bits. */
+/* Searches `count` cells (offsets from ball i's cell, in words: mill_cells) for a contact of ball i
+ * that is earlier than best->dt. The time of ball i's record must be the local time `now`. Of
+ * contacts at equal times, the one with the smaller ball is taken. Returns the number of balls that
+ * it examined. All variants give the same bits. */
 typedef int32_t mill_pairs_fn(const struct mill_pairs *pairs, int32_t i, double now,
                               const int64_t *offset, int32_t count, struct mill_pair *best);
 
 /* The fastest variant that this processor can run. */
 mill_pairs_fn *mill_pairs_choose(void);
 
-/* The variants by number, for tests: NULL beyond the last that this processor can run. */
+/* The variants by number, for tests; NULL after the last one that this processor can run */
 mill_pairs_fn *mill_pairs_variant(int k, const char **name);
 
 #endif

@@ -1,6 +1,7 @@
-/* The pair search for one width of vectors: included by pairs.c once for each variant, with SEARCH
- * its name, TARGET what the compiler may use, LANES their number, LANES_T and FLAGS_T vectors of
- * doubles and of 64-bit words, SPLAT, TRANSPOSE and KEEP defined. No include guard. */
+/* The pair search for one width of vectors. pairs.c includes this file once for each variant and
+ * defines: SEARCH, its name; TARGET, the instructions that the compiler may use; LANES, the number
+ * of lanes; LANES_T and FLAGS_T, vectors of doubles and of 64-bit words; SPLAT, TRANSPOSE and KEEP.
+ * There is no include guard. */
 
 TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double now,
                              const int64_t *offset, int32_t cells, struct mill_pair *found)
@@ -8,15 +9,15 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
     int32_t *restrict near = pairs->near;
     double *restrict out_b = pairs->b, *restrict out_c = pairs->c, *restrict out_s = pairs->square;
     int32_t *restrict kept = pairs->kept;
-    /* candidates by the place of their records, counted in doubles */
+    /* offsets of the candidates' records, counted in doubles */
     const int32_t n =
         mill_cells_gather(pairs->cells, pairs->cells->cell[i], offset, cells, RECORD, near);
     for (int32_t k = n; k < n + LANES - 1; k++)
-        near[k] = i * RECORD; /* fills the last group; no ball is closing on itself: d = u = 0 */
+        near[k] = i * RECORD; /* fills the last group; a ball never closes on itself: d = u = 0 */
 
-    /* With d and u the relative position and velocity at `now` and s the sum of the radii:
-     * b = d.u (< 0: closing), c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: they
-     * meet). */
+    /* d and u are the relative position and velocity at `now`, s is the sum of the radii: b = d.u
+     * (< 0: closing), c = d.d - s^2 (< 0: overlapping), square = b^2 - (u.u) c (> 0: the paths lead
+     * to a contact). */
     const struct mill_ball *me = &pairs->ball[i];
     const double *base = (const double *)pairs->ball;
     const double *radius = pairs->radius, mine = radius[me->species];
@@ -48,7 +49,8 @@ TARGET static int32_t SEARCH(const struct mill_pairs *pairs, int32_t i, double n
         STORE(&out_b[k], b);
         STORE(&out_c[k], c);
         STORE(&out_s[k], square);
-        /* the contact is not earlier than c / -2b: keeps those that may beat the best */
+        /* the contact is not earlier than c / -2b: keep those that may be earlier than the best so
+         * far */
         const FLAGS_T flag = (b < SPLAT(0.0)) & (square > SPLAT(0.0)) & ~(c >= b * window);
         survivors += KEEP(&flag, k, kept + survivors);
     }

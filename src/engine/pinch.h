@@ -1,28 +1,34 @@
-/* Pinches: a ball that a moving body presses against something meets both without end. A stiff soft
- * sphere does not: what outlasts an impact is no rebound any more but one contact that goes on. So
- * it is here. A ball that meets such bodies again and again, each time within the duration of an
- * impact since the last, is pressed as soon as this has lasted longer than one. Its contacts then
- * are no impacts of their own and have no restitution; it parts from other bodies just fast enough
- * not to meet them without end. A ball that is given more within that duration than any impact
- * could is let go: a soft one would give way. So is one in a nip so narrow that it slips on neither
- * surface: a rigid one would jam, a soft one rolls through and gives back what it has stored. */
+/* Pinches: between hard spheres, a ball that a moving body presses against something meets both in
+ * infinitely many contacts. A stiff soft sphere has one contact instead that lasts longer than an
+ * impact. The program therefore treats such a ball as follows.
+ *
+ * A ball is pressed if it meets moving bodies again and again, each time within the duration of one
+ * impact after the last time, and this has lasted longer than one duration. The contacts of a
+ * pressed ball are no longer counted as impacts, and their restitution is zero. After such a
+ * contact the ball leaves the other body at a small speed, so that the contacts do not become
+ * infinitely many.
+ *
+ * The program lets a pressed ball go in two cases. First, it has got more impulse within one
+ * duration than any impact could give: a soft ball would give way. Second, it is in a nip so narrow
+ * that it slips on neither surface: a rigid ball would jam, while a soft ball rolls through and
+ * gives back the stored energy. */
 #ifndef MILLSIM_PINCH_H
 #define MILLSIM_PINCH_H
 
 #include "millsim/world.h"
 
 struct mill_pinch {
-    double since, last; /* [s] local: first and last of those contacts */
-    double impulse;     /* [N s] given in them; what lies a duration back counts no more */
+    double since, last; /* [s] local time of the first and the last of these contacts */
+    double impulse;     /* [N s] given in them; impulse older than one duration no longer counts */
     vec3 against;       /* normal of the last other surface met since then; zero: none */
-    double friction;    /* on that surface */
+    double friction;    /* coefficient on that surface */
 };
 
 struct mill_pinches {
-    struct mill_pinch *ball; /* [balls]; NULL: nothing pinches */
-    double *duration;        /* [s] of an impact at the bodies' greatest speed, by species */
-    double *most;            /* [N s] more than this within it lets a ball go, by species */
-    double parting;          /* [m/s] least normal speed after a contact of a pressed ball */
+    struct mill_pinch *ball; /* [balls]; NULL: no body can pinch */
+    double *duration;        /* [s] of an impact at the bodies' maximum speed, by species */
+    double *most;   /* [N s] a ball that gets more within one duration is let go, by species */
+    double parting; /* [m/s] minimum normal speed after a contact of a pressed ball */
 };
 
 /* False when out of memory */
@@ -40,15 +46,15 @@ static inline bool mill_pinches_press(const struct mill_pinches *p, const struct
     return b->last - b->since > duration && t - b->last < duration;
 }
 
-/* A body that pinches is about to meet ball i. */
+/* Call this before ball i meets a body that can pinch. */
 void mill_pinches_meet(struct mill_pinches *pinches, struct mill_world *world, int32_t i, double t);
 
-/* It has given the ball this impulse [N s] along the normal, with this coefficient of friction. Is
- * the ball to be let go? */
+/* Call this after the body has given ball i this impulse [N s] along the normal, with this
+ * coefficient of friction. true: the ball is to be let go. */
 bool mill_pinches_push(struct mill_pinches *pinches, const struct mill_world *world, int32_t i,
                        double impulse, vec3 normal, double friction);
 
-/* Ball i has met a surface that does not pinch. */
+/* Call this after ball i has met a surface that cannot pinch. */
 static inline void mill_pinches_lean(struct mill_pinches *p, int32_t i, vec3 normal,
                                      double friction)
 {
@@ -58,7 +64,7 @@ static inline void mill_pinches_lean(struct mill_pinches *p, int32_t i, vec3 nor
     p->ball[i].friction = friction;
 }
 
-/* Local time goes back by this [s]. */
+/* Call this when local time is reduced by `by` [s]. */
 void mill_pinches_restart(struct mill_pinches *pinches, int32_t balls, double by);
 
 #endif

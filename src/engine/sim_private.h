@@ -1,4 +1,4 @@
-/* What the parts of the event loop (sim*.c) share; no other file includes this. */
+/* Declarations shared by the parts of the event loop (sim*.c). No other file includes this one. */
 #ifndef MILL_SIM_PRIVATE_H
 #define MILL_SIM_PRIVATE_H
 
@@ -7,16 +7,16 @@
 #include "millsim/sim.h"
 
 struct mill_watch {
-    double last;       /* [s] local time of the last event that counted as an advance */
-    uint64_t standing; /* events since then */
-    double since;      /* [s] local start of the present millisecond */
-    uint64_t events;   /* in it */
+    double last;       /* [s] local time of the last event after which time had advanced */
+    uint64_t standing; /* number of events since then */
+    double since;      /* [s] local time at which the present millisecond began */
+    uint64_t events;   /* number of events in this millisecond */
 };
 
 struct mill_sim_paranoid {
     struct mill_sim_checks checks;
-    struct mill_plan due; /* the plan of the event under way */
-    uint32_t contacts;    /* of its ball, before it */
+    struct mill_plan due; /* the plan of the present event */
+    uint32_t contacts;    /* of the ball of this event, before the event */
 };
 
 struct mill_sim {
@@ -28,34 +28,36 @@ struct mill_sim {
     double now;                         /* [s] local */
     int observers;
     struct mill_observer *observer[8];
-    struct mill_error *error; /* of the running mill_sim_run */
+    struct mill_error *error; /* of the present call of mill_sim_run */
     enum mill_status status;
 };
 
-/* The checks of a paranoid run hold what was planned and what an event changed against brute force,
- * and write nothing but their own counts. All return true, or false, the sim's status being
- * MILL_FAILED then and its error "paranoid: ...". */
+/* The checks of a paranoid run compare the plans and the effects of each event with brute force.
+ * They write only their own counts. All return true if the check holds. If not, the sim's status is
+ * MILL_FAILED and its error is "paranoid: ...". */
 
-/* Before ball i's event at local time t: it is not in the past, no plan is earlier, every entry of
- * the calendar is its plan's, and bodies that shall meet do touch. */
+/* Before ball i's event at local time t: the event is not in the past, no plan is earlier, every
+ * entry of the calendar has the time of its plan, and bodies that are due to meet touch. */
 bool mill_sim_paranoid_before(struct mill_sim *sim, int32_t i, double t);
 
-/* After that event: the balls that took part. Each thousand events also the energy account. */
+/* After that event: checks the balls that took part. Every thousand events, also the energy
+ * account. */
 bool mill_sim_paranoid_after(struct mill_sim *sim, int32_t i);
 
-/* All balls, the calendar and the account. fresh: all balls have been planned now. */
+/* Checks all balls, the calendar and the account. fresh: all balls have been planned now. */
 bool mill_sim_paranoid_all(struct mill_sim *sim, bool fresh);
 
 /* Work of all motions = change of energy + dissipation, to 1e-9 of the energy turned over. */
 bool mill_sim_paranoid_account(struct mill_sim *sim);
 
-/* The contact that a plan of ball i ends with, if it is a sure one: the bodies touch then, and are
- * not parting. */
+/* Checks the contact of a plan of ball i, if the plan is not stale: at its time the bodies touch
+ * and do not move apart. */
 bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan);
 
-/* Ball i against all other balls and all surfaces: no overlap now, and no contact before the next
- * event of either. fresh: ball i has been planned now, so its own plan must know of all contacts
- * with balls of the cells around. touched: the surface it has just met, or MILL_NOBODY. */
+/* Checks ball i against all other balls and all surfaces: no overlap now, and no contact before the
+ * next event of either. fresh: ball i has been planned now, so its own plan must include all
+ * contacts with balls of the cells around. touched: the surface that it has met now, or
+ * MILL_NOBODY. */
 bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched);
 
 #endif
