@@ -1,5 +1,5 @@
-/* What all bodies have in common: a place in their motion's frame, bounds of how they move, and
- * which cells of the laboratory they ever come near to. */
+/* Common parts of all bodies: a place in their motion's frame, bounds of their movement, and the
+ * cells of the laboratory that they come near to. */
 #ifndef MILL_BODY_H
 #define MILL_BODY_H
 
@@ -11,18 +11,19 @@ struct mill_bodied {
     struct mill_convex convex;
     struct mill_body is;
     struct mill_hull hull;
-    bool rings;          /* it turns about a line that stands still: */
-    vec3 through, axis;  /* [m], unit */
-    vec3 towards;        /* unit: the body is within a strip from the line in this direction; 0: it
-                            is all around */
-    double across;       /* [m] half of the strip's width */
-    double near, beyond; /* [m] from that line: of its places the least and the greatest */
-    double from, to;     /* [m] along the line */
-    struct mill_reach places;         /* where balls ever are */
-    const struct mill_shape_type *of; /* the kind of body; of a wall that draws it, else NULL */
+    bool rings;         /* it turns about a line at rest. In this case: */
+    vec3 through, axis; /* [m], unit */
+    vec3 towards;  /* unit: the body is within a strip that goes from the line in this direction;
+                      0: it is all around the line */
+    double across; /* [m] half of the strip's width */
+    double near, beyond;      /* [m] minimum and maximum distance of its points from the line */
+    double from, to;          /* [m] along the line */
+    struct mill_reach places; /* all places that balls can reach */
+    const struct mill_shape_type *of; /* the kind of body, for the one wall that draws it; else
+                                         NULL */
 };
 
-/* Between the body's own axes and its motion's frame */
+/* Conversion between the body's own axes and its motion's frame */
 static inline vec3 mill_body_turn_in(const struct mill_body *b, vec3 a)
 {
     return vec3_make(vec3_dot(b->x, a), vec3_dot(b->y, a), vec3_dot(b->z, a));
@@ -43,21 +44,22 @@ static inline vec3 mill_body_out(const struct mill_body *b, vec3 place)
     return vec3_add(b->centre, mill_body_turn_out(b, place));
 }
 
-/* A round body is a core, a frustum, a line or a point on its axis, and how far it reaches beyond
- * that. A frustum shrunk by its rounding may end in a tip. */
+/* A round body is a core, grown by a distance. The core is a frustum, a line or a point on its
+ * axis. A frustum that was shrunk by the rounding may end in a tip. */
 struct mill_round_core {
-    double from, to;  /* [m] along the axis; from > to: nothing is left */
+    double from, to;  /* [m] along the axis; from > to: nothing of the core is left */
     double low, high; /* [m] its radii there */
     double grown;     /* [m] */
 };
 struct mill_round_core mill_round_core(const struct mill_shape_type *type,
                                        const struct mill_body *body);
 
-/* Centre and axes: finite, unit, orthogonal, right-handed? */
+/* Are centre and axes finite, and the axes unit, orthogonal and right-handed? */
 bool mill_body_is_placed(const struct mill_body *body);
 
-/* Fills in what the struct holds but for `is`, which is there. symmetry: a direction about which
- * the surface may turn without changing, in its own frame; zero: none. ball: any direction is. */
+/* Fills the struct, except for `is`, which the caller has set. symmetry: an axis, in the body's own
+ * frame, about which the surface can turn without a change; zero: none. ball: true if any direction
+ * is such an axis. */
 void mill_body_create(struct mill_bodied *b, const struct mill_chamber *chamber,
                       struct mill_hull hull, vec3 symmetry, bool ball);
 
@@ -68,15 +70,15 @@ bool mill_body_reachable(const struct mill_shape *shape, vec3 lo, vec3 hi, doubl
 struct mill_sector mill_body_sector(const struct mill_shape *shape, vec3 lo, vec3 hi,
                                     double radius);
 
-/* The part of a box of the laboratory, which may go on to infinity, where balls ever are */
+/* Reduces a box of the laboratory, which may be infinite, to the places that balls can reach */
 void mill_body_clip(const struct mill_bodied *b, vec3 *lo, vec3 *hi);
 
-/* Can a ball whose centre is in the box [lo, hi] touch something of the body that stays within the
- * given distances from its turning axis, and along it? */
+/* Can a ball with its centre in the box [lo, hi] touch a part of the body that stays within the
+ * given distances from the axis of the turn (ring[0..1]) and along it (ring[2..3])? */
 bool mill_body_ring_meets(const struct mill_bodied *b, const double ring[4], vec3 lo, vec3 hi,
                           double radius);
 
-/* Cheap and certain: within its travel the ball cannot come so near as `radius` to the hull. */
+/* A quick proof that the ball, within its travel, cannot come as near as `radius` to the hull */
 static inline bool mill_body_is_far(const struct mill_bodied *b, const struct mill_flight *f,
                                     double radius)
 {

@@ -1,13 +1,16 @@
-/* A convex body on a motion, met from outside. In the body's frame it stands still, and the gap of
- * a ball is the distance of its centre less its radius: exact for faces, edges and corners, and not
- * polynomial in time. The first contact is found with a certificate: the distance to a convex body
- * is a convex function of place, so along a path the gap d obeys d'' >= -A, A a bound of the
- * acceleration in the body's frame (gravity, Coriolis, centrifugal and Euler parts, and what the
- * frame's origin does). From (d, d') the gap cannot vanish before
- * t = (d' + sqrt(d'^2 + 2 A d)) / A; stepping there and asking again never overshoots the first
- * contact and converges quadratically on it.
+/* A convex body on a motion, met from outside. The program works in the body's frame, in which the
+ * body does not move. The gap of a ball is the distance of its centre from the body, less its
+ * radius. This is exact for faces, edges and corners, but it is not a polynomial in time.
  *
- * A kind of body gives its distance as a function; these are compiled into it. */
+ * The search for the first contact is certified. The distance to a convex body is a convex function
+ * of place. So along a path the gap d obeys d'' >= -A, where A is a bound of the acceleration in
+ * the body's frame (gravity, Coriolis, centrifugal and Euler parts, and the acceleration of the
+ * frame's origin). From (d, d') the gap cannot be zero before t = (d' + sqrt(d'^2 + 2 A d)) / A.
+ * The search steps to this time and computes again. It never steps past the first contact and
+ * converges quadratically to it.
+ *
+ * Each kind of body has a function for its distance. The compiler inlines it into the functions
+ * below. */
 #ifndef MILLSIM_CONVEX_H
 #define MILLSIM_CONVEX_H
 
@@ -15,35 +18,39 @@
 
 #include <assert.h>
 
-/* [m/s] a closed gap that opens more slowly counts as closing: the floor lifts it */
+/* [m/s] a closed gap that opens more slowly than this counts as closing; the rebound floor then
+ * separates the bodies */
 #define MILL_CONVEX_SLOWEST 1e-9
-/* [m] what a search without patience concedes: a ball that glides along the body, its gap next to
- * nothing, would go on by steps next to nothing */
+/* [m] extra gap for searches that have taken too many steps: a ball that glides along the body has
+ * a gap of almost zero, and the search would take steps of almost zero */
 #define MILL_CONVEX_CONCEDED 1e-13
-/* [s] a search looks no further: the bound of the acceleration grows with it */
+/* [s] maximum length of a search, because the bound of the acceleration grows with it */
 #define MILL_CONVEX_FARTHEST 1.0
 enum {
-    MILL_CONVEX_PATIENCE = 400, /* steps of one search; one or two are usual */
-    MILL_CONVEX_MOST = 4000     /* then it is to be asked again */
+    MILL_CONVEX_PATIENCE = 400, /* steps of one search before it uses the extra gap; one or two
+                                   are usual */
+    MILL_CONVEX_MOST = 4000     /* steps before the search stops; a later event continues it */
 };
 
-/* Every caller that a view is handed on by has to be inlined for it to be so itself. */
+/* A view function is inlined only if all functions that pass it on are inlined too. */
 #define MILL_CONVEX_INLINE static inline __attribute__((always_inline))
 
-/* Where a place is as seen from the body */
+/* Distance and direction from the body to a place */
 struct mill_view {
     double d; /* [m] signed distance */
-    vec3 n;   /* unit: from the body to the place */
+    vec3 n;   /* unit: direction from the body to the place */
 };
 
 /* Every convex body starts with this. */
 struct mill_convex {
     struct mill_shape base;
-    double reach; /* [m] mill_motion_reach of the chamber; 0: bounds are taken around the ball,
-                     from: */
-    vec3 centre;  /* [m] of the body, in its motion's frame */
-    struct mill_motion_bounds bounds; /* of the motion, at the centre; of a body of revolution about
-                                         the turning axis without the turning */
+    /* [m] mill_motion_reach of the chamber; 0: the bounds are computed for the place of the ball,
+     * relative to the centre */
+    double reach;
+    vec3 centre; /* [m] of the body, in its motion's frame */
+    /* of the motion, at the centre; without the turning, if the body is a body of revolution about
+     * the axis of the turn */
+    struct mill_motion_bounds bounds;
 };
 
 /* Place and normal in the body's frame */
@@ -58,7 +65,7 @@ MILL_CONVEX_INLINE struct mill_view mill_convex_look(const struct mill_convex *c
     return k;
 }
 
-/* [m/s^2] of a ball in the body's frame, at most, within h [s]; h is finite. */
+/* [m/s^2] maximum acceleration of a ball in the body's frame within h [s]; h is finite */
 static inline double mill_convex_acceleration(const struct mill_convex *c,
                                               const struct mill_flight *f, double h)
 {
@@ -68,16 +75,17 @@ static inline double mill_convex_acceleration(const struct mill_convex *c,
     return f->pull + b->acceleration + omega * (2.0 * v + omega * c->reach) + b->spin_up * c->reach;
 }
 
-/* How a ball moves as seen from a body, at an instant */
+/* The movement of a ball relative to a body, at one time */
 struct mill_seen {
-    double speed;    /* [m/s] relative to the body's centre, across the axis that it turns about */
-    double distance; /* [m] from that centre */
-    double acceleration; /* [m/s^2] at most, within: */
-    double within;       /* [s] so long that the bound grows by no more than half */
+    double speed;        /* [m/s] relative to the body's centre, normal to the axis of its turn */
+    double distance;     /* [m] from that centre */
+    double acceleration; /* [m/s^2] maximum during `within` */
+    double within;       /* [s] in this time the bound grows by at most half */
 };
 
-/* In the body's frame: gravity, what the centre does, Coriolis, centrifugal and Euler parts. q, u:
- * place and velocity relative to the centre [m], [m/s]; h [s] is asked for. */
+/* The acceleration in the body's frame has these parts: gravity, acceleration of the centre,
+ * Coriolis, centrifugal and Euler. q, u: place and velocity relative to the centre [m], [m/s]; h:
+ * time for which the bound is requested [s]. */
 static inline struct mill_seen mill_convex_see_from(const struct mill_convex *c,
                                                     const struct mill_flight *f, vec3 q, vec3 u,
                                                     double h)
@@ -105,19 +113,20 @@ static inline struct mill_seen mill_convex_see(const struct mill_convex *c,
                                 vec3_sub(v, mill_pose_velocity(pose, centre)), h);
 }
 
-/* [s] until the gap, d > 0 or nearly, of rate d1, can vanish at acceleration a */
+/* [s] minimum time until the gap can be zero, for a gap d (> 0, or almost) with rate d1 and maximum
+ * acceleration a */
 static inline double mill_convex_step(double d, double d1, double a, bool glides)
 {
     if (d <= 0.0 && !glides)
-        return d1 / a; /* overlapping and opening: it cannot close before this */
+        return d1 / a; /* overlapping but opening: it cannot close earlier */
     if (d1 < 0.0)
         return 2.0 * d / (sqrt(d1 * d1 + 2.0 * a * d) - d1);
     const double room = (d > 0.0 ? d : 0.0) + (glides ? MILL_CONVEX_CONCEDED : 0.0);
     return (d1 + sqrt(d1 * d1 + 2.0 * a * room)) / a;
 }
 
-/* next_contact of struct mill_shape_type. A contact just resolved has its gap opening: the steps
- * leave it by themselves. */
+/* next_contact of struct mill_shape_type. After a contact that was computed now, the gap opens, so
+ * the steps lead away from it. */
 MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *c,
                                                       mill_convex_view_fn *view,
                                                       const struct mill_flight *f, double radius,
@@ -137,7 +146,7 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
         const double d = k.d - radius;
         const double d1 = vec3_dot(k.n, vec3_sub(v, mill_pose_velocity(&pose, r)));
         if (still && d1 >= 0.0 && d >= -MILL_SHAPE_CLOSED && vec3_dot(k.n, f->g) >= 0.0)
-            return none; /* the plane between body and ball stands still: never nearer again */
+            return none; /* a plane at rest is between body and ball: the ball never comes nearer */
         if (d <= MILL_SHAPE_CLOSED && d1 <= MILL_CONVEX_SLOWEST)
             return (struct mill_hit){MILL_HIT_CONTACT, t};
         const bool glides = step >= MILL_CONVEX_PATIENCE && d > -MILL_SHAPE_CLOSED;
@@ -153,11 +162,12 @@ MILL_CONVEX_INLINE struct mill_hit mill_convex_search(const struct mill_convex *
         if (next > t)
             t = next;
         else if (d1 <= 0.0)
-            return (struct mill_hit){MILL_HIT_CONTACT, t}; /* nearer than the clock can tell */
+            /* the contact is nearer than the resolution of t */
+            return (struct mill_hit){MILL_HIT_CONTACT, t};
         else
             t = nextafter(t, INFINITY);
     }
-    /* a ball that hops along the body */
+    /* the ball makes many small hops along the body */
     return (struct mill_hit){MILL_HIT_ASK_AGAIN, t};
 }
 

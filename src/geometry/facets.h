@@ -1,5 +1,5 @@
-/* What the files about meshes share: which facets meet at corners and edges, the tree of boxes in
- * which they are looked up, and what is wrong with a mesh. */
+/* Declarations shared by the files about meshes: the facets that meet at corners and edges, the
+ * tree of boxes for the search, and the faults of a mesh. */
 #ifndef MILL_FACETS_H
 #define MILL_FACETS_H
 
@@ -7,31 +7,31 @@
 #include "geometry/shape.h"
 #include "millsim/setup.h"
 
-/* Numbers of facets are 32 bits wide, and a leaf's number has its count beside it. */
+/* Numbers of facets have 32 bits; the number of a leaf also contains its count. */
 enum { MILL_FACETS_MOST = 1 << 27 };
 
 /* ---- joints ---- */
 
 /* One side of a facet */
 struct mill_facets_edge {
-    int32_t low, high; /* its corners, the lesser number first */
+    int32_t low, high; /* its corners, the smaller number first */
     int32_t facet;
     int16_t side;    /* from corner `side` of the facet to the next one */
-    int16_t forward; /* it goes from low to high */
+    int16_t forward; /* 1: it goes from low to high */
 };
 
-/* Corners at equal coordinates are one. */
+/* Corners with equal coordinates have one number. */
 struct mill_facets_joints {
     size_t edges;
     int32_t (*corner)[3];          /* numbers of a facet's corners */
-    struct mill_facets_edge *edge; /* [3 n] in the order of low, high, facet */
+    struct mill_facets_edge *edge; /* [3 n] sorted by low, high, facet */
 };
 
 /* false: out of memory. Owner: the caller, in any case. */
 bool mill_facets_join(const vec3 (*facet)[3], size_t n, struct mill_facets_joints *joints);
 void mill_facets_part(struct mill_facets_joints *joints);
 
-/* How many sides, from number k on, share the edge of side k */
+/* The number of sides, from side k on, that share the edge of side k */
 static inline size_t mill_facets_sharing(const struct mill_facets_joints *j, size_t k)
 {
     size_t end = k + 1;
@@ -43,27 +43,27 @@ static inline size_t mill_facets_sharing(const struct mill_facets_joints *j, siz
 
 /* ---- tree ---- */
 
-/* A box around facets. Nodes lie in the order in which a walk goes through them, a node's first
- * child behind it. */
+/* A box around facets. Nodes are stored in the order of a walk: the first child follows its
+ * parent. */
 struct mill_facets_node {
     float lo[3], hi[3]; /* [m] rounded outwards */
-    int32_t skip;       /* where the walk goes on behind all that is within this box */
-    int32_t leaf;       /* 8 * first facet + how many; MILL_FACETS_INNER: it has children */
+    int32_t skip;       /* the next node of a walk that skips all nodes within this box */
+    int32_t leaf;       /* 8 * first facet + number of facets; MILL_FACETS_INNER: it has children */
 };
-enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* levels of nodes, at most */ };
+enum { MILL_FACETS_INNER = -1, MILL_FACETS_DEEPEST = 64 /* maximum number of levels of nodes */ };
 
 struct mill_facets_tree {
     int32_t nodes;
     struct mill_facets_node *node;
-    int32_t *order; /* [n] the facets that leaves tell by their place in this list */
-    double size;    /* [m] no coordinate is greater */
+    int32_t *order; /* [n] facets in the order of the leaves, which give indices into this list */
+    double size;    /* [m] the maximum of all coordinates */
 };
 
 /* false: out of memory. Owner: the caller, in any case. */
 bool mill_facets_plant(const vec3 (*facet)[3], size_t n, struct mill_facets_tree *tree);
 void mill_facets_fell(struct mill_facets_tree *tree);
 
-/* What rounding to floats may make of a distance from a place [m] */
+/* [m] Bound of the error of a distance from a place due to rounding to floats */
 static inline double mill_facets_blur(const struct mill_facets_tree *tree, vec3 place)
 {
     return 1e-6 * (tree->size + fabs(place.x) + fabs(place.y) + fabs(place.z));
@@ -82,7 +82,7 @@ static inline float mill_facets_away(const struct mill_facets_node *n, const flo
     return 0.25F * square;
 }
 
-/* A walk through all facets whose boxes a sphere meets */
+/* A walk through all facets whose boxes intersect a sphere */
 struct mill_facets_walk {
     const struct mill_facets_node *node;
     int32_t at, nodes, next, last;
@@ -99,7 +99,7 @@ static inline struct mill_facets_walk mill_facets_set_out(const struct mill_face
                                      .square = (float)(far * far * (1.0 + 1e-5))};
 }
 
-/* The next one, by its place in the tree's order; -1: there is none any more. */
+/* The next facet, as an index in the tree's order; -1: the walk is at its end */
 static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
 {
     while (w->next >= w->last) {
@@ -118,8 +118,8 @@ static inline int32_t mill_facets_walk_on(struct mill_facets_walk *w)
 
 /* ---- faults ---- */
 
-/* [rad] Half of the solid angle that a facet fills, its corners seen from a place: > 0 from behind
- * (A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125) */
+/* [rad] Half of the solid angle of a facet, with its corners relative to a place; > 0: seen from
+ * behind (A. van Oosterom & J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125) */
 static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)
 {
     const double x = vec3_norm(a), y = vec3_norm(b), z = vec3_norm(c);
@@ -130,12 +130,12 @@ static inline double mill_facets_angle(vec3 a, vec3 b, vec3 c)
 
 enum { MILL_FACETS_HOLLOW = -2 };
 
-/* *turned: a facet of a shell that faces inwards and is no cavity of the others; -1: there is none;
- * MILL_FACETS_HOLLOW: there are too many cavities to know. false: out of memory. */
+/* *turned: a facet of a shell that faces inwards and is not a cavity of the other shells; -1: there
+ * is none; MILL_FACETS_HOLLOW: there are too many cavities to check. false: out of memory. */
 bool mill_facets_shells(const struct mill_body *body, const struct mill_facets_joints *joints,
                         int32_t *turned);
 
-/* What is wrong with the mesh: a sentence in `text`, or NULL, and it is closed, faces out of the
+/* What is wrong with the mesh: a sentence in `text`. NULL: the mesh is closed, faces out of the
  * solid and does not cross itself. Facets are numbered from 1. */
 const char *mill_facets_fault(const struct mill_body *body, char text[MILL_SHAPE_FAULT]);
 

@@ -1,22 +1,23 @@
-/* A facet as the searches see it: a triangle in its motion's frame, seen from where the balls are.
- */
+/* A facet as the searches use it: a triangle in its motion's frame, with its front towards the
+ * balls */
 #ifndef MILL_FACETS_NEAR_H
 #define MILL_FACETS_NEAR_H
 
 #include "geometry/body.h"
 #include "geometry/facets.h"
 
-/* Corners a, a + ab, a + ac. A place a + q lies over u.q of ab and v.q of ac. */
+/* Corners a, a + ab, a + ac. The projection of a place a + q onto the facet is a + (u.q) ab + (v.q)
+ * ac. */
 struct mill_facets_flat {
     vec3 a, ab, ac; /* [m] */
     vec3 u, v;      /* [1/m] NAN of a facet without area */
-    double per[3];  /* [1/m^2] one over the square of the length of side 0 (ab), 1, 2 (ac) */
+    double per[3];  /* [1/m^2] 1 / (length of side 0 (ab), 1, 2 (ac))^2 */
 };
 
-/* What tells on which side of the surface a place is */
+/* Data to find on which side of the surface a place is */
 struct mill_facets_side {
-    vec3 normal;       /* unit, to where the balls are */
-    int32_t across[3]; /* the facet beyond side k */
+    vec3 normal;       /* unit, towards the balls */
+    int32_t across[3]; /* the neighbouring facet at side k */
     int32_t corner[3]; /* numbers */
 };
 
@@ -25,15 +26,17 @@ struct mill_facets {
     int32_t count;
     vec3 (*corner)[3]; /* [m] as given, in the body's own frame */
     struct mill_facets_tree tree;
-    struct mill_facets_flat *flat; /* [count] in the tree's order, as all that follows */
+    struct mill_facets_flat *flat; /* [count] in the tree's order, as all members below */
     struct mill_facets_side *side;
     vec3 *at_corner; /* sum of the normals around a corner, weighted by angles */
 };
 
-/* The part of a facet that is nearest: itself, or 1 + a side's number, or 4 + a corner's */
+/* The part of a facet that is nearest: its inside, or 1 + the number of a side, or 4 + the number
+ * of a corner */
 enum { MILL_FACETS_INSIDE = 0, MILL_FACETS_SIDE = 1, MILL_FACETS_CORNER = 4 };
 
-/* From the nearest place of a side, which begins at q from the place, back to the place */
+/* The vector to the place from the nearest point of a side. The side begins at the place - q and
+ * has the vector `way`. */
 static inline vec3 mill_facets_from_side(vec3 q, vec3 way, double per, double *along)
 {
     const double share = vec3_dot(q, way) * per;
@@ -41,9 +44,9 @@ static inline vec3 mill_facets_from_side(vec3 q, vec3 way, double per, double *a
     return vec3_axpy(q, -*along, way);
 }
 
-/* The vector from the nearest place of the facet to `place` [m]; *part: where that is. Outside the
- * facet's prism the nearest place is on one of the sides that the place is beyond of. It is exact
- * to the second order where the facet is so thin that u and v are not. */
+/* The vector from the nearest point of the facet to `place` [m]; *part: where this point is. If the
+ * place is outside of the facet's prism, the nearest point is on one of the sides that the place is
+ * beyond. For a facet so thin that u and v are inexact, the result is exact to second order. */
 static inline vec3 mill_facets_look(const struct mill_facets_flat *f, vec3 place, int *part)
 {
     const vec3 q = vec3_sub(place, f->a);
@@ -84,21 +87,21 @@ static inline vec3 mill_facets_look(const struct mill_facets_flat *f, vec3 place
     return best;
 }
 
-/* The nearest place of the mesh, as seen from there */
+/* The nearest point of the mesh, for a given place */
 struct mill_facets_near {
     int32_t facet;
     int part;
-    vec3 way;    /* [m] to the place */
-    double d;    /* [m] its length */
-    bool behind; /* the place is not where balls are */
+    vec3 way;    /* [m] from the point to the place */
+    double d;    /* [m] length of way */
+    bool behind; /* the place is behind the surface, where no balls are */
 };
 
-/* The nearest of all facets within `within` [m] of a place of the motion's frame; false: there is
+/* Finds the nearest facet within `within` [m] of a place of the motion's frame; false: there is
  * none. */
 bool mill_facets_nearest(const struct mill_facets *m, vec3 place, double within,
                          struct mill_facets_near *near);
 
-/* The direction in which the balls' side lies there; not unit */
+/* The direction from the surface towards the balls at this point; not of unit length */
 vec3 mill_facets_outwards(const struct mill_facets *m, const struct mill_facets_near *near);
 
 /* next_contact of struct mill_shape_type */

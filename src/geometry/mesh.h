@@ -1,5 +1,5 @@
-/* Triangles: what a surface looks like to other programs. A mesh grows point by point; bodies of a
- * mill are made from prisms over a drum's profile, their ends, and boxes. */
+/* Triangles of a surface, for other programs. A mesh grows point by point. The bodies of a mill are
+ * made from prisms over a drum's profile, their ends, and boxes. */
 #ifndef MILL_MESH_H
 #define MILL_MESH_H
 
@@ -8,40 +8,41 @@
 struct mill_mesh {
     size_t points, triangles;
     vec3 *point;          /* [m] */
-    int64_t (*corner)[3]; /* of each triangle: numbers of points, counter-clockwise as seen from the
-                             side on which the balls are */
-    bool failed;          /* out of memory: what came since is missing */
+    int64_t (*corner)[3]; /* of each triangle: numbers of points, counter-clockwise as seen from
+                             the side of the balls */
+    bool failed;          /* out of memory: later points and triangles are missing */
 };
 
-/* Starts empty as {0}. */
+/* An empty mesh is {0}. */
 void mill_mesh_free(struct mill_mesh *mesh);
 
-/* The side of a prism over a profile, from x = -half_length to +half_length, seen from within or
- * from outside. Its corners lie on the profile, no flat is farther from it than the tolerance [m],
- * nor than a hundredth of an arc's radius. */
+/* Adds the side of a prism over a profile, from x = -half_length to +half_length, seen from inside
+ * (within) or from outside. Its corners are on the profile. No flat is farther from the profile
+ * than the tolerance [m] or than a hundredth of an arc's radius. */
 void mill_mesh_mantle(struct mill_mesh *mesh, const struct mill_profile *profile,
                       double half_length, double tolerance, bool within);
 
-/* What a drum draws (`draw` of struct mill_shape_type), whatever its profile: the chamber's wall.
- */
+/* `draw` of struct mill_shape_type for drums with any profile: the wall of the chamber */
 void mill_mesh_drum(const struct mill_shape *, const struct mill_chamber *, double tolerance,
                     struct mill_mesh *mesh);
 
-/* The plane x = `x` as far as it lies within the profile, seen from where x is greater (side > 0)
- * or less. It meets the mantle of the same profile and tolerance corner by corner, to the bit. */
+/* Adds the part of the plane x = `x` inside the profile, seen from greater x (side > 0) or smaller
+ * x. Its corners are equal, to the bit, to the corners of a mantle with the same profile and
+ * tolerance. */
 void mill_mesh_lid(struct mill_mesh *mesh, const struct mill_profile *profile, double x,
                    double side, double tolerance);
 
-/* What a line in the half plane of (radius, axis) sweeps out about the body's own axis: line[n][2]
- * [m] from axis to axis, upwards. Seen from where the balls are. */
+/* Adds the surface that a line in the half plane of (radius, axis) makes when it turns about the
+ * body's own axis. line[n][2] [m] begins and ends on the axis and goes upwards. Seen from the side
+ * of the balls. */
 void mill_mesh_turned(struct mill_mesh *mesh, const struct mill_body *body, const double (*line)[2],
                       int n, double tolerance);
 
-/* A triangle with corners of its own, counter-clockwise as seen */
+/* Adds a triangle with its own points, counter-clockwise as seen */
 void mill_mesh_triangle(struct mill_mesh *mesh, vec3 a, vec3 b, vec3 c);
 
-/* A box seen from outside; corner i has the greater coordinate along its first, second, third axis
- * (right-handed) where bit 0, 1, 2 of i is set. */
+/* Adds a box seen from outside. Corner i has the greater coordinate along the first, second, third
+ * axis (right-handed) if bit 0, 1, 2 of i is set. */
 void mill_mesh_box(struct mill_mesh *mesh, const vec3 corner[8]);
 
 #endif

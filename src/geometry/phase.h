@@ -1,12 +1,12 @@
-/* Phases that do not drift: what has gone through many turns is reduced to less than one, with the
- * products that are subtracted exact. */
+/* Phases without drift: the phase after many turns is reduced to less than one turn, with exact
+ * products, so that rounding errors do not add up. */
 #ifndef MILL_PHASE_H
 #define MILL_PHASE_H
 
 #include "millsim/vec3.h"
 
-/* start + rate * time less whole turns: rate in turns per second, all in turns; within half a turn.
- * Exact but for the last rounding, whatever the time. */
+/* start + rate * time without the whole turns: rate in turns per second, all others in turns; the
+ * result is within half a turn. It has one rounding error only, for any time. */
 static inline double mill_phase_turns(double start, double rate, double time)
 {
     const double whole = rate * time, rest = fma(rate, time, -whole);
@@ -14,7 +14,7 @@ static inline double mill_phase_turns(double start, double rate, double time)
     return phase - rint(phase);
 }
 
-/* The same in radians: rate in radians per second. 2 pi has two parts, of which the product with
+/* The same in radians: rate in radians per second. 2 pi is the sum of two parts; the product with
  * the first is subtracted exactly. */
 static inline double mill_phase_radians(double start, double rate, double time)
 {

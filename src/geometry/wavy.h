@@ -1,46 +1,46 @@
-/* The wavy drum's arcs: what wavy.c, for a drum that stands, and wavy_moving.c share. */
+/* The arcs of the wavy drum, shared by wavy.c (drum at rest) and wavy_moving.c */
 #ifndef MILL_WAVY_H
 #define MILL_WAVY_H
 
 #include "base/elementary.h"
 #include "geometry/shapes.h"
 
-/* Outer (even) or inner (odd) */
+/* An arc: outer (even number) or inner (odd number) */
 struct mill_wavy_arc {
     double y, z;                 /* [m] its centre */
-    double uy, uz;               /* direction of that from the axis */
-    double edge_y[2], edge_z[2]; /* outer ones: normals of the lines to the inner centres before and
-                                    after, towards the wedge */
+    double uy, uz;               /* unit direction from the axis to the centre */
+    double edge_y[2], edge_z[2]; /* of outer arcs: normals of the lines to the inner centres
+                                    before and after, towards the wedge */
 };
 
 struct mill_wavy {
     struct mill_shape base;
     double radius;                    /* [m] of the arcs */
-    double far;                       /* [m] bound of a coordinate in the drum */
+    double far;                       /* [m] bound of all coordinates y, z in the drum */
     double angle;                     /* [rad] of arc 0 */
-    double half_pitch;                /* [rad] between an arc and the next */
+    double half_pitch;                /* [rad] between neighbouring arcs */
     struct mill_heading pitch;        /* of half_pitch */
     struct mill_motion_bounds bounds; /* of the motion, at the drum's centre */
     bool overhangs;                   /* an outer arc's wedge is wider than 180 degrees */
     int arcs;
     struct mill_wavy_arc *arc;
-    int sectors;       /* of the directions, four or more to a pitch */
-    int16_t *outer_at; /* the outer arc in whose pitch each begins */
+    int sectors;       /* number of sectors of directions, at least four per pitch */
+    int16_t *outer_at; /* for each sector, the outer arc in whose pitch it begins */
 };
 
-/* +1: met from inside (outer arcs), -1: from outside (inner arcs) */
+/* +1: balls meet it from inside (outer arcs), -1: from outside (inner arcs) */
 static inline double mill_wavy_inward(int arc)
 {
     return arc % 2 == 0 ? 1.0 : -1.0;
 }
 
-/* Of a number that is less than twice as large: no division */
+/* The number of an arc, for a number less than 2 * arcs: without a division */
 static inline int mill_wavy_wrap(const struct mill_wavy *w, int arc)
 {
     return arc < w->arcs ? arc : arc - w->arcs;
 }
 
-/* > 0: on the wedge's side of that edge [m] */
+/* [m] Distance from an edge of the wedge; > 0: on the wedge's side */
 static inline double mill_wavy_beyond(const struct mill_wavy_arc *a, int edge, double y, double z)
 {
     return a->edge_y[edge] * (y - a->y) + a->edge_z[edge] * (z - a->z);
@@ -51,19 +51,19 @@ static inline double mill_wavy_distance(const struct mill_wavy_arc *a, double y,
     return sqrt((y - a->y) * (y - a->y) + (z - a->z) * (z - a->z));
 }
 
-/* Arcs around a place in the drum */
+/* Arcs near a place in the drum */
 struct mill_wavy_near {
     int arc;    /* the nearest one */
-    int outer;  /* that in whose pitch it is */
-    int beside; /* the inner one across the outer one's ray */
+    int outer;  /* the outer arc in whose pitch the place is */
+    int beside; /* the inner arc on the other side of the outer arc's ray */
 };
 struct mill_wavy_near mill_wavy_arcs_nearest(const struct mill_wavy *w, double y, double z);
 
-/* With one arc, in the drum's frame */
+/* The contact with one arc, in the drum's frame */
 struct mill_contact mill_wavy_arcs_contact(const struct mill_wavy *w, int arc, vec3 centre,
                                            double radius);
 
-/* next_contact of struct mill_shape_type, of a drum that moves */
+/* next_contact of struct mill_shape_type, for a drum that moves */
 struct mill_hit mill_wavy_moving_contact(const struct mill_wavy *w, const struct mill_flight *f,
                                          double radius, double now, double horizon);
 
