@@ -1,10 +1,11 @@
-/* The event list. Time is cut into days of equal width; a year of days is held in an array of
- * unordered lists, what lies beyond the year in one more. Only today's events are looked at one by
- * one: there are about EVENTS_A_DAY of them whatever the number of balls, for the width follows the
- * event rate. The earliest of a few is found fastest by comparing all, without a branch; where many
- * fall on one day (balls that start in step) they become a binary heap. Inserting and removing is
- * O(1). Method: G. Paul, J. Comput. Phys. 221 (2007) 615. Order: (time, item), so runs repeat
- * exactly. */
+/* The calendar. Time is divided into days of equal length. A year of days is an array of lists, one
+ * list per day, without order. One more list, the overflow, holds all events after the year. The
+ * program compares only the events of today one by one. There are about EVENTS_A_DAY of them for
+ * any number of balls, because the length of a day is adapted to the event rate. Comparing all of a
+ * few events without a branch is the fastest way to find the earliest. If a day has many events
+ * (balls that start in step), they become a binary heap. To insert or remove an event takes O(1)
+ * time. Method: G. Paul, J. Comput. Phys. 221 (2007) 615. The order is (time, item), so that runs
+ * can be repeated exactly. */
 #include "engine/calendar.h"
 
 #include "base/memory.h"
@@ -15,35 +16,36 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EVENTS_A_DAY 5.0 /* more: longer searches; fewer: more empty days to step over */
-#define CROWD 24         /* from so many events on today is a heap */
-#define DAYS_AHEAD 4     /* how far the walk of mill_calendar_ahead goes */
+#define EVENTS_A_DAY 5.0 /* more make searches longer; fewer make more empty days to skip */
+#define CROWD 24         /* with so many events, today is a heap */
+#define DAYS_AHEAD 4     /* number of days for which mill_calendar_ahead looks ahead */
 
-enum { NOWHERE = -1, TODAY = -2, WAITING = -3 }; /* places in no list; waiting: to be filed */
+/* places outside of the lists; waiting: not yet in a list */
+enum { NOWHERE = -1, TODAY = -2, WAITING = -3 };
 
 struct entry {
-    int64_t order; /* the time as a whole number: comparing these needs no branch */
+    int64_t order; /* the time as a whole number, which is compared without a branch */
     int32_t item;
 };
 
 struct mill_calendar {
     int32_t items;
-    int32_t days;    /* in a year, a power of two */
+    int32_t days;    /* in one year, a power of two */
     int32_t today;   /* 0 .. days - 1 */
-    int32_t in_year; /* events in lists after today */
+    int32_t in_year; /* events in the lists of the days after today */
     double width, per_width;
     double year_start; /* [s] */
-    uint64_t taken;    /* events that came up in this year */
-    int32_t last_item; /* the event handed out last, so that asking twice counts once */
+    uint64_t taken;    /* number of events that came out in this year */
+    int32_t last_item; /* the last event returned; the same event returned again counts once */
     double last_t;
-    int32_t waiting;          /* an item whose event is still to be filed, or -1 */
-    int32_t ahead, ahead_day; /* where a walk through the lists of the days to come is */
-    struct mill_event *event; /* item 0's */
-    size_t stride;            /* bytes from one to the next */
-    int32_t *head;            /* first items of the lists, [days + 1]: the last is the overflow */
-    struct entry *entry;      /* today's events, room for all items */
-    int32_t count;            /* of them */
-    bool heaped;              /* they form a heap, else they are in no order */
+    int32_t waiting;          /* an item whose event is not yet in a list, or -1 */
+    int32_t ahead, ahead_day; /* present place of a walk through the lists of the next days */
+    struct mill_event *event; /* of item 0 */
+    size_t stride;            /* bytes from one event to the next */
+    int32_t *head;       /* first item of each list, [days + 1]; the last list is the overflow */
+    struct entry *entry; /* today's events, with room for all items */
+    int32_t count;       /* number of today's events */
+    bool heaped;         /* they form a heap; else they have no order */
 };
 
 static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
@@ -51,8 +53,8 @@ static struct mill_event *event_of(const struct mill_calendar *c, int32_t item)
     return (struct mill_event *)((char *)c->event + (size_t)item * c->stride);
 }
 
-/* Whole numbers in the order of the times: the bits of a double, those of negative ones turned
- * round; 0.0 makes one of the two zeros. */
+/* Converts times to whole numbers in the same order: the bits of a double, with those of negative
+ * numbers inverted. Adding 0.0 turns -0.0 into 0.0. */
 static struct entry entry_of(const struct mill_calendar *c, int32_t item)
 {
     struct entry e = {0, item};
@@ -67,14 +69,14 @@ static bool before(struct entry a, struct entry b)
     return (a.order < b.order) | ((a.order == b.order) & (a.item < b.item));
 }
 
-/* The event's `next` tells where it stands. */
+/* Puts an entry at index `at`; the event's `next` is this index. */
 static void put(struct mill_calendar *c, int32_t at, struct entry e)
 {
     c->entry[at] = e;
     event_of(c, e.item)->next = at;
 }
 
-/* The entry at `at` is this one now: in a heap it moves to where it belongs. */
+/* Replaces the entry at `at`; in a heap, it then moves to its place. */
 static inline void place(struct mill_calendar *c, int32_t at, struct entry e)
 {
     while (c->heaped && at > 0 && before(e, c->entry[(at - 1) / 2])) {
@@ -110,7 +112,8 @@ static int32_t first_of_today(const struct mill_calendar *c)
     struct entry first = c->entry[0];
     for (int32_t k = 1; !c->heaped && k < c->count; k++) {
         const struct entry e = c->entry[k];
-        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        /* Masks, because compilers make a branch of a choice, and half of these branches would be
+         * mispredicted. */
         const int64_t take = -(int64_t)before(e, first);
         first.order ^= (first.order ^ e.order) & take;
         first.item ^= (first.item ^ e.item) & (int32_t)take;
@@ -144,8 +147,8 @@ static void take_out(struct mill_calendar *c, int32_t item)
     n->place = NOWHERE;
 }
 
-/* Files an event that is in no list. The day is a monotone function of t, so the order between days
- * is the order of times whatever the rounding. */
+/* Puts an event into its list. The day is a monotone function of t. So the order of days is the
+ * order of times, for any rounding. */
 static void file(struct mill_calendar *c, int32_t item)
 {
     struct mill_event *n = event_of(c, item);
@@ -171,7 +174,8 @@ static void file_waiting(struct mill_calendar *c)
         file(c, item);
 }
 
-/* Files the events of a list again: of the overflow, or those of the day that today is now. */
+/* Sorts the events of a list into days again: those of the overflow, or those of the day that is
+ * now today. */
 static void refile(struct mill_calendar *c, int32_t list)
 {
     int32_t item = c->head[list];
@@ -207,7 +211,7 @@ struct mill_calendar *mill_calendar_create(int32_t items, struct mill_event *eve
         return NULL;
     }
     mill_calendar_clear(c, 0.0);
-    mill_calendar_set_width(c, 1e-6); /* any guess: it adapts within the first year */
+    mill_calendar_set_width(c, 1e-6); /* any value: it is adapted within the first year */
     return c;
 }
 
@@ -228,7 +232,7 @@ static void begin_year(struct mill_calendar *c, double start)
     c->ahead = -1;
 }
 
-/* Forgets what is filed where; the events keep their times and whether there is one. */
+/* Empties all lists. Each event keeps its time, and the place NOWHERE if there is none. */
 static void empty(struct mill_calendar *c, double start)
 {
     for (int32_t list = 0; list <= c->days; list++)
@@ -267,8 +271,8 @@ void mill_calendar_set(struct mill_calendar *c, int32_t item, double t)
         file(c, item);
         return;
     }
-    /* filed when the next one is set: by then the head of its list, anywhere in a table as long as
-     * there are balls, is in the cache */
+    /* Entered when the next event is set. Until then the cache can load the head of its list, which
+     * is anywhere in a long table. */
     c->waiting = item;
     n->place = WAITING;
     __builtin_prefetch(&c->head[(int32_t)day], 1);
@@ -297,7 +301,8 @@ void mill_calendar_set_width(struct mill_calendar *c, double width)
             file(c, i);
 }
 
-/* Changes the width when days have become too full or too empty: `days_passed` held c->taken. */
+/* Changes the length of a day if days have too many or too few events: the last `days_passed` days
+ * had c->taken events. */
 static bool adapt(struct mill_calendar *c, double days_passed)
 {
     const double load = (double)c->taken / days_passed;
@@ -311,8 +316,8 @@ static bool adapt(struct mill_calendar *c, double days_passed)
     return true;
 }
 
-/* Begins the next year, or the one of the earliest event when nothing happens until then: to look
- * for it every year would cost a walk through all that lies beyond. */
+/* Begins the next year. If it has no events, begins the year of the earliest event. To find this
+ * event the whole overflow is read, which would take too long in every year. */
 static void next_year(struct mill_calendar *c)
 {
     double first = HUGE_VAL;
@@ -330,7 +335,7 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
 {
     if (c->count == 0)
         file_waiting(c);
-    while (c->count == 0) { /* on to the first day that has events */
+    while (c->count == 0) { /* go to the first day with events */
         if (c->in_year == 0 && c->head[c->days] < 0)
             return -1;
         if (c->in_year > 0) {
@@ -347,20 +352,21 @@ int32_t mill_calendar_next(struct mill_calendar *c, double *t)
         c->last_item = item;
         c->last_t = *t;
         c->taken++;
-        /* a rate that rose by far within the year must not wait for the year's end */
+        /* if the rate has risen by far, adapt before the end of the year */
         if (c->taken > 4 * (uint64_t)EVENTS_A_DAY * ((uint64_t)c->today + 64))
             adapt(c, (double)c->today + 1.0);
     }
     return item;
 }
 
-/* The records of a list lie anywhere in memory, so each is asked for at least one call before its
- * successor is read from it. Whatever happens to the list meanwhile, `ahead` is an item or -1, or a
- * place among today's events, which is less than the number of items: only speed depends on it. */
+/* The events of a list can be anywhere in memory. So each is loaded at least one call before its
+ * successor is read from it. The list may change in between. Then `ahead` is still an item, or -1,
+ * or an index among today's events, which is less than the number of items. This influences only
+ * the speed. */
 int32_t mill_calendar_ahead(struct mill_calendar *c)
 {
     if (c->ahead_day <= c->today)
-        c->ahead = -1; /* overtaken */
+        c->ahead = -1; /* the walk is behind the present day */
     if (c->ahead < 0) {
         const int32_t day = (c->ahead_day > c->today ? c->ahead_day : c->today) + 1;
         if (day > c->today + DAYS_AHEAD || day + 1 >= c->days)

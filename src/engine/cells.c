@@ -1,7 +1,7 @@
-/* The cell grid. A layer of empty cells surrounds the box so that neighbourhoods need no bounds
- * check; the outermost inner cells reach to infinity, so a ball that rounding puts a hair outside
- * is still somewhere. A ball's cell follows from the faces it crossed, never from its rounded
- * position. */
+/* The cell grid. A layer of empty cells surrounds the box, so that the 27 cells around a ball
+ * always exist. The outermost cells inside the box reach to infinity, so that a ball which is
+ * slightly outside due to rounding still has a cell. The cell of a ball follows from the faces that
+ * it crossed, never from its rounded position. */
 #include "engine/cells.h"
 
 #include "base/elementary.h"
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOST_ROOM 63.0 /* balls a cell begins with at most; it widens when one needs more */
+#define MOST_ROOM 63.0 /* [balls] maximum initial room of a cell; it can be widened */
 
 /* Empty rows for all cells */
 static void *make_rows(const struct mill_cells *c)
@@ -25,7 +25,7 @@ static int32_t cell_index(const struct mill_cells *c, int32_t ix, int32_t iy, in
     return (ix * c->n[1] + iy) * c->n[2] + iz;
 }
 
-/* Offsets of the 27 neighbours, and of the 9 new ones behind each face, in words. */
+/* Offsets in words to the 27 cells around a cell, and to the 9 new ones after crossing each face */
 static void make_offsets(struct mill_cells *c)
 {
     int32_t ahead[6] = {0};
@@ -48,9 +48,9 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
     memset(c, 0, sizeof *c);
     c->lo = lo;
     const double extent[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}, low[3] = {lo.x, lo.y, lo.z};
-    /* Smallest cells cost least (measured), but a huge empty box must not be cut into more cells
-     * than some 16 a ball. A hair more than a diameter, so that rounding cannot hide a touching
-     * pair. */
+    /* The smallest cells are fastest (measured). But a large empty box must not have more than
+     * about 16 cells per ball. Cells are slightly larger than a diameter, so that rounding cannot
+     * hide a touching pair. */
     double side = diameter * (1.0 + 1e-9);
     const double most = 16.0 * (double)balls + 4096.0;
     double inner[3], total, cells;
@@ -72,15 +72,15 @@ bool mill_cells_init(struct mill_cells *c, vec3 lo, vec3 hi, double diameter, do
         const double length = c->side[axis] = extent[axis] / inner[axis];
         double *edge = c->edge[axis] = malloc(sizeof *edge * ((size_t)n + 1));
         made = made && edge;
-        for (int32_t i = 0; edge && i <= n; i++) /* the outermost inner ones reach to infinity */
+        for (int32_t i = 0; edge && i <= n; i++) /* outermost cells reach to infinity */
             edge[i] = i <= 1       ? -HUGE_VAL
                       : i >= n - 1 ? HUGE_VAL
                                    : low[axis] + (double)(i - 1) * length;
     }
     c->per_n[0] = 1.0 / c->n[1];
     c->per_n[1] = 1.0 / c->n[2];
-    /* equal balls: at most 8 centres per cell and seldom more than 2; mixtures: as many as pack
-     * densely */
+    /* Equal balls: at most 8 centres per cell, and seldom more than 2. Mixtures: as many as a dense
+     * packing has. */
     const double widest = fmax(c->side[0], fmax(c->side[1], c->side[2])) / least_diameter;
     const double wide = widest + 1.0;
     double room = widest < 1.3 ? 7.0 : 1.35 * (wide * wide * wide) / 8.0 * 1.5 + 7.0;
@@ -153,8 +153,8 @@ static void set_held(struct mill_cells *c, int32_t cell, int32_t held)
         set_word(c, first + c->row - 1, UINT32_MAX, (uint32_t)held);
 }
 
-/* Twice the room for every cell, seldom: mixtures of very unequal balls may need it, and packed
- * rows where five balls crowd into one cell. */
+/* Doubles the room of every cell. This is seldom needed: in mixtures of very unequal balls, and in
+ * packed rows if five balls are in one cell. */
 static bool widen(struct mill_cells *c)
 {
     struct mill_cells wide = *c;
@@ -197,10 +197,10 @@ void mill_cells_remove(struct mill_cells *c, int32_t ball)
     set_held(c, cell, last);
 }
 
-/* First time at which x = x0 + v t + g t^2/2, seen inwards from a face at distance `gap` (<= 0: at
- * or beyond it), reaches the face moving outwards; v, g counted positive outwards, g not 0. Moving
- * inwards from beyond it and turning back: the later root, or the turning point if it never gets
- * inside. */
+/* First time at which a ball is at or beyond a face and moves outwards. gap: its distance from the
+ * face, inwards (<= 0: at the face or beyond). v and g are positive outwards, g is not 0. If the
+ * ball is beyond the face, moves inwards and turns back: the later root, or the turning point if it
+ * never gets inside. */
 static inline double reach_face(double gap, double v, double g)
 {
     const double square = v * v + 2.0 * g * gap;
@@ -224,7 +224,8 @@ static inline void take(struct mill_cell_exit *best, int32_t face, double dt)
     }
 }
 
-/* Both faces of one axis; without gravity along it only the one ahead can be reached. */
+/* Tries both faces of one axis. Without gravity along it, the ball can reach only the face
+ * ahead. */
 static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r, double v, double g,
                             const double *edge)
 {
@@ -237,8 +238,9 @@ static inline void try_axis(struct mill_cell_exit *best, int32_t face, double r,
     }
 }
 
-/* Does the flight certainly stay between the faces of an axis for the window? A bound of its way
- * that rounding cannot cross. False for an infinite window. */
+/* Does the flight certainly stay between the faces of an axis during the search interval? It
+ * compares a bound of the distance flown that is larger than rounding errors. False for an infinite
+ * interval. */
 static inline int stays(double r, double v, double g, const double *edge, double window)
 {
     const double way = window * (fabs(v) + 0.5 * window * fabs(g)) * (1.0 + 1e-9);

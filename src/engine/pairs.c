@@ -1,9 +1,10 @@
-/* The pair search. All balls fall alike, so the relative motion of two is a straight line and their
- * contact a quadratic. Candidates are taken several at a time: their records, a cache line each,
- * are loaded whole and transposed in registers, so that one vector holds one coordinate of several
- * balls (pairs_lanes.h). Nothing branches on the outcome; only the few that are closing and will
- * touch soon enough get a square root. The variants differ in the width of the vectors;
- * multiplications and additions are never contracted, so all give the same bits. */
+/* The pair search. All balls have the same acceleration, so the relative path of two balls is a
+ * straight line and their contact the root of a quadratic. Several candidates are examined at once:
+ * their records, one cache line each, are loaded and transposed in registers, so that one vector
+ * holds one coordinate of several balls (pairs_lanes.h). No branch depends on a result. Only the
+ * few balls that close and touch soon enough need a square root. The variants differ in the width
+ * of the vectors. The compiler must not contract multiplications and additions, so that all
+ * variants give the same bits. */
 #include "engine/pairs.h"
 
 #include <math.h>
@@ -12,7 +13,7 @@
 #include <immintrin.h>
 #endif
 
-#define RECORD 8 /* doubles of a ball */
+#define RECORD 8 /* doubles in a ball's record */
 #define INLINE static inline __attribute__((always_inline))
 
 #if defined(__clang__) || __GNUC__ >= 12
@@ -23,12 +24,12 @@
 #define LOAD(v, from) memcpy(&(v), (from), sizeof(v))
 #define STORE(to, v) memcpy((to), &(v), sizeof(v))
 
-/* ---- two at a time: what every processor that has vectors can ---- */
+/* ---- two at a time: for every processor with vectors ---- */
 
 typedef double lanes2 __attribute__((vector_size(16)));
 typedef int64_t flags2 __attribute__((vector_size(16)));
 
-/* Columns of two quarters that lie `from` doubles into each record */
+/* Columns of the two quarter records that begin `from` doubles into each record */
 #define COLUMNS2(from, a, b)                                                                       \
     do {                                                                                           \
         lanes2 p, q;                                                                               \
@@ -46,7 +47,7 @@ typedef int64_t flags2 __attribute__((vector_size(16)));
     } while (0)
 #define SPLAT(x) ((lanes2){x, x})
 
-/* Writes the numbers from k on whose flag is set (all bits), returns how many. */
+/* Writes the numbers from k on whose flag is set (all bits) and returns how many */
 INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
 {
     const int32_t first = -(int32_t)(*flag)[0];
@@ -55,8 +56,8 @@ INLINE int32_t keep2(const flags2 *flag, int32_t k, int32_t *kept)
     return first - (int32_t)(*flag)[1];
 }
 
-/* The earliest of the contacts that were kept, if it is earlier than *found; of equally early ones
- * that with the smaller ball. */
+/* Finds the earliest of the contacts that were kept, if it is earlier than *found. Of equal times,
+ * the one with the smaller ball is taken. */
 INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mill_pair *found)
 {
     double best = found->dt;
@@ -65,7 +66,8 @@ INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mil
         const int32_t k = pairs->kept[m], other = pairs->near[k] / RECORD;
         const double gap = pairs->c[k] > 0.0 ? pairs->c[k] : 0.0;
         const double dt = gap / (sqrt(pairs->square[k]) - pairs->b[k]);
-        /* masks: a compiler makes a branch of a choice, and half of them are mispredicted */
+        /* Masks, because compilers make a branch of a choice, and half of these branches would be
+         * mispredicted. */
         const int32_t take = -(int32_t)((dt < best) | ((dt == best) & (partner > other)));
         best = dt < best ? dt : best;
         partner ^= (partner ^ other) & take;
@@ -91,7 +93,7 @@ INLINE void choose(const struct mill_pairs *pairs, int64_t survivors, struct mil
 typedef double lanes4 __attribute__((vector_size(32)));
 typedef int64_t flags4 __attribute__((vector_size(32)));
 
-/* Columns of the four half records that lie `from` doubles into each */
+/* Columns of the four half records that begin `from` doubles into each record */
 #define COLUMNS4(from, a, b, c, d)                                                                 \
     do {                                                                                           \
         lanes4 p0, p1, p2, p3;                                                                     \
@@ -115,7 +117,7 @@ typedef int64_t flags4 __attribute__((vector_size(32)));
     } while (0)
 #define SPLAT(x) ((lanes4){x, x, x, x})
 
-/* The places of the bits that are set in a number below 16, first ones first */
+/* The positions of the bits that are set in a number below 16, lowest first */
 static const int32_t places[16][4] = {
     {0, 0, 0, 0}, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {2, 0, 0, 0}, {0, 2, 0, 0},
     {1, 2, 0, 0}, {0, 1, 2, 0}, {3, 0, 0, 0}, {0, 3, 0, 0}, {1, 3, 0, 0}, {0, 1, 3, 0},
@@ -124,7 +126,7 @@ static const int32_t places[16][4] = {
 
 #define AVX2 __attribute__((target("avx2,popcnt")))
 
-/* The same for four. */
+/* keep2() for four */
 AVX2 INLINE int32_t keep4(const flags4 *flag, int32_t k, int32_t *kept)
 {
     const int mask = _mm256_movemask_pd((__m256d)*flag);

@@ -1,4 +1,4 @@
-/* When is a ball pressed, and when must it be let go? The header has the rules. */
+/* When is a ball pressed, and when must it be let go? pinch.h gives the rules. */
 #include "engine/pinch.h"
 
 #include "base/memory.h"
@@ -6,19 +6,20 @@
 
 #include <stdlib.h>
 
-/* An elastic impact at the bodies' speed v gives a ball 2 m v. The force of ten such within the
- * duration of one would press a soft sphere in three times as deep as that impact does. Half or
- * twice as many change the power of a mill with pinches by 2 %; validation/dem holds ten. */
+/* An elastic impact at the bodies' speed v gives a ball 2 m v. The force of ten such impacts within
+ * the duration of one impact would press a soft sphere in three times as deep as one impact does.
+ * Half or twice this number changes the power of a mill with pinches by 2 %; validation/dem
+ * confirms ten. */
 #define IMPACTS 10.0
 
-/* Of the bodies' speed: what a pressed ball parts from other bodies with. Three times as much, or
- * the rebound floor alone, give a mill the same power; but slower than this its contacts only get
- * more, and it is left at rest on the wall. */
+/* The fraction of the bodies' speed with which a pressed ball leaves other bodies. Three times this
+ * fraction, or the rebound floor alone, gives a mill the same power. At a lower speed, the ball
+ * only has more contacts and remains at rest on the wall. */
 #define PARTING 0.01
 
-/* Of the force that presses a ball through a nip: what it loses on its way, for it gives most of it
- * back. The power of mills with gaps of 0.9 to 1 diameters asks for 0.03 to 0.05 (validation/dem).
- */
+/* The fraction of the force that presses a ball through a nip which is lost: the ball gives most of
+ * the energy back. The power of mills with clearances of 0.9 to 1 diameters requires 0.03 to 0.05
+ * (validation/dem). */
 #define LOST 0.04
 
 bool mill_pinches_create(struct mill_pinches *p, const struct mill_world *w)
@@ -72,10 +73,11 @@ void mill_pinches_meet(struct mill_pinches *p, struct mill_world *w, int32_t i, 
     b->last = t;
 }
 
-/* [N] The force that gets a ball of this radius through the nip between an edge and the surface it
- * leans against. It slips on neither when the angle between them is less than both angles of
- * friction together; pressed in by d at either side it is nearer to that by d (1 + cos) / r in the
- * cosine of the angle. Pressed in by r (1 - cos) / 2 it is through. */
+/* [N] The force that moves a ball of this radius through the nip between an edge and the surface
+ * `against`. The ball slips on neither if the angle between them is less than the sum of both
+ * angles of friction. If the ball is pressed in by d on both sides, the cosine of the angle is
+ * changed by d (1 + cos) / r towards this limit. If it is pressed in by r (1 - cos) / 2, it passes
+ * through. */
 static double passing(const struct mill_pinch *b, vec3 normal, double friction, double radius)
 {
     const double f = friction, g = b->friction, cosine = -vec3_dot(normal, b->against);

@@ -1,6 +1,7 @@
-/* The schedule of each ball: the best pair contact (pairs.c), then surfaces no further than the
- * window that this and the cell leave. The earliest event of the ball goes into the calendar; a
- * partner is not told, its contact counter shows later whether it changed. */
+/* Plans the next event of each ball. First the earliest pair contact (pairs.c), then surfaces
+ * within the search interval that the pair contact and the exit from the cell leave. The earliest
+ * event goes into the calendar. The plan of the partner is not changed: its count of contacts shows
+ * later whether the plan is stale. */
 #include "engine/schedule.h"
 
 #include "base/elementary.h"
@@ -10,17 +11,17 @@
 #include <assert.h>
 #include <stdlib.h>
 
-/* A ball that was let go is clear of what pinched it at this gap, in radii. It begins at a gap of
- * zero, and must not be caught again at once by the pinch that was relieved. */
+/* A ball that was let go is clear of the bodies at this gap, in radii. It starts with a gap of zero
+ * and must not be pinched again at once. */
 #define CLEAR 0.01
-/* A gas of which cells of the smallest size hold fewer balls than DILUTE gets cells that hold HELD,
- * though none wider than so many diameters. */
+/* A dilute gas, of which the smallest cells hold on average fewer than DILUTE balls, gets cells
+ * that hold HELD balls. They are at most WIDEST diameters wide. */
 #define DILUTE 0.2
 #define HELD 0.35
 #define WIDEST 1.7
-#define LATELY 0.01 /* [of a radius] so far may a moving body have gone on since its pose */
+#define LATELY 0.01 /* [radii] how far a moving body may move before its pose is computed again */
 
-/* Which shapes a ball in each cell can meet at all. */
+/* Lists for each cell the shapes that a ball in it can meet. */
 static bool list_surfaces(struct mill_schedule *p, double widest)
 {
     const struct mill_world *w = p->world;
@@ -33,7 +34,7 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
         vec3 lo, hi;
         mill_cells_box(&p->cells, cell, &lo, &hi);
         p->surface_start[cell] = (int32_t)n;
-        if (n > (size_t)(INT32_MAX - w->shapes)) /* as many as the starts can number */
+        if (n > (size_t)(INT32_MAX - w->shapes)) /* the indices of the list have 32 bits */
             return false;
         if (n + (size_t)w->shapes > room) {
             room = 2 * room + (size_t)w->shapes + 1024;
@@ -65,12 +66,14 @@ static bool list_surfaces(struct mill_schedule *p, double widest)
     return true;
 }
 
-/* Cells as small as they may be cost least where balls are close, and they are in any mill: gravity
- * or a rotor gathers them. A dilute gas crosses fewer of larger ones. */
+/* The edge of a cell. The smallest possible cells are fastest if balls are close together, which is
+ * so in every mill: gravity or a rotor gathers them. In a dilute gas, larger cells make fewer
+ * crossings. */
 static double cell_side(const struct mill_world *w, double diameter)
 {
     const double room = MILL_PI * w->drum_radius * w->drum_radius * w->drum_length;
-    const double held = (double)w->balls * diameter * diameter * diameter / room; /* of a cell */
+    /* balls per cell */
+    const double held = (double)w->balls * diameter * diameter * diameter / room;
     bool gas = w->g.x == 0.0 && w->g.y == 0.0 && w->g.z == 0.0;
     for (int k = 0; k < w->motions; k++) {
         const struct mill_motion_bounds b =
@@ -81,7 +84,8 @@ static double cell_side(const struct mill_world *w, double diameter)
                                 : diameter;
 }
 
-/* What bodies on a motion see of a ball, and for how long a pose of it serves */
+/* Bounds of the movement of balls relative to bodies on a motion, and the time for which a pose of
+ * the motion is used */
 static struct mill_lately bounds_of(const struct mill_world *w, int motion, double thinnest)
 {
     const struct mill_motion_bounds b =
@@ -89,7 +93,7 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
     const double reach = mill_motion_reach(w->motion[motion], &w->container.places);
     const double coriolis = 2.0 * b.turning, drift = b.speed + b.turning * reach;
     struct mill_lately l = {
-        .most = fmin(LATELY * thinnest / drift, 1.0), /* what never moves serves for long */
+        .most = fmin(LATELY * thinnest / drift, 1.0), /* long, if it does not move */
         .drift = drift,
         .acceleration = vec3_norm(w->g) + b.acceleration + coriolis * b.speed +
                         (b.turning * b.turning + b.spin_up) * reach,
@@ -98,7 +102,7 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
     const struct mill_motion *m = w->motion[motion];
     vec3 through, axis;
     l.turns = !m->on && m->type->axis && m->type->axis(m, &through, &axis);
-    if (l.turns) { /* of a rotor y and z */
+    if (l.turns) { /* for a rotor: y and z */
         const vec3 along = fabs(axis.x) > 0.9 ? vec3_make(0.0, 1.0, 0.0) : vec3_make(1.0, 0.0, 0.0);
         l.p = vec3_axpy(along, -vec3_dot(along, axis), axis);
         l.p = vec3_scale(l.p, 1.0 / vec3_norm(l.p));
@@ -110,7 +114,7 @@ static struct mill_lately bounds_of(const struct mill_world *w, int motion, doub
 /* False when out of memory */
 static bool build(struct mill_schedule *p, struct mill_world *w)
 {
-    /* whole cache lines, so that no vector of the search lies across two */
+    /* a multiple of a cache line, so that no vector of the search crosses two lines */
     const size_t n = ((size_t)w->balls + MILL_PAIRS_ROOM + 7) / 8 * 8;
     double widest = 0.0, thinnest = INFINITY;
     for (int k = 0; k < MILL_SCHEDULE_FORESEEN; k++)
@@ -124,7 +128,7 @@ static bool build(struct mill_schedule *p, struct mill_world *w)
     p->calendar = p->plan ? mill_calendar_create(w->balls, &p->plan->event, sizeof *p->plan) : NULL;
     if (!p->lately || !p->radius || !p->calendar ||
         posix_memalign(&p->scratch, 64, n * (3 * sizeof(double) + 2 * sizeof(int32_t))) != 0)
-        return false; /* of the scratch few pages are ever touched */
+        return false; /* only a few pages of the buffers are ever used */
     for (int k = 0; k < w->species_count; k++) {
         p->radius[k] = w->species[k].radius;
         widest = fmax(widest, p->radius[k]);
@@ -185,8 +189,8 @@ void mill_schedule_free(struct mill_schedule *p)
     free(p);
 }
 
-/* Looks into `count` cells and improves the plan's pair contact. The cell's surfaces, which are
- * searched next, come into the cache meanwhile. */
+/* Searches `count` cells for an earlier pair contact of the plan. Meanwhile the cache loads the
+ * cell's surfaces, which are searched next. */
 static void scan(struct mill_schedule *p, int32_t i, double now, const int64_t *offset,
                  int32_t count)
 {
@@ -201,7 +205,7 @@ static void scan(struct mill_schedule *p, int32_t i, double now, const int64_t *
     }
 }
 
-/* Is a ball that was let go clear again of everything that pinches? */
+/* Is a ball that was let go clear again of all bodies that can pinch? */
 static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
 {
     const struct mill_world *w = p->world;
@@ -215,8 +219,8 @@ static bool is_clear(const struct mill_schedule *p, int32_t i, double now)
     return clear;
 }
 
-/* The motion's pose not long ago. Poses are those of fixed moments, so that a run that was resumed
- * in between knows the same. */
+/* A recent pose of the motion. Poses are computed for fixed times, so that a resumed run uses the
+ * same poses. */
 static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t motion, double now)
 {
     struct mill_lately *l = &p->lately[motion];
@@ -228,7 +232,7 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
     l->t = k * l->most;
     l->until = (k + 1.0) * l->most;
     if (!(now >= l->t && now < l->until))
-        l->t = l->until = now; /* a motion so swift that the clock is too coarse */
+        l->t = l->until = now; /* the motion is too fast for the resolution of time */
     l->pose = mill_motion_pose(p->world->motion[motion], l->t);
     if (l->turns) {
         const vec3 turned = mill_pose_turn_out(&l->pose, l->p);
@@ -238,9 +242,9 @@ static const struct mill_lately *look_lately(struct mill_schedule *p, int32_t mo
     return l;
 }
 
-/* Where a ball is and how far it can get within `window` [s], as bodies on a motion see it: in
- * their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts; the frame has
- * gone on a little since its pose was looked at. */
+/* The place of a ball, and how far it can move within `window` [s], relative to bodies on a motion.
+ * In their frame its speed changes by gravity, Coriolis, centrifugal and Euler parts, and the frame
+ * has moved slightly since its pose was computed. */
 static void place_in(const struct mill_lately *l, double now, double window, struct mill_flight *f)
 {
     const double age = now - l->t;
@@ -251,8 +255,8 @@ static void place_in(const struct mill_lately *l, double now, double window, str
     f->travel = window * (vec3_norm(u) + a * (age + 0.5 * window)) + age * l->drift + l->margin;
 }
 
-/* The first contact with a surface in reach of the cell, within the window [s] that the best pair
- * and the cell leave. */
+/* The first contact with a surface that balls in the cell can touch, within the search interval
+ * `window` [s] that the pair contact and the exit leave */
 static void search_surfaces(struct mill_schedule *p, int32_t i, double now, double window,
                             int32_t touched)
 {
@@ -262,15 +266,17 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     const int32_t cell = p->cells.cell[i];
     const double radius = p->radius[ball->species];
     struct mill_flight flight = {ball->r, ball->v, w->g, p->pull, .travel = INFINITY};
-    const struct mill_lately *l = NULL; /* of the motion: */
+    const struct mill_lately *l = NULL; /* of the motion `seen` */
     int32_t seen = MILL_NOBODY;
-    double turn = 0.0; /* [rad] by which it turns, at most, from the pose until the window's end */
+    double turn = 0.0; /* [rad] maximum turn of the motion from its pose to the end of the
+                          interval */
     bool placed = false;
     const struct mill_surface *end = p->surface + p->surface_start[cell + 1];
     for (const struct mill_surface *near = p->surface + p->surface_start[cell]; near < end;
          near++) {
         if (near->motion == MILL_NOBODY) {
-            flight.travel = INFINITY; /* what was told of a body before is not of this one */
+            flight.travel = INFINITY; /* the values for a previous body are not valid for this
+                                         one */
             placed = false;
         } else {
             if (near->motion != seen) {
@@ -279,7 +285,8 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
                 seen = near->motion;
                 placed = false;
             }
-            /* most are out of reach by their angle, whatever the ball does in its cell */
+            /* most bodies are out of reach due to their angle, for any path of the ball in its
+             * cell */
             if (l->cos * (double)near->y + l->sin * (double)near->z < (double)near->cos - turn)
                 continue;
             if (!placed)
@@ -301,7 +308,8 @@ static void search_surfaces(struct mill_schedule *p, int32_t i, double now, doub
     }
 }
 
-/* Cell exit, then surfaces within the window that is left, then the calendar. */
+/* Plans the exit from the cell, then surfaces within the remaining interval, then enters the
+ * earliest event into the calendar. */
 static void complete(struct mill_schedule *p, int32_t i, double now, int32_t touched)
 {
     struct mill_plan *plan = &p->plan[i];
@@ -319,7 +327,7 @@ static void complete(struct mill_schedule *p, int32_t i, double now, int32_t tou
         plan->let_go = !is_clear(p, i, now);
     if (p->surface_start[cell] < p->surface_start[cell + 1])
         search_surfaces(p, i, now, mill_least(until, plan->exit_t) - now, touched);
-    /* by arithmetic: half of these branches would be mispredicted */
+    /* arithmetic instead of branches, half of which would be mispredicted */
     const int pair = (plan->pair_t <= plan->shape_t) & (plan->pair_t <= plan->exit_t);
     const int surface = plan->shape_t <= plan->exit_t;
     plan->next = (int16_t)((1 - pair) * (surface * plan->next + (1 - surface) * MILL_NEXT_EXIT) +

@@ -1,13 +1,14 @@
-/* Foresight: in a large mill nothing that an event needs is in the cache, and one thing leads
- * to the next: the event to its ball, the ball to its cell, the cells around it to their balls. So
- * every event asks for a part of what later ones need, in three steps, each when the memory asked
- * for in the step before has arrived. Nothing is changed and no result depends on it. */
+/* Foresight: in a large mill, the data of the next event are not in the cache, and each address
+ * comes from the previous data: from the event to its ball, from the ball to its cell, from the
+ * cells around it to their balls. So every event prefetches a part of the data of later events, in
+ * three steps. Each step comes after the data of the step before have arrived. No result depends on
+ * it. */
 #include "engine/schedule.h"
 
-#define STEP 2 /* items between the steps */
+#define STEP 2 /* items from one step to the next */
 
-/* The empty statement is for the compiler: to it functions that do nothing but prefetch are without
- * effect, and their calls would be left out. */
+/* The empty asm statement keeps the calls: the compiler would omit calls of functions that only
+ * prefetch. */
 static void fetch(const void *address)
 {
     __builtin_prefetch(address, 0);
@@ -21,14 +22,14 @@ static void fetch_ball(const struct mill_schedule *p, int32_t i)
     fetch(&p->cells.cell[i]);
 }
 
-/* The partner of a ball's event, MILL_NOBODY when the event is another one */
+/* The partner of a ball's event; MILL_NOBODY if the event is not a pair contact */
 static int32_t partner_of(const struct mill_plan *plan)
 {
     return plan->next == MILL_NEXT_PAIR ? plan->partner : MILL_NOBODY;
 }
 
-/* The rows of `count` cells that a search will look into (offsets from `cell`, in words), and the
- * list of surfaces there */
+/* Fetches the rows of `count` cells that a search will read (offsets from `cell`, in words), and
+ * the start of the list of surfaces there */
 static void fetch_cells(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
                         int32_t count)
 {
@@ -39,8 +40,8 @@ static void fetch_cells(const struct mill_schedule *p, int32_t cell, const int64
     fetch(&p->surface_start[cell]);
 }
 
-/* The balls in them. Their numbers are copied first, without a branch: to go through the rows, of
- * which most hold none or one, would be mispredicted at every second. */
+/* Fetches the balls in these cells. Their numbers are copied first, without a branch: most rows
+ * hold no ball or one, so that a loop over the rows would be mispredicted in half of them. */
 static void fetch_neighbours(const struct mill_schedule *p, int32_t cell, const int64_t *offset,
                              int32_t count)
 {
@@ -50,8 +51,9 @@ static void fetch_neighbours(const struct mill_schedule *p, int32_t cell, const 
         fetch(&p->world->ball[near[k]]);
 }
 
-/* Where ball i's event will look: around the ball and, where that is another cell, around its
- * partner; after a crossing only into the cells that came near. */
+/* Calls a function for the cells that ball i's event will search: the cells around the ball and, if
+ * it is in another cell, around its partner; after a crossing, only the cells that are new around
+ * it. */
 static void look(const struct mill_schedule *p, int32_t i,
                  void (*fetch_these)(const struct mill_schedule *, int32_t, const int64_t *,
                                      int32_t))
@@ -68,7 +70,8 @@ static void look(const struct mill_schedule *p, int32_t i,
         fetch_these(p, c->cell[partner], c->around, 27);
 }
 
-/* Takes the calendar's walk two items on through all steps: it begins behind, and days differ. */
+/* Advances the calendar's walk by two items, through all steps: two, because the walk begins late
+ * and days have different numbers of events. */
 void mill_schedule_ahead(struct mill_schedule *p)
 {
     for (int items = 0; items < 2; items++) {
@@ -78,7 +81,7 @@ void mill_schedule_ahead(struct mill_schedule *p)
         const uint32_t slot = p->foresights++;
         const int32_t second = p->foreseen[(slot - STEP) % MILL_SCHEDULE_FORESEEN];
         const int32_t third = p->foreseen[(slot - 2 * STEP) % MILL_SCHEDULE_FORESEEN];
-        const int32_t partner = partner_of(&p->plan[next]); /* its plan has just come */
+        const int32_t partner = partner_of(&p->plan[next]); /* its plan has arrived in the cache */
         p->foreseen[slot % MILL_SCHEDULE_FORESEEN] = next;
         fetch_ball(p, next);
         if (partner >= 0) {

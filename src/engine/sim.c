@@ -1,8 +1,8 @@
-/* The event loop. Each event has the same four lines: bring the balls to it, change their
- * velocities, tell the observers, predict anew. Local time restarts at regular intervals of
- * simulated time, fixed by nothing but the clock: then every ball is brought to the same instant,
- * checked for overlap, and planned afresh, so local times stay small and precise and no output
- * option can change the run. */
+/* The event loop. Each event has the same four steps: move the balls to it, change their
+ * velocities, call the observers, make new plans. Local time restarts at fixed intervals of
+ * simulated time, the epochs. At the end of an epoch every ball is moved to the same time, checked
+ * for overlaps and planned again. Thus local times stay small and precise. Only the clock decides
+ * when an epoch ends, so no output option can change the run. */
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
@@ -10,8 +10,8 @@
 #include <stdlib.h>
 
 #define DEEP 1e-9    /* [m] an overlap beyond this is an anomaly */
-#define STILL 100000 /* events within a nanosecond, and no pinch: then contacts become smooth */
-#define LARGE 20000  /* balls: from so many on foresight costs less than it saves */
+#define STILL 100000 /* events within a nanosecond, after which contacts are without friction */
+#define LARGE 20000  /* balls, from which schedule_ahead.c saves more time than it takes */
 
 static void move_to(struct mill_world *w, int32_t i, double t)
 {
@@ -117,8 +117,8 @@ double mill_sim_local_time(const struct mill_sim *sim)
     return sim->now;
 }
 
-/* Takes up what an observer says. Is the next one to be called? All are told of what one of them
- * ends the run with. */
+/* Stores the status that an observer returned. true: call the next observer. If an observer ends
+ * the run, the others are still called for this event. */
 static bool goes_on(struct mill_sim *sim, enum mill_status status)
 {
     sim->status = status != MILL_OK ? status : sim->status;
@@ -134,20 +134,20 @@ static void tell(struct mill_sim *sim, const struct mill_impact *impact)
     }
 }
 
-/* impulse: given to the ball through its surface point in direction `outwards` from its centre */
+/* impulse: given to the ball at its surface point, in direction `outwards` from its centre */
 static void kick(struct mill_world *w, int32_t i, vec3 outwards, vec3 impulse, bool smooth)
 {
     struct mill_ball *b = &w->ball[i];
     const struct mill_species *s = &w->species[b->species];
     b->v = vec3_axpy(b->v, 1.0 / s->mass, impulse);
-    if (!smooth) /* else rounding alone would turn it */
+    if (!smooth) /* otherwise rounding alone would change the spin */
         w->spin[i] = vec3_axpy(w->spin[i], s->radius / s->inertia, vec3_cross(outwards, impulse));
     b->contacts++;
 }
 
-/* Balls i and, unless it is MILL_NOBODY, j get their impulses; n: from i into what it meets. The
- * impact, of which kind, ball, partner and position are given, is completed and added to the
- * account. */
+/* Gives their impulses to ball i and ball j; j MILL_NOBODY: only i. n: from i into its partner. The
+ * caller has set kind, ball, partner and position of the impact. This function fills in the rest
+ * and adds the impact to the account. */
 static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_mass, vec3 n,
                     vec3 slip, struct mill_impact *impact)
 {
@@ -157,14 +157,15 @@ static void resolve(struct mill_sim *sim, int32_t i, int32_t j, double reduced_m
     struct mill_law law = w->law[kind];
     impact->lasting = mill_pinches_press(&sim->pinches, w, i, sim->now) ||
                       (j != MILL_NOBODY && mill_pinches_press(&sim->pinches, w, j, sim->now));
-    double least = w->rebound_floor; /* [m/s] to part with */
+    double least = w->rebound_floor; /* [m/s] minimum normal speed afterwards */
     if (impact->lasting) {
         law.restitution = 0.0;
         least = sim->pinches.parting;
     }
-    /* Friction and the rebound floor can pass a ball in a corner to and fro without any time going
-     * by, the floor giving what friction takes. Where time stands still contacts are therefore
-     * smooth until it moves on; then the floor parts the bodies. */
+    /* In a corner, friction and the rebound floor can cause contacts without end at the same time:
+     * the floor gives back the energy that friction takes. If time does not advance, contacts are
+     * therefore computed without friction until it advances again. Then the floor separates the
+     * bodies. */
     if (sim->watch.standing > STILL && law.friction > 0.0) {
         law.friction = 0.0;
         w->counts.smoothed++;
@@ -226,8 +227,9 @@ static void ball_meets_ball(struct mill_sim *sim, int32_t one, int32_t other)
     mill_schedule_ball(sim->schedule, j, sim->now, MILL_NOBODY);
 }
 
-/* The work of the surface on the ball, and each motion's part of it: what the impulse does at the
- * velocity that this motion adds to its carriers'. The impulse turns about the motion's axis. */
+/* Adds the work of the surface on the ball to the account, and the part of each motion: the work of
+ * the impulse at the velocity that this motion adds to the velocity of its carriers. Also adds the
+ * angular impulse about the motion's axis. */
 static void book_work(struct mill_sim *sim, const struct mill_shape *shape,
                       const struct mill_contact *c, const struct mill_impact *impact)
 {
@@ -236,7 +238,7 @@ static void book_work(struct mill_sim *sim, const struct mill_shape *shape,
         return;
     const vec3 impulse = impact->impulse; /* on the ball */
     const double work = vec3_dot(impulse, c->velocity);
-    double left = work; /* of the motion and its carriers */
+    double left = work; /* work of the motion and its carriers */
     a->work += work;
     a->pinch_work += impact->lasting ? work : 0.0;
     a->work_gross += fabs(work);
@@ -303,19 +305,20 @@ static void happen(struct mill_sim *sim, int32_t i)
                 mill_error_set(sim->error, MILL_FAILED, "out of memory for the cell grid");
     } else if (plan->next == MILL_NEXT_SURFACE) {
         ball_meets_shape(sim, i, plan->shape);
-    } else { /* the partner changed its course, or a search goes on: planned anew from here */
+    } else { /* the plan is stale, or a search continues: make a new plan from here */
         w->counts.stale++;
         move_to(w, i, sim->now);
         mill_schedule_ball(sim->schedule, i, sim->now, MILL_NOBODY);
     }
 }
 
-/* Stops runs in which infinitely many contacts would happen in finite time. */
+/* Stops runs in which infinitely many contacts would happen in a finite time */
 static void watch_time(struct mill_sim *sim, int32_t i, double t)
 {
     struct mill_watch *w = &sim->watch;
     const uint64_t balls = (uint64_t)sim->world->balls;
-    /* hops that shrink to the clock's resolution still tick: below a nanosecond is no advance */
+    /* less than a nanosecond is no advance: hops that shrink to the resolution of time still
+     * advance it */
     if (t > w->last + 1e-9) {
         w->last = t;
         w->standing = 0;
@@ -352,7 +355,7 @@ static void take_samples(struct mill_sim *sim, double due)
     }
 }
 
-/* All events before local time `limit`, as far as the budget goes: it is then 0. */
+/* Carries out all events before local time `limit`, or until the budget is 0. */
 static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
                         const volatile sig_atomic_t *stop)
 {
@@ -368,7 +371,7 @@ static void take_events(struct mill_sim *sim, double limit, uint64_t *budget,
             mill_sim_paranoid_before(sim, i, t);
         if (sim->status != MILL_OK)
             return;
-        /* rounding may put an event a hair before the last one: time never runs backwards */
+        /* rounding may put an event slightly before the last one, but time must not go backwards */
         sim->now = mill_greatest(t, sim->now);
         if (sim->world->balls >= LARGE)
             mill_schedule_ahead(sim->schedule);
@@ -386,7 +389,7 @@ enum mill_status mill_sim_run(struct mill_sim *sim, double until, uint64_t budge
     sim->error = error;
     sim->status = MILL_OK;
     while (budget > 0) {
-        double sample = INFINITY; /* the next one */
+        double sample = INFINITY; /* time of the next sample */
         for (int k = 0; k < sim->observers; k++)
             sample = mill_least(sample, sim->observer[k]->next);
         const double halt = mill_least(sample, until) - sim->world->base;

@@ -1,14 +1,17 @@
-/* A paranoid run: what an event changed is held against brute force. Any pair's contact depends on
- * the two balls' courses and plans alone, and those change only at events of one of them; so
- * checking each ball of each event against all others keeps "no contact comes before the next event
- * of either" true of all pairs at all times. The calendar is compared with a linear scan, the place
- * of a ball with its cell's box, the account with the energies; contacts without cells, lists or
- * windows: a pair of balls by the gap at the point of closest approach of their straight relative
- * course, or at the next event of either; a surface twice, by its own search in a wide window, and
- * by its gap alone, sampled so closely that it cannot have closed between (the gap changes no
- * faster than the ball and the surface move). Two times of one contact may differ where it is
- * grazing; its depth cannot, so all is measured in metres of overlap, against the roundings of the
- * positions. */
+/* A paranoid run: the program checks the changes of each event by brute force. The contact of a
+ * pair depends only on the paths and plans of the two balls, and these change only at events of one
+ * of them. So it is enough to check each ball of each event against all others. Then "no contact
+ * comes before the next event of either" is true for all pairs at all times.
+ *
+ * The calendar is compared with a linear scan, the position of a ball with the box of its cell, and
+ * the account with the energies. Contacts are checked without cells, lists or search intervals. For
+ * a pair of balls: by the gap at the closest approach of their straight relative path, or at the
+ * next event of either. For a surface: by its own search in a wide interval, and by samples of its
+ * gap, so dense that the gap cannot close in between (the gap changes no faster than ball and
+ * surface move).
+ *
+ * Two computed times of one grazing contact may differ, but its depth cannot. So all checks compare
+ * an overlap in metres with the rounding errors of the positions. */
 #include "engine/sim_private.h"
 #include "geometry/shape.h"
 
@@ -16,14 +19,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Roundings that add up in a position, a root or an energy, at most: a few dozen operations each */
+/* Maximum sum of rounding errors in a position, a root or an energy: a few dozen operations each */
 #define ROUNDINGS (64.0 * 2.2e-16)
-#define ACCOUNT_EVERY 1000 /* events: the account takes all balls' energies */
+#define ACCOUNT_EVERY 1000 /* events: this check needs the energies of all balls */
 #define ACCOUNT_ERROR 1e-9 /* of the energy turned over */
-#define DEEP 1e-9          /* [m] no two bodies ever overlap by more */
-#define LEISURE 1e-3       /* [s] what the wide window reaches beyond the horizon */
+#define DEEP 1e-9          /* [m] two bodies must not overlap by more */
+#define LEISURE 1e-3       /* [s] how far the wide interval reaches beyond the horizon */
 #define MOST_ASKED 1000
-#define SAMPLES 200 /* of a gap that is nearly closed */
+#define SAMPLES 200 /* of a gap that is almost closed */
 
 static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, const char *format,
                                                         ...)
@@ -37,7 +40,7 @@ static __attribute__((format(printf, 2, 3))) bool fault(struct mill_sim *sim, co
     return false;
 }
 
-/* Bound of a coordinate in the mill [m]: what roundings of positions are measured by */
+/* Bound of a coordinate in the mill [m]; rounding errors of positions are relative to it */
 static double size_of(const struct mill_world *w)
 {
     const struct mill_container *c = &w->container;
@@ -50,7 +53,7 @@ static double radius_of(const struct mill_world *w, int32_t i)
     return w->species[w->ball[i].species].radius;
 }
 
-/* The fastest that any surface moves [m/s] */
+/* The maximum speed of all surfaces [m/s] */
 static double fastest_surface(const struct mill_world *w)
 {
     double fastest = 0.0;
@@ -70,7 +73,7 @@ static double gap_at(const struct mill_world *w, int32_t i, const struct mill_sh
     return mill_shape_gap(shape, mill_world_position(w, i, t), radius_of(w, i), &pose);
 }
 
-/* Every entry is its plan's; *first: the ball that is due first. */
+/* Does every entry of the calendar have the time of its plan? *first: the ball that is due first */
 static bool check_calendar(struct mill_sim *sim, int32_t *first)
 {
     const struct mill_schedule *q = sim->schedule;
@@ -105,7 +108,7 @@ static bool check_place(struct mill_sim *sim, int32_t i, double t)
         return fault(sim, "ball %d is not in the list of its cell %d at t = %.17g s", i, cell,
                      w->base + t);
     mill_cells_index(c, cell, index);
-    bool inside = true; /* its box; the outermost cells are open outwards */
+    bool inside = true; /* inside its box; the outermost cells are open outwards */
     for (int k = 0; k < 3; k++) {
         const double lo = (index[k] - 1) * c->side[k] - rounding;
         const double hi = index[k] * c->side[k] + rounding;
@@ -125,7 +128,8 @@ bool mill_sim_paranoid_account(struct mill_sim *sim)
     mill_world_balance(w, sim->now, &imbalance, &turnover);
     for (int32_t i = 0; i < w->balls; i++)
         mass += w->species[w->ball[i].species].mass;
-    /* before much was turned over the roundings of the energies themselves are more */
+    /* at first, the rounding errors of the energies are larger than the error of the little energy
+     * turned over */
     const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * size_of(w);
     sim->paranoid->checks.accounts++;
     return imbalance <= ACCOUNT_ERROR * turnover + ROUNDINGS * held ||
@@ -133,10 +137,10 @@ bool mill_sim_paranoid_account(struct mill_sim *sim)
                  imbalance, turnover, w->base + sim->now);
 }
 
-/* Ball j as seen from ball i */
+/* Ball j relative to ball i */
 struct pair {
     vec3 d, u;              /* [m], [m/s] */
-    double sum, gap, slack; /* [m] of the radii; between them; what roundings may make of the gap */
+    double sum, gap, slack; /* [m] sum of the radii; gap; bound of the rounding errors of the gap */
 };
 
 static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, double t)
@@ -148,15 +152,16 @@ static struct pair relate(const struct mill_sim *sim, int32_t i, int32_t j, doub
     k.u = vec3_sub(mill_world_velocity(w, j, t), mill_world_velocity(w, i, t));
     k.sum = radius_of(w, i) + radius_of(w, j);
     k.gap = vec3_norm(k.d) - k.sum;
-    /* squares of distances up to those in the cells around, rounded, are gaps rounded thus */
+    /* rounding errors of the squares of distances, up to those of the cells around, as errors of
+     * the gap */
     const double square = 4.0 * (side[0] * side[0] + side[1] * side[1] + side[2] * side[2]) / k.sum;
     k.slack = ROUNDINGS * (size_of(w) + square + vec3_norm(k.u) * sim->schedule->horizon);
     return k;
 }
 
-/* How far roundings may take the gap of ball i to a surface from one local time to another [m]: the
- * squares of all it travels through come in, and how far it and the surface get within a tick of
- * the clock. */
+/* Bound of the rounding errors of the gap of ball i to a surface, from one local time to another
+ * [m]. It includes the squares of all distances on the way, and the movement of ball and surface
+ * within the resolution of time. */
 static double surface_slack(const struct mill_sim *sim, int32_t i, double from, double to)
 {
     const struct mill_world *w = sim->world;
@@ -174,14 +179,14 @@ static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *
     if (j < 0 || j >= w->balls || j == i)
         return fault(sim, "ball %d plans to meet ball %d", i, j);
     if (w->ball[j].contacts != plan->partner_contacts)
-        return true; /* stale: found out when it is due */
+        return true; /* stale: the loop finds this when it is due */
     const struct pair k = relate(sim, i, j, plan->pair_t);
-    /* overlapping and closing means now; how deep is judged as an overlap */
+    /* overlapping and closing means a contact now; the depth is checked as an overlap */
     if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
         return fault(sim, "ball %d and ball %d shall meet with a gap of %.3g m at t = %.17g s", i,
                      j, k.gap, w->base + plan->pair_t);
     const double opening = vec3_dot(k.d, k.u);
-    /* as deep as they would have been when closest */
+    /* as deep as they would have been at the closest approach */
     return opening <= 0.0 || opening * opening <= 2.0 * k.sum * vec3_dot(k.u, k.u) * k.slack ||
            fault(sim, "ball %d and ball %d shall meet while they part at %.3g m/s at t = %.17g s",
                  i, j, opening / k.sum, w->base + plan->pair_t);
@@ -192,7 +197,7 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     const struct mill_world *w = sim->world;
     const double t = plan->shape_t, radius = radius_of(w, i);
     if (plan->next == MILL_NEXT_SEARCH)
-        return true; /* no contact, a search to go on; how often costs time alone */
+        return true; /* no contact: a search continues; how often, influences only the speed */
     if (plan->shape < 0 || plan->shape >= w->shapes)
         return fault(sim, "ball %d plans to meet surface %d", i, plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
@@ -206,7 +211,7 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
         return fault(sim, "ball %d shall meet a surface (%s) with a gap of %.3g m at t = %.17g s",
                      i, kind, c.gap, w->base + t);
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
-    /* the gap's second derivative, from the ball's and the surface's curvature, at most */
+    /* maximum second derivative of the gap, from the curvatures of ball and surface */
     const double swift = vec3_norm(v) + fastest_surface(w);
     const double around = (shape->hollow > radius ? shape->hollow : w->drum_radius) - radius;
     const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
@@ -223,8 +228,8 @@ bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_
            (!(plan->shape_t <= horizon) || touch_surface(sim, i, plan));
 }
 
-/* What ball i has just met by the plan that was due touches it: a plan that fell due may have been
- * overtaken, and must not have been carried out then. */
+/* Does ball i touch what it has met now by the plan that was due? A plan that is due may be stale,
+ * and must not be carried out then. */
 static bool has_met(struct mill_sim *sim, int32_t i)
 {
     const struct mill_world *w = sim->world;
@@ -250,7 +255,7 @@ static bool are_neighbours(const struct mill_cells *c, int32_t a, int32_t b)
     return abs(i[0] - j[0]) <= 1 && abs(i[1] - j[1]) <= 1 && abs(i[2] - j[2]) <= 1;
 }
 
-/* No overlap now, and none that grows until `end`. */
+/* Checks that there is no overlap now, and none that grows until `end`. */
 static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
 {
     const struct pair k = relate(sim, i, j, sim->now);
@@ -275,13 +280,13 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
                  i, j, now + dt, sim->world->base + end, depth);
 }
 
-/* The least gap to a surface found until local time `end`, and when [m], [s] */
+/* The minimum gap to a surface found until local time `end`, and its time [m], [s] */
 struct least {
     double end, gap, when;
 };
 
-/* Looks at the gap from local time t to the end. It cannot close sooner than gap / fastest; where
- * it is small the steps are no shorter than a share of the whole. */
+/* Samples the gap from local time t to the end. It cannot close sooner than gap / fastest. If the
+ * gap is small, the steps have a fixed minimum length. */
 static void sample_gap(struct mill_sim *sim, int32_t i, const struct mill_shape *shape, double t,
                        struct least *least)
 {
@@ -317,11 +322,11 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
         return true;
     struct least least = {end, INFINITY, now};
     sample_gap(sim, i, shape, now, &least);
-    /* the surface's own search until it says when, or the end is passed */
+    /* the surface's own search, until it finds a contact or the end is passed */
     double t = now, contact = HUGE_VAL;
     for (int asked = 0; contact == HUGE_VAL && asked < MOST_ASKED && t < end; asked++) {
         const vec3 r = mill_world_position(w, i, t), v = mill_world_velocity(w, i, t);
-        /* no pose of late: what the loop rejects by it is searched here */
+        /* without a recent pose, so that bodies which the loop rejects by it are searched here */
         const struct mill_flight f = {r, v, w->g, vec3_norm(w->g), .travel = INFINITY};
         const double window = sim->schedule->horizon + LEISURE - t;
         const struct mill_hit hit = shape->type->next_contact(shape, &f, radius_of(w, i), t, window,
@@ -360,7 +365,7 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
                       "the closed form of a quartic refutes a contact of ball %d, or that there is "
                       "none, at t = %.17g s",
                       i, w->base + sim->now);
-    w->counts.quartics = counts; /* the searches of the run alone are counted */
+    w->counts.quartics = counts; /* only the searches of the run count */
     return holds;
 }
 

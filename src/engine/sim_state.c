@@ -1,6 +1,7 @@
-/* The loop's state: everything that the next event depends on. The calendar is filed again from the
- * plans (its order is that of times and balls, whatever its days), the cells from each ball's cell
- * (a rounded position would not tell it). No random numbers are drawn after the start. */
+/* The state of the event loop: all data that the next event depends on. After loading, the calendar
+ * is made again from the plans: its order depends only on times and balls, not on its days. The
+ * cells are made from the stored cell of each ball, because a rounded position does not give the
+ * cell. No random numbers are drawn after the start, so none are stored. */
 #include "engine/sim_private.h"
 #include "millsim/state.h"
 
@@ -18,15 +19,15 @@ static bool is_inner(const struct mill_cells *cells, int32_t cell)
     return inner;
 }
 
-/* An index below `count` beside a time, or none beside no time */
+/* Valid: an index below `count` with a time, or MILL_NOBODY with the time INFINITY */
 static bool is_index(int32_t index, int32_t count, double time)
 {
     return !isnan(time) && index >= MILL_NOBODY && index < count &&
            (index != MILL_NOBODY || isinf(time));
 }
 
-/* Indices that a damaged file must not smuggle in; what comes next, if anything does, has a partner
- * or a shape. */
+/* Checks the indices of a ball, which may come from a damaged file. If the plan has an event, the
+ * event has a partner or a shape. */
 static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
 {
     const struct mill_world *w = sim->world;
@@ -41,7 +42,8 @@ static bool is_sane(const struct mill_sim *sim, int32_t i, int32_t cell)
             (shape && plan->shape != MILL_NOBODY));
 }
 
-/* cell: each ball's, the grid's own when saving, the caller's when loading. */
+/* cell: the cell of each ball. When saving, it is the grid's array; when loading, an array of the
+ * caller. */
 static void tell_fields(struct mill_sim *s, int32_t *cell, struct mill_state *state)
 {
     struct mill_world *w = s->world;
@@ -64,7 +66,7 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
 {
     const struct mill_cells *cells = &sim->schedule->cells;
     const struct mill_world *w = sim->world;
-    /* in front of the state: what must agree before any of it is believed */
+    /* these numbers come first; they must agree before the rest is loaded */
     const uint64_t own[3] = {(uint64_t)w->balls, (uint64_t)mill_cells_count(cells),
                              (uint64_t)w->shapes};
     uint64_t sizes[3] = {own[0], own[1], own[2]};
@@ -84,7 +86,8 @@ void mill_sim_state(struct mill_sim *sim, struct mill_state *state)
             mill_state_refuse(state, "the saved balls are damaged");
     if (state->status == MILL_OK && !mill_schedule_restore(sim->schedule, cell))
         mill_state_refuse(state, "out of memory for the cell grid");
-    /* the motions as they are after so many epochs: a sum of roundings, so they are gone through */
+    /* Restart the motions once per epoch, as the run did: their phases contain the sum of the
+     * rounding errors. */
     for (double t = 0.0; state->status == MILL_OK && t < w->base; t += MILL_WORLD_EPOCH)
         for (int k = 0; k < w->motions; k++)
             w->motion[k]->type->restart(w->motion[k], t + MILL_WORLD_EPOCH, MILL_WORLD_EPOCH);

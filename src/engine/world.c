@@ -1,4 +1,4 @@
-/* The state of the mill, asked for positions, energies and the balance of its account. */
+/* Positions, energies and the energy balance from the state of the mill. */
 #include "millsim/world.h"
 
 #include "geometry/shapes.h"
