@@ -38,8 +38,8 @@ void mill_sim_audit(struct mill_sim *sim)
         counts->overlaps += overlap > DEEP;
         if (overlap == (double)INFINITY)
             sim->status = mill_error_set(sim->error, MILL_FAILED,
-                                         "ball %ld has no place any more at t = %.9g s", (long)i,
-                                         mill_sim_time(sim));
+                                         "the position of ball %ld is not a number at t = %.9g s",
+                                         (long)i, mill_sim_time(sim));
     }
 }
 
@@ -323,11 +323,11 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
         w->last = t;
         w->standing = 0;
     } else if (++w->standing > 1000000 + 100 * balls) {
-        sim->status = mill_error_set(
-            sim->error, MILL_FAILED,
-            "time stands still at t = %.9g s: contacts of ball %ld follow each other without end; "
-            "raise contact.rebound_floor (now %g m/s)",
-            mill_sim_time(sim), (long)i, sim->world->rebound_floor);
+        sim->status = mill_error_set(sim->error, MILL_FAILED,
+                                     "the simulated time does not advance after t = %.9g s: ball "
+                                     "%ld has contacts without end; raise contact.rebound_floor "
+                                     "(now %g m/s)",
+                                     mill_sim_time(sim), (long)i, sim->world->rebound_floor);
     }
     if (t - w->since > 1e-3) {
         w->since = t;
@@ -335,8 +335,8 @@ static void watch_time(struct mill_sim *sim, int32_t i, double t)
     } else if (++w->events > 10000000 + 40000 * balls) {
         sim->status = mill_error_set(
             sim->error, MILL_FAILED,
-            "time hardly moves at t = %.9g s: %llu events within a millisecond, now at ball %ld; "
-            "raise contact.rebound_floor (now %g m/s) or contact.restitution",
+            "the simulated time hardly advances at t = %.9g s: %llu events within a millisecond, "
+            "now of ball %ld; raise contact.rebound_floor (now %g m/s) or contact.restitution",
             mill_sim_time(sim), (unsigned long long)w->events, (long)i, sim->world->rebound_floor);
     }
 }
@@ -350,8 +350,9 @@ static void take_samples(struct mill_sim *sim, double due)
             continue;
         status = o->type->sample(o, sim->world, sim->now, sim->error);
         if (status == MILL_OK && !(o->next > due))
-            status = mill_error_set(sim->error, MILL_FAILED, "%s: wants a sample again and again",
-                                    o->type->name);
+            status =
+                mill_error_set(sim->error, MILL_FAILED,
+                               "%s: did not set a later time for its next sample", o->type->name);
     }
 }
 

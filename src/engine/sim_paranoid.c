@@ -82,8 +82,8 @@ static bool check_calendar(struct mill_sim *sim, int32_t *first)
         const double planned = mill_plan_time(&q->plan[k]);
         const double entered = mill_calendar_time(q->calendar, k);
         if (!(planned == entered))
-            return fault(sim, "the calendar has ball %d at t = %.17g s, its plan says %.17g s", k,
-                         sim->world->base + entered, sim->world->base + planned);
+            return fault(sim, "the calendar has ball %d at t = %.17g s, but its plan has %.17g s",
+                         k, sim->world->base + entered, sim->world->base + planned);
         if (planned < mill_plan_time(&q->plan[*first]))
             *first = k;
         sim->paranoid->checks.entries++;
@@ -133,7 +133,8 @@ bool mill_sim_paranoid_account(struct mill_sim *sim)
     const double held = e.kinetic + e.rotational + mass * vec3_norm(w->g) * size_of(w);
     sim->paranoid->checks.accounts++;
     return imbalance <= ACCOUNT_ERROR * turnover + ROUNDINGS * held ||
-           fault(sim, "the energy account is out by %.3g J of %.3g J turned over at t = %.17g s",
+           fault(sim,
+                 "the energy account has an error of %.3g J, of %.3g J turned over at t = %.17g s",
                  imbalance, turnover, w->base + sim->now);
 }
 
@@ -177,18 +178,20 @@ static bool touch_ball(struct mill_sim *sim, int32_t i, const struct mill_plan *
     const struct mill_world *w = sim->world;
     const int32_t j = plan->partner;
     if (j < 0 || j >= w->balls || j == i)
-        return fault(sim, "ball %d plans to meet ball %d", i, j);
+        return fault(sim, "ball %d has a plan to meet ball %d, which cannot be", i, j);
     if (w->ball[j].contacts != plan->partner_contacts)
         return true; /* stale: the loop finds this when it is due */
     const struct pair k = relate(sim, i, j, plan->pair_t);
     /* overlapping and closing means a contact now; the depth is checked as an overlap */
     if (!(k.gap <= k.slack) || (k.gap < -k.slack && plan->pair_t > w->ball[i].t))
-        return fault(sim, "ball %d and ball %d shall meet with a gap of %.3g m at t = %.17g s", i,
-                     j, k.gap, w->base + plan->pair_t);
+        return fault(sim, "ball %d and ball %d are due to meet with a gap of %.3g m at t = %.17g s",
+                     i, j, k.gap, w->base + plan->pair_t);
     const double opening = vec3_dot(k.d, k.u);
     /* as deep as they would have been at the closest approach */
     return opening <= 0.0 || opening * opening <= 2.0 * k.sum * vec3_dot(k.u, k.u) * k.slack ||
-           fault(sim, "ball %d and ball %d shall meet while they part at %.3g m/s at t = %.17g s",
+           fault(sim,
+                 "ball %d and ball %d are due to meet while they move apart at %.3g m/s at t = "
+                 "%.17g s",
                  i, j, opening / k.sum, w->base + plan->pair_t);
 }
 
@@ -199,7 +202,8 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     if (plan->next == MILL_NEXT_SEARCH)
         return true; /* no contact: a search continues; how often, influences only the speed */
     if (plan->shape < 0 || plan->shape >= w->shapes)
-        return fault(sim, "ball %d plans to meet surface %d", i, plan->shape);
+        return fault(sim, "ball %d has a plan to meet surface %d, which does not exist", i,
+                     plan->shape);
     const struct mill_shape *shape = w->shape[plan->shape];
     const char *kind = w->kinds.name[shape->kind];
     const vec3 v = mill_world_velocity(w, i, t);
@@ -208,8 +212,9 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
         mill_shape_meet(shape, mill_world_position(w, i, t), v, radius, &pose);
     const double slack = surface_slack(sim, i, w->ball[i].t, t);
     if (!(c.gap <= MILL_SHAPE_CLOSED + slack))
-        return fault(sim, "ball %d shall meet a surface (%s) with a gap of %.3g m at t = %.17g s",
-                     i, kind, c.gap, w->base + t);
+        return fault(sim,
+                     "ball %d is due to meet a surface (%s) with a gap of %.3g m at t = %.17g s", i,
+                     kind, c.gap, w->base + t);
     const double opening = vec3_dot(vec3_sub(v, c.velocity), c.normal);
     /* maximum second derivative of the gap, from the curvatures of ball and surface */
     const double swift = vec3_norm(v) + fastest_surface(w);
@@ -217,8 +222,9 @@ static bool touch_surface(struct mill_sim *sim, int32_t i, const struct mill_pla
     const double bend = vec3_norm(w->g) + swift * swift * (1.0 / radius + 1.0 / around);
     return opening <= DEEP || opening * opening <= 2.0 * bend * slack ||
            fault(sim,
-                 "ball %d shall meet a surface (%s) while they part at %.3g m/s at t = %.17g s", i,
-                 kind, opening, w->base + t);
+                 "ball %d is due to meet a surface (%s) while they move apart at %.3g m/s at t = "
+                 "%.17g s",
+                 i, kind, opening, w->base + t);
 }
 
 bool mill_sim_paranoid_touch(struct mill_sim *sim, int32_t i, const struct mill_plan *plan)
@@ -275,8 +281,8 @@ static bool check_pair(struct mill_sim *sim, int32_t i, int32_t j, double end)
     const double miss = vec3_norm(vec3_axpy(k.d, nearest, k.u));
     const double dt = nearest - sqrt(fmax(k.sum * k.sum - miss * miss, 0.0) / a);
     return fault(sim,
-                 "ball %d and ball %d meet at t = %.17g s, unplanned: next is %.17g s, when they "
-                 "would overlap by %.3g m",
+                 "ball %d and ball %d meet at t = %.17g s, unplanned: their next event is at "
+                 "%.17g s, when they would overlap by %.3g m",
                  i, j, now + dt, sim->world->base + end, depth);
 }
 
@@ -337,10 +343,11 @@ static bool check_surface(struct mill_sim *sim, int32_t i, const struct mill_sha
     if (contact < end)
         sample_gap(sim, i, shape, contact, &least);
     return fmin(gap, 0.0) - least.gap <= surface_slack(sim, i, now, end) ||
-           fault(sim,
-                 "ball %d meets a surface (%s) by t = %.17g s, unplanned: next is %.17g s; they "
-                 "would overlap by %.3g m",
-                 i, kind, w->base + fmin(contact, least.when), w->base + end, -least.gap);
+           fault(
+               sim,
+               "ball %d meets a surface (%s) by t = %.17g s, unplanned: its next event is at %.17g "
+               "s; they would overlap by %.3g m",
+               i, kind, w->base + fmin(contact, least.when), w->base + end, -least.gap);
 }
 
 bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t touched)
@@ -362,8 +369,8 @@ bool mill_sim_paranoid_ball(struct mill_sim *sim, int32_t i, bool fresh, int32_t
             holds = check_surface(sim, i, w->shape[s], mine, s == touched);
     if (holds && w->counts.quartics.refuted > 0)
         holds = fault(sim,
-                      "the closed form of a quartic refutes a contact of ball %d, or that there is "
-                      "none, at t = %.17g s",
+                      "the closed form of a quartic contradicts the search for a contact of ball "
+                      "%d at t = %.17g s",
                       i, w->base + sim->now);
     w->counts.quartics = counts; /* only the searches of the run count */
     return holds;

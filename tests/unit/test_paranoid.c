@@ -213,11 +213,11 @@ START_TEST(a_contact_planned_too_early_is_told)
 {
     q->plan[0].pair_t -= 1e-6;
     enter(0);
-    expect_of_all("ball 0 and ball 1 shall meet with a gap of 1e-06 m");
+    expect_of_all("ball 0 and ball 1 are due to meet with a gap of 1e-06 m");
     begin_again();
     q->plan[2].shape_t -= 1e-6;
     enter(2);
-    expect_of_all("ball 2 shall meet a surface (ball_drum) with a gap of 1e-06 m");
+    expect_of_all("ball 2 is due to meet a surface (ball_drum) with a gap of 1e-06 m");
 }
 END_TEST
 
@@ -227,7 +227,8 @@ START_TEST(a_contact_of_balls_that_part_is_told)
         .shape_t = INFINITY, .exit_t = INFINITY, .partner = 1, .shape = MILL_NOBODY};
     b.world->ball[1].r.x = 0.0285 + 0.01;
     b.world->ball[1].v.x = 1.005;
-    expect(mill_sim_paranoid_touch(&sim, 0, &plan), "shall meet while they part at 0.005 m/s");
+    expect(mill_sim_paranoid_touch(&sim, 0, &plan),
+           "are due to meet while they move apart at 0.005 m/s");
 }
 END_TEST
 
@@ -242,7 +243,7 @@ START_TEST(a_contact_with_a_surface_that_is_left_is_told)
     b.world->ball[2].r.z = -0.045;
     b.world->ball[2].v.z = 0.005;
     expect(mill_sim_paranoid_touch(&sim, 2, &plan),
-           "ball 2 shall meet a surface (ball_drum) while they part at 0.005 m/s");
+           "ball 2 is due to meet a surface (ball_drum) while they move apart at 0.005 m/s");
 }
 END_TEST
 
@@ -256,7 +257,7 @@ START_TEST(a_search_that_goes_on_is_no_contact)
                              .shape = BLADE,
                              .next = MILL_NEXT_SURFACE};
     expect(mill_sim_paranoid_touch(&sim, 3, &plan),
-           "ball 3 shall meet a surface (ball_blade) with a gap of ");
+           "ball 3 is due to meet a surface (ball_blade) with a gap of ");
     plan.next = MILL_NEXT_SEARCH;
     ck_assert(mill_sim_paranoid_touch(&sim, 3, &plan));
 }
@@ -267,11 +268,11 @@ START_TEST(a_plan_with_nobody_is_told)
     const int32_t nobody[] = {MILL_NOBODY, BALLS, 0};
     for (int k = 0; k < 3; k++) {
         q->plan[0].partner = nobody[k];
-        expect_of_all("ball 0 plans to meet ball");
+        expect_of_all("ball 0 has a plan to meet ball");
     }
     q->plan[0].partner = 1;
     q->plan[2].shape = SHAPES;
-    expect_of_all("ball 2 plans to meet surface 5");
+    expect_of_all("ball 2 has a plan to meet surface 5");
 }
 END_TEST
 
@@ -364,7 +365,7 @@ END_TEST
 START_TEST(an_account_that_is_out_by_more_than_a_billionth_is_told)
 {
     b.world->account.work += 1e-8 * b.world->start.kinetic;
-    expect_of_all("the energy account is out by ");
+    expect_of_all("the energy account has an error of ");
     b.world->account.work = 1e-10 * b.world->start.kinetic;
     ck_assert(mill_sim_paranoid_all(&sim, true));
 }
@@ -468,7 +469,7 @@ START_TEST(a_run_ends_when_its_books_are_cooked)
     struct bench run;
     open_watched(&run);
     run.world->account.dissipation[MILL_BALL_DRUM] += 1e-6;
-    run_into(&run, "the energy account is out by 1e-06 J");
+    run_into(&run, "the energy account has an error of 1e-06 J");
 }
 END_TEST
 
