@@ -1,6 +1,6 @@
-/* Each function reduces its argument to a small interval and sums the Taylor series there, to the
- * term that no longer changes a double. The reduction of angles subtracts a multiple of pi/2 in
- * three parts, of which the products with the first two are exact (W. J. Cody & W. Waite, Software
+/* Each function reduces its argument to a small interval and sums the Taylor series there, up to
+ * the term that no longer changes a double. The reduction of angles subtracts a multiple of pi/2 in
+ * three parts. The products with the first two parts are exact (W. J. Cody & W. Waite, Software
  * Manual for the Elementary Functions, 1980). */
 #include "base/elementary.h"
 
@@ -14,7 +14,7 @@
 static const double half_pi[3] = {0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2e037073p-69};
 static const double ln2[2] = {0x1.62e42feep-1, 0x1.a39ef35793c76p-33}; /* 32 bits and the rest */
 
-/* The nearest whole number, |x| < 2^51: the sum has no room for a fraction. */
+/* The nearest whole number, |x| < 2^51: the sum x + shift has no bits for a fraction. */
 static double nearest(double x)
 {
     const double shift = 0x1.8p52;
@@ -29,7 +29,7 @@ struct mill_heading mill_elementary_heading(double angle)
     const double part = angle - k * half_pi[0], less = k * half_pi[1];
     const double near = part - less, back = part - near;
     const double far = (part - (near + back)) + (back - less) - k * half_pi[2];
-    const double a = near + far, rest = (near - a) + far; /* what is left: a + rest */
+    const double a = near + far, rest = (near - a) + far; /* the reduced angle is a + rest */
     const double z = a * a;
     const double s3 = -1.0 / 6.0, s5 = 1.0 / 120.0, s7 = -1.0 / 5040.0, s9 = 1.0 / 362880.0,
                  s11 = -1.0 / 39916800.0, s13 = 1.0 / 6227020800.0, s15 = -1.0 / 1307674368e3,
@@ -42,7 +42,7 @@ struct mill_heading mill_elementary_heading(double angle)
     const double half = 0.5 * z, most = 1.0 - half;
     const double sine = a + (a * z * odd + rest * most);
     const double cosine = most + (((1.0 - most) - half) + (z * z * even - a * rest));
-    /* the quarter turns, without a branch */
+    /* exchange of sine and cosine by quarter turns, without a branch */
     static const double of_cos[4] = {1.0, -1.0, -1.0, 1.0}, of_sin[4] = {1.0, 1.0, -1.0, -1.0};
     const double both[2] = {cosine, sine};
     const int quarter = (int)((int64_t)k & 3), odd_one = quarter & 1;
@@ -96,7 +96,8 @@ double mill_elementary_cbrt(double x)
     double m = frexp(x, &e); /* 1/2 <= m < 1 */
     for (; e % 3 != 0; e++)
         m *= 0.5;
-    double root = 0.4 + 0.6 * m; /* Newton's method doubles its digits each time */
+    double root = 0.4 + 0.6 * m; /* each step of Newton's method doubles the number of correct
+                                    digits */
     for (int k = 0; k < 7; k++)
         root -= (root - m / (root * root)) / 3.0;
     return ldexp(root, e / 3);
@@ -109,7 +110,7 @@ double mill_elementary_root5(double x)
     double m = frexp(x, &e);
     for (; e % 5 != 0; e++)
         m *= 0.5;
-    double root = 1.0; /* 1/32 <= m < 1: Newton's method comes from above */
+    double root = 1.0; /* 1/32 <= m < 1, so Newton's method converges from above */
     for (int k = 0; k < 10; k++)
         root -= (root - m / (root * root * (root * root))) / 5.0;
     return ldexp(root, e / 5);

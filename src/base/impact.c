@@ -1,6 +1,6 @@
 /* The contact law of Walton's rough spheres (O. R. Walton, in Particulate Two-Phase Flow, 1993):
- * normal restitution, a tangential restitution while the contact sticks, Coulomb's bound when it
- * slides. With mu = 0 it is the smooth inelastic law of Reichardt & Wiechert 2007, equation (3).
+ * normal restitution, tangential restitution if the contact sticks, Coulomb's bound if it slides.
+ * With mu = 0 it is the smooth inelastic law of Reichardt & Wiechert 2007, equation (3).
  * docs/physics.md derives the formulas. */
 #include "millsim/impact.h"
 
@@ -8,14 +8,14 @@
 
 #include <assert.h>
 
-#define STEEL (2.1e11 / (2.0 * (1.0 - 0.3 * 0.3))) /* [Pa] of steel on steel, reduced */
+#define STEEL (2.1e11 / (2.0 * (1.0 - 0.3 * 0.3))) /* [Pa] reduced modulus of steel on steel */
 
 struct mill_rebound mill_impact_resolve(const struct mill_law *law, double rebound_floor,
                                         double reduced_mass, vec3 n, vec3 slip)
 {
     assert(reduced_mass > 0.0 && rebound_floor >= 0.0 && fabs(vec3_dot(n, n) - 1.0) < 1e-9);
     struct mill_rebound rebound;
-    const double closing = vec3_dot(slip, n); /* rounding may make it negative at a due contact */
+    const double closing = vec3_dot(slip, n); /* rounding errors may make it negative */
     const double g_n = mill_greatest(closing, 0.0);
     const vec3 g_t = vec3_axpy(slip, -closing, n);
     const double s_t = vec3_norm(g_t);

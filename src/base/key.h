@@ -1,13 +1,14 @@
-/* A key of a deck: what its value may be, what it means, and where it lives. The deck has tables of
- * keys, and so has every kind of shape that a deck can name; reading, checking, printing and
- * messages treat all of them alike. */
+/* A key of a deck: the range of its value, its meaning, and its place in a struct. The deck has
+ * tables of keys, and so has every kind of shape that a deck can name. Reading, checking, printing
+ * and messages treat all keys in the same way. */
 #ifndef MILL_KEY_H
 #define MILL_KEY_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Bound of all numbers that have no closer one: products of several stay far from overflow. */
+/* Bound of all numbers without a closer bound: products of several such numbers are far from
+ * overflow. */
 #define MILL_KEY_LARGEST 1e9
 
 /* Ranges of a struct mill_key */
@@ -19,31 +20,32 @@ enum mill_key_type {
     MILL_KEY_NUMBER, /* double */
     MILL_KEY_VECTOR, /* vec3: three numbers and one unit */
     MILL_KEY_WHOLE,  /* long */
-    MILL_KEY_CHOICE, /* int: which of some words, from 0 */
-    MILL_KEY_FILE,   /* const char *, NULL for the word in `words` */
-    MILL_KEY_NAME    /* const char * of something of the deck, NULL: it is not given */
+    MILL_KEY_CHOICE, /* int: number of one of several words, from 0 */
+    MILL_KEY_FILE,   /* const char *; NULL for the word in `words` */
+    MILL_KEY_NAME    /* const char *: name of another part of the deck; NULL: not given */
 };
 
-/* A table of keys ends with one without a name. */
+/* A table of keys ends with a key without a name. */
 struct mill_key {
     const char *name, *meaning;
     enum mill_key_type type;
-    const char *unit;    /* SI; NULL: dimensionless; "1": the same, and % is understood */
-    double lo, hi;       /* range in SI, ends included unless `above` */
-    bool above;          /* lo itself is out */
-    bool zero_is_off;    /* and is not printed then */
-    bool direction;      /* of a vector: not zero */
-    bool one_for_all;    /* of a vector: one number stands for three */
-    bool unit_alone;     /* "mm" says 1 mm */
+    const char *unit;    /* SI; NULL: dimensionless; "1": dimensionless, and % is allowed */
+    double lo, hi;       /* range in SI, with its ends; without lo if `above` */
+    bool above;          /* lo itself is not allowed */
+    bool zero_is_off;    /* 0 means off; the key is then not printed */
+    bool direction;      /* of a vector: must not be zero */
+    bool one_for_all;    /* of a vector: one number can be given for all three */
+    bool unit_alone;     /* "mm" means 1 mm */
     const char *preset;  /* default as text; NULL: required, or `derived` */
     bool derived;        /* its default follows from other keys */
-    const char *instead; /* another key that says the same: one of the two is given */
-    size_t offset;       /* of the value in the struct of its table */
+    const char *instead; /* another key with the same meaning: exactly one of the two is given */
+    size_t offset;       /* of the value, in the struct of its table */
     const char *words;   /* CHOICE: "first|second"; FILE: the word for "no file", or NULL */
-    /* Asked with that struct; NULL: never. true: the key says nothing here, needs no value and is
-     * not printed. */
+    /* Called with the struct of the table; NULL: never hidden. true: the key has no meaning here,
+     * needs no value and is not printed. */
     bool (*hidden)(const void *form);
-    const char *needs; /* is told to whoever gives a hidden key; NULL: it may be given */
+    const char *needs; /* what the key needs: for the message about a hidden key that a deck
+                          gives; NULL: a deck may give it */
 };
 
 #endif

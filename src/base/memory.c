@@ -1,4 +1,5 @@
-/* Aligned memory. A record as long as a cache line costs one access only if it begins on one. */
+/* Aligned memory. A record as long as a cache line needs only one access if it begins at a cache
+ * line. */
 #include "base/memory.h"
 
 #include <assert.h>

@@ -1,15 +1,15 @@
-/* Real roots of a quadratic, to the last bits.
- * The root whose terms have equal signs comes first, the other from the product of the roots; the
- * discriminant is formed with exact products where it cancels (Kahan 2004, "On the cost of
- * floating-point computation without extra-precise arithmetic"), so its sign is right and a double
- * root is seen as one. Numbers too large or small to be squared are handled by their exponents. */
+/* Real roots of a quadratic, accurate to the last bits. The first root is the one whose terms have
+ * equal signs; the other follows from the product of the roots. If the discriminant cancels, it is
+ * computed with exact products (Kahan 2004, "On the cost of floating-point computation without
+ * extra-precise arithmetic"), so that its sign is right and a double root is found as one root.
+ * Numbers that are too large or too small to be squared are treated by their exponents. */
 #include "millsim/poly.h"
 
 #include <math.h>
 
 #include "base/poly_dd.h"
 
-/* |x| in here can be squared and split without leaving the range of doubles */
+/* Numbers that can be squared and split without leaving the range of doubles */
 static bool is_tame(double x)
 {
     double m = fabs(x);
@@ -38,8 +38,8 @@ static int keep_finite_ascending(double x0, double x1, double x[2])
     return n;
 }
 
-/* a, b, c as mantissas and exponents: with a = ma 2^ea and so on, everything is divided by the
- * power k of the larger of b^2 and ac, and the roots are put together by their exponents. */
+/* Uses a, b, c as mantissas and exponents: with a = ma 2^ea and so on, all terms are divided by the
+ * power k of the larger of b^2 and ac. The exponents are added to the roots at the end. */
 static int quadratic_by_exponents(double a, double b, double c, double x[2])
 {
     if (c == 0.0)

@@ -1,7 +1,7 @@
-/* Double-double arithmetic: a value as the unevaluated sum of two doubles, about 106 bits.
- * Dekker, Numer. Math. 18 (1971) 224 (products); Knuth, TAOCP 2, 4.2.2 (sums); Joldes, Muller and
- * Popescu, ACM TOMS 44:15 (2017) for the relative errors, all below 2^-101. Needs
- * round-to-nearest without contraction; magnitudes between 1e-140 and 1e290. */
+/* Double-double arithmetic: a value is the sum of two doubles, with about 106 bits. Dekker, Numer.
+ * Math. 18 (1971) 224 (products); Knuth, TAOCP 2, 4.2.2 (sums); Joldes, Muller and Popescu, ACM
+ * TOMS 44:15 (2017) for the relative errors, which are all below 2^-101. It needs round-to-nearest
+ * without contraction, and magnitudes between 1e-140 and 1e290. */
 #ifndef MILLSIM_POLY_DD_H
 #define MILLSIM_POLY_DD_H
 

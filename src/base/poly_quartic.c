@@ -1,19 +1,20 @@
-/* All four roots of a quartic in closed form.
- * The monic quartic is split into two real quadratics by an LDL^T factorisation of its matrix in
- * the basis (x^2, x, 1), made singular by the largest real root of the resolvent cubic (Orellana
- * and De Michele, ACM TOMS 46:20, 2020; Strobach, J. Comput. Appl. Math. 234, 2010). Several ways
- * to read the factors off are compared by their residuals, and the best is refined by Newton's
- * method on the four coefficient equations with residuals in double-double, as are the
- * discriminants: the roots are those of the given doubles, conditioned as they may be. If that does
- * not converge, the same is tried about the mean of the roots (clusters) and for 1/x (tiny roots
- * beside large ones). */
+/* All four roots of a quartic in closed form. The monic quartic is split into two real quadratics
+ * by an LDL^T factorisation of its matrix in the basis (x^2, x, 1), which the largest real root of
+ * the resolvent cubic makes singular (Orellana and De Michele, ACM TOMS 46:20, 2020; Strobach, J.
+ * Comput. Appl. Math. 234, 2010).
+ *
+ * The factors can be computed in several ways. The program compares their residuals and refines the
+ * best factors by Newton's method on the four coefficient equations. The residuals and the
+ * discriminants are computed in double-double. So the roots are those of the given doubles, even if
+ * the problem is ill-conditioned. If this does not converge, the program tries the same about the
+ * mean of the roots (for clusters) and for 1/x (for tiny roots together with large ones). */
 #include <float.h>
 #include <math.h>
 
 #include "base/poly_dd.h"
 #include "millsim/poly.h"
 
-#define NEWTON_STEPS 32  /* next to common roots the residual rises first, then falls slowly */
+#define NEWTON_STEPS 32  /* near common roots the residual first rises and then falls slowly */
 #define GOOD_START 1e-10 /* relative residual of the first factors */
 #define CONVERGED 1e-28
 
@@ -22,14 +23,14 @@ struct monic {
     struct dd a, b, c, d;
 };
 
-/* (x^2 + a1 x + b1)(x^2 + a2 x + b2), the first one with the smaller roots */
+/* (x^2 + a1 x + b1)(x^2 + a2 x + b2); the first factor has the smaller roots */
 struct factors {
     struct dd a1, b1, a2, b2;
 };
 
 struct residual {
     double r1, r2, r3, r4;
-    double size; /* each relative to its largest term, summed; infinite where it is no number */
+    double size; /* sum of all, each relative to its largest term; infinite if not a number */
 };
 
 static double relative(struct dd r, double m1, double m2, double m3)
@@ -63,8 +64,8 @@ static double misfit(double sum, double target, double m1, double m2)
     return m > 0.0 ? fabs(sum - target) / m : 0.0;
 }
 
-/* Factors with linear terms a/2 -+ s and constants m -+ w; what cancels is taken from the product
- * and from whichever coefficient equation gives the smallest residual. */
+/* Factors with linear terms a/2 -+ s and constants m -+ w. A term that cancels is computed from the
+ * product, and from the coefficient equation with the smallest residual. */
 static void consider(const struct monic *p, double s, double m, double w, struct factors *best,
                      double *size)
 {
@@ -94,7 +95,7 @@ static void consider(const struct monic *p, double s, double m, double w, struct
     }
 }
 
-/* Every reading of the factors that the resolvent root phi allows */
+/* All ways to compute the factors from the resolvent root phi */
 static void consider_root(const struct monic *p, double phi, struct factors *best, double *size)
 {
     double a = p->a.hi, b = p->b.hi, c = p->c.hi, d = p->d.hi;
@@ -105,7 +106,7 @@ static void consider_root(const struct monic *p, double phi, struct factors *bes
     consider(p, s, m, copysign(w, cross), best, size);
 }
 
-/* One Newton correction of the four coefficient equations; false where the Jacobian is singular. */
+/* One Newton step for the four coefficient equations; false if the Jacobian is singular */
 static bool correct(struct factors *f, const struct residual *r)
 {
     double a1 = f->a1.hi, b1 = f->b1.hi, da = a1 - f->a2.hi, db = f->b2.hi - b1;
@@ -122,7 +123,7 @@ static bool correct(struct factors *f, const struct residual *r)
     return isfinite(u) && isfinite(v);
 }
 
-/* Newton's method, keeping the best factors; returns the size of their residual. */
+/* Newton's method. It keeps the best factors and returns the size of their residual. */
 static double refine(struct factors *best, const struct monic *p)
 {
     struct factors f = *best;
@@ -150,9 +151,10 @@ static double polish_cubic(double g, double h, double t)
     return t;
 }
 
-/* Two roots at or next to zero between one far out on either side: the resolvent then has a double
- * root and pairs a small one with each large one, where Newton's method finds no way on. Parts the
- * small from the large instead: x^2 + (c/b) x + d/b. Returns the size of the better residual. */
+/* For two roots at or near zero, and one large root on each side. The resolvent then has a double
+ * root and puts one small and one large root into each factor; Newton's method does not converge
+ * from there. This function puts the small roots into one factor: x^2 + (c/b) x + d/b. It returns
+ * the size of the better residual. */
 static double part_small_pair(const struct monic *p, struct factors *best, double size)
 {
     if (p->b.hi == 0.0)
@@ -165,8 +167,9 @@ static double part_small_pair(const struct monic *p, struct factors *best, doubl
     return other;
 }
 
-/* Resolvent t^3 + g t + h = 0: its largest real root splits the quartic into real quadratics. Next
- * to a double root rounding may leave only the far one; then the turning point is tried as well. */
+/* The largest real root of the resolvent t^3 + g t + h = 0 splits the quartic into real quadratics.
+ * Near a double root, rounding may leave only the other root; then the turning point is tried
+ * too. */
 static double factorise(const struct monic *p, struct factors *best)
 {
     double a = p->a.hi, b = p->b.hi, c = p->c.hi, d = p->d.hi;
@@ -189,8 +192,9 @@ static double factorise(const struct monic *p, struct factors *best)
     return size > CONVERGED ? part_small_pair(p, best, size) : size;
 }
 
-/* For roots in a cluster, whose factors the coefficients hide: the same about their mean -a/4,
- * which double-double reaches without loss, and back. */
+/* For a cluster of roots, whose factors cannot be found from the coefficients: moves the origin to
+ * the mean of the roots, -a/4, factorises there, and moves back. Double-double computes the shift
+ * without loss. */
 static struct factors factorise_about_mean(const struct monic *p)
 {
     struct dd h = dd_scale(p->a, -0.25), c[4] = {p->d, p->c, p->b, p->a};
@@ -207,8 +211,8 @@ static struct factors factorise_about_mean(const struct monic *p)
     return f;
 }
 
-/* For two small roots beside far larger ones, which the resolvent may tear apart: the same for 1/x,
- * where they are the large ones, and back. */
+/* For two small roots together with far larger ones, which the resolvent may put into different
+ * factors: factorises the polynomial of 1/x, for which they are the large roots. */
 static struct factors factorise_inverse(const struct monic *p)
 {
     struct dd one = dd_from(1.0);
@@ -233,7 +237,7 @@ static struct factors best_factors(const struct monic *p)
             best = f;
         }
     }
-    if (p->d.hi == 0.0) /* a root at zero is there exactly, not within rounding */
+    if (p->d.hi == 0.0) /* a root at zero is exact */
         *(fabs(best.b1.hi) <= fabs(best.b2.hi) ? &best.b1 : &best.b2) = dd_from(0.0);
     return best;
 }
@@ -243,7 +247,7 @@ static void quadratic_pair(struct dd a, struct dd b, int s, double re[2], double
 {
     struct dd half = dd_scale(a, 0.5), disc = dd_sub(dd_mul(half, half), b);
     im[0] = im[1] = 0.0;
-    if (b.hi == 0.0) { /* where a squared may be too small for a number */
+    if (b.hi == 0.0) { /* here a^2 may be too small for a double */
         re[0] = ldexp(-a.hi, s);
         re[1] = 0.0;
         return;
@@ -305,12 +309,13 @@ bool mill_poly_quartic_agrees(const double c[5], double t_end, bool at_root, dou
     const double p[5] = {at_root ? 0.0 : c[0], c[1], c[2], c[3], c[4]};
     const double end = t < t_end ? t : t_end;
     double terms, cut[6] = {0.0}, im[4];
-    /* what begins above zero may do so until it rises; the closed form is for quartics */
+    /* a polynomial that begins above zero may be above zero until it rises; and only quartics have
+     * this closed form */
     if (p[4] == 0.0 || p[0] > 0.0 || (p[0] == 0.0 && p[1] >= 0.0) || !(end < HUGE_VAL))
         return true;
     mill_poly_quartic_roots(p, cut + 1, im);
     cut[5] = end;
-    for (int i = 1; i < 5; i++) /* roots outside of (0, end) are no cuts */
+    for (int i = 1; i < 5; i++) /* roots outside of (0, end) are not used */
         cut[i] = fmin(fmax(cut[i], 0.0), end);
     for (int i = 1; i < 6; i++)
         for (int k = i; k > 0 && cut[k] < cut[k - 1]; k--)

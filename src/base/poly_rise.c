@@ -1,13 +1,18 @@
-/* When does a gap first close? The first rise of a quartic through zero, fast and certified.
- * A bound from the coefficients' signs dismisses most windows. In nearly all others the curvature
- * keeps its sign and the value at the end decides. The rest is cut where the curvature changes sign
- * (closed form). On a convex piece the values at the ends decide; on a concave one that is negative
- * at both ends the tangents bound the polynomial from above and are moved together until they meet
- * below zero (no contact) or a positive value is found (contact). A root is then bracketed alone,
- * starts from the local parabola in closed form and is refined by safeguarded third-order Newton
- * steps (Chebyshev). Every decision is compared with a bound on the rounding error (Higham,
- * Accuracy and Stability of Numerical Algorithms, 2nd ed., eq. 5.3); what it cannot decide goes to
- * the Sturm sequence (poly_sturm.c). */
+/* When does a gap first close? This file finds the first rise of a quartic through zero, fast and
+ * with certainty.
+ *
+ * A bound from the signs of the coefficients shows for most search intervals that there is no rise.
+ * In almost all others the curvature does not change its sign, and the value at the end decides.
+ * The rest is divided where the curvature changes its sign (closed form). On a convex piece the
+ * values at the ends decide. On a concave piece that is negative at both ends, the tangents bound
+ * the polynomial from above. They are moved towards each other until they meet below zero (no
+ * contact) or a positive value is found (contact). Then a bracket contains one root. The search for
+ * it starts from the local parabola in closed form and uses safeguarded Newton steps of third order
+ * (Chebyshev).
+ *
+ * Every decision is compared with a bound of the rounding error (Higham, Accuracy and Stability of
+ * Numerical Algorithms, 2nd ed., eq. 5.3). Decisions below this bound are left to the Sturm
+ * sequence (poly_sturm.c). */
 #include <assert.h>
 #include <float.h>
 #include <math.h>
@@ -15,10 +20,11 @@
 #include "millsim/poly.h"
 #include "millsim/vec3.h"
 
-/* Horner's rule with derivative needs 5 eps; the rest covers curvature taken as zero by rounding.
- */
+/* Horner's rule with derivative needs 5 eps; the rest covers a curvature that rounding makes
+ * zero. */
 #define ROUNDING (16.0 * DBL_EPSILON)
-/* Where squares stay in range; UNDERFLOW then covers products lost to zero, times t^4. */
+/* Limits within which squares are in the range of doubles. UNDERFLOW_ERROR covers products that
+ * underflow to zero, times t^4. */
 #define LARGEST_COEFFICIENT 1e60
 #define LONGEST_WINDOW 1e20
 #define UNDERFLOW_ERROR 1e-240
@@ -41,7 +47,7 @@ static inline double slope_at(const double f[5], double t)
     return ((4.0 * f[4] * t + 3.0 * f[3]) * t + 2.0 * f[2]) * t + f[1];
 }
 
-/* Of the terms that change, together; t >= 0 */
+/* Sum of the magnitudes of the terms that depend on t; t >= 0 */
 static inline double size_at(const double f[5], double t)
 {
     return (((fabs(f[4]) * t + fabs(f[3])) * t + fabs(f[2])) * t + fabs(f[1])) * t;
@@ -62,8 +68,8 @@ static double curvature(const double f[5], double t)
     return (6.0 * f[4] * t + 3.0 * f[3]) * t + f[2];
 }
 
-/* Zeros of the curvature in (lo, hi), ascending. Its three Bernstein coefficients over the window
- * mostly have one sign, which saves the square root. */
+/* Zeros of the curvature in (lo, hi), ascending. Usually its three Bernstein coefficients over the
+ * interval have one sign, which saves the square root. */
 static int inflections(const double f[5], double lo, double hi, double x[2])
 {
     double first = curvature(f, lo), last = curvature(f, hi);
@@ -79,8 +85,8 @@ static int inflections(const double f[5], double lo, double hi, double x[2])
     return n;
 }
 
-/* The only root in (lo, hi), where f turns positive and the curvature keeps its sign; p, slope and
- * half the second derivative at lo. */
+/* The only root in (lo, hi), at which f becomes positive; the curvature does not change its sign.
+ * at_lo, slope_lo, bend: value, slope and half of the second derivative at lo. */
 static inline double refine(const double f[5], double lo, double at_lo, double slope_lo,
                             double bend, double hi)
 {
@@ -112,8 +118,9 @@ static inline double refine(const double f[5], double lo, double at_lo, double s
     }
 }
 
-/* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b: does it touch zero
- * in between? Left of a's tangent zero and right of b's it does not. */
+/* f is concave on [a.t, b.t], negative at both ends, rises at a and falls at b. Does it reach zero
+ * in between? It does not to the left of the zero of a's tangent, nor to the right of the zero of
+ * b's. */
 static enum verdict probe(const double f[5], struct sample a, struct sample b, double *t)
 {
     for (int i = 0; i < MOST_PROBES; i++) {
@@ -142,7 +149,7 @@ static enum verdict probe(const double f[5], struct sample a, struct sample b, d
     return UNSURE;
 }
 
-/* One piece without inflection, certainly negative at a. */
+/* Searches one piece without inflection, where f is certainly negative at a. */
 static enum verdict search_piece(const double f[5], const struct sample *a, const struct sample *b,
                                  double *t)
 {
@@ -159,8 +166,8 @@ static enum verdict search_piece(const double f[5], const struct sample *a, cons
     return b->slope < -b->slope_error ? probe(f, *a, *b, t) : UNSURE;
 }
 
-/* Nearly every call: f is negative at 0 and its curvature keeps its sign over the window, so that
- * one value, at the end, decides. UNSURE: the general search is to decide. */
+/* The usual case: f is negative at 0 and its curvature does not change its sign in the interval, so
+ * that the value at the end decides. UNSURE: use the general search. */
 static inline enum verdict plain_rise(const double f[5], double hi, double *t)
 {
     double bend = f[2], middle = f[2] + 1.5 * f[3] * hi, last = curvature(f, hi);
@@ -176,7 +183,7 @@ static inline enum verdict plain_rise(const double f[5], double hi, double *t)
     return convex && p < -error ? NONE : UNSURE;
 }
 
-/* First place in (lo, hi] where f, negative at lo, turns positive. */
+/* First t in (lo, hi] at which f, negative at lo, becomes positive */
 static enum verdict first_up(const double f[5], double lo, double hi, double *t)
 {
     double x[3];
@@ -195,8 +202,8 @@ static enum verdict first_up(const double f[5], double lo, double hi, double *t)
     return NONE;
 }
 
-/* f is positive and falling at 0: its first minimum if that is not below zero, otherwise the first
- * rise through zero after it. */
+/* For f positive and falling at 0: its first minimum if this is not below zero, else the first rise
+ * through zero after it */
 static enum verdict wait_for_rise(const double f[5], double hi, double *t)
 {
     double slope[6] = {f[1], 2.0 * f[2], 3.0 * f[3], 4.0 * f[4], 0.0, 0.0};
@@ -218,8 +225,9 @@ static bool is_tame(const double f[5], double t_end)
     return sum <= LARGEST_COEFFICIENT && t_end <= LONGEST_WINDOW;
 }
 
-/* An upper bound of f over [0, t_end] that is below zero, in a few operations: what can raise f,
- * summed at t_end. Nine roundings of positive terms, of half an eps each, are within its margin. */
+/* Is an upper bound of f over [0, t_end] below zero? The bound needs few operations: it is the sum,
+ * at t_end, of all terms that can raise f. Its margin covers nine rounding errors of positive
+ * terms, half an eps each. */
 static bool stays_below(const double f[5], double t_end)
 {
     double rise = mill_greatest(f[3], 0.0) + t_end * mill_greatest(f[4], 0.0);
@@ -236,8 +244,8 @@ static int direction(const double f[5])
     return 0;
 }
 
-/* The general case: a polynomial that is positive or next to zero at 0 or at the end, or bends both
- * ways. Only what the end's value has not told comes here. */
+/* The general search: for a polynomial that is positive or near zero at 0 or at the end, or whose
+ * curvature changes its sign. It is only used if the value at the end could not decide. */
 static double search(const double c[5], double t_end, bool at_root, struct mill_poly_counts *counts)
 {
     double f[6] = {c[0], c[1], c[2], c[3], at_root ? 0.0 : c[4], 0.0};

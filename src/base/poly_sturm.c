@@ -1,10 +1,11 @@
-/* How many real roots lie in an interval, and, built on that, the first rise with certainty.
- * Sturm's theorem: the number of distinct roots in (lo, hi] is the loss of sign changes along the
- * chain p, p', -(p mod p'), ... . Remainders are formed without division, by positive multiples, in
- * numbers wide enough to be exact for all but absurd coefficients, so that counts, multiple roots
- * and signs are those of the given doubles. A vanishing element takes the sign it has just to the
- * right, which makes the count hold at multiple roots too, and the interval open at lo and closed
- * at hi. */
+/* The number of real roots in an interval, and with it the first rise with certainty.
+ *
+ * Sturm's theorem: the number of distinct roots in (lo, hi] is the decrease of the number of sign
+ * changes in the chain p, p', -(p mod p'), ... from lo to hi. Remainders are computed without
+ * division, as positive multiples. The numbers have enough bits to be exact for all but absurd
+ * coefficients, so that counts, multiple roots and signs are those of the given doubles. An element
+ * that is zero takes the sign that it has just to the right. So the count is also right at multiple
+ * roots, and the interval is open at lo and closed at hi. */
 #include "millsim/poly.h"
 
 #include <assert.h>
@@ -46,7 +47,7 @@ static struct poly derivative(const struct poly *p)
     return d;
 }
 
-/* n p - x p', which leaves the same remainder by p' as n p does, but is a degree lower */
+/* n p - x p': divided by p' it has the same remainder as n p, but its degree is lower by one */
 static struct poly shortened(const struct poly *p)
 {
     struct poly e = {.degree = p->degree - 1};
@@ -56,7 +57,8 @@ static struct poly shortened(const struct poly *p)
     return e;
 }
 
-/* -(a mod b) times a positive number: a <- |lead b| a - (+-lead a) x^k b until it is shorter */
+/* -(a mod b) times a positive number: repeats a <- |lead b| a - (+-lead a) x^k b until the degree
+ * of a is below that of b */
 static struct poly negative_rest(struct poly a, const struct poly *b)
 {
     struct wide scale = b->c[b->degree];
@@ -142,7 +144,8 @@ int mill_poly_sturm_count(const double *c, int degree, double lo, double hi)
     return lo < hi ? sign_changes(&s, lo) - sign_changes(&s, hi) : 0;
 }
 
-/* For 0 <= lo < hi: by exponents while they differ, then halfway */
+/* A point between lo and hi, 0 <= lo < hi: in the middle of the exponents if they differ, else in
+ * the middle */
 static double middle(double lo, double hi)
 {
     if (isinf(hi))
@@ -152,8 +155,8 @@ static double middle(double lo, double hi)
     return hi > 16.0 * lo ? sqrt(lo) * sqrt(hi) : lo + 0.5 * (hi - lo);
 }
 
-/* The end of an interval that begins at lo and holds the first of the roots in (lo, hi] only; lo
- * moves up to there. from and to are the sign changes at lo and hi. */
+/* The end of an interval that begins at lo and contains only the first of the roots in (lo, hi]; lo
+ * may be increased. from and to are the sign changes at lo and hi. */
 static double isolate(const struct chain *s, double *lo, double hi, int from, int to)
 {
     while (from - to > 1) {
@@ -207,7 +210,7 @@ static double refine(const struct poly *p, double lo, double hi)
     return hi;
 }
 
-/* First place in (lo, hi] where p, negative just after lo, turns positive. */
+/* First x in (lo, hi] at which p, negative just after lo, becomes positive */
 static double first_up(const struct poly *p, double lo, double hi)
 {
     struct chain s;

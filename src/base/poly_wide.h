@@ -1,8 +1,8 @@
-/* Signed dyadic numbers of up to WIDE_LIMBS words of 32 bits, for signs that must not be wrong.
- * value = sign * sum limb[i] 2^(32 (i + exponent)). Sums and products are exact while they fit;
- * what does not fit is cut off below and remembered in noise: the true value is within 2^(32
- * noise), so a sign is either certain or reported as zero. Exponents are ints: no overflow, no
- * underflow. */
+/* Signed binary numbers of up to WIDE_LIMBS words of 32 bits, for signs that must be right. value =
+ * sign * sum limb[i] 2^(32 (i + exponent)). Sums and products are exact if they fit into the words.
+ * If not, the low words are cut off, and noise gives the possible error: the true value is within
+ * 2^(32 noise). So a sign is either certain or reported as zero. Exponents are ints, so that there
+ * is no overflow or underflow. */
 #ifndef MILLSIM_POLY_WIDE_H
 #define MILLSIM_POLY_WIDE_H
 
@@ -24,7 +24,7 @@ static inline int wide_max(int a, int b)
     return a > b ? a : b;
 }
 
-/* Where a number ends: it is below 2^(32 wide_top) */
+/* Upper end of a number: it is below 2^(32 wide_top) */
 static inline int wide_top(struct wide a)
 {
     return a.exponent + a.size;
@@ -36,7 +36,7 @@ static inline int wide_sign(struct wide a)
     return wide_top(a) <= a.noise ? 0 : a.sign;
 }
 
-/* Takes n words that begin at exponent, without the zeros at either end. */
+/* Stores n words that begin at exponent, without the zero words at both ends */
 static inline void wide_store(struct wide *out, const uint32_t *words, int n, int exponent)
 {
     int skip = 0;
@@ -60,7 +60,7 @@ static inline struct wide wide_from(double x)
     struct wide out = {.sign = (x > 0.0) - (x < 0.0), .noise = WIDE_EXACT};
     int e;
     const uint64_t m = (uint64_t)ldexp(frexp(fabs(x), &e), 53);
-    e += 6400 - 53; /* a multiple of 32 that makes it positive */
+    e += 6400 - 53; /* adds a multiple of 32 that makes it positive */
     const int shift = e % 32;
     const uint64_t low = (m & 0xffffffffu) << shift, high = ((m >> 32) << shift) + (low >> 32);
     const uint32_t words[3] = {(uint32_t)low, (uint32_t)high, (uint32_t)(high >> 32)};
@@ -116,14 +116,14 @@ static inline struct wide wide_sum(struct wide a, struct wide b)
         out.noise = wide_max(out.noise, bottom) + 1;
     }
     uint32_t words[WIDE_LIMBS + 2];
-    int64_t carry = 0; /* in the end 0, or -1 where the sum is negative */
+    int64_t carry = 0; /* at the end 0, or -1 if the sum is negative */
     for (int e = bottom; e < top; e++) {
         carry += wide_word(&a, e) + wide_word(&b, e);
         words[e - bottom] = (uint32_t)carry;
         carry >>= 32;
     }
     out.sign = carry < 0 ? -1 : 1;
-    uint64_t one = 1; /* what is below zero is its complement and one more */
+    uint64_t one = 1; /* a negative number is the complement plus one */
     for (int i = 0; carry < 0 && i < top - bottom; i++) {
         one += (uint32_t)~words[i];
         words[i] = (uint32_t)one;

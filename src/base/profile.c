@@ -1,5 +1,5 @@
-/* Where the arcs of the wavy profile lie. All is written so that nothing cancels, for heights from
- * nothing to overhangs and for any number of buckles. */
+/* The places of the arcs of the wavy profile. The formulas avoid cancellation for all heights from
+ * zero to overhangs and for any number of buckles. */
 #include "base/profile.h"
 
 #include "base/elementary.h"
@@ -8,7 +8,7 @@
 
 #include <assert.h>
 
-/* Halvings of an interval that take it to the last bit of a double, about */
+/* Halvings of an interval down to about the last bit of a double */
 enum { HALVINGS = 60 };
 
 struct mill_profile mill_profile_make(int buckles, double radius, double height, double angle)
@@ -18,10 +18,10 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
     const double q = 2.0 * s * s, h = height;
     const double rest = q * radius * radius - 2.0 * h * h;
     const double u = rest / (2.0 * h + sqrt(4.0 * h * h + q * rest));
-    /* R - u, which cancels where h is small, from the equation of u */
+    /* R - u would cancel if h is small; this form follows from the equation of u */
     const double outer = u > 0.0 ? (4.0 * h * u + 2.0 * h * h) / (q * (radius + u)) : radius - u;
     const double inner = radius + u;
-    /* at an inner centre, between the axis and the next outer centre */
+    /* angle at an inner centre, between the axis and the next outer centre */
     const struct mill_heading half = mill_elementary_heading(half_pitch);
     const double half_inner = mill_elementary_atan2(outer * half.sin, inner - outer * half.cos);
     return (struct mill_profile){.buckles = buckles,
@@ -35,8 +35,8 @@ struct mill_profile mill_profile_make(int buckles, double radius, double height,
                                  .half_inner = half_inner};
 }
 
-/* An arc meets its mirror image in the neighbouring half pitch where it spans the direction square
- * to the ray between them and is wide enough to get there. */
+/* An arc meets its mirror image in the neighbouring half pitch if it covers the direction normal to
+ * the ray between them and its radius reaches this ray. */
 bool mill_profile_is_sound(const struct mill_profile *p)
 {
     const double s = mill_elementary_sin(MILL_PI / p->buckles);

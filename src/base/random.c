@@ -1,4 +1,4 @@
-/* The generator draws its words in batches of 624; each word is tempered as it is handed out. */
+/* The generator makes its words in batches of 624; each word is tempered when it is used. */
 #include "base/random.h"
 
 #include <assert.h>

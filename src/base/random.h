@@ -1,5 +1,5 @@
-/* Random numbers: MT19937 (M. Matsumoto & T. Nishimura, ACM TOMACS 8, 1998, 3), seeded and scaled
- * as the GNU Scientific Library does it, so that both draw the same numbers. */
+/* Random numbers: MT19937 (M. Matsumoto & T. Nishimura, ACM TOMACS 8, 1998, 3), with the seeding
+ * and scaling of the GNU Scientific Library, so that both give the same numbers. */
 #ifndef MILLSIM_RANDOM_H
 #define MILLSIM_RANDOM_H
 
@@ -11,7 +11,7 @@ enum { MILL_RANDOM_WORDS = 624 };
 
 struct mill_random {
     uint32_t word[MILL_RANDOM_WORDS];
-    int drawn; /* of these */
+    int drawn; /* number of words already used */
 };
 
 /* seed: 0 .. 2^32 - 1; 0 stands for 4357. */
@@ -20,7 +20,8 @@ void mill_random_seed(struct mill_random *random, unsigned long seed);
 /* Uniform in [0, 1), a multiple of 2^-32 */
 double mill_random_uniform(struct mill_random *random);
 
-/* A unit vector, all directions alike (G. Marsaglia, Ann. Math. Stat. 43, 1972, 645) */
+/* A unit vector; all directions have equal probability (G. Marsaglia, Ann. Math. Stat. 43, 1972,
+ * 645) */
 vec3 mill_random_direction(struct mill_random *random);
 
 #endif

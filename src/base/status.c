@@ -1,5 +1,5 @@
-/* The error record. Text from decks and file names passes through here, so control characters are
- * replaced: a message stays one line and cannot drive the terminal. */
+/* The error record. It may contain text from decks and file names, so control characters are
+ * replaced: a message stays on one line and cannot control the terminal. */
 #include "millsim/status.h"
 
 #include <stdarg.h>

@@ -1,5 +1,5 @@
-/* The only file that is compiled with MILL_VERSION, MILL_FLAGS and MILL_BUILD: without them it does
- * not. */
+/* The only file that is compiled with MILL_VERSION, MILL_FLAGS and MILL_BUILD. It does not compile
+ * without them. */
 #include "base/version.h"
 
 #ifdef __clang__

@@ -1,4 +1,4 @@
-/* What this program is, as the Makefile says. */
+/* Version and build of this program, from the Makefile */
 #ifndef MILL_VERSION_H
 #define MILL_VERSION_H
 
